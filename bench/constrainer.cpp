@@ -1,13 +1,16 @@
 // Cost of the public calls beside the kernels inside, in turn in one process:
-//   constrainer [threads] [largest number of rods]
+//   constrainer [threads] [largest number of rods] [smallest number of rods]
 // Chains of 100 rods and one chain, points in the order of the chains and shuffled. Prints a table: nanoseconds of
 // processor time a rod (medians, of all threads together) of each call, of the kernels alone on arrays in their own
-// order, and the median ratio of both.
+// order, and the median ratio of both; then of the moves alone, plain loops that read each of the host's points that
+// the call reads and write each that it writes, and the median ratio of the call and kernels + moves: what is above 1
+// there is not the memory's.
 //   host solve, host step    Constrainer: solve; constrain_positions and constrain_velocities with new arrays
 //   Dynamics::solve          accelerations and multipliers
 //   Simulation               a step of `rattle` in a long advance, beside the same step on bare arrays
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -68,27 +71,52 @@ double processor_seconds() {
 }
 
 struct Times {
-  double call, kernels, ratio;  // ns a rod, medians
+  double call, kernels, moves, ratio, bound_ratio;  // ns a rod, medians
 };
 
-/// The two take turns.
-Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels, std::size_t num_rods) {
+/// They take turns.
+Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels,
+                    const std::function<void()>& moves, std::size_t num_rods) {
   constexpr int rounds = 15;
   const std::size_t repeats = std::max<std::size_t>(1, 400'000 / num_rods);
-  std::vector<double> times[2], ratios;
+  const std::function<void()>* const all[]{&call, &kernels, &moves};
+  std::vector<double> times[3], ratios, bound_ratios;
   for (int round = -1; round < rounds; ++round) {
-    double now[2];
-    for (const int k : {0, 1}) {
+    double now[3];
+    for (const int k : {0, 1, 2}) {
       const double begin = processor_seconds();
-      for (std::size_t i = 0; i < repeats; ++i) (k == 0 ? call : kernels)();
+      for (std::size_t i = 0; i < repeats; ++i) (*all[k])();
       now[k] = 1e9 * (processor_seconds() - begin) / static_cast<double>(repeats * num_rods);
     }
     if (round < 0) continue;  // the first one warms up
-    for (const int k : {0, 1}) times[k].push_back(now[k]);
+    for (const int k : {0, 1, 2}) times[k].push_back(now[k]);
     ratios.push_back(now[0] / now[1]);
+    bound_ratios.push_back(now[0] / (now[1] + now[2]));
   }
-  return {median(times[0]), median(times[1]), median(ratios)};
+  return {median(times[0]), median(times[1]), median(times[2]), median(ratios), median(bound_ratios)};
 }
+
+/// Forces in the inner order.
+struct InnerForces final : GivenMotion {
+  const Model& model;
+  const double* forces;
+  double* accelerations;
+  mutable std::atomic<double> square{0.0};
+
+  InnerForces(const Model& of, const double* f, double* a) : model(of), forces(f), accelerations(a) {}
+  void bring(std::size_t first, std::size_t count) const override {
+    double worst = 0.0;
+    for (std::size_t i = first; i < first + count; ++i) {
+      const Vec3 a = model.inverse_mass[i] * load(forces, i);
+      store(accelerations, i, a);
+      worst = std::max(worst, dot(a, a));
+    }
+    double seen = square;
+    while (worst > seen && !square.compare_exchange_weak(seen, worst)) {
+    }
+  }
+  double largest() const override { return std::sqrt(square); }
+};
 
 void expect(const Outcome& outcome) {
   if (outcome.ok()) return;
@@ -143,9 +171,29 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
                .outcome);
   };
   const auto solve_inside = [&] {
-    expect(form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true, .forces = inner_f.data()},
-                                 w.data()));
+    const InnerForces forces(model, inner_f.data(), w.data());
+    expect(
+        form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true, .given = &forces}, w.data()));
   };
+  std::vector<double> moved[3]{r, r, r};
+  const auto move = [&](const std::vector<const std::vector<double>*>& read,
+                        const std::vector<std::vector<double>*>& written) {
+    model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
+      const Index* const host = model.numbering.user_point.data();
+      for (std::size_t k = 0; k < read.size(); ++k) {
+        for (std::size_t i = begin; i < end; ++i) store(moved[k].data(), i, load(read[k]->data(), host[i]));
+      }
+      for (std::size_t k = 0; k < written.size(); ++k) {
+        for (std::size_t i = begin; i < end; ++i) store(written[k]->data(), host[i], load(moved[k].data(), i));
+      }
+    });
+  };
+  const auto moves_of_solve = [&] { move({places[turn ^= 1], &host.v, &host.f}, {&w}); };
+  const auto moves_of_step = [&] {
+    move({&host.r, &r, &v}, {&r, &v});
+    move({&r, &v}, {&v});
+  };
+  const auto moves_of_dynamics = [&] { move({places[turn ^= 1], &host.v}, {&w}); };
   const auto step = [&] {
     copy(free_r, &r);
     copy(host.v, &v);
@@ -208,12 +256,14 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   std::printf("| %zu | %zu | %s | %d", d, length, shuffled ? "shuffled" : "natural", threads);
   const auto print = [](const Times& times) {
     std::printf(" | %.1f / %.1f = %.2f", times.call, times.kernels, times.ratio);
+    if (times.moves > 0.5) std::printf("; %.1f: %.2f", times.moves, times.bound_ratio);
     std::fflush(stdout);
   };
-  print(time_in_turns(advance, advance_bare, steps * d));
-  print(time_in_turns(solve, solve_inside, d));
-  print(time_in_turns(step, step_inside, d));
-  print(time_in_turns(call_dynamics, solve_own, d));
+  print(time_in_turns(
+      advance, advance_bare, [] {}, steps * d));
+  print(time_in_turns(solve, solve_inside, moves_of_solve, d));
+  print(time_in_turns(step, step_inside, moves_of_step, d));
+  print(time_in_turns(call_dynamics, solve_own, moves_of_dynamics, d));
   std::puts(" |");
 }
 
@@ -225,7 +275,8 @@ int main(int argc, char** argv) {
   std::puts(
       "| rods | a chain | order | threads | Simulation | host solve | host step | Dynamics::solve |\n"
       "|--:|--:|---|--:|--:|--:|--:|--:|");
-  for (double rods = 1e4; rods <= largest; rods *= 10.0) {
+  const double smallest = argc > 3 ? std::atof(argv[3]) : 1e4;
+  for (double rods = smallest; rods <= largest; rods *= 10.0) {
     const auto count = static_cast<std::size_t>(rods);
     for (const bool shuffled : {false, true}) {
       measure(count, 100, shuffled, threads);

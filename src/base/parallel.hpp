@@ -75,17 +75,16 @@ class Parallel {
   /// their sums.
   template <class Term>
   double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
-    std::array<double, 64> parts;
-    if (count <= parts.size()) {  // each part has one term at most
+    std::array<double, num_parts> parts;  // NOLINT: each is written
+    if (count <= parts.size()) {          // each part has one term at most
       double result = 0.0;
       for (std::size_t k = 0; k < count; ++k) result += term(k);
       return result;
     }
     const auto add_parts = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) {
-        parts[p] = 0.0;
-        for (std::size_t k = count * p / parts.size(); k < count * (p + 1) / parts.size(); ++k) parts[p] += term(k);
-      }
+      std::size_t p = begin;
+      for (; p + side_by_side <= end; p += side_by_side) add_side_by_side(count, term, p, &parts[p]);
+      for (; p < end; ++p) parts[p] = add(count * p / num_parts, count * (p + 1) / num_parts, term, 0.0);
     };
     for_ranges(parts.size(), add_parts, std::max<std::size_t>(1, parts.size() * grain / (count + 1)));
     return std::accumulate(parts.begin(), parts.end(), 0.0);
@@ -113,6 +112,27 @@ class Parallel {
   }
 
  private:
+  static constexpr std::size_t num_parts = 64, side_by_side = 4;  // of sums
+
+  template <class Term>
+  static double add(std::size_t begin, std::size_t end, const Term& term, double sum) {
+    for (std::size_t k = begin; k < end; ++k) sum += term(k);
+    return sum;
+  }
+  /// The parts from p on side by side: each addition waits for the one before it in its part.
+  template <class Term>
+  static void add_side_by_side(std::size_t count, const Term& term, std::size_t p, double* parts) {
+    const std::size_t common = count / num_parts;  // no part has fewer terms
+    std::array<std::size_t, side_by_side> first;   // NOLINT: filled before use
+    for (std::size_t q = 0; q < side_by_side; ++q) first[q] = count * (p + q) / num_parts;
+    std::array<double, side_by_side> sums{};
+    for (std::size_t k = 0; k < common; ++k) {
+      for (std::size_t q = 0; q < side_by_side; ++q) sums[q] += term(first[q] + k);
+    }
+    for (std::size_t q = 0; q < side_by_side; ++q)
+      parts[q] = add(first[q] + common, count * (p + q + 1) / num_parts, term, sums[q]);
+  }
+
   std::size_t num_ranges(std::size_t count, std::size_t grain) const {
 #ifdef TANOR_SMALLEST_RANGES  // the thread sanitizer divides small systems as well
     grain = std::min<std::size_t>(grain, 4);

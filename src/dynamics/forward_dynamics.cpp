@@ -90,7 +90,11 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   double scale = 0.0;
   const auto find_motion = [&]() -> FreeMotion {
     const Stopwatch watch(&work_.times.evaluate);
-    const Vec3* const uniform = request.forces == nullptr ? linearization_.uniform_free() : nullptr;
+    if (request.given != nullptr) {
+      work_.write_support_accelerations(w);
+      return {.r = at.x, .v = at.v, .w0 = w, .source = request.given};
+    }
+    const Vec3* const uniform = linearization_.uniform_free();
     scale = uniform != nullptr ? work_.write_unconstrained(w) : evaluate_free(at, request, w);
     return {at.x, at.v, w, uniform};
   };
@@ -98,6 +102,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
       linearization_.solve_at_once(gradients, find_motion, b_.data(), lambda_.data(), w);
   if (!found) return std::nullopt;
   const auto [t, r, v] = at;
+  if (request.given != nullptr) scale = request.given->largest();
   scale = larger(scale, found->largest_right_side);
   residuals_.begin_instant();
   report_.residual = 0.0;
@@ -130,7 +135,10 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
 
 /// w0 = M^-1 f into w; returns the largest.
 double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& request, double* w) {
-  return request.forces != nullptr ? work_.accelerate(request.forces, w) : work_.evaluate_free(at.t, at.x, at.v, w);
+  if (request.given == nullptr) return work_.evaluate_free(at.t, at.x, at.v, w);
+  work_.write_support_accelerations(w);
+  bring(model_.parallel, request.given, 0, model_.num_points());
+  return request.given->largest();
 }
 
 /// w0 = M^-1 f into w, b = phi + K'w0, and K where it is wanted.

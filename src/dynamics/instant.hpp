@@ -5,6 +5,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "base/memory.hpp"
+#include "base/point_source.hpp"
 #include "dynamics/power.hpp"
 
 namespace tanor {
@@ -22,6 +23,14 @@ enum class Gradients { Evaluate, Keep };
 /// K is kept; wherever accelerations are asked for.
 enum class Verification { None, AtStepEnds, Always };
 
+/// Brings M^-1 f of points that move into the array of the accelerations that are asked for, f being somebody else's
+/// forces; and of positions and velocities, into theirs, what is not there yet.
+class GivenMotion : public PointSource {
+ public:
+  /// The largest |M^-1 f| that was brought, m/s^2; NaN where any is not finite.
+  virtual double largest() const = 0;
+};
+
 /// How accelerations are asked for. Each call says it anew.
 struct Request {
   Gradients gradients = Gradients::Evaluate;
@@ -33,8 +42,8 @@ struct Request {
   /// Error that accelerations may have, as `InexactSolves` measures it; K then stands there, its factor need not. 0:
   /// rounding alone.
   double allowed_error = 0.0;
-  /// [3n] N, what acts in place of the model's forces, at the inner points; null: those of the model.
-  const double* forces = nullptr;
+  /// What acts in place of the model's forces, with the state where it is still on its way; null: those of the model.
+  const GivenMotion* given = nullptr;
 
   /// The same where K is evaluated anew, which no end of a step is.
   Request evaluated_anew() const {

@@ -53,14 +53,18 @@ bool Linearization::note_sparse(bool is_factorized) {
   return true;
 }
 
-Outcome Linearization::update(double t, const double* r) {
+Outcome Linearization::update(double t, const double* r, const PointSource* source) {
   work_.set_time(t);
-  if (model_.num_rows() == 0 || !needs_factor()) return {};
+  const bool is_needed = model_.num_rows() > 0 && needs_factor();
+  if (!is_needed || !serves_at_once()) bring_all(source);
+  if (!is_needed) return {};
   work_.constraints.choose_frames();
   if (serves_at_once()) {
+    bring_free_points(source);
     const Stopwatch watch(&work_.times.factor);
     ++work_.counters.factorizations;
-    if (note_composite(composite_.linearise(model_.parallel, r, blocks_.data()).reciprocal_condition)) return {};
+    if (note_composite(composite_.linearise(model_.parallel, r, source, blocks_.data()).reciprocal_condition))
+      return {};
   }
   {
     const Stopwatch watch(&work_.times.evaluate);
@@ -80,6 +84,7 @@ Outcome Linearization::factorize(double t, const double* r) {
 std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, Gradients gradients, double* b,
                                                     double* lambda, double* w) {
   const bool keeps = gradients == Gradients::Keep;
+  bring_free_points(motion.source);
   const Stopwatch watch(&work_.times.solve);
   if (!keeps && needs_factor()) ++work_.counters.factorizations;
   ++work_.counters.solves;
@@ -161,9 +166,10 @@ double Linearization::evaluate_rates(const double* r, const double* v, double* r
   return evaluator_.evaluate_rates(model_.parallel, r, v, rates);
 }
 
-Projection Linearization::project_positions(double target, double* r, double* sum) {
+Projection Linearization::project_positions(double target, double* r, const PointSource* source, double* sum) {
+  bring_free_points(source);
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = standing().project_positions(model_.parallel, blocks_.data(), target, r, sum);
+  const Projection found = standing().project_positions(model_.parallel, blocks_.data(), target, r, source, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }

@@ -36,8 +36,9 @@ class Linearization {
 
   // ---- the configuration ----
 
-  /// K at (t, r), and the factor of its S. Nothing is done where K is constant.
-  Outcome update(double t, const double* r);
+  /// K at (t, r), and the factor of its S. Nothing is done where K is constant. `source`: where r comes from, and what
+  /// else that brings; null: it is there.
+  Outcome update(double t, const double* r, const PointSource* source = nullptr);
   /// Factorizes S for the K that `blocks()` holds already, after the composite has refused it.
   Outcome factorize(double t, const double* r);
   /// The K at hand has its factor.
@@ -95,7 +96,7 @@ class Linearization {
   /// K'v + xi_t [d] at r; returns the largest one, m/s.
   double evaluate_rates(const double* r, const double* v, double* rates);
   /// Projects as far as the islands of the composite iterate by themselves (see SchurFactor).
-  Projection project_positions(double target, double* r, double* sum);
+  Projection project_positions(double target, double* r, const PointSource* source, double* sum);
   Projection project_velocities(double target, const double* r, double* v, double* sum);
 
   // ---- factors of other configurations ----
@@ -146,6 +147,11 @@ class Linearization {
   std::optional<Elimination> eliminate(const FreeMotion& motion, Gradients gradients, double* b, double* lambda,
                                        double* w);
   SchurFactor& standing() { return state_ == FactorState::Composite ? static_cast<SchurFactor&>(composite_) : factor_; }
+  /// The points that no solver brings.
+  void bring_free_points(const PointSource* source) const {
+    bring(model_.parallel, source, model_.num_constrained(), model_.num_points());
+  }
+  void bring_all(const PointSource* source) const { bring(model_.parallel, source, 0, model_.num_points()); }
   bool note_composite(double reciprocal_condition);
   bool note_sparse(bool is_factorized);
 

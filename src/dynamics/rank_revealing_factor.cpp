@@ -87,7 +87,8 @@ double RankRevealingFactor::evaluate_rates(const Parallel& parallel, const doubl
 }
 
 Projection RankRevealingFactor::project_positions(const Parallel& parallel, const double* blocks, double, double* r,
-                                                  double* sum) {
+                                                  const PointSource* source, double* sum) {
+  bring(parallel, source, 0, model_.num_constrained());
   if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
   return {cannot_tell};
 }

@@ -42,7 +42,7 @@ class RankRevealingFactor final : public SchurFactor {
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               double* sum) override;
+                               const PointSource* source, double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
 

@@ -25,6 +25,8 @@ class StepProjector {
  public:
   /// Some force depends on v.
   virtual bool depends_on_velocity() const = 0;
+  /// `free_accelerations` finds the same numbers everywhere and always.
+  virtual bool is_constant() const = 0;
   /// Accelerations without the constraints, M^-1 f; the prescribed ones at supports. The configuration is linearised.
   virtual Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) = 0;
   /// Projects x onto xi(x, t) = 0 at the end of a step of length h and moves `step_velocity` by (move of x)/h. Keeps to

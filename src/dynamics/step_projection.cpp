@@ -91,11 +91,15 @@ void StepProjection::keep_step(double h) {
   });
 }
 
-ProjectionReport StepProjection::project_step(double t, double h, double* r, double* step_velocity) {
+ProjectionReport StepProjection::project_step(double t, double h, double* r, const PointSource* source,
+                                              double* step_velocity) {
   guess_step(h);
   const bool has_dependent_rows = linearization_.rank_factor().redundancy().is_found();
-  if (has_dependent_rows) step_start_.assign(r, r + 3 * model_.num_points());
-  ProjectionReport report = projector_.project_along_gradients(t, r, step_.sum.data());
+  if (has_dependent_rows) {
+    bring(model_.parallel, std::exchange(source, nullptr), 0, model_.num_points());
+    step_start_.assign(r, r + 3 * model_.num_points());
+  }
+  ProjectionReport report = projector_.project_along_gradients(t, r, step_.sum.data(), source);
   if (!report.outcome.ok() && has_dependent_rows) {
     // Rows that depended when K was seen last may be independent where the step begins.
     if (!linearization_.decide_rank_again(step_start_.data())) return project_singular_step(t, h, r, step_velocity);

@@ -21,9 +21,16 @@ class StepProjection final : public StepProjector {
                  FrictionSolver* friction);
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
+  bool is_constant() const override {
+    return friction_ == nullptr && linearization_.uniform_free() != nullptr && !model_.has_moving_supports();
+  }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   /// `step_velocity` may be null, which no method does.
-  ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
+  ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override {
+    return project_step(t, h, r, nullptr, step_velocity);
+  }
+  /// `source`: where r comes from; null: it is there.
+  ProjectionReport project_step(double t, double h, double* r, const PointSource* source, double* step_velocity);
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
 
   /// Of the last `project_step`: its multipliers [d] are 2/h times this sum. NaN where K lost rank there.

@@ -150,8 +150,12 @@ double Workspace::evaluate_free(double t, const double* r, const double* v, doub
   return accelerate(f.data(), w0);
 }
 
-double Workspace::accelerate(const double* given, double* w0) const {
+void Workspace::write_support_accelerations(double* w0) const {
   std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
+}
+
+double Workspace::accelerate(const double* given, double* w0) const {
+  write_support_accelerations(w0);
   return model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -164,7 +168,7 @@ double Workspace::accelerate(const double* given, double* w0) const {
 }
 
 double Workspace::write_unconstrained(double* w0) const {
-  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
+  write_support_accelerations(w0);
   if (model_.uniform_free() == nullptr) return 0.0;
   for (std::size_t i = model_.num_constrained(); i < model_.num_moving(); ++i) store(w0, i, *model_.uniform_free());
   return norm(*model_.uniform_free());

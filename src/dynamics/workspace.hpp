@@ -57,6 +57,8 @@ class Workspace : public Families {
                        Forces::Which which = Forces::Which::All);
   /// The same for given forces [3n].
   double accelerate(const double* given, double* w0) const;
+  /// What is prescribed at supports, into w0 [3n].
+  void write_support_accelerations(double* w0) const;
   /// Where `Model::uniform_free` says the others: the prescribed accelerations of supports, and those of points without
   /// constraints, into w0 [3n]. Returns its length.
   double write_unconstrained(double* w0) const;

@@ -51,12 +51,17 @@ void ConstrainedHost::check_cell() {
 }
 
 /// `place` := the host's positions in a cell; null: in that of `place`, if these are its positions bit by bit, else in
-/// the present one. Returns whether K and the factor of S stand there already.
-bool ConstrainedHost::gather_place(const ConstPointArray& positions, double t, const PeriodicCell* cell) {
+/// the present one. What has to be brought there is added to `incoming`. Returns whether K and the factor of S stand
+/// there already.
+bool ConstrainedHost::find_place(const ConstPointArray& positions, double t, const PeriodicCell* cell,
+                                 IncomingPoints* incoming) {
   was_called = true;
-  bool is_elsewhere = transfer.gather_changes(positions, images ? place.host.data() : place.r.data());
-  if (images && (is_elsewhere || (cell != nullptr && *cell != place.cell))) {
+  bool is_elsewhere = transfer.differ(positions, images ? place.host.data() : place.r.data());
+  if (!images) {
+    if (is_elsewhere) incoming->copy(positions, place.r.data());
+  } else if (is_elsewhere || (cell != nullptr && *cell != place.cell)) {
     is_elsewhere = true;
+    transfer.gather(positions, place.host.data());
     place.cell = cell != nullptr ? *cell : images->cell();
     images->unwrap(model.parallel, Lattice(place.cell), place.host.data(), place.r.data());
   }
@@ -65,10 +70,14 @@ bool ConstrainedHost::gather_place(const ConstPointArray& positions, double t, c
   return place.stands;
 }
 
-/// K and the factor of S at the host's positions.
-Outcome ConstrainedHost::stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell) {
-  if (gather_place(positions, t, cell)) return {};
-  Outcome outcome = linearization.update(t, place.r.data());
+/// K and the factor of S at the host's positions; what else is in `incoming` is brought, too.
+Outcome ConstrainedHost::stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell,
+                                  IncomingPoints* incoming) {
+  if (find_place(positions, t, cell, incoming)) {
+    bring(model.parallel, incoming, 0, num_points());
+    return {};
+  }
+  Outcome outcome = linearization.update(t, place.r.data(), incoming);
   place.stands = outcome.ok();
   const auto is_finite = [](double x) { return std::isfinite(x); };
   if (!place.stands && !std::ranges::all_of(place.r, is_finite)) return model.not_finite(t);
@@ -99,7 +108,7 @@ Outcome ConstrainedHost::check_place(double h) {
 
 /// The host's positions into `r`, at the images that constraints mean.
 void ConstrainedHost::gather_moved(const ConstPointArray& positions) {
-  (void)transfer.gather(positions, images ? f.data() : r.data());
+  transfer.gather(positions, images ? f.data() : r.data());
   if (!images) return;
   images->unwrap(model.parallel, images->lattice(), f.data(), r.data());
   before = r;
@@ -114,15 +123,32 @@ double ConstrainedHost::scatter_moved(const PointArray& positions) {
   return transfer.add(before.data(), model.num_moving(), positions);
 }
 
-/// The host's positions into `r` and velocities into `v`, moved onto the constraints.
+/// The host's positions into `r`, moved onto the constraints. Where rows depend on others the step may not be along K,
+/// and the velocities are moved with it; else they are when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
-  transfer.gather(step.positions, r.data());
+  IncomingPoints incoming(transfer);
   if (images) {
+    transfer.gather(step.positions, r.data());
     images->follow(model.parallel, Lattice(place.cell), place.r.data(), r.data());
     before = r;
+  } else {
+    incoming.copy(step.positions, r.data());
   }
-  if (step.velocities) transfer.gather(step.velocities, v.data());
-  return form.steps().project_step(step.time, step.step, r.data(), step.velocities ? v.data() : nullptr);
+  has_moved_velocities = step.velocities && linearization.rank_factor().redundancy().is_found();
+  if (has_moved_velocities) transfer.gather(step.velocities, v.data());
+  return form.steps().project_step(step.time, step.step, r.data(), images ? nullptr : &incoming,
+                                   has_moved_velocities ? v.data() : nullptr);
+}
+
+/// The host's velocities += M^-1 K mu/h, where they are if they have the inner order there.
+void ConstrainedHost::write_step_velocities(const PointArray& velocities) {
+  if (!has_moved_velocities) {
+    const double* const there = transfer.straight(velocities);
+    if (there == nullptr) transfer.gather(velocities, v.data());
+    linearization.add_reactions(multipliers, there != nullptr ? const_cast<double*>(there) : v.data());
+    if (there != nullptr) return;
+  }
+  transfer.write(v.data(), model.num_moving(), velocities);
 }
 
 /// -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of supports, those in `v`: what lengths that depend on time, and
@@ -185,8 +211,11 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
   const double* const blocks = linearization.blocks().data();
   report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
   report->largest_turn = sums.largest_turn(blocks, place.r.data(), r.data());
-  for (std::size_t k = 3 * model.num_moving(); k < v.size() && !step.velocities; ++k)
-    v[k] = (r[k] - place.r[k]) / step.step;
+  if (step.velocities) {
+    transfer.gather_last(step.velocities, model.num_moving(), v.data());
+  } else {
+    for (std::size_t k = 3 * model.num_moving(); k < v.size(); ++k) v[k] = (r[k] - place.r[k]) / step.step;
+  }
   report->work = factor * support_work(step.step);
 }
 

@@ -6,6 +6,7 @@
 #include <tanor/constrainer.hpp>
 
 #include "dynamics/forms.hpp"
+#include "host/incoming_points.hpp"
 #include "host/periodic_images.hpp"
 #include "host/point_transfer.hpp"
 #include "host/row_sums.hpp"
@@ -44,6 +45,7 @@ struct ConstrainedHost {
   std::vector<double> r, before, v, f, w, eta;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
+  bool has_moved_velocities = false;              // `v` is what the step makes of them; else it is not read yet
   std::vector<double> stress;                     // [9n], made where it is first wanted
   std::unique_ptr<SchurDeterminant> determinant;  // likewise
   bool was_called = false;                        // `place` holds the host's positions
@@ -53,13 +55,6 @@ struct ConstrainedHost {
   std::size_t num_points() const { return model.num_points(); }
   static bool wants_multipliers(const ConstraintForces& wanted) {
     return !wanted.multipliers.empty() || wanted.forces || wanted.stress;
-  }
-
-  /// The host's numbers in the inner order: where they are, or in `scratch`.
-  const double* read(const ConstPointArray& array, std::vector<double>* scratch) const {
-    if (const double* const there = transfer.straight(array)) return there;
-    (void)transfer.gather(array, scratch->data());
-    return scratch->data();
   }
 
   // ---- the cell ----
@@ -92,9 +87,12 @@ struct ConstrainedHost {
   // ---- the way in ----
 
   const PeriodicCell* present_cell() const { return images ? &images->cell() : nullptr; }
-  bool gather_place(const ConstPointArray& positions, double t, const PeriodicCell* cell);
-  Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell);
-  Outcome stand_at(const ConstPointArray& positions, double t) { return stand_at(positions, t, present_cell()); }
+  bool find_place(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
+  Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
+  Outcome stand_at(const ConstPointArray& positions, double t) {
+    IncomingPoints incoming(transfer);
+    return stand_at(positions, t, present_cell(), &incoming);
+  }
   Outcome check_place(double h);
   void gather_moved(const ConstPointArray& positions);
   ProjectionReport step_positions(const PositionStep& step);
@@ -102,6 +100,7 @@ struct ConstrainedHost {
   // ---- the way out ----
 
   double scatter_moved(const PointArray& positions);
+  void write_step_velocities(const PointArray& velocities);
   void write(double factor, const ConstraintForces& wanted);
   double support_work(double h);
   void measure_step(const PositionStep& step, PartReport* report);

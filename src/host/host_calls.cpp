@@ -14,7 +14,9 @@ namespace tanor {
 
 void ConstrainedHost::find_positions(const PositionStep& step, PartReport* report) {
   const double start = step.time - step.step;
-  if (report->outcome = stand_at(step.old_positions, start, step.old_cell); !report->outcome.ok()) return;
+  IncomingPoints incoming(transfer);
+  report->outcome = stand_at(step.old_positions, start, step.old_cell, &incoming);
+  if (!report->outcome.ok()) return;
   if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
   ProjectionReport found = step_positions(step);
   if (!found.outcome.ok()) {
@@ -40,13 +42,16 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
 void ConstrainedHost::write_positions(const PositionStep& step, PartReport* report) {
   write(2.0 / step.step, step.wanted);  // the multipliers are a sum over h
   report->correction = scatter_moved(step.positions);
-  if (step.velocities) transfer.write(v.data(), model.num_moving(), step.velocities);
+  if (step.velocities) write_step_velocities(step.velocities);
 }
 
 double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report) {
-  if (report->outcome = stand_at(step.positions, step.time); !report->outcome.ok()) return 0.0;
+  IncomingPoints incoming(transfer);
+  incoming.measure(step.velocities, v.data());
+  report->outcome = stand_at(step.positions, step.time, present_cell(), &incoming);
+  if (!report->outcome.ok()) return 0.0;
   // Small is what is small beside the velocities of this call.
-  const double speed = transfer.gather(step.velocities, v.data());
+  const double speed = incoming.largest();
   if (!work.constraints.depends_on_time()) return speed;
   work.set_time(step.time);
   return larger(speed, linearization.evaluate_rates(place.r.data(), v.data(), rows.data()));
@@ -81,11 +86,14 @@ void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* rep
 // ---- an instant ----
 
 void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report) {
-  const bool stood = gather_place(at.positions, at.time, present_cell());
-  const double* const velocities = read(at.velocities, &v);
+  IncomingPoints incoming(transfer);
+  const bool stood = find_place(at.positions, at.time, present_cell(), &incoming);
+  const double* velocities = transfer.straight(at.velocities);
+  if (velocities == nullptr) incoming.copy(at.velocities, v.data());
+  if (velocities == nullptr) velocities = v.data();
+  incoming.scale(at.forces, std::span(model.inverse_mass).first(model.num_moving()), w.data());
   ForwardDynamics& dynamics = form.dynamics();
-  const Request request{
-      .gradients = stood ? Gradients::Keep : Gradients::Evaluate, .exact = true, .forces = read(at.forces, &f)};
+  const Request request{.gradients = stood ? Gradients::Keep : Gradients::Evaluate, .exact = true, .given = &incoming};
   SolveReport solved;
   report->outcome = dynamics.solve({at.time, place.r.data(), velocities}, request, {w.data(), nullptr, &solved});
   place.stands = report->outcome.ok();
@@ -108,7 +116,7 @@ void ConstrainedHost::write_accelerations(const HostState& at) {
 void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
                                   PartReport* report) {
   if (report->outcome = stand_at(positions, time); !report->outcome.ok()) return;
-  (void)transfer.gather(forces, f.data());
+  transfer.gather(forces, f.data());
   const double scale = work.accelerate(f.data(), w.data());  // w = M^-1 f
   std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
   if (!std::isfinite(scale)) {

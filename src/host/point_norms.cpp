@@ -52,4 +52,22 @@ double largest_squared_distance(const double* x, const double* y, std::size_t co
   return seen.read();
 }
 
+TANOR_EACH_INSTRUCTION_SET
+double scale(const double* x, const double* factors, std::size_t count, double* y) {
+  Largest seen;
+  const auto scale_eight = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
+    const Eight3 points = tanor::eight_at(by) * load_eight(from);
+    seen.see(dot(points, points));
+    tanor::store_points(points.x, points.y, points.z, to);
+  };
+  std::size_t i = 0;
+  for (; i + num_lanes <= count; i += num_lanes) scale_eight(x + 3 * i, factors + i, y + 3 * i);
+  double rest[numbers] = {}, of_rest[num_lanes] = {};
+  std::copy(x + 3 * i, x + 3 * count, rest);
+  std::copy(factors + i, factors + count, of_rest);
+  scale_eight(rest, of_rest, rest);
+  std::copy(rest, rest + 3 * (count - i), y + 3 * i);
+  return seen.read();
+}
+
 }  // namespace tanor_kernels

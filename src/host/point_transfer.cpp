@@ -1,6 +1,7 @@
 #include "host/point_transfer.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,7 +16,6 @@ using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
 
 namespace {
 
-constexpr std::size_t piece = 128;  // points
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
 }  // namespace
@@ -67,8 +67,7 @@ const double* PointTransfer::straight(const ConstPointArray& array) const {
   return array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]));
 }
 
-/// Some of the host's points, one after the other: where they are, or in `scratch`. A host's numbers may stand at any
-/// address.
+/// A host's numbers may stand at any address.
 const double* PointTransfer::load(const ConstPointArray& array, std::size_t first, std::size_t count,
                                   double* scratch) const {
   if (const double* const there = straight(array)) return there + 3 * first;
@@ -86,24 +85,29 @@ void PointTransfer::store(const double* from, std::size_t first, std::size_t cou
         [&](std::size_t i, std::byte* point) { std::memcpy(point, from + 3 * (i - first), bytes_of_point); });
 }
 
-double PointTransfer::gather(const ConstPointArray& from, double* to) const {
-  return std::sqrt(largest(numbering_.num_points(), [&](std::size_t first, std::size_t count) {
-    double* const own = to + 3 * first;
-    const double* const x = load(from, first, count, own);
-    if (x != own) std::memcpy(own, x, bytes_of_point * count);
-    return largest_square(own, count);
-  }));
+void PointTransfer::gather(const ConstPointArray& from, double* to) const {
+  parallel_.for_ranges(host_point_.size(), [&](std::size_t begin, std::size_t end) {
+    double* const own = to + 3 * begin;
+    const double* const x = load(from, begin, end - begin, own);
+    if (x != own) std::memcpy(own, x, bytes_of_point * (end - begin));
+  });
 }
 
-bool PointTransfer::gather_changes(const ConstPointArray& from, double* to) const {
-  return largest(numbering_.num_points(), [&](std::size_t first, std::size_t count) {
-           double scratch[3 * piece];  // NOLINT: filled where needed
-           double* const own = to + 3 * first;
-           const double* const x = load(from, first, count, scratch);
-           if (std::memcmp(x, own, bytes_of_point * count) == 0) return 0.0;
-           std::memcpy(own, x, bytes_of_point * count);
-           return 1.0;
-         }) > 0.0;
+void PointTransfer::gather_last(const ConstPointArray& from, std::size_t first, double* to) const {
+  visit(from, 3, first, host_point_.size() - first,
+        [&](std::size_t i, const std::byte* point) { std::memcpy(to + 3 * i, point, bytes_of_point); });
+}
+
+bool PointTransfer::differ(const ConstPointArray& from, const double* than) const {
+  std::atomic<bool> result{false};
+  parallel_.for_ranges(host_point_.size(), [&](std::size_t begin, std::size_t end) {
+    double scratch[3 * piece];  // NOLINT: filled where needed
+    for (std::size_t first = begin; first < end && !result.load(std::memory_order_relaxed); first += piece) {
+      const std::size_t count = std::min(piece, end - first);
+      if (std::memcmp(load(from, first, count, scratch), than + 3 * first, bytes_of_point * count) != 0) result = true;
+    }
+  });
+  return result;
 }
 
 double PointTransfer::scatter(const double* from, std::size_t count, const PointArray& to) const {

@@ -14,6 +14,8 @@ namespace tanor {
 /// The way between the arrays of a host and arrays in the inner order.
 class PointTransfer {
  public:
+  static constexpr std::size_t piece = 128;  ///< points of which several arrays fit into the first cache
+
   /// Both outlive the transfer. The host's points are those of the system, until `set_points`.
   PointTransfer(const Numbering& numbering, const Parallel& parallel);
   /// The host's number of each point of the system, in the system's order.
@@ -21,10 +23,14 @@ class PointTransfer {
 
   /// The host's array where it has the inner order already, packed; null: it has not.
   const double* straight(const ConstPointArray& array) const;
-  /// to [3n] := the host's points; returns the largest |x_i|.
-  double gather(const ConstPointArray& from, double* to) const;
-  /// The same; returns whether any bit of `to` has changed.
-  bool gather_changes(const ConstPointArray& from, double* to) const;
+  /// Some of the host's points, one after the other: where they are, or in `scratch` [3 count].
+  const double* load(const ConstPointArray& array, std::size_t first, std::size_t count, double* scratch) const;
+  /// to [3n] := the host's points.
+  void gather(const ConstPointArray& from, double* to) const;
+  /// The same for the inner points from `first` on.
+  void gather_last(const ConstPointArray& from, std::size_t first, double* to) const;
+  /// Any bit of the host's points is another one than in `than` [3n].
+  bool differ(const ConstPointArray& from, const double* than) const;
   /// The host's points := from [3n] for the first `count` inner points; returns the largest |change|.
   double scatter(const double* from, std::size_t count, const PointArray& to) const;
   /// The same, where nobody asks for the change.
@@ -43,7 +49,6 @@ class PointTransfer {
   template <class Number, class At>
   void visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
              const At& at) const;
-  const double* load(const ConstPointArray& array, std::size_t first, std::size_t count, double* scratch) const;
   void store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const;
   /// The largest piece(first, count) over pieces of the first `count` inner points, of which several fit into the first
   /// cache.

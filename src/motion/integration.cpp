@@ -166,7 +166,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
-    if (!scheme_->is_adaptive()) turns_.note(mechanics_.parallel(), state.v);
+    if (!scheme_->is_adaptive()) turns_.note(mechanics_.parallel(), trial_.state, state);
     taken(attempt.step);
   }
   singular_.note(*scheme_, trial_.state, state, attempt.step);

@@ -6,11 +6,29 @@ namespace tanor {
 
 namespace {
 
-/// y = a + s b
-void add_scaled(const Parallel& parallel, const std::vector<double>& a, double s, const std::vector<double>& b,
-                std::vector<double>* y) {
+/// v1/2 = v + h/2 a and x1 = x + h v1/2 in one pass: long arrays cost by their passes. Reads and writes `size` numbers.
+struct FirstHalf {
+  const double *x, *v, *a;
+  double *middle, *x1;
+};
+void move_freely(const Parallel& parallel, std::size_t size, double h, const FirstHalf& of) {
+  parallel.for_ranges(size, [&](std::size_t begin, std::size_t end) {
+    const double *const x = of.x, *const v = of.v, *const a = of.a;
+    double* __restrict middle = of.middle;
+    double* __restrict x1 = of.x1;
+    const double half = 0.5 * h;
+    for (std::size_t i = begin; i < end; ++i) {
+      middle[i] = v[i] + half * a[i];
+      x1[i] = x[i] + h * middle[i];
+    }
+  });
+}
+
+/// v1 = v1/2 + h/2 a; the two may be one array.
+void kick(const Parallel& parallel, double h, const std::vector<double>& a, const std::vector<double>& middle,
+          std::vector<double>* v1) {
   parallel.for_ranges(a.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) (*y)[i] = a[i] + s * b[i];
+    for (std::size_t i = begin; i < end; ++i) (*v1)[i] = middle[i] + 0.5 * h * a[i];
   });
 }
 
@@ -26,7 +44,15 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       projector_(projector_of(mechanics)),
       passes_(passes),
       free_(mechanics.size()),
-      middle_(mechanics.size()) {}
+      middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {}
+
+/// M^-1 f into `free_`, unless that holds it for good.
+Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
+  if (has_constant_ && projector_.is_constant()) return {};
+  Outcome outcome = projector_.free_accelerations(at, request, free_.data());
+  has_constant_ = outcome.ok() && projector_.is_constant();
+  return outcome;
+}
 
 StepResult Rattle::step(const State& from, double h, State* to) {
   const Parallel& parallel = mechanics_.parallel();
@@ -36,28 +62,28 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   // M^-1 f at the old place; the last step has it where forces do not depend on v.
   // Fixed steps have no tolerance that would ask for exact accelerations.
   const Request request = IntegrationOptions().request(Gradients::Keep);
-  if (!knows_free_ || free_time_ != from.t || projector_.depends_on_velocity()) {
-    result.outcome = projector_.free_accelerations(from.at(), request, free_.data());
-    if (!result.outcome.ok()) return result;
+  const bool depends_on_velocity = projector_.depends_on_velocity();
+  if (!knows_free_ || free_time_ != from.t || depends_on_velocity) {
+    if (result.outcome = find_free(from.at(), request); !result.outcome.ok()) return result;
   }
   knows_free_ = false;
 
   // v1/2 = v + h/2 M^-1 f, r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
-  add_scaled(parallel, from.v, 0.5 * h, free_, &middle_);
-  add_scaled(parallel, from.x, h, middle_, &to->x);
+  std::vector<double>& middle = depends_on_velocity ? middle_ : to->v;
+  move_freely(parallel, from.x.size(), h, {from.x.data(), from.v.data(), free_.data(), middle.data(), to->x.data()});
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
-  const ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle_.data());
+  const ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle.data());
   result.position_violation = positions.violation;
   if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
 
   // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, again with the better v1
-  const std::vector<double>* guess = &middle_;
-  for (int pass = 0; pass < (projector_.depends_on_velocity() ? passes_ : 1); ++pass) {
-    result.outcome = projector_.free_accelerations({t, to->x.data(), guess->data()}, request, free_.data());
+  const std::vector<double>* guess = &middle;
+  for (int pass = 0; pass < (depends_on_velocity ? passes_ : 1); ++pass) {
+    result.outcome = find_free({t, to->x.data(), guess->data()}, request);
     if (!result.outcome.ok()) return result;
-    add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);
+    kick(parallel, h, free_, middle, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
     const ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
     result.velocity_violation = velocities.violation;

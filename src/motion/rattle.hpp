@@ -19,16 +19,22 @@ class Rattle final : public Scheme {
   bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.events() != nullptr; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
-  void exchange_memory(Memory& memory) override { memory.exchange(knows_free_, free_time_, free_); }
+  void exchange_memory(Memory& memory) override {
+    memory.exchange(knows_free_, free_time_, free_);
+    if (memory.reads()) has_constant_ = false;
+  }
 
  private:
+  Outcome find_free(const Kinematics& at, const Request& request);
+
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
   std::vector<double> free_;    // M^-1 f at the last place
-  std::vector<double> middle_;  // v1/2
+  std::vector<double> middle_;  // v1/2 where forces depend on v; else it becomes v1 where it stands
   double free_time_ = 0.0;
   bool knows_free_ = false;
+  bool has_constant_ = false;  // `free_` is the same everywhere and always
 };
 
 }  // namespace tanor

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
@@ -10,58 +11,68 @@ namespace tanor {
 
 namespace {
 
-/// The largest |number(at, i)| for i in [begin, end), eight side by side: `at` reads one number or eight from an
-/// address.
-template <class Number>
-[[gnu::always_inline]] inline double largest(std::size_t begin, std::size_t end, const Number& number) {
-  const auto read_eight = [](const double* from) __attribute__((always_inline))->Eight {
-    return eight_at(from);
-  };
-  const auto read_one = [](const double* from) __attribute__((always_inline)) {
-    return *from;
-  };
+/// The largest size that was seen.
+struct Sizes {
   Eight lanes{};
-  std::size_t i = begin;
-  for (; i + num_lanes <= end; i += num_lanes) {
-    const Eight x = number(read_eight, i), size = x < 0.0 ? -x : x;
+  double rest = 0.0;
+
+  [[gnu::always_inline]] void see(const Eight& x) {
+    const Eight size = x < 0.0 ? -x : x;
     lanes = size > lanes ? size : lanes;
   }
-  double result = 0.0;
-  for (; i < end; ++i) result = std::max(result, std::abs(number(read_one, i)));
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = std::max(result, lanes[lane]);
-  return result;
-}
+  [[gnu::always_inline]] void see(double x) { rest = std::max(rest, std::abs(x)); }
+  double largest() const {
+    double result = rest;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) result = std::max(result, lanes[lane]);
+    return result;
+  }
+};
 
 TANOR_EACH_INSTRUCTION_SET
-double largest_size(const double* x, std::size_t begin, std::size_t end) {
-  return largest(
-      begin, end, [=](const auto& at, std::size_t i) __attribute__((always_inline)) { return at(x + i); });
-}
-TANOR_EACH_INSTRUCTION_SET
 double largest_change(const double* from, const double* to, std::size_t begin, std::size_t end) {
-  return largest(
-      begin,
-      end, [=](const auto& at, std::size_t i) __attribute__((always_inline)) { return at(to + i) - at(from + i); });
+  Sizes sizes;
+  std::size_t i = begin;
+  for (; i + num_lanes <= end; i += num_lanes) sizes.see(eight_at(to + i) - eight_at(from + i));
+  for (; i < end; ++i) sizes.see(to[i] - from[i]);
+  return sizes.largest();
 }
-/// x1 - x0 - h (v0 + v1)/2
+
 struct StepEnds {
   const double *x0, *v0, *x1, *v1;
 };
+/// The largest |x1|, |v1| and |x1 - x0 - h (v0 + v1)/2| of these numbers, in one pass.
 TANOR_EACH_INSTRUCTION_SET
-double largest_miss(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end) {
-  return largest(
-      begin, end, [&ends, half_step ](const auto& at, std::size_t i) __attribute__((always_inline)) {
-        return at(ends.x1 + i) - at(ends.x0 + i) - half_step * (at(ends.v0 + i) + at(ends.v1 + i));
-      });
+void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end, TurnMeter::Step* step) {
+  Sizes place, speed, missed;
+  const auto see = [&](const auto& x0, const auto& v0, const auto& x1, const auto& v1) __attribute__((always_inline)) {
+    place.see(x1);
+    speed.see(v1);
+    missed.see(x1 - x0 - half_step * (v0 + v1));
+  };
+  std::size_t i = begin;
+  for (; i + num_lanes <= end; i += num_lanes) {
+    const Eight x0 = eight_at(ends.x0 + i), v0 = eight_at(ends.v0 + i), x1 = eight_at(ends.x1 + i),
+                v1 = eight_at(ends.v1 + i);
+    see(x0, v0, x1, v1);
+  }
+  for (; i < end; ++i) see(ends.x0[i], ends.v0[i], ends.x1[i], ends.v1[i]);
+  *step = {place.largest(), speed.largest(), missed.largest()};
 }
 
 }  // namespace
 
-void TurnMeter::note(const Parallel& parallel, const std::vector<double>& v) {
+void TurnMeter::note(const Parallel& parallel, const State& from, const State& to) {
+  const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
+  std::mutex joining;
+  step_ = {};
+  parallel.for_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
+    Step part;
+    measure_step(ends, 0.5 * (to.t - from.t), begin, end, &part);
+    const std::lock_guard lock(joining);
+    step_ = {std::max(step_.place, part.place), std::max(step_.speed, part.speed), std::max(step_.missed, part.missed)};
+  });
   before_ = fastest_;
-  const double speed = parallel.max_over_ranges(
-      v.size(), [&](std::size_t begin, std::size_t end) { return largest_size(v.data(), begin, end); });
-  fastest_ = std::max(fastest_, speed);
+  fastest_ = std::max(fastest_, step_.speed);
 }
 
 /// Turned by theta in a step, on a circle:
@@ -73,17 +84,12 @@ double TurnMeter::angle(const Parallel& parallel, const State& from, const State
   constexpr double gathering = 1.2;
   if (fastest_ > gathering * before_) return 0.0;
   const double h = to.t - from.t;
-  const auto over_ranges = [&](const auto& of_range) { return parallel.max_over_ranges(to.x.size(), of_range); };
-  const double size =
-      over_ranges([&](std::size_t begin, std::size_t end) { return largest_size(to.x.data(), begin, end); });
-  if (!(h * fastest_ > least_move * size)) return 0.0;
-  const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
-  const double missed =
-      over_ranges([&](std::size_t begin, std::size_t end) { return largest_miss(ends, 0.5 * h, begin, end); });
-  const double by_x = 12.0 * missed / (h * fastest_);
+  if (!(h * fastest_ > least_move * step_.place)) return 0.0;
+  const double by_x = 12.0 * step_.missed / (h * fastest_);
   if (!knows_acceleration) return std::sqrt(by_x);
-  const double changed = over_ranges(
-      [&](std::size_t begin, std::size_t end) { return largest_change(from.a.data(), to.a.data(), begin, end); });
+  const double changed = parallel.max_over_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
+    return largest_change(from.a.data(), to.a.data(), begin, end);
+  });
   return std::sqrt(std::max(by_x, h * changed / fastest_));
 }
 

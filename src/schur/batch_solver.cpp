@@ -53,6 +53,10 @@ const Eight* numbers_of(const Eight3* points) {
   return &points->x;
 }
 
+void bring_batch(const Batch& batch, const PointSource* source) {
+  for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
+    source->bring(static_cast<std::size_t>(batch.first_point[lane]), batch.num_points);
+}
 void read_points(const Batch& batch, const double* from, Eight3* to) {
   gather_sequences(from, batch.first_point, 3, 3 * batch.num_points, 1.0, numbers_of(to));
 }
@@ -158,6 +162,7 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
   const bool keeps = use == FactorUse::Keep;
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
+    bring_batch(batch, motion.source);
     for (const auto& [from, to] : {std::pair(motion.r, work.r.data()), std::pair(motion.v, work.v.data())}) {
       read_points(batch, from, to);
       read_supports(batch, from, to);
@@ -225,9 +230,11 @@ void BatchSolver::correct(const Parallel& parallel, const double* blocks, double
 
 // ---- projections ----
 
-Elimination BatchSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
+Elimination BatchSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                   double* blocks) {
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
+    bring_batch(batch, source);
     read_points(batch, r, work.r.data());
     read_supports(batch, r, work.r.data());
     evaluate_directions(topology, work.r.data(), batch.offsets, work.u.data());
@@ -255,9 +262,10 @@ void BatchSolver::iterate(const Batch& batch, double target, Workspace* work, co
 }
 
 Projection BatchSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                          double* sum) {
+                                          const PointSource* source, double* sum) {
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
+    bring_batch(batch, source);
     read_points(batch, r, work.r.data());
     read_supports(batch, r, work.r.data());
     read_blocks(batch, blocks, work.u.data());

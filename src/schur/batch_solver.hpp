@@ -28,9 +28,9 @@ class BatchSolver final : public IslandSolver {
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
-  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               double* sum) override;
+                               const PointSource* source, double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;

@@ -68,14 +68,15 @@ Projection CompositeSolver::join_projections(const Each& each) {
   return result;
 }
 
-Elimination CompositeSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
-  return join([&](SchurSolver& solver) { return solver.linearise(parallel, r, blocks); });
+Elimination CompositeSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                       double* blocks) {
+  return join([&](SchurSolver& solver) { return solver.linearise(parallel, r, source, blocks); });
 }
 
 Projection CompositeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                              double* sum) {
+                                              const PointSource* source, double* sum) {
   return join_projections(
-      [&](SchurSolver& solver) { return solver.project_positions(parallel, blocks, target, r, sum); });
+      [&](SchurSolver& solver) { return solver.project_positions(parallel, blocks, target, r, source, sum); });
 }
 
 Projection CompositeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,

@@ -26,9 +26,9 @@ class CompositeSolver final : public SchurSolver {
 
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
-  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               double* sum) override;
+                               const PointSource* source, double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;

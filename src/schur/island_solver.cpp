@@ -12,7 +12,9 @@ void IslandSolver::serve(const SchurProblem& problem, std::span<const Index> bef
   rows_.resize(problem.constraints.num_rows());
 }
 
-Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
+Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                    double* blocks) {
+  bring_points(parallel, source);
   group_->constraints.evaluate_gradients(parallel, group_->members, r, blocks);
   return factorize(parallel, blocks);
 }
@@ -43,7 +45,8 @@ Projection IslandSolver::iterate(const Parallel& parallel, const double* blocks,
 }
 
 Projection IslandSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                           double* sum) {
+                                           const PointSource* source, double* sum) {
+  bring_points(parallel, source);
   if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
   return iterate(
       parallel, blocks, target, [&](double* xi) { return evaluate_values(parallel, r, xi); }, r, sum);

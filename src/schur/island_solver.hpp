@@ -13,12 +13,12 @@ namespace tanor {
 /// constraints, projections are chord iterations with the last factor. Each solver overrides what it does faster.
 class IslandSolver : public SchurSolver {
  public:
-  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               double* sum) override;
+                               const PointSource* source, double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
@@ -31,6 +31,11 @@ class IslandSolver : public SchurSolver {
   /// Serves the islands of `before` that are no longer among those that are `left`.
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
   const IslandGroup& group() const { return *group_; }
+  /// All points of its islands at once; null: they are there.
+  void bring_points(const Parallel& parallel, const PointSource* source) const {
+    if (source == nullptr) return;
+    group_->points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) { source->bring(begin, end - begin); });
+  }
 
   Summary summary_;
 

@@ -50,11 +50,15 @@ void PathSolver::eliminate_halves(const Path& path, const Numbers& numbers, Halv
   const std::size_t middle = path.middle();
   Half left(Towards::Right, path.first, includes(halves, Halves::Left) ? middle - path.first : 0);
   Half right(Towards::Left, path.end, includes(halves, Halves::Right) ? path.end - middle - 1 : 0);
+  const PointSource* const source = numbers.source;
+  if (source != nullptr) bring_middle(path, *source, halves);
   paths::Upcoming upcoming;
   while (left.rows_left + right.rows_left > 0) {
     for (Half* half : {&left, &right}) {
       half->advance();
-      if (half->chunk.count > 0) take_rows(path, numbers, half);
+      if (half->chunk.count == 0) continue;
+      if (source != nullptr) bring_rows(path, *source, *half);
+      take_rows(path, numbers, half);
     }
     upcoming.clear();
     for (const Half* half : {&left, &right}) announce(path, numbers, half->next_first(), half->next_count(), &upcoming);
@@ -80,6 +84,25 @@ void PathSolver::eliminate_halves(const Path& path, const Numbers& numbers, Halv
   for (Half* half : {&left, &right}) half->end.range = {half->pivots.smallest, half->pivots.largest, half->largest};
   if (includes(halves, Halves::Left)) work->left_end = left.end;
   if (includes(halves, Halves::Right)) work->right_end = right.end;
+}
+
+/// The points of a chunk that those before it have not brought.
+void PathSolver::bring_rows(const Path& path, const PointSource& source, const Half& half) {
+  const std::size_t first = half.first, last = first + half.chunk.count - 1;
+  const bool with_left = half.is_rightwards() ? first == path.first && !path.begins_at_support(first) : true;
+  const bool with_right = half.is_rightwards() ? true : last + 1 == path.end && !path.ends_at_support(last);
+  const std::size_t begin = with_left ? path.left_point(first) : path.right_point(first);
+  const std::size_t end = (with_right ? path.right_point(last) : path.left_point(last)) + 1;
+  source.bring(begin, end - begin);
+}
+
+/// The ends of a path that is its middle row on that side: no half brings them.
+void PathSolver::bring_middle(const Path& path, const PointSource& source, Halves halves) {
+  const std::size_t middle = path.middle();
+  if (includes(halves, Halves::Left) && middle == path.first && !path.begins_at_support(middle))
+    source.bring(path.left_point(middle), 1);
+  if (includes(halves, Halves::Right) && middle + 1 == path.end && !path.ends_at_support(middle))
+    source.bring(path.right_point(middle), 1);
 }
 
 /// Directions, b and S of the next rows.

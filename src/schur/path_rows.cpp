@@ -21,7 +21,8 @@ Vec3 PathSolver::distance(const Path& path, std::size_t row, const double* r) co
 
 /// phi + K'w0 with phi = rho'' - l''
 double PathSolver::right_side(const Path& path, std::size_t row, const FreeMotion& motion) const {
-  const auto& [r, v, w0, uniform] = motion;
+  const double *const r = motion.r, *const v = motion.v, *const w0 = motion.w0;
+  const Vec3* const uniform = motion.uniform;
   const std::size_t i = path.left_point(row), j = path.right_point(row);
   const Distance rho(distance(path, row, r), load(v, j) - load(v, i));
   const Vec3 left = uniform != nullptr && !path.begins_at_support(row) ? *uniform : load(w0, i);

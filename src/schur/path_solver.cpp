@@ -124,13 +124,13 @@ double PathSolver::Range::reciprocal_condition() const {
 
 Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double* b, double* lambda, double* w) {
-  const Numbers numbers{&motion, blocks, blocks, b, lambda};
   const Substituted substituted{motion.uniform, blocks, b, lambda, w};
   const auto substitute = [&](std::size_t p, Halves halves, Work* work) {
     substitute_halves(p, substituted, halves, work);
   };
   const auto finish = [&](std::size_t p, Work* work) { include_residual(p, substituted, work); };
   if (use == FactorUse::Renew) {
+    const Numbers numbers{&motion, blocks, blocks, b, lambda, source_of_halves(parallel, motion)};
     const Range range = run(
         parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
         [&](std::size_t p, Work* work) {
@@ -140,6 +140,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
         substitute, finish);
     return {range.reciprocal_condition(), range.right_side, range.residual, range.own_residual};
   }
+  bring_points(parallel, motion.source);
   const double largest = evaluate_right_side(parallel, motion, b);
   const Range range = run(
       parallel,
@@ -150,6 +151,13 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
       },
       substitute, finish);
   return {.largest_right_side = largest, .residual = range.residual, .own_residual = cannot_tell};
+}
+
+/// The row that closes a ring is seen by both halves: where there are rings all points are brought before.
+const PointSource* PathSolver::source_of_halves(const Parallel& parallel, const FreeMotion& motion) const {
+  if (spike_.empty()) return motion.source;
+  bring_points(parallel, motion.source);
+  return nullptr;
 }
 
 /// |K'dw + b| of a whole path.
@@ -167,9 +175,10 @@ Elimination PathSolver::factorize(const Parallel& parallel, const double* blocks
   return eliminate(parallel, {nullptr, blocks, nullptr, nullptr, nullptr});
 }
 
-Elimination PathSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
-  const FreeMotion motion{r, nullptr, nullptr};
-  return eliminate(parallel, {&motion, blocks, blocks, nullptr, nullptr});
+Elimination PathSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                  double* blocks) {
+  const FreeMotion motion{.r = r, .v = nullptr, .w0 = nullptr, .source = source};
+  return eliminate(parallel, {&motion, blocks, blocks, nullptr, nullptr, source_of_halves(parallel, motion)});
 }
 
 Elimination PathSolver::eliminate(const Parallel& parallel, const Numbers& numbers) {

@@ -27,7 +27,7 @@ class PathSolver final : public IslandSolver {
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
-  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
 
@@ -42,6 +42,7 @@ class PathSolver final : public IslandSolver {
     const FreeMotion* motion;
     const double* given_blocks;
     double *blocks, *b, *y;
+    const PointSource* source = nullptr;  // of the points that each half brings
   };
   struct Substituted {
     const Vec3* uniform;
@@ -89,7 +90,10 @@ class PathSolver final : public IslandSolver {
   void announce(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
                 paths::Upcoming* upcoming) const;
   void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work);
+  const PointSource* source_of_halves(const Parallel& parallel, const FreeMotion& motion) const;
   void take_rows(const Path& path, const Numbers& numbers, Half* half) const;
+  static void bring_rows(const Path& path, const PointSource& source, const Half& half);
+  static void bring_middle(const Path& path, const PointSource& source, Halves halves);
   void eliminate_middle(std::size_t path, const Numbers& numbers, Work* work);
   Vec3 direction(const Path& path, std::size_t row, const Numbers& numbers) const;
   Vec3 evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const;

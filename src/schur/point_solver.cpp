@@ -286,6 +286,7 @@ void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::si
 
 Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse, double* blocks, double*,
                                double* lambda, double* w) {
+  bring_points(parallel, motion.source);
   return for_each_chunk(parallel, [&](Chunk& chunk) {
     const std::size_t count = chunk.count;
     std::size_t row = 0;

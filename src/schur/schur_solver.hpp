@@ -12,6 +12,7 @@
 #include "assembly/reactions.hpp"
 #include "base/check.hpp"
 #include "base/parallel.hpp"
+#include "base/point_source.hpp"
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
 
@@ -24,6 +25,8 @@ struct FreeMotion {
   const double* w0;
   /// Not null: w0 of every moving point; the array above then holds supports alone.
   const Vec3* uniform = nullptr;
+  /// Not null: where the points of islands in all these arrays come from. A solver brings its own.
+  const PointSource* source = nullptr;
 };
 
 /// With which factor of S something is solved: a new one at its own configuration, or the last one, at the same
@@ -105,9 +108,9 @@ class SchurFactor {
 
   /// Adds the reactions of `sum` [d] to r, the first guess, then iterates along the chord until |xi|/length <= target,
   /// or as far as that leads; `sum` becomes the sum of all multipliers. Null: there is no guess, and no sum is wanted.
-  /// A factor whose islands do not iterate by themselves returns an infinite violation.
+  /// A factor whose islands do not iterate by themselves returns an infinite violation. `source` as in FreeMotion.
   virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                       double* sum) = 0;
+                                       const PointSource* source, double* sum) = 0;
   /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess: what `sum` [d] holds grows
   /// by all multipliers, unless it is null.
   virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
@@ -130,8 +133,9 @@ class SchurSolver : public SchurFactor {
 
   /// Factorizes S of given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
-  /// blocks := K at r, and the factor of its S.
-  virtual Elimination linearise(const Parallel& parallel, const double* r, double* blocks) = 0;
+  /// blocks := K at r, and the factor of its S. `source` as in FreeMotion.
+  virtual Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                double* blocks) = 0;
 
   struct Summary {
     std::vector<LinearSolver> solvers;                   ///< as PlanSummary::linear_solvers

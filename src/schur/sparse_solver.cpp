@@ -71,6 +71,7 @@ void SparseSolver::find_multipliers(const Parallel& parallel, const double* bloc
 Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                                 double* b, double* lambda, double* w) {
   const bool keeps = use == FactorUse::Keep;
+  bring_points(parallel, motion.source);
   Elimination result;
   result.largest_right_side = evaluate(parallel, motion, keeps ? nullptr : blocks, b, w);
   if (!std::isfinite(result.largest_right_side)) return result;

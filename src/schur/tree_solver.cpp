@@ -285,6 +285,7 @@ void TreeSolver::accelerate(const Island& island, const Vec3* uniform, const dou
 
 Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double* b, double* lambda, double* w) {
+  bring_points(parallel, motion.source);
   for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
   if (use == FactorUse::Keep) {
     const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {

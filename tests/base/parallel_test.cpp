@@ -18,6 +18,19 @@ TEST(Parallel, SumsHaveTheSameBitsForAnyNumberOfThreads) {
   for (const int threads : {2, 3, 7}) EXPECT_EQ(Parallel(threads).sum(100'003, term), alone);
 }
 
+TEST(Parallel, SumsArePartsInTheirOrder) {
+  const auto term = [](std::size_t k) { return 1.0 / (3.0 + static_cast<double>(k)); };
+  for (const std::size_t count : {65, 127, 128, 1000, 100'003}) {
+    double all = 0.0;
+    for (std::size_t p = 0; p < 64; ++p) {
+      double part = 0.0;
+      for (std::size_t k = count * p / 64; k < count * (p + 1) / 64; ++k) part += term(k);
+      all += part;
+    }
+    for (const int threads : {1, 2, 3, 7}) EXPECT_EQ(Parallel(threads).sum(count, term, 1), all) << count;
+  }
+}
+
 TEST(Parallel, WhatIsThrownInsideComesOut) {
   const Parallel parallel(2);
   EXPECT_THROW(parallel.for_ranges(10'000,

@@ -159,7 +159,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   expect_own_rows(lambda);
   expect_own_blocks();
 
-  EXPECT_GT(part->linearise(parallel, r.data(), blocks.data()).reciprocal_condition, 1e-9);
+  EXPECT_GT(part->linearise(parallel, r.data(), nullptr, blocks.data()).reciprocal_condition, 1e-9);
   expect_own_blocks();
   EXPECT_GT(part->factorize(parallel, blocks.data()).reciprocal_condition, 1e-9);
   const std::vector<double> lambda_before = lambda;
@@ -190,7 +190,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   theirs.rows.for_each([&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) sum[a] = 1e-7;
   });
-  EXPECT_LE(part->project_positions(parallel, blocks.data(), 1e-13, r.data(), sum.data()).violation, 1e-13);
+  EXPECT_LE(part->project_positions(parallel, blocks.data(), 1e-13, r.data(), nullptr, sum.data()).violation, 1e-13);
   expect_own_points(r);
   expect_own_rows(sum);
   std::vector<double> rows_of_part(d, nan);

@@ -119,7 +119,7 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
 
     const Elimination solved = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
                                                  FactorUse::Renew, blocks.data(), b.data(), lambda.data(), w.data());
-    const Elimination linearised = rows.solver.linearise(model.parallel, rows.r.data(), again_blocks.data());
+    const Elimination linearised = rows.solver.linearise(model.parallel, rows.r.data(), nullptr, again_blocks.data());
     const Elimination found =
         rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()}, FactorUse::Keep,
                           again_blocks.data(), b.data(), again.data(), w_again.data());
@@ -149,7 +149,7 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
     append(rows.here);
     all.push_back(rows.solver.evaluate_rates(model.parallel, rows.r.data(), rows.v.data(), rows.here.data()));
     append(rows.here);
-    (void)rows.solver.linearise(model.parallel, rows.r.data(), blocks.data());
+    (void)rows.solver.linearise(model.parallel, rows.r.data(), nullptr, blocks.data());
     const Elimination again = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
                                                 FactorUse::Keep, blocks.data(), b.data(), lambda.data(), w.data());
     append({again.largest_right_side, again.residual});
@@ -169,7 +169,7 @@ TEST(PathRows, PointsThatCoincideMakeNoFactor) {
     // of the path in the inner order
     for (std::size_t c = 0; c < 3; ++c) rows.r[3 * row + c] = rows.r[3 * (row + 1) + c];
     const double condition =
-        rows.solver.linearise(rows.model.parallel, rows.r.data(), blocks.data()).reciprocal_condition;
+        rows.solver.linearise(rows.model.parallel, rows.r.data(), nullptr, blocks.data()).reciprocal_condition;
     EXPECT_FALSE(condition > 0.0) << row;
   }
 }

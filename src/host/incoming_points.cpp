@@ -1,0 +1,48 @@
+#include "host/incoming_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/parallel.hpp"
+#include "host/point_norms.hpp"
+
+namespace tanor {
+
+void IncomingPoints::bring(std::size_t first, std::size_t count) const {
+  double square = 0.0;
+  for (const Array& array : std::span(arrays_).first(count_)) {
+    for (std::size_t k = 0; k < count; k += PointTransfer::piece) {
+      const double of_piece = bring_piece(array, first + k, std::min(PointTransfer::piece, count - k));
+      square = larger(square, of_piece);
+    }
+  }
+  see(square);
+}
+
+/// Returns the largest square where it is wanted.
+double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::size_t count) const {
+  double* const own = array.to + 3 * first;
+  if (!array.factors.empty()) {
+    if (first >= array.factors.size()) return 0.0;
+    const std::size_t size = std::min(count, array.factors.size() - first);
+    const double* const x = transfer_.load(array.from, first, size, own);
+    return tanor_kernels::scale(x, &array.factors[first], size, own);
+  }
+  const double* const x = transfer_.load(array.from, first, count, own);
+  if (x != own) std::memcpy(own, x, 3 * sizeof(double) * count);
+  return array.is_measured ? tanor_kernels::largest_square(own, count) : 0.0;
+}
+
+void IncomingPoints::see(double square) const {
+  double seen = largest_square_.load(std::memory_order_relaxed);
+  while ((square > seen || std::isnan(square)) && !std::isnan(seen)) {
+    if (largest_square_.compare_exchange_weak(seen, square, std::memory_order_relaxed)) return;
+  }
+}
+
+double IncomingPoints::largest() const {
+  return std::sqrt(largest_square_.load(std::memory_order_relaxed));
+}
+
+}  // namespace tanor

@@ -1,0 +1,124 @@
+/// However a host stores its points, and however many threads work on them, the calls find the same bits.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <random>
+
+#include "host/velocity_verlet.hpp"
+
+namespace tanor::host {
+namespace {
+
+/// `count` crumpled chains of `length` rods, each point after the one before it.
+struct Chains {
+  std::size_t count, length;
+};
+
+struct State {
+  std::vector<double> masses, r, v, f;
+  Rods rods{"rods", {}, {}, {}};
+
+  explicit State(const Chains& chains) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal;
+    for (std::size_t k = 0; k < chains.count; ++k) {
+      for (std::size_t i = 0; i <= chains.length; ++i) {
+        const double d[3]{normal(random), normal(random), normal(random)}, size = std::hypot(d[0], d[1], d[2]);
+        for (std::size_t c = 0; c < 3; ++c) {
+          r.push_back(i == 0 ? 0.0 : r[r.size() - 3] + d[c] / size);
+          v.push_back(normal(random));
+          f.push_back(normal(random));
+        }
+        masses.push_back(1.0 + std::abs(normal(random)));
+        const auto point = static_cast<Index>(masses.size()) - 1;
+        if (i > 0) rods.pairs.push_back({point - 1, point});
+      }
+    }
+  }
+};
+
+/// Numbers of the host's points, one after the other, at other places of its arrays.
+struct Storage {
+  std::vector<Index> index;  // empty: where they are
+
+  std::vector<double> put(const std::vector<double>& x) const {
+    std::vector<double> result = x;
+    for (std::size_t i = 0; i < index.size(); ++i)
+      std::copy_n(&x[3 * i], 3, &result[3 * static_cast<std::size_t>(index[i])]);
+    return result;
+  }
+  std::vector<double> take(const std::vector<double>& x) const {
+    std::vector<double> result = x;
+    for (std::size_t i = 0; i < index.size(); ++i)
+      std::copy_n(&x[3 * static_cast<std::size_t>(index[i])], 3, &result[3 * i]);
+    return result;
+  }
+  PointArray array(std::vector<double>* x) const { return {x->data(), 0, index.empty() ? nullptr : index.data()}; }
+};
+
+/// Everything that two steps and a solve write.
+std::vector<std::vector<double>> run(const State& state, const Storage& storage, int threads) {
+  const double h = 1e-3;
+  std::vector<double> old = storage.put(state.r), r = old, v = storage.put(state.v), f = storage.put(state.f), w = r,
+                      eta = r, lambda(state.rods.pairs.size());
+  Constrainer constrainer(state.masses, {state.rods}, storage.array(&r), {.threads = threads});
+  std::vector<std::vector<double>> result;
+  for (int step = 0; step < 2; ++step) {
+    old = r;
+    for (std::size_t k = 0; k < r.size(); ++k) r[k] += h * v[k];
+    const ConstraintReport moved =
+        constrainer.constrain_positions({.step = h,
+                                         .old_positions = storage.array(&old),
+                                         .positions = storage.array(&r),
+                                         .velocities = storage.array(&v),
+                                         .wanted = {.multipliers = lambda, .forces = storage.array(&eta)}});
+    EXPECT_TRUE(moved.outcome.ok()) << moved.outcome.what;
+    result.insert(result.end(), {storage.take(r), storage.take(v), lambda, storage.take(eta)});
+    const ConstraintReport turned =
+        constrainer.constrain_velocities({.step = h, .positions = storage.array(&r), .velocities = storage.array(&v)});
+    EXPECT_TRUE(turned.outcome.ok()) << turned.outcome.what;
+    result.push_back({moved.correction, moved.violation, moved.largest_turn, turned.correction, turned.violation});
+    result.push_back(storage.take(v));
+  }
+  const ConstraintReport solved = constrainer.solve({.positions = storage.array(&r),
+                                                     .velocities = storage.array(&v),
+                                                     .forces = storage.array(&f),
+                                                     .accelerations = storage.array(&w),
+                                                     .wanted = {.multipliers = lambda}});
+  EXPECT_TRUE(solved.outcome.ok()) << solved.outcome.what;
+  result.insert(result.end(), {storage.take(w), lambda, {solved.violation}});
+  result.emplace_back(solved.virial.begin(), solved.virial.end());
+  return result;
+}
+
+class Arrays : public testing::TestWithParam<Chains> {};
+
+TEST_P(Arrays, OfAnyOrderAndAnyThreadsMakeTheSameBits) {
+  const State state(GetParam());
+  Storage same, shuffled;
+  same.index.resize(state.masses.size());
+  std::iota(same.index.begin(), same.index.end(), 0);
+  shuffled = same;
+  std::ranges::shuffle(shuffled.index, std::mt19937(5));
+  const std::vector<std::vector<double>> straight = run(state, {}, 1);
+
+  for (const Storage& storage : {Storage{}, same, shuffled}) {
+    for (const int threads : {1, 2}) {
+      const std::vector<std::vector<double>> other = run(state, storage, threads);
+      ASSERT_EQ(other.size(), straight.size());
+      for (std::size_t k = 0; k < other.size(); ++k)
+        EXPECT_EQ(other[k], straight[k]) << "array " << k << ", " << threads << " threads";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Chains, Arrays,
+                         testing::Values(Chains{1, 3}, Chains{103, 60}, Chains{1, 10'001}, Chains{3, 3000}),
+                         [](const auto& instance) {
+                           return std::to_string(instance.param.count) + "x" + std::to_string(instance.param.length);
+                         });
+
+}  // namespace
+}  // namespace tanor::host
