@@ -436,7 +436,8 @@ int tn_run(tn_system* system, const tn_loop* loop, size_t* steps) {
     if (own.set_forces != nullptr) steps_of_host.set_forces = [&](double time) { own.set_forces(own.user, time); };
     if (own.observe != nullptr) {
       steps_of_host.observe = [&](const VelocityVerletProgress& now) {
-        tn_report positions{.size = sizeof(tn_report)}, velocities{.size = sizeof(tn_report)};
+        tn_report positions{}, velocities{};
+        positions.size = velocities.size = sizeof(tn_report);
         write_numbers(now.positions, &positions);
         write_numbers(now.velocities, &velocities);
         const tn_progress progress{sizeof(tn_progress), now.steps, now.time, &positions, &velocities};
