@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "base/groups.hpp"
 #include "base/parallel.hpp"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "evaluate/family.hpp"
 #include "kinds/user_kernels.hpp"
