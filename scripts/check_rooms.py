@@ -15,8 +15,8 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
                   "system",
-                  "solver_options", "certificate", "dynamics", "constrainer", "inverse_dynamics", "direct_problem", "motion", "enum_names",
-                  "tanor"]
+                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem",
+                  "motion", "enum_names", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -57,7 +57,7 @@ ROOMS = {
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "enum_names", "Eigen/"),
-    "host":     Sees("base system evaluate assembly schur dynamics", "constrainer", "tanor.h"),
+    "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),

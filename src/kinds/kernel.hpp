@@ -11,7 +11,6 @@
 /// A kernel says `Group`, what it serves; add(group), which keeps what all members of a group share; own(), the table
 /// of the members' numbers. The kind's definition is what tests hold it against.
 
-
 #include "base/vec3.hpp"
 
 namespace tanor {
