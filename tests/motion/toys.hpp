@@ -40,6 +40,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   std::size_t rank() const override { return 0; }
 
   bool depends_on_velocity() const override { return false; }
+  bool is_constant() const override { return false; }
   Outcome free_accelerations(const Kinematics& at, const Request&, double* a) override {
     return push(at.t, at.x, at.v, a);
   }
