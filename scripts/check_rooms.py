@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
-PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
+PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
                   "system",
                   "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem",
                   "motion", "enum_names", "tanor"]

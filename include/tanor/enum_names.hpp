@@ -92,6 +92,22 @@ inline constexpr std::array<EnumName<PairLaw>, 3> enum_names<PairLaw>{
     {{PairLaw::Wca, "wca"}, {PairLaw::Lj, "lj"}, {PairLaw::Log, "log"}}};
 
 template <>
+inline constexpr std::array<EnumName<BondLaw>, 3> enum_names<BondLaw>{
+    {{BondLaw::Harmonic, "harmonic"}, {BondLaw::Fene, "fene"}, {BondLaw::Morse, "morse"}}};
+
+template <>
+inline constexpr std::array<EnumName<BendingLaw>, 3> enum_names<BendingLaw>{
+    {{BendingLaw::Harmonic, "harmonic"},
+     {BendingLaw::CosineHarmonic, "cosine_harmonic"},
+     {BendingLaw::Cosine, "cosine"}}};
+
+template <>
+inline constexpr std::array<EnumName<TorsionLaw>, 4> enum_names<TorsionLaw>{{{TorsionLaw::Opls, "opls"},
+                                                                             {TorsionLaw::Multi, "multi"},
+                                                                             {TorsionLaw::Periodic, "periodic"},
+                                                                             {TorsionLaw::Harmonic, "harmonic"}}};
+
+template <>
 inline constexpr std::array<EnumName<Coulomb::Reaction>, 2> enum_names<Coulomb::Reaction>{
     {{Coulomb::Reaction::Guide, "guide"}, {Coulomb::Reaction::Full, "full"}}};
 

@@ -88,6 +88,32 @@ struct ForceKernel {
   std::shared_ptr<const Expression> expression{};
 };
 
+/// Members of an energy U(r_1 … r_p, t) of p points, at one time.
+struct PotentialBatch {
+  std::size_t count;
+  double t;                    ///< s
+  const double* r;             ///< [count][3p] m
+  const double* constants;     ///< [count][c], each member's own
+  double* energy;              ///< [count] J
+  double* gradient = nullptr;  ///< [count][3p] dU/dr, N; null: not wanted
+  double* hessian = nullptr;   ///< [count][3p][3p] d2U/dr dr', N/m; null: not wanted
+  double* rate = nullptr;      ///< [count] the explicit dU/dt, W; null: not wanted
+};
+
+struct PotentialKernel {
+  int num_points = 0;     ///< p, 1 to 8
+  int num_constants = 0;  ///< c
+  bool thread_safe = true;
+  std::shared_ptr<const void> context{};
+  void (*evaluate)(const void* context, const PotentialBatch& batch) = nullptr;
+  bool depends_on_time = true;  ///< false: U does not depend on t, so no work_of_potentials
+  /// U of the 3p coordinates, the c constants and t: the derivatives of any order follow from it; null: only `evaluate`
+  /// knows U.
+  std::shared_ptr<const Expression> expression{};
+
+  static constexpr int most_points = 8;
+};
+
 /// Friction at single points that slide along their guides, at one time.
 struct FrictionBatch {
   std::size_t count;
@@ -116,6 +142,11 @@ TANOR_API ConstraintKernel formula_constraint(std::string_view equation, int num
 TANOR_API CoordinateKernel formula_coordinates(std::span<const std::string> names,
                                                std::span<const std::string> components,
                                                const Constants& constants = {});
+
+/// An energy as text in x1, y1, z1, x2, …, t, pi, the constants and the names of what each tuple has a number of its
+/// own for, J. Throws InputError naming the position inside the text.
+TANOR_API PotentialKernel formula_potential(std::string_view energy, int num_points, const Constants& constants = {},
+                                            std::span<const std::string> own_constants = {});
 
 /// Three components in x, y, z, vx, vy, vz, t, pi and the constants, N. Throws InputError whose where() is "/x", "/y"
 /// or

@@ -29,12 +29,16 @@
 #include <tanor/kinds/coordinates/plane.hpp>
 #include <tanor/kinds/coordinates/rigid_body.hpp>
 #include <tanor/kinds/coordinates/sphere.hpp>
+#include <tanor/kinds/force/bending.hpp>
+#include <tanor/kinds/force/bond.hpp>
 #include <tanor/kinds/force/constant.hpp>
 #include <tanor/kinds/force/drag.hpp>
 #include <tanor/kinds/force/formula.hpp>
 #include <tanor/kinds/force/gravity.hpp>
 #include <tanor/kinds/force/pair.hpp>
+#include <tanor/kinds/force/potential.hpp>
 #include <tanor/kinds/force/spring.hpp>
+#include <tanor/kinds/force/torsion.hpp>
 #include <tanor/kinds/friction/coulomb.hpp>
 #include <tanor/kinds/friction/formula.hpp>
 #include <tanor/kinds/friction/viscous.hpp>
@@ -46,7 +50,8 @@ using Constraint =
     std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices, UserConstraints>;
 
 /// Active forces f(r, v, t), N.
-using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces>;
+using Force =
+    std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces, Potential, Bonds, Bendings, Torsions>;
 
 /// Friction tau at points that constraints guide, N.
 ///

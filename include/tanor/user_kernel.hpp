@@ -17,10 +17,12 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include <tanor/curved.hpp>
 #include <tanor/expression.hpp>
 #include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
@@ -123,6 +125,75 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
     }
   };
   return kernel;
+}
+
+namespace detail {
+
+/// The points and constants of an energy: x(i) is the number i of both together.
+template <class T, int p, int c>
+struct EnergyArguments {
+  std::array<std::array<T, 3>, p> r;
+  std::array<T, c> constants;
+
+  template <class Number>
+  explicit EnergyArguments(const Number& x) {
+    for (std::size_t i = 0; i < 3 * p; ++i) r[i / 3][i % 3] = x(i);
+    for (std::size_t i = 0; i < c; ++i) constants[i] = x(3 * p + i);
+  }
+};
+
+/// energy(r, constants, t) of p points with c constants each, on T = double, Forward, Curved and Traced.
+template <int p, int c, class Energy>
+PotentialKernel make_energy_kernel(Energy&& given, bool thread_safe) {
+  static_assert(1 <= p && p <= PotentialKernel::most_points);
+  using Function = std::decay_t<Energy>;
+  constexpr std::size_t size = 3 * p;
+  PotentialKernel kernel{.num_points = p, .num_constants = c, .thread_safe = thread_safe};
+  kernel.expression = record_expression(3 * p + c + 1, [&](const std::vector<Traced>& x) {
+    const EnergyArguments<Traced, p, c> at([&](std::size_t i) { return x[i]; });
+    return std::vector<Traced>{given(at.r, at.constants, x.back())};
+  });
+  kernel.context = std::make_shared<const Function>(std::forward<Energy>(given));
+  kernel.evaluate = [](const void* context, const PotentialBatch& batch) {
+    const Function& energy = *static_cast<const Function*>(context);
+    const auto run = [&]<class T>(std::size_t k, const T& t, const auto& variable) {
+      const EnergyArguments<T, p, c> at([&](std::size_t i) {
+        return i < size ? T(variable(batch.r[size * k + i], i)) : T(batch.constants[c * k + i - size]);
+      });
+      return T(energy(at.r, at.constants, t));
+    };
+    for (std::size_t k = 0; k < batch.count; ++k) {
+      if (batch.hessian != nullptr) {
+        using T = Curved<static_cast<int>(size)>;
+        const T u = run(k, T(batch.t), [](double x, std::size_t i) { return T::variable(x, static_cast<int>(i)); });
+        for (std::size_t i = 0; i < size * size; ++i) batch.hessian[size * size * k + i] = u.second(i / size, i % size);
+      }
+      batch.energy[k] = run(k, batch.t, [](double x, std::size_t) { return x; });
+      if (batch.gradient != nullptr) {
+        using T = Forward<static_cast<int>(size)>;
+        const T u = run(k, T(batch.t), [](double x, std::size_t i) { return T::variable(x, static_cast<int>(i)); });
+        std::copy_n(u.d.begin(), size, batch.gradient + size * k);
+      }
+      if (batch.rate != nullptr)
+        batch.rate[k] =
+            run(k, Forward<1>::variable(batch.t, 0), [](double x, std::size_t) { return Forward<1>(x); }).d[0];
+    }
+  };
+  return kernel;
+}
+
+}  // namespace detail
+
+/// callable(const std::array<T, 3>& r1, …, const std::array<T, 3>& rp, const T& t) -> T, the energy of p points, J, for
+/// T = double, Forward, Curved and Traced. Without the last one (a callable that compares its arguments) method
+/// `taylor` has no series of it.
+template <int p, class Callable>
+PotentialKernel make_potential_kernel(Callable&& callable, bool thread_safe = true) {
+  return detail::make_energy_kernel<p, 0>(
+      [function = std::forward<Callable>(callable)](const auto& r, const auto&, const auto& t) {
+        return std::apply([&](const auto&... each) { return function(each..., t); }, r);
+      },
+      thread_safe);
 }
 
 /// callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N, for T = double and

@@ -6,21 +6,25 @@
 namespace tanor {
 
 NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-                       std::span<const Incidence> incidences, std::span<const Compliance> compliances,
-                       bool rows_may_depend)
+                       std::span<const Influence> influences, std::span<const Incidence> incidences,
+                       std::span<const Compliance> compliances, bool rows_may_depend)
     : masses_(masses.begin(), masses.end()),
       diagonal_(num_rows),
       compliances_(compliances.begin(), compliances.end()),
       rows_may_depend_(rows_may_depend) {
-  list_entries(couplings, incidences);
+  list_entries(couplings, influences, incidences);
   make_pattern();
   find_slots();
 }
 
-void NewtonPlan::list_entries(std::span<const Coupling> couplings, std::span<const Incidence> incidences) {
+void NewtonPlan::list_entries(std::span<const Coupling> couplings, std::span<const Influence> influences,
+                              std::span<const Incidence> incidences) {
   const int num_points = static_cast<int>(masses_.size());
   for (const auto& [i, j] : couplings)
     couplings_.push_back({{i < num_points ? i : -1, j < num_points ? j : -1}, {}, {}});
+  for (std::size_t k = 0; k < influences.size(); ++k) {
+    if (influences[k].on < num_points && influences[k].of < num_points) influences_.push_back({influences[k], k, {}});
+  }
   for (const Incidence& incidence : incidences) {
     if (incidence.point < num_points)
       entries_.push_back({incidence.point, incidence.row, incidence.block, incidence.sign, 0, {}});
@@ -40,6 +44,11 @@ void NewtonPlan::make_pattern() {
     if (i < 0 || j < 0) continue;
     add_block(i, j);
     add_block(j, i);
+  }
+  for (const InfluencedPoint& influence : influences_) {
+    // Both ways: the factorization orders points that are joined.
+    add_block(influence.points.on, influence.points.of);
+    add_block(influence.points.of, influence.points.on);
   }
   for (const RowEntry& entry : entries_) {
     const int row = first_row() + entry.row;
@@ -76,6 +85,7 @@ void NewtonPlan::find_slots() {
     coupling.ij = block(i, j);
     coupling.ji = block(j, i);
   }
+  for (InfluencedPoint& influence : influences_) influence.at = block(influence.points.on, influence.points.of);
   for (RowEntry& entry : entries_) {
     const int row = first_row() + entry.row, first = 3 * entry.point;
     entry.below = slot(first, row);
@@ -112,6 +122,7 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
     add(ij, -1.0, by_position, by_velocity);
     add(ji, -1.0, by_position, by_velocity);
   }
+  for (const auto& [points, number, at] : influences_) add(at, 1.0, values.influence_positions[number], Block3{});
   const double compliance = rows_may_depend_ ? 1e-10 : 0.0;  // over what the row's points have by themselves
   const std::size_t num_stiff = diagonal_.size() - compliances_.size();
   for (const auto& [point, row, block, sign, below, transposed] : entries_) {
@@ -146,6 +157,8 @@ void NewtonPlan::add_stiffness(const Values& values, const double* x, double* y)
     if (j >= 0) add(j, force);
     if (i >= 0) add(i, -force);
   }
+  for (const auto& [points, number, at] : influences_)
+    add(points.on, values.influence_positions[number] * load(x, points.of));
 }
 
 }  // namespace tanor

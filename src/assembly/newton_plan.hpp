@@ -29,7 +29,8 @@ class NewtonPlan {
   /// Supports, which are the points from `masses.size()` on, take no part. The first rows are those of constraints;
   /// `compliances` are those of the rows behind them.
   NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-             std::span<const Incidence> incidences, std::span<const Compliance> compliances, bool rows_may_depend);
+             std::span<const Influence> influences, std::span<const Incidence> incidences,
+             std::span<const Compliance> compliances, bool rows_may_depend);
 
   /// The pattern by columns, with increasing rows.
   const std::vector<int>& column_start() const { return start_; }
@@ -42,6 +43,7 @@ class NewtonPlan {
   struct Values {
     const Block3 *point_positions, *point_velocities;        // [moving point]
     const Block3 *coupling_positions, *coupling_velocities;  // [coupling]
+    const Block3* influence_positions;                       // [influence]
     const double* blocks;                                    // of K
   };
   /// T = double or std::complex<double>.
@@ -58,6 +60,11 @@ class NewtonPlan {
     Coupling points;  // -1: does not move
     Columns ij, ji;   // force on i by a move of j, and on j by one of i
   };
+  struct InfluencedPoint {
+    Influence points;  // both move
+    std::size_t number;
+    Columns at;
+  };
   struct RowEntry {
     int point, row, block;
     double sign;
@@ -66,13 +73,15 @@ class NewtonPlan {
   };
 
   int first_row() const { return 3 * static_cast<int>(masses_.size()); }
-  void list_entries(std::span<const Coupling> couplings, std::span<const Incidence> incidences);
+  void list_entries(std::span<const Coupling> couplings, std::span<const Influence> influences,
+                    std::span<const Incidence> incidences);
   void make_pattern();
   void find_slots();
 
   std::vector<double> masses_;
   std::vector<Columns> own_;  // [moving point]
   std::vector<CoupledPoints> couplings_;
+  std::vector<InfluencedPoint> influences_;
   std::vector<RowEntry> entries_;
   std::vector<int> diagonal_;  // [row] slot
   std::vector<Compliance> compliances_;

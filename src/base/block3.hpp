@@ -36,4 +36,9 @@ struct Coupling {
   int i, j;
 };
 
+/// The force on one point where another one moves.
+struct Influence {
+  int on, of;
+};
+
 }  // namespace tanor

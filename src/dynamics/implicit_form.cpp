@@ -34,7 +34,8 @@ ImplicitForm::ImplicitForm(Workspace& work)
       point_positions_(model_.num_moving()),
       point_velocities_(model_.num_moving()),
       coupling_positions_(num_springs_ + work.constraints.list_rods().size()),
-      coupling_velocities_(coupling_positions_.size()) {}
+      coupling_velocities_(coupling_positions_.size()),
+      influence_positions_(work.forces.list_influences().size()) {}
 
 /// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
 NewtonPlan ImplicitForm::make_plan() const {
@@ -53,6 +54,7 @@ NewtonPlan ImplicitForm::make_plan() const {
   return {std::span(model_.mass).first(model_.num_moving()),
           static_cast<std::size_t>(row),
           couplings,
+          work_.forces.list_influences(),
           incidences,
           compliances_,
           model_.may_lose_rank};
@@ -123,15 +125,15 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   work_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
   work_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
                                           spring_residuals_.data());
-  work_.forces.evaluate_derivatives(
-      parallel, t, r, v, tau,
-      {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data()});
+  work_.forces.evaluate_derivatives(parallel, t, r, v, tau,
+                                    {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(),
+                                     coupling_velocities_.data(), influence_positions_.data()});
   work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
 }
 
 NewtonPlan::Values ImplicitForm::values() const {
-  return {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data(),
-          linearised_blocks_.data()};
+  return {point_positions_.data(),     point_velocities_.data(),    coupling_positions_.data(),
+          coupling_velocities_.data(), influence_positions_.data(), linearised_blocks_.data()};
 }
 
 void ImplicitForm::add_stiffness(const double* dr, double* w, double* rows) {

@@ -59,7 +59,7 @@ ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double
 
 Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
   linearization_.evaluate(t, q, q_dot, false);
-  return work_.energy(linearization_.r().data(), linearization_.v().data());
+  return work_.energy(t, linearization_.r().data(), linearization_.v().data());
 }
 
 // ---- points and coordinates ----

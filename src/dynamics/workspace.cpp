@@ -32,6 +32,13 @@ Workspace::Formulas list_passages(const System& system, const Numbering& numberi
   return result;
 }
 
+/// Points that springs or energies join.
+std::vector<Coupling> list_joints(const Forces& forces) {
+  std::vector<Coupling> result = forces.list_couplings();
+  for (const auto& [on, of] : forces.list_influences()) result.push_back({on, of});
+  return result;
+}
+
 /// x² + y² + z² of 8 points.
 [[gnu::always_inline]] inline Eight add_triples(const Eight& a, const Eight& b, const Eight& c) {
   const Eight x =
@@ -115,7 +122,7 @@ Workspace::Workspace(System given, const SolverOptions& options, double t)
 Workspace::Workspace(NumberedSystem numbered, double t)
     : Families(numbered, t),
       model_(std::move(numbered), *this),
-      joints(model_.incidences, forces.list_couplings(), model_.num_moving()),
+      joints(model_.incidences, list_joints(forces), model_.num_moving()),
       drives(model_.system, model_.numbering, model_.inverse_mass, model_.scene_size, t),
       scales(find_neighbourhoods(model_.system, t), model_.numbering, model_.incidences, model_.scene_size),
       f(3 * model_.num_points(), 0.0),
@@ -233,10 +240,10 @@ void Workspace::measure_local_speeds(const double* r, const double* v, const dou
   scales.set_speeds(speeds);
 }
 
-Energy Workspace::energy(const double* r, const double* v) {
+Energy Workspace::energy(double t, const double* r, const double* v) {
   return {model_.parallel.sum(model_.num_moving(),
                               [&](std::size_t i) { return 0.5 * model_.mass[i] * dot(load(v, i), load(v, i)); }),
-          forces.potential(model_.parallel, r)};
+          forces.potential(model_.parallel, t, r)};
 }
 
 Power Workspace::power(const double* reaction_accelerations, const double* r, const double* v) {

@@ -74,7 +74,7 @@ class Workspace : public Families {
   /// Takes over what was measured where the motion began.
   void exchange_memory(Memory& memory);
 
-  Energy energy(const double* r, const double* v);
+  Energy energy(double t, const double* r, const double* v);
   /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
   Power power(const double* reaction_accelerations, const double* r, const double* v);
   /// How well each row of K is known at r for decisions on its rank: to the distance from xi = 0. [d]

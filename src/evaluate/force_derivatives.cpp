@@ -48,7 +48,7 @@ void Forces::add_compliant_forces(const Parallel& parallel, const double* units,
 }
 
 void Forces::evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
-                                  const double* tau, const Derivatives& to) const {
+                                  const double* tau, const Derivatives& to) {
   // F = -T u on j with a = r_j - r_i = L u, b = v_j - v_i, T = k (L - rest) + c u.b:
   //   dF/dr_j = -u (k u + c (b - (u.b)u)/L)' - (T/L)(I - u u'),   dF/dv_j = -c u u'
   // of compliant ones, T = -tau being an unknown, the second term alone.
@@ -92,6 +92,7 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
     }
   });
   evaluate_formula_derivatives(parallel, t, r, v, to);
+  add_potential_derivatives(parallel, t, r, to);
 }
 
 /// In chunks, as the forces themselves; one group after the other, so that points in several groups add up.

@@ -3,6 +3,7 @@
 #include <variant>
 
 #include "base/text.hpp"
+#include "kinds/energy_groups.hpp"
 #include "system/members.hpp"
 
 namespace tanor {
@@ -74,6 +75,11 @@ class ForceSeries::Reader {
     for (const Index point : formula.points) add_member(group, {&point, 1}, {&time, 1});
     return true;
   }
+  bool add(const Potential& group) { return add_energy(make_energy_group(system_, group)); }
+  template <HasEnergy G>
+  bool add(const G& group) {
+    return add_energy(make_energy_group(system_, group));
+  }
   /// Kinds that have a definition.
   template <class G>
   bool add(const G& given) {
@@ -97,11 +103,34 @@ class ForceSeries::Reader {
   }
 
  private:
-  Group& add_group(Expression expression, std::vector<SeriesVariable> variables, int num_points, int num_functions) {
-    series_.groups_.push_back(
-        {ProgramFamily(SeriesProgram(std::move(expression), false), std::move(variables), num_points, num_functions),
-         series_.num_blocks_});
+  Group& add_group(Expression expression, std::vector<SeriesVariable> variables, int num_points, int num_functions,
+                   bool is_energy = false) {
+    series_.groups_.push_back({ProgramFamily(SeriesProgram(std::move(expression), is_energy), std::move(variables),
+                                             num_points, num_functions),
+                               series_.num_blocks_, is_energy});
     return series_.groups_.back();
+  }
+  /// A tuple's constants and time are functions of time; each of its points has a block.
+  bool add_energy(const EnergyGroup& energy) {
+    if (!energy.kernel.expression) return false;
+    const int p = energy.kernel.num_points, c = energy.kernel.num_constants;
+    Group& group = add_group(*energy.kernel.expression, list_variables(p, false, c + 1), p, c + 1, true);
+    const std::size_t time = series_.table_.add(ScalarFunction::formula("t"));
+    for (std::size_t k = 0; k * static_cast<std::size_t>(p) < energy.points.size(); ++k) {
+      std::vector<std::size_t> slots;
+      for (int i = 0; i < c; ++i)
+        slots.push_back(
+            series_.table_.add(energy.constants[k * static_cast<std::size_t>(c) + static_cast<std::size_t>(i)]));
+      slots.push_back(time);
+      std::vector<Index> points;
+      for (int i = 0; i < p; ++i) {
+        const Index user = energy.points[k * static_cast<std::size_t>(p) + static_cast<std::size_t>(i)];
+        points.push_back(numbering_.inner_point[static_cast<std::size_t>(user)]);
+        series_.incidences_.push_back({points.back(), 0, series_.num_blocks_++, 1.0});
+      }
+      group.family.append_member(points, slots);
+    }
+    return true;
   }
   void add_member(Group& group, std::span<const Index> users, std::span<const std::size_t> slots) {
     std::vector<Index> points;
@@ -154,6 +183,7 @@ void ForceSeries::advance(const Parallel& parallel, int k, std::span<double* con
   for (Group& group : groups_) {
     ProgramFamily& family = group.family;
     const SeriesProgram& program = family.program();
+    const SeriesLane seed = SeriesLane{} + (k == 0 ? 1.0 : 0.0);
     parallel.for_ranges(
         family.num_chunks(),
         [&](std::size_t begin, std::size_t end) {
@@ -161,17 +191,29 @@ void ForceSeries::advance(const Parallel& parallel, int k, std::span<double* con
             family.load(chunk, k, coefficients, table_);
             SeriesLane* const lanes = family.lanes(chunk);
             program.evaluate(lanes, family.order(), k);
-            const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
-            const auto force = [&](std::size_t c, std::size_t lane) {
-              return program.result(lanes, family.order(), c)[k][lane];
-            };
-            for (std::size_t lane = 0; lane < count; ++lane) {
-              store(blocks, static_cast<std::size_t>(group.first_block) + first + lane,
-                    {force(0, lane), force(1, lane), force(2, lane)});
-            }
+            if (group.is_energy) program.differentiate(lanes, family.order(), k, &seed);
+            write_forces(group, chunk, k, blocks);
           }
         },
         16);
+  }
+}
+
+void ForceSeries::write_forces(const Group& group, std::size_t chunk, int k, double* blocks) {
+  const ProgramFamily& family = group.family;
+  const SeriesLane* const lanes = family.lanes(chunk);
+  const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
+  const std::size_t blocks_of_member = group.is_energy ? family.points_per_member() : 1;
+  const auto force = [&](std::size_t i, std::size_t lane) {
+    const SeriesProgram& program = family.program();
+    return group.is_energy ? -program.adjoint(lanes, family.order(), i)[k][lane]
+                           : program.result(lanes, family.order(), i)[k][lane];
+  };
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    for (std::size_t i = 0; i < blocks_of_member; ++i) {
+      store(blocks, static_cast<std::size_t>(group.first_block) + (first + lane) * blocks_of_member + i,
+            {force(3 * i, lane), force(3 * i + 1, lane), force(3 * i + 2, lane)});
+    }
   }
 }
 

@@ -38,8 +38,10 @@ class ForceSeries {
   struct Group {
     ProgramFamily family;
     Index first_block;
+    bool is_energy;  // blocks are -dU/dr of each point instead of the program's results
   };
   class Reader;
+  static void write_forces(const Group& group, std::size_t chunk, int k, double* blocks);
   void append(const std::vector<Index>& points, Index block, bool is_pair);
 
   Vec3 gravity_{};

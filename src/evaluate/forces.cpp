@@ -22,7 +22,7 @@ Forces::Forces(const System& system, const Numbering& numbering)
     : num_points_(numbering.num_points()), num_moving_(numbering.num_moving), mass_(numbering.num_moving) {
   for (std::size_t i = 0; i < num_moving_; ++i) mass_[i] = system.masses[numbering.user_point[i]];
   const auto initial = [&](Index user_point) { return load(system.positions.data(), user_point); };
-  std::vector<std::pair<Index, Index>> given_forces, spring_ends, formula_forces;
+  std::vector<std::pair<Index, Index>> given_forces, spring_ends, formula_forces, potential_forces;
   std::vector<std::pair<Index, DragNumbers>> drags;
 
   const auto add_formula = [&](const FormulaForce& formula) {
@@ -59,14 +59,7 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        } else {
                          rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
                        }
-                       const Index spring = static_cast<Index>(springs_.size());
-                       const bool gives_way = rest_length > 0.0 && (group.stiffness > 0.0 || group.damping > 0.0);
-                       const Index compliant = gives_way ? static_cast<Index>(compliant_springs_.size()) : -1;
-                       if (gives_way) compliant_springs_.push_back(spring);
-                       springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness,
-                                           group.damping, rest_length, compliant});
-                       spring_ends.push_back({springs_.back().i, ~spring});
-                       spring_ends.push_back({springs_.back().j, spring});
+                       add_spring(numbering, {i, j, group.stiffness, group.damping, rest_length, -1}, &spring_ends);
                      }
                    },
                    [&](const Drag& drag) {
@@ -79,6 +72,22 @@ Forces::Forces(const System& system, const Numbering& numbering)
                      pairs_.emplace_back(system, pairs, numbering);
                      PairField of_supports(system, pairs, numbering, PairField::Which::OfSupports);
                      if (!of_supports.empty()) pairs_of_supports_.push_back(std::move(of_supports));
+                   },
+                   [&](const Bonds& bonds) {
+                     if (bonds.law != BondLaw::Harmonic)
+                       return add_potential(make_energy_group(system, bonds), numbering, &potential_forces);
+                     // The harmonic bond is a spring without damping.
+                     for (std::size_t k = 0; k < bonds.pairs.size(); ++k) {
+                       const auto numbers = law_numbers_of(system, bonds, k);
+                       const auto [i, j] = bonds.pairs[k];
+                       add_spring(numbering, {i, j, numbers[0], 0.0, numbers[1], -1}, &spring_ends);
+                     }
+                   },
+                   [&](const Potential& group) {
+                     add_potential(make_energy_group(system, group), numbering, &potential_forces);
+                   },
+                   [&]<HasEnergy Group>(const Group& group) {
+                     add_potential(make_energy_group(system, group), numbering, &potential_forces);
                    },
                    // A kind that has no loop of its own.
                    [&]<class Group>(const Group& group) {
@@ -93,6 +102,20 @@ Forces::Forces(const System& system, const Numbering& numbering)
   drags_ = {num_points_, drags};
   formula_force_.resize(3 * formula_forces.size());
   formula_forces_ = {num_points_, formula_forces};
+  potential_force_.resize(3 * potential_forces.size());
+  potential_forces_ = {num_points_, potential_forces};
+}
+
+/// `spring`: with the user's points.
+void Forces::add_spring(const Numbering& numbering, const Spring& spring, std::vector<std::pair<Index, Index>>* ends) {
+  const Index number = static_cast<Index>(springs_.size());
+  const bool gives_way = spring.rest_length > 0.0 && (spring.stiffness > 0.0 || spring.damping > 0.0);
+  const Index compliant = gives_way ? static_cast<Index>(compliant_springs_.size()) : -1;
+  if (gives_way) compliant_springs_.push_back(number);
+  springs_.push_back({numbering.inner_point[spring.i], numbering.inner_point[spring.j], spring.stiffness,
+                      spring.damping, spring.rest_length, compliant});
+  ends->push_back({springs_.back().i, ~number});
+  ends->push_back({springs_.back().j, number});
 }
 
 std::vector<Index> Forces::list_moving(std::span<const Index> points) const {
@@ -122,6 +145,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
     }
   });
   evaluate_formulas(parallel, t, r, v);
+  evaluate_potentials(parallel, t, r);
   parallel.for_ranges(num_points_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = i < num_moving_ ? mass_[i] * gravity_ : Vec3{};
@@ -135,6 +159,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
         sum = sum - (linear + quadratic * norm(b)) * b;
       }
       for (const Index slot : formula_forces_[i]) sum = sum + load(formula_force_.data(), slot);
+      for (const Index slot : potential_forces_[i]) sum = sum + load(potential_force_.data(), slot);
       store(f, i, sum);
     }
   });
@@ -172,7 +197,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   return part;
 }
 
-double Forces::potential(const Parallel& parallel, const double* r) {
+double Forces::potential(const Parallel& parallel, double t, const double* r) {
   // -(m g + constant forces).r
   const double of_points = parallel.sum(num_moving_, [&](std::size_t i) {
     Vec3 force = mass_[i] * gravity_;
@@ -189,7 +214,13 @@ double Forces::potential(const Parallel& parallel, const double* r) {
   });
   double of_pairs = 0.0;
   for (PairField& pairs : pairs_) of_pairs += pairs.potential(parallel, r);
-  return of_points + of_springs + of_pairs;
+  std::size_t first = 0;
+  for (const PotentialFamily& family : potentials_) {
+    family.evaluate_energies(parallel, t, r, energies_.data() + first);
+    first += family.size();
+  }
+  const double of_tuples = parallel.sum(energies_.size(), [&](std::size_t k) { return energies_[k]; });
+  return of_points + of_springs + of_pairs + of_tuples;
 }
 
 double Forces::power(const Parallel& parallel, const double* r, const double* v) const {
@@ -206,6 +237,7 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
       return power;
     });
   }
+  if (potentials_depend_on_time_) result += parallel.sum(rates_.size(), [&](std::size_t k) { return rates_[k]; });
   if (has_damping_) {
     result += parallel.sum(springs_.size(), [&](std::size_t k) {
       const Spring& spring = springs_[k];
@@ -221,7 +253,11 @@ double Forces::elastic_power_of_supports(const Parallel& parallel, const double*
   double of_pairs = 0.0;
   for (PairField& pairs : pairs_) of_pairs += pairs.power_of_supports(parallel, r, v);
   // The support does the work -(force on it).velocity on the elastic energy.
-  return of_pairs + parallel.sum(springs_.size(), [&](std::size_t k) {
+  const double of_tuples = parallel.sum(potential_points_.size(), [&](std::size_t slot) {
+    const Index point = potential_points_[slot];
+    return moves(point) ? 0.0 : -dot(load(potential_force_.data(), slot), load(v, point));
+  });
+  return of_pairs + of_tuples + parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
     if (moves(spring.i) && moves(spring.j)) return 0.0;
     const Vec3 force = spring_force(spring, r, v, true, false);

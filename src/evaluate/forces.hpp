@@ -10,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/formula_passages.hpp"
 #include "evaluate/pair_field.hpp"
+#include "evaluate/potential_family.hpp"
 #include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
@@ -50,14 +51,19 @@ class Forces {
   Forces(const System& system, const Numbering& numbering);
 
   /// Some force has no potential: drag, damping, or a force that depends on time.
-  bool has_work() const { return !drags_.empty() || has_damping_ || forces_depend_on_time_ || !formulas_.empty(); }
+  bool has_work() const {
+    return !drags_.empty() || has_damping_ || forces_depend_on_time_ || potentials_depend_on_time_ ||
+           !formulas_.empty();
+  }
   bool depends_on_velocity() const { return !drags_.empty() || has_damping_ || formulas_depend_on_velocity_; }
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
+  bool has_potentials() const { return !potentials_.empty(); }
 
   /// M^-1 f of every moving point, where gravity alone acts.
   std::optional<Vec3> uniform_acceleration() const {
-    const bool others = has_springs() || has_pairs() || !given_forces_.empty() || !drags_.empty() || !formulas_.empty();
+    const bool others = has_springs() || has_pairs() || has_potentials() || !given_forces_.empty() || !drags_.empty() ||
+                        !formulas_.empty();
     return others ? std::nullopt : std::optional(gravity_);
   }
 
@@ -89,22 +95,28 @@ class Forces {
 
   /// All springs, as pairs of points.
   std::vector<Coupling> list_couplings() const;
-  /// What `evaluate_derivatives` says: of points [moving point], of couplings in the order of `list_couplings`.
+  /// Points of a tuple with an energy, on each other: one for each ordered pair of them.
+  std::vector<Influence> list_influences() const;
+  /// What `evaluate_derivatives` says: of points [moving point], of couplings in the order of `list_couplings`, of
+  /// influences in that of `list_influences`.
   struct Derivatives {
     Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
     Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
+    Block3* influence_positions;                       ///< of the force on a point in the place of another one
   };
   /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau), drag and formulas; those of pair forces are
   /// left out.
   void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
-                            const Derivatives& to) const;
+                            const Derivatives& to);
 
-  /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
-  /// moving points push them: what two supports do to each other by pair forces is a load of theirs (f), no energy.
-  double potential(const Parallel& parallel, const double* r);
-  /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
+  /// Potential energy of gravity, constant forces, springs, pairs and tuples at t, J. Supports take part as far as
+  /// springs hold them moving points push them: what two supports do to each other by pair forces is a load of theirs
+  /// (f), no energy.
+  double potential(const Parallel& parallel, double t, const double* r);
+  /// Power of the forces without potential on the moving points and the explicit dU/dt of potentials, W, at the (t, r,
+  /// v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;
-  /// Power that moving supports put in through springs and pairs, W.
+  /// Power that moving supports put in through springs, pairs and tuples, W, at the (t, r, v) of the last `evaluate`.
   double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
  private:
@@ -124,6 +136,10 @@ class Forces {
   void evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v);
   void evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
                                     const Derivatives& to) const;
+  void add_spring(const Numbering& numbering, const Spring& spring, std::vector<std::pair<Index, Index>>* ends);
+  void add_potential(const EnergyGroup& group, const Numbering& numbering, std::vector<std::pair<Index, Index>>* slots);
+  void evaluate_potentials(const Parallel& parallel, double t, const double* r);
+  void add_potential_derivatives(const Parallel& parallel, double t, const double* r, const Derivatives& to);
   std::vector<Index> list_moving(std::span<const Index> points) const;
   bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   Vec3 spring_force(const Spring& spring, const double* r, const double* v, bool elastic, bool viscous) const;
@@ -147,6 +163,15 @@ class Forces {
   std::vector<double> formula_force_;  // group by group, 3 numbers a point
   ByPoint<Index> formula_forces_;      // slots in formula_force_
   bool formulas_depend_on_velocity_ = false;
+  std::vector<PotentialFamily> potentials_;
+  ByPoint<Index> potential_forces_;       // slots in potential_force_
+  std::vector<Index> potential_points_;   // [slot] its point
+  std::vector<double> potential_force_;   // family by family, tuple by tuple, 3 numbers a point
+  std::vector<double> energies_, rates_;  // [tuple] U, and its explicit dU/dt at the last `evaluate`
+  std::vector<Block3> stiffness_;         // [tuple][p][p]; made by the first call that wants it
+  std::vector<std::size_t> own_block_;    // [slot] in stiffness_
+  std::size_t num_stiffness_blocks_ = 0;
+  bool potentials_depend_on_time_ = false;
 };
 
 }  // namespace tanor

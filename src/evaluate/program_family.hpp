@@ -54,6 +54,9 @@ class ProgramFamily {
   SeriesLane* lanes(std::size_t chunk) {
     return reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_;
   }
+  const SeriesLane* lanes(std::size_t chunk) const {
+    return reinterpret_cast<const SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_;
+  }
   /// Member in a lane; the last chunk repeats the last one.
   std::size_t member(std::size_t chunk, std::size_t lane) const {
     return std::min(chunk * series_width + lane, size_ - 1);

@@ -71,10 +71,14 @@ std::vector<Index> Context::points(const Cursor& cursor) const {
 
 template <std::size_t N>
 std::vector<std::array<Index, N>> Context::tuples(const Cursor& cursor) const {
-  static_assert(N == 2 || N == 3);
-  const std::string_view wanted = N == 2 ? "a pair of points [i, j]" : "a triple of points [i, j, k]";
+  static_assert(2 <= N && N <= 4);
+  constexpr std::array<std::string_view, 5> one{"", "", "a pair of points [i, j]", "a triple of points [i, j, k]",
+                                                "a quadruple of points [i, j, k, l]"};
+  constexpr std::array<std::string_view, 5> all{"", "", "a list of pairs of points", "a list of triples of points",
+                                                "a list of quadruples of points"};
+  const std::string_view wanted = one[N];
   std::vector<std::array<Index, N>> tuples;
-  for (const Cursor entry : cursor.list(N == 2 ? "a list of pairs of points" : "a list of triples of points")) {
+  for (const Cursor entry : cursor.list(all[N])) {
     if (entry.list(wanted).size() != N) entry.fail(wanted);
     auto next = tuples.emplace_back().begin();
     for (const Cursor member : entry.list(wanted)) *next++ = point(member);
@@ -83,6 +87,7 @@ std::vector<std::array<Index, N>> Context::tuples(const Cursor& cursor) const {
 }
 template std::vector<std::array<Index, 2>> Context::tuples<2>(const Cursor&) const;
 template std::vector<std::array<Index, 3>> Context::tuples<3>(const Cursor&) const;
+template std::vector<std::array<Index, 4>> Context::tuples<4>(const Cursor&) const;
 
 NumberTable Context::number_table(const Cursor& file_name) const {
   return file_name.locate([path = file(file_name)] { return read_number_table(path); });

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "scene/kind.hpp"
@@ -56,6 +58,89 @@ struct Extra<PairForces> {
     if (entry["points"] && pairs->points.empty()) entry["points"].fail("at least one point");
     pairs->box = read_box(entry["box"], context);
     if (entry["exclude"]) pairs->exclude_rods = entry["exclude"].choice<bool>({{"rods", true}});
+  }
+};
+
+template <>
+struct Extra<Potential> {
+  static constexpr std::array<std::string_view, 4> keys{"name", "points", "energy", "constants"};
+  static constexpr bool read_alone = true;
+  static void read(const Cursor& entry, const Context& context, Potential* potential) {
+    read_tuples(entry["points"], context, potential);
+    std::vector<std::string> names;
+    if (entry["constants"]) {
+      for (const auto& [name, value] : entry["constants"].members("an object of numbers by name")) {
+        names.emplace_back(name);
+        potential->constants.push_back(context.constant_parameter(value, potential->points.size()).constants);
+        if (potential->constants.back().empty()) value.fail("a number or a list of numbers");
+      }
+    }
+    const int num_points = potential->points.empty() ? 1 : static_cast<int>(potential->points[0].size());
+    const Cursor energy = entry["energy"];
+    potential->kernel =
+        energy.locate([&] { return formula_potential(energy.string(), num_points, context.parameters, names); });
+  }
+
+ private:
+  /// Lists of points of one size; of single points "all" or a range, too.
+  static void read_tuples(const Cursor& list, const Context& context, Potential* potential) {
+    if (!list.is_list()) {
+      for (const Index point : context.points(list)) potential->points.push_back({point});
+      return;
+    }
+    std::string wanted = fmt::format("a list of 1 to {} points", PotentialKernel::most_points);
+    for (const Cursor tuple : list.list("a list of lists of points")) {
+      std::vector<Index> points;
+      for (const Cursor member : tuple.list(wanted)) points.push_back(context.point(member));
+      if (potential->points.empty() && !points.empty() && points.size() <= PotentialKernel::most_points)
+        wanted = fmt::format("{} points, as in the first tuple", points.size());
+      else if (potential->points.empty() || points.size() != potential->points[0].size())
+        tuple.fail(wanted);
+      potential->points.push_back(std::move(points));
+    }
+  }
+};
+
+/// Numbers that the law does not read would be silently without effect.
+template <HasEnergy Group>
+void refuse_numbers_of_other_laws(const Cursor& entry, const Group& group) {
+  for_each_field<Group>([&](const auto& field) {
+    const auto numbers = KindOf<Group>::law_numbers(group);
+    const bool is_read = std::ranges::any_of(
+        numbers, [&](const LawNumber& number) { return std::string_view(number.name) == field.name; });
+    if (!is_read && entry[field.name])
+      entry[field.name].complain(
+          fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
+  });
+}
+
+template <>
+struct Extra<Bonds> {
+  static constexpr std::array<std::string_view, 8> keys{"name",        "pairs", "law",   "stiffness",
+                                                        "rest_length", "limit", "depth", "width"};
+  static void read(const Cursor& entry, const Context&, Bonds* bonds) {
+    bonds->law = entry["law"].choice<BondLaw>();
+    refuse_numbers_of_other_laws(entry, *bonds);
+  }
+};
+template <>
+struct Extra<Bendings> {
+  static constexpr std::array<std::string_view, 5> keys{"name", "triples", "law", "stiffness", "rest"};
+  static void read(const Cursor& entry, const Context&, Bendings* bendings) {
+    bendings->law = entry["law"].choice<BendingLaw>();
+    refuse_numbers_of_other_laws(entry, *bendings);
+  }
+};
+template <>
+struct Extra<Torsions> {
+  static constexpr std::array<std::string_view, 8> keys{"name",      "quadruples",   "law",   "coefficients",
+                                                        "stiffness", "multiplicity", "phase", "rest"};
+  static void read(const Cursor& entry, const Context&, Torsions* torsions) {
+    torsions->law = entry["law"].choice<TorsionLaw>();
+    refuse_numbers_of_other_laws(entry, *torsions);
+    for (const Cursor number : entry["coefficients"].optional_list("a list of numbers"))
+      torsions->coefficients.push_back(number.number());
+    torsions->multiplicity = static_cast<int>(entry["multiplicity"].integer(0, 1000, 1));
   }
 };
 

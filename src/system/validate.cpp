@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -7,6 +8,7 @@
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 #include "system/field_checks.hpp"
+#include "system/law_numbers.hpp"
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
 #include "system/tuples.hpp"
@@ -195,6 +197,86 @@ class Validation {
   void check_values(const PairForces& pairs, const std::string& where) const {
     check_pair_rules(
         system_, pairs, [this](Index point) { return is_support(point); }, where);
+  }
+
+  // ---- energies ----
+
+  /// The energy and its gradient are numbers at the start, and some point of each tuple moves.
+  void check_values(const Potential& group, const std::string& where) const {
+    const PotentialKernel& kernel = group.kernel;
+    if (kernel.evaluate == nullptr) throw InputError(where + "/energy", "is missing: there is no function to call");
+    if (kernel.num_points < 1 || kernel.num_points > PotentialKernel::most_points)
+      throw InputError(where + "/energy", "an energy of " + text_of_count(kernel.num_points, "point") + "; 1 to " +
+                                              text(PotentialKernel::most_points) + " are right");
+    check_constants(group, where);
+    const auto p = static_cast<std::size_t>(kernel.num_points);
+    for (std::size_t k = 0; k < group.points.size(); ++k) {
+      if (group.points[k].size() != p)
+        fail_member(group, k, where,
+                    text_of_count(group.points[k].size(), "point") + " for an energy of " + text_of_count(p, "point"));
+      check_tuple_moves(group, k, where);
+      std::vector<double> r, numbers, gradient(3 * p);
+      for (const Index point : group.points[k]) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          r.push_back(system_.positions[3 * static_cast<std::size_t>(point) + axis]);
+      }
+      for (const auto& each : group.constants) numbers.push_back(each[each.size() == 1 ? 0 : k]);
+      double energy = 0.0;
+      kernel.evaluate(kernel.context.get(), {1, t_, r.data(), numbers.data(), &energy, gradient.data()});
+      if (!is_in_range(energy)) fail_member(group, k, where, "the energy is " + text(energy) + " at the start");
+      for (const double slope : gradient) {
+        if (!is_in_range(slope))
+          fail_member(group, k, where, "the gradient of the energy has the component " + text(slope) + " at the start");
+      }
+    }
+  }
+
+  static void check_constants(const Potential& group, const std::string& where) {
+    if (group.constants.size() != static_cast<std::size_t>(group.kernel.num_constants))
+      throw InputError(where + "/constants", text_of_count(group.constants.size(), "constant") + " for a function of " +
+                                                 text(group.kernel.num_constants));
+    for (const auto& each : group.constants) {
+      if (each.size() != 1 && each.size() != group.points.size())
+        throw InputError(where + "/constants", text_of_count(each.size(), "number") + " for " +
+                                                   text_of_count(group.points.size(), "tuple") +
+                                                   "; one for all or one each is right");
+      for (const double number : each) check_number(number, ValueRange::any, where + "/constants", "constant");
+    }
+  }
+
+  template <class Group>
+  void check_tuple_moves(const Group& group, std::size_t k, const std::string& where) const {
+    const std::span<const Index> points = member_points(group, k);
+    if (std::ranges::all_of(points, [this](Index point) { return is_support(point); }))
+      fail_member(group, k, where, "all of its points are supports: its energy moves nothing");
+  }
+
+  /// Built-in energies: the numbers that the law reads are there, and the law is defined where the points are.
+  template <HasEnergy Group>
+  void check_values(const Group& group, const std::string& where) const {
+    check_fields(group, t_, where);
+    for (const LawNumber& number : KindOf<Group>::law_numbers(group)) {
+      if (number.value->is_initial() && !number.may_be_initial)
+        throw InputError(where + "/" + number.name, "is missing: the law reads it");
+    }
+    if constexpr (std::is_same_v<Group, Torsions>) check_coefficients(group, where);
+    for (std::size_t k = 0; k < num_members(group); ++k) {
+      check_tuple_moves(group, k, where);
+      const std::string problem =
+          KindOf<Group>::complaint(group, start_places(system_, group, k), law_numbers_of(system_, group, k));
+      if (!problem.empty()) fail_member(group, k, where, problem);
+    }
+  }
+
+  static void check_coefficients(const Torsions& torsions, const std::string& where) {
+    const std::string place = where + "/coefficients";
+    if (torsions.law == TorsionLaw::Opls && torsions.coefficients.size() != 4)
+      throw InputError(place, text_of_count(torsions.coefficients.size(), "coefficient") + "; law opls has four");
+    if (torsions.law == TorsionLaw::Multi && torsions.coefficients.empty())
+      throw InputError(place, "there are none; law multi has at least c0");
+    for (const double number : torsions.coefficients) check_number(number, ValueRange::any, place, "coefficient");
+    if (torsions.multiplicity < 0)
+      throw InputError(where + "/multiplicity", "multiplicity " + text(torsions.multiplicity) + " is negative");
   }
 
   // ---- members ----

@@ -20,7 +20,7 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   const std::vector<Coupling> couplings{{0, 1}, {1, 2}, {2, 3}};
   const std::vector<Incidence> incidences{{0, 0, 0, -1.0}, {1, 0, 0, 1.0}, {1, 1, 1, -1.0}, {2, 1, 1, 1.0}};
   const std::vector<Compliance> compliances{{50.0, 0.5}};
-  const NewtonPlan plan(masses, 2, couplings, incidences, compliances, true);
+  const NewtonPlan plan(masses, 2, couplings, {}, incidences, compliances, true);
 
   const auto make_blocks = [&](std::size_t count) {
     std::vector<Block3> blocks(count);
@@ -33,7 +33,7 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
                             by_v = make_blocks(3);
   std::vector<double> gradients(6);
   for (double& number : gradients) number = uniform(random);
-  const NewtonPlan::Values values{own_r.data(), own_v.data(), by_r.data(), by_v.data(), gradients.data()};
+  const NewtonPlan::Values values{own_r.data(), own_v.data(), by_r.data(), by_v.data(), nullptr, gradients.data()};
   const NewtonPlan::Weights<Complex> weights{{3.0, 1.0}, {0.7, -0.2}, {0.1, 0.4}};
   std::vector<Complex> entries(plan.rows().size());
   plan.assemble(weights, values, entries.data());
@@ -73,7 +73,7 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   EXPECT_LT((found - wanted).cwiseAbs().maxCoeff(), 1e-9);  // the tiny compliance of the constraint
   EXPECT_GT(std::abs(found(9, 9)), 0.0);
 
-  const NewtonPlan exact(masses, 2, couplings, incidences, compliances, false);
+  const NewtonPlan exact(masses, 2, couplings, {}, incidences, compliances, false);
   std::vector<Complex> exact_entries(exact.rows().size());
   exact.assemble(weights, values, exact_entries.data());
   for (int j = 0; j < 11; ++j) {

@@ -94,8 +94,8 @@ TEST_P(Allocation, ConstraintsAndForcesOfAStepTakeNoMemory) {
     sum += constraints.evaluate_right_side(parallel, r, r, r, rows.data(), blocks.data());
     sum += constraints.apply_transposed(parallel, blocks.data(), r, nullptr, rows.data());
     forces.evaluate(parallel, t, r, r, f.data());
-    sum +=
-        forces.potential(parallel, r) + forces.power(parallel, r, r) + forces.elastic_power_of_supports(parallel, r, r);
+    sum += forces.potential(parallel, 0.0, r) + forces.power(parallel, r, r) +
+           forces.elastic_power_of_supports(parallel, r, r);
   };
   evaluate_all(0.1);  // threads start
 

@@ -18,13 +18,16 @@ System make_system() {
   for (int i = 0; i < 12; ++i) system.positions.push_back(uniform(random));
   system.masses = {1.0, 2.0, 3.0, 4.0};
   system.supports = {{"held", {3}, {}}};
-  system.forces = {Springs{"damped", {{0, 1}, {2, 3}}, 7.0, 0.4, 0.2}, Springs{"plain", {{1, 2}}, 5.0, 0.3, 0.0},
-                   Drag{"drag", {0, 2}, 0.5, 0.7},
-                   FormulaForce{"formula", {1, 2}, formula_force({"x*y - vz^2", "sin(z)*vx", "t*x"})},
-                   FormulaForce{"callable", {0}, make_force_kernel([](const auto& r, const auto& v, double t) {
-                                  using T = std::decay_t<decltype(r[0])>;
-                                  return std::array<T, 3>{r[1] * v[0] * t, r[0] * r[2], v[1] * v[1]};
-                                })}};
+  system.forces = {
+      Springs{"damped", {{0, 1}, {2, 3}}, 7.0, 0.4, 0.2},
+      Springs{"plain", {{1, 2}}, 5.0, 0.3, 0.0},
+      Drag{"drag", {0, 2}, 0.5, 0.7},
+      FormulaForce{"formula", {1, 2}, formula_force({"x*y - vz^2", "sin(z)*vx", "t*x"})},
+      FormulaForce{"callable", {0}, make_force_kernel([](const auto& r, const auto& v, double t) {
+                     using T = std::decay_t<decltype(r[0])>;
+                     return std::array<T, 3>{r[1] * v[0] * t, r[0] * r[2], v[1] * v[1]};
+                   })},
+      Potential{"energy", {{2, 0, 3}}, formula_potential("sin(x1*y2)*z3^2 + t*exp(z1*x2) + y1^2*x3*z2", 3), {}}};
   return system;
 }
 
@@ -45,14 +48,20 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
   const std::vector<double> tau{0.6, -0.9}, unit_mass(4, 1.0);
   const std::vector<Coupling> couplings = forces.list_couplings();
   std::vector<Block3> own_r(3), own_v(3), coupling_r(couplings.size()), coupling_v(couplings.size());
+  std::vector<Block3> influence(forces.list_influences().size());
   forces.evaluate_derivatives(serial, t, r.data(), v.data(), tau.data(),
-                              {own_r.data(), own_v.data(), coupling_r.data(), coupling_v.data()});
+                              {own_r.data(), own_v.data(), coupling_r.data(), coupling_v.data(), influence.data()});
+  const std::vector<Influence> influences = forces.list_influences();
+  ASSERT_EQ(influences.size(), 6u);
   const auto derivative = [&](bool in_r, int i, int j, int a, int c) {
     double sum = i == j ? (in_r ? own_r : own_v)[i](a, c) : 0.0;
     for (std::size_t k = 0; k < couplings.size(); ++k) {
       const int sign =
           ((i == couplings[k].j) - (i == couplings[k].i)) * ((j == couplings[k].j) - (j == couplings[k].i));
       sum += sign * (in_r ? coupling_r : coupling_v)[k](a, c);
+    }
+    for (std::size_t k = 0; k < influences.size(); ++k) {
+      if (in_r && influences[k].on == i && influences[k].of == j) sum += influence[k](a, c);
     }
     return sum;
   };

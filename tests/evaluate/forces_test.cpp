@@ -199,7 +199,7 @@ TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
       const double slope = derivative_at_zero([&](double e) {
         std::vector<double> r = scene.r;
         r[c] += e;
-        return forces.potential(Parallel(1), r.data());
+        return forces.potential(Parallel(1), 0.0, r.data());
       });
 
       EXPECT_NEAR(slope, -f[static_cast<Eigen::Index>(c)], 1e-9) << "seed " << seed << ", coordinate " << c;
@@ -238,7 +238,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
 
     const double rate = derivative_at_zero([&](double e) {
       const Eigen::VectorXd r = reference::vector(scene.r) + e * v;
-      return forces.potential(Parallel(1), r.data());
+      return forces.potential(Parallel(1), 0.0, r.data());
     });
 
     const double by_points = -f.head(3 * num_moving).dot(v.head(3 * num_moving));
@@ -316,7 +316,7 @@ TEST_F(ForceTest, AnyNumberOfThreadsGivesTheSameBits) {
     Forces forces(system, numbering);
     Result result{std::vector<double>(system.positions.size(), NAN), 0.0, 0.0, 0.0};
     forces.evaluate(parallel, 0.3, r, v, result.f.data());
-    result.potential = forces.potential(parallel, r);
+    result.potential = forces.potential(parallel, 0.0, r);
     result.power = forces.power(parallel, r, v);
     result.supports = forces.elastic_power_of_supports(parallel, r, v);
     return result;

@@ -354,7 +354,7 @@ TEST_P(LawTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
   const auto potential = [&](double e) {
     std::vector<double> moved = r;
     for (std::size_t c = 0; c < r.size(); ++c) moved[c] += e * v[c];
-    return forces.potential(parallel, moved.data());
+    return forces.potential(parallel, 0.0, moved.data());
   };
 
   forces.evaluate(parallel, 0.0, r.data(), v.data(), f.data());

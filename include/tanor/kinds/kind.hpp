@@ -242,6 +242,7 @@ constexpr const char* list_name() {
   using List = std::remove_cvref_t<decltype(std::declval<Group>().*KindOf<Group>::members)>;
   if constexpr (std::is_same_v<List, std::vector<std::array<Index, 2>>>) return "pairs";
   if constexpr (std::is_same_v<List, std::vector<std::array<Index, 3>>>) return "triples";
+  if constexpr (std::is_same_v<List, std::vector<std::array<Index, 4>>>) return "quadruples";
   if constexpr (std::is_same_v<List, std::vector<std::vector<Index>>>) return "tuples";
   return "points";
 }
