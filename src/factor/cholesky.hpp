@@ -50,10 +50,11 @@ class Cholesky {
     std::size_t weakest_column = 0;     ///< smallest pivot; the failed one where not positive definite
     double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2: a cheap estimate from above
   };
-  [[nodiscard]] Quality factorize();
+  /// Any number of threads gives the same bits. Inside a parallel region there is one.
+  [[nodiscard]] Quality factorize(int threads = 1);
 
   /// x := S^-1 x, [n].
-  void solve(double* x);
+  void solve(double* x, int threads = 1);
 
  private:
   struct Implementation;
