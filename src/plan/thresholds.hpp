@@ -45,7 +45,7 @@ inline constexpr double products_of_tiled_front = 2e7;
 inline constexpr double share_of_task = 1.0 / 64.0, least_cost_of_task = 1e6;
 /// Flops of a factorization, and numbers of L in a solve, from which more threads than one gain (bench/fronts: small
 /// nets and lattices).
-inline constexpr double flops_worth_threads = 1.5e7, numbers_worth_threads = 3e5;
+inline constexpr double flops_worth_threads = 1e8, numbers_worth_threads = 2e6;
 
 /// Iterations that conjugate gradients are expected to take before a solve was made (bench/reuse).
 inline constexpr double first_guess_of_iterations = 4.0;

@@ -85,7 +85,7 @@ Cholesky make_simplicial(const Matrix& S) {
 
 /// Fronts of all kinds: sequences alone, whole ones, those of tiles with rows below and without.
 std::vector<Rods> scenes() {
-  return {make_net(12, 9), make_net(110, 100), make_lattice(8), make_lattice(15), make_protein(300, 4)};
+  return {make_net(12, 9), make_net(230, 200), make_lattice(8), make_lattice(19), make_protein(300, 4)};
 }
 
 TEST(Multifrontal, EveryNumberOfThreadsGivesTheSameBits) {
@@ -119,7 +119,7 @@ TEST(Multifrontal, SolvesAsSparseColumnsDo) {
 }
 
 RC_GTEST_PROP(Multifrontal, FirstColumnThatFailsIsTheSameOnEveryNumberOfThreads, ()) {
-  static const Matrix definite[2] = {make_matrix(make_net(110, 100), 7), make_matrix(make_lattice(13), 7)};
+  static const Matrix definite[2] = {make_matrix(make_net(200, 160), 7), make_matrix(make_lattice(17), 7)};
   Matrix S = definite[*rc::gen::inRange(0, 2).as("net or lattice")];
   const auto n = static_cast<int>(S.size());
   for (const int column : *rc::gen::container<std::vector<int>>(3, rc::gen::inRange(0, n)).as("columns"))
