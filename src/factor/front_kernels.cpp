@@ -9,7 +9,7 @@
 
 namespace tanor_kernels {
 
-using tanor::Eight, tanor::eight_at;
+using tanor::Eight, tanor::eight_at, tanor::eight_to;
 
 namespace {
 
@@ -40,7 +40,7 @@ template <std::size_t lanes, std::size_t columns>
     }
   }
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) eight_at(c + j * c_stride + front_width * i) = sum[j][i];
+    for (std::size_t i = 0; i < lanes; ++i) eight_to(c + j * c_stride + front_width * i) = sum[j][i];
   }
 }
 
@@ -113,7 +113,7 @@ template <std::size_t columns>
       x[q] = eight_at(c + q * stride + i);
       for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
       x[q] *= inverse[q];
-      eight_at(c + q * stride + i) = x[q];
+      eight_to(c + q * stride + i) = x[q];
     }
   }
   for (std::size_t q = 0; q < columns; ++q) {
@@ -169,7 +169,7 @@ void substitute_forwards(std::size_t columns, std::size_t stride, const double* 
           for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
             Eight sum = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-            eight_at(y + i) = sum;
+            eight_to(y + i) = sum;
           }
           for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
         });
