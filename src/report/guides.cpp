@@ -28,20 +28,33 @@ Vector3 subtract(const Vector3& a, const Vector3& b) {
 
 /// Fields by the names that kinds of constraints and of coordinates share.
 template <class Group>
-constexpr bool is_plane = requires(const Group& g) { g.normal, g.offset; };
+constexpr bool is_plane = requires(const Group& g) {
+  g.normal, g.offset;
+};
 template <class Group>
-constexpr bool is_circle = requires(const Group& g) { g.center, g.normal, g.radius; };
+constexpr bool is_circle = requires(const Group& g) {
+  g.center, g.normal, g.radius;
+};
 template <class Group>
-constexpr bool is_sphere = requires(const Group& g) { g.center, g.radius; } && !is_circle<Group>;
+constexpr bool is_sphere = requires(const Group& g) {
+  g.center, g.radius;
+}
+&&!is_circle<Group>;
 template <class Group>
-constexpr bool is_line = requires(const Group& g) { g.origin, g.direction; };
+constexpr bool is_line = requires(const Group& g) {
+  g.origin, g.direction;
+};
 template <class Group>
-constexpr bool is_ellipsoid = requires(const Group& g) { g.center, g.radii; };
+constexpr bool is_ellipsoid = requires(const Group& g) {
+  g.center, g.radii;
+};
 template <class Group>
-constexpr bool is_helix = requires(const Group& g) { g.origin, g.axis, g.pitch; };
+constexpr bool is_helix = requires(const Group& g) {
+  g.origin, g.axis, g.pitch;
+};
 template <class Group>
-constexpr bool is_drawn = is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> ||
-                          is_ellipsoid<Group> || is_helix<Group>;
+constexpr bool is_drawn =
+    is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> || is_ellipsoid<Group> || is_helix<Group>;
 
 /// Vectors and points of one time.
 struct Now {
@@ -97,8 +110,7 @@ std::vector<double> place(const Group& group, const Now& now, const Now& start, 
   const auto add = [&](const Vector3& v) { numbers.insert(numbers.end(), v.begin(), v.end()); };
   const auto add_number = [&](const Parameter& parameter) {
     const std::optional<double> given = now.number(parameter, k);
-    if constexpr (!is_line<Group> && !is_ellipsoid<Group>)
-      numbers.push_back(given ? *given : measure(group, start, k));
+    if constexpr (!is_line<Group> && !is_ellipsoid<Group>) numbers.push_back(given ? *given : measure(group, start, k));
   };
   if constexpr (is_plane<Group>) {
     add(now(group.normal));

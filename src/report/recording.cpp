@@ -126,10 +126,10 @@ void Recording::take_step(const MotionReport& report) {
                 .velocity_violation = report.velocity_violation,
                 .acceleration_violation = report.acceleration_violation,
                 .reciprocal_condition = report.reciprocal_condition,
-                .friction_iterations = friction.solves > friction_solves_
-                                           ? (iterations - friction_iterations_) /
-                                                 static_cast<double>(friction.solves - friction_solves_)
-                                           : 0.0};
+                .friction_iterations =
+                    friction.solves > friction_solves_
+                        ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)
+                        : 0.0};
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
   take(last_step_, most_steps, num_steps_++, &step_stride_, &steps_);

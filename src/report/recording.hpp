@@ -15,11 +15,11 @@ namespace tanor::report {
 /// One instant of a motion as its view shows it.
 struct RecordedFrame {
   double time = 0.0;
-  std::vector<float> positions;                        ///< 3m, m, of the shown points
-  std::vector<float> tensions;                         ///< N, of the shown rods
-  std::vector<float> normal_reactions;                 ///< 3h, N: what guides and supports do to the held points
-  std::vector<float> tangent_reactions;                ///< 3h, N: friction there; empty: the system has none
-  std::vector<std::vector<double>> guides;             ///< numbers of each Guide
+  std::vector<float> positions;             ///< 3m, m, of the shown points
+  std::vector<float> tensions;              ///< N, of the shown rods
+  std::vector<float> normal_reactions;      ///< 3h, N: what guides and supports do to the held points
+  std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty: the system has none
+  std::vector<std::vector<double>> guides;  ///< numbers of each Guide
 };
 
 /// What the report says of one step.

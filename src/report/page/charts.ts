@@ -37,7 +37,9 @@ export class Charts {
 
   private axes(isLog: boolean): uPlot.Axis[] {
     const common = { stroke: style("--soft"), grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, font: "11px system-ui, sans-serif" };
-    return [{ ...common }, { ...common, size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : isLog ? tick.toExponential(0) : String(+tick.toPrecision(6)))) }];
+    // Lines at powers of ten alone.
+    const filter = (_: uPlot, splits: number[]) => splits.map((y) => (!isLog || (y > 0 && Number.isInteger(+Math.log10(y).toFixed(9))) ? y : null));
+    return [{ ...common }, { ...common, grid: { ...common.grid, filter },  size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : isLog ? tick.toExponential(0) : String(+tick.toPrecision(6)))) }];
   }
 
   private add(title: string, series: [string, string][], unit: string, isLog: boolean): void {

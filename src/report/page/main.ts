@@ -118,7 +118,11 @@ async function start(): Promise<void> {
   find("play").onclick = () => play(!plays);
   const reset = () => { play(false); view.lookFrom(); seek(begin); };
   find("reset").onclick = reset;
-  find("time").oninput = (event) => { play(false); seek(begin + Number((event.target as HTMLInputElement).value) * (end - begin)); };
+  find("time").oninput = (event) => {
+    const part = Number((event.target as HTMLInputElement).value);  // before the slider is put where the view stands
+    play(false);
+    seek(begin + part * (end - begin));
+  };
   find("rod").oninput = (event) => choose(Number((event.target as HTMLInputElement).value));
   find<HTMLInputElement>("rod").max = String(Math.max(0, motion.rods - 1));
   for (const what of ["points", "rods", "guides", "normal", "tangent"] as const)
@@ -126,6 +130,10 @@ async function start(): Promise<void> {
   if (!motion.has_friction) find("show-tangent").parentElement!.hidden = true;
   if (!arrays.held.length) for (const what of ["normal", "tangent"]) find(`show-${what}`).parentElement!.hidden = true;
   else find("arrow-scale").textContent = `Arrows: ${words(view.newtonsPerSize, "N")} is a sixth of the picture. Normal: what guides and supports do; tangent: friction. Rods are left out.`;
+  if (!motion.rods) {
+    find("rods-part").hidden = true;
+    find("show-rods").parentElement!.hidden = true;
+  }
   if (!motion.guides.length) find("show-guides").parentElement!.hidden = true;
   const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
   if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);

@@ -69,7 +69,7 @@ export class View {
     this.scale = over(arrays.tensions);
     this.measure();
     const held = arrays.held.length, many = motion.points > 3000;
-    const bead = many ? 0.0022 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
+    const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
     this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4);
     this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2);
     this.normalArrows = new Ribbons(held, 0, 3, true);
@@ -109,7 +109,7 @@ export class View {
       ? front.clone().multiplyScalar(1).addScaledVector(right, 0.55).addScaledVector(up, 0.4)
       : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
     this.camera.up.copy(up);
-    this.camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.9 * this.size);
+    this.camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.55 * this.size);
     this.camera.near = 0.002 * this.size;
     this.camera.far = 40 * this.size;
     this.controls.target.copy(this.middle);
