@@ -53,7 +53,8 @@ void Recording::take_frame(const Simulation& simulation) {
 }
 
 RecordedFrame Recording::record(const Simulation& simulation) {
-  RecordedFrame frame{.time = simulation.time()};
+  RecordedFrame frame;
+  frame.time = simulation.time();
   std::vector<double> rows;
   gather_points(shown_, simulation.positions(), &rows);
   frame.positions.assign(rows.begin(), rows.end());
