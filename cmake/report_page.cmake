@@ -43,9 +43,4 @@ elseif(page_obstacle)
   message(STATUS "without report.html: ${page_obstacle}")
 else()
   set(TANOR_HAS_REPORT_PAGE ON)
-  file(GLOB page_files CONFIGURE_DEPENDS ${page_sources}/*.ts ${page_sources}/*.css ${page_sources}/*.html ${page_sources}/*.mjs)
-  add_custom_command(OUTPUT ${page_build}/html_page_template.cpp
-    COMMAND ${NODE_PROGRAM} ${page_sources}/build.mjs ${page_build}
-    DEPENDS ${page_files} ${page_build}/installed
-    COMMENT "Bundling the page of tanor run --report" VERBATIM)
 endif()
