@@ -91,6 +91,8 @@ struct PositionStep {
   const PeriodicCell* old_cell = nullptr;
   double time = 0.0;     ///< at the end of the step: where lengths depend on it
   bool measures = true;  ///< finds the virial, the largest turn, the work and the worst row; false saves that
+  /// A largest |xi|/length that is small enough: iterations end there. 0: they end at rounding, below 1e-13.
+  double tolerance = 0.0;
 };
 
 /// The host's velocities are to obey the constraints at `positions`.

@@ -28,7 +28,7 @@ struct SymbolicAnalysis {
 
 /// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill. Else it
 /// takes AMD, and METIS where AMD predicts more than 50 flops a nonzero of L and METIS saves some of them. Throws
-/// std::bad_alloc, and std::length_error where L has more than 2^31 - 1 nonzeros.
+/// std::bad_alloc, and std::length_error where a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 
 /// Factorizes L L' = S, where the rows of S already stand in the order of elimination: the symbolic analysis is made

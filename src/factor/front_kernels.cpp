@@ -9,7 +9,7 @@
 
 namespace tanor_kernels {
 
-using tanor::Eight, tanor::eight_at;
+using tanor::Eight, tanor::eight_at, tanor::eight_to;
 
 namespace {
 
@@ -50,7 +50,7 @@ template <std::size_t lanes, std::size_t columns, bool fresh>
     }
   }
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) eight_at(c + j * c_stride + front_width * i) = sum[j][i];
+    for (std::size_t i = 0; i < lanes; ++i) eight_to(c + j * c_stride + front_width * i) = sum[j][i];
   }
 }
 
@@ -125,7 +125,7 @@ template <std::size_t columns>
       x[q] = eight_at(rows + q * stride + i);
       for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
       x[q] *= inverse[q];
-      eight_at(rows + q * stride + i) = x[q];
+      eight_to(rows + q * stride + i) = x[q];
     }
   }
 }
@@ -248,7 +248,7 @@ void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride,
           for (std::size_t i = 0; i < rows; i += front_width) {
             Eight sum = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
-            eight_at(y + i) = sum;
+            eight_to(y + i) = sum;
           }
         });
   }
@@ -287,7 +287,7 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
           for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
             Eight sum = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-            eight_at(y + i) = sum;
+            eight_to(y + i) = sum;
           }
           for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
         });
