@@ -15,7 +15,7 @@ const profile = mkdtempSync(join(tmpdir(), "tanor-page-"));
 const browser = spawn(chromium, ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader", "--remote-debugging-pipe", `--user-data-dir=${profile}`, "--no-first-run",
   "--window-size=1440,1000", ...(process.env.TANOR_PAGE_DARK ? ["--force-dark-mode"] : [])],
-  { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+  { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], detached: true });
 const failures = [], answers = new Map();
 const expect = (holds, what) => { if (!holds) failures.push(what); };
 let next = 0, rest = "", heard = () => {};
@@ -118,16 +118,30 @@ async function play(page, ask) {
   writeFileSync(picture, Buffer.from(data, "base64"));
 }
 
-const giveUp = setTimeout(() => { console.error("the browser does not answer"); browser.kill("SIGKILL"); process.exit(1); }, 120000);
+/** Ends the browser with all its processes, and removes its profile. */
+async function endBrowser() {
+  const ended = new Promise((go) => browser.once("exit", go));
+  process.kill(-browser.pid, "SIGKILL");
+  await ended;
+  // Its other processes write a moment longer, so that a folder just emptied may not be empty.
+  for (let k = 0; k < 50; ++k) {
+    try {
+      rmSync(profile, { recursive: true, force: true });
+      return;
+    } catch {
+      await new Promise((go) => setTimeout(go, 100));
+    }
+  }
+  console.error(`${profile} could not be removed`);
+}
+
+const giveUp = setTimeout(() => { console.error("the browser does not answer"); process.kill(-browser.pid, "SIGKILL"); process.exit(1); }, 120000);
 try {
   await tryPage();
 } catch (error) {
   failures.push(String(error));
 }
 clearTimeout(giveUp);
-const ended = new Promise((go) => browser.once("exit", go));
-browser.kill("SIGKILL");
-await ended;
-rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+await endBrowser();
 for (const failure of failures) console.error(failure);
 process.exit(failures.length ? 1 : 0);
