@@ -37,6 +37,7 @@ struct BasicPointArray {
       : data(first), stride(bytes_apart), index(numbers) {}
   /// A packed array: a vector, a span.
   template <class Range>
+  // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): a point array is no range
   requires std::ranges::contiguous_range<Range> && std::convertible_to<Range&&, std::span<Number>> BasicPointArray(
       Range&& packed)  // NOLINT(google-explicit-constructor): every vector is one
       : data(std::span<Number>(packed).data()), size(std::span<Number>(packed).size()) {}

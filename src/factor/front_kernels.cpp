@@ -113,13 +113,13 @@ template <std::size_t lanes, std::size_t wide, bool fresh>
   }
 }
 
-/// x := x l'^-1, `height` rows, whole lanes.
+/// x := x l'^-1, `count` rows, whole lanes.
 template <std::size_t columns>
-[[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t height,
+[[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t count,
                                                std::size_t stride, double* rows) {
   double inverse[columns];
   for (std::size_t q = 0; q < columns; ++q) inverse[q] = 1.0 / l[q][q];
-  for (std::size_t i = 0; i < height; i += front_width) {
+  for (std::size_t i = 0; i < count; i += front_width) {
     Eight x[columns];
     for (std::size_t q = 0; q < columns; ++q) {
       x[q] = eight_at(rows + q * stride + i);

@@ -190,9 +190,9 @@ void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
   std::vector<FrontTask>& tasks = of_factor ? factor_tasks : solve_tasks;
   TaskGraph& graph = of_factor ? factor_graph : solve_graph;
   std::vector<int> last(fronts.size(), -1), before;
-  const auto add = [&](FrontTask task, double cost) {
+  const auto add = [&](FrontTask task, double flops) {
     tasks.push_back(task);
-    return graph.add(cost);
+    return graph.add(flops);
   };
   const auto cost_of_task = [&](const Front& front) {
     return of_factor ? cost_of(front) : 500.0 + static_cast<double>(front.stride * front.columns);
@@ -235,9 +235,9 @@ int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& 
   const Front& front = fronts[s];
   const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
   constexpr auto area = static_cast<double>(tile * tile);
-  const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double cost) {
+  const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
     tasks->push_back({kind, static_cast<int>(s), row, column});
-    return graph->add(cost);
+    return graph->add(flops);
   };
   std::vector<int> left(rows);
   for (std::size_t column = 0; column < columns; ++column) {

@@ -71,12 +71,12 @@ DistributedRods::DistributedRods(MPI_Comm world, RodOptions options) : options_(
 
 // ---- before a run ----
 
-std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member,
-                                  int threads, bool unit_masses) {
+std::string DistributedRods::plan(const Atoms& atoms, const std::vector<Bond>& found,
+                                  const std::vector<bool>& is_member, int threads, bool unit_masses) {
   forget_plan();
   has_unit_masses_ = unit_masses;
   mark_ = mark(found, islands_.world());
-  if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
+  if (std::string trouble = take_bonds(atoms, found, is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
   for (std::vector<double>* const array : {&r_, &old_, &move_, &v_, &f_}) array->assign(3 * n, 0.0);
@@ -115,7 +115,7 @@ std::string DistributedRods::list(const Atoms& atoms) {
   return islands_.list(atoms.tags());
 }
 
-std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> found,
+std::string DistributedRods::take_bonds(const Atoms& atoms, const std::vector<Bond>& found,
                                         const std::vector<bool>& is_member) {
   std::vector<Bond> united = unite(found, islands_.world());
   int highest = 0;
