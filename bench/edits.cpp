@@ -164,7 +164,7 @@ void compare_c(std::size_t count, std::size_t length) {
   const Host host = make_chains(count, length);
   Constrainer constrainer(host.masses, {host.rods}, host.r, {.threads = 1});
   tn_system* system = nullptr;
-  tn_options options{sizeof(tn_options), 1};
+  tn_options options{.size = sizeof(tn_options), .threads = 1};
   expect(tn_create(&system, host.masses.size(), host.masses.data(), {host.r.data(), 0, nullptr}, &options) == TN_OK,
          tn_create_error());
   expect(

@@ -35,7 +35,7 @@ pair_modify shift yes
 pair_coeff 1 1 1.0 1.0 1.122462
 include {register}
 fix move all nve
-fix rods all tanor/rods bond 1 length 0.97
+fix rods all tanor/rods bond 1 length 0.97 {tolerance}
 thermo_style custom step temp ke etotal press f_rods f_rods[1] f_rods[2] f_rods[3]
 thermo_modify norm yes format float %.12g
 timestep 0.004
@@ -129,9 +129,11 @@ def main():
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--steps", type=int, default=500)
     parser.add_argument("--trend-steps", type=int, default=10000)
+    parser.add_argument("--tolerance", type=float, help="of the fix; without it bonds hold to rounding")
     options = parser.parse_args()
     fetched = subprocess.run([ROOT / "scripts" / "fetch_examples", "melt"], check=True, stdout=subprocess.PIPE, text=True)
-    melt = MELT.format(data=fetched.stdout.strip(), register=(options.build / "src/embed/lammps/tanor.lmp").resolve())
+    melt = MELT.format(data=fetched.stdout.strip(), register=(options.build / "src/embed/lammps/tanor.lmp").resolve(),
+                       tolerance="" if options.tolerance is None else f"tolerance {options.tolerance:g}")
     rods, scaled = 31680, 51889
 
     print("# tanor inside LAMMPS\n")

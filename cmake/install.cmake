@@ -27,6 +27,12 @@ configure_file(cmake/tanor.pc.in ${PROJECT_BINARY_DIR}/tanor.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/tanor.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 if(TANOR_BUILD_PROGRAM)
+  if(TANOR_HAS_REPORT_PAGE)  # the licences of what is bundled into the program
+    foreach(library IN ITEMS three uplot)
+      install(FILES ${page_build}/node_modules/${library}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tanor
+        RENAME LICENSE.${library} COMPONENT program)
+    endforeach()
+  endif()
   # The executable loads the program from a folder of its own, which finds libtanor beside it.
   set_target_properties(tanor_commands PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS tanor_commands LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT program)

@@ -57,8 +57,9 @@ typedef struct tn_const_points {
 } tn_const_points;
 
 typedef struct tn_options {
-  uint32_t size;   /**< sizeof(tn_options) */
-  int32_t threads; /**< 0: as OpenMP gives; 1: none are started */
+  uint32_t size;    /**< sizeof(tn_options) */
+  int32_t threads;  /**< 0: as OpenMP gives; 1: none are started */
+  double tolerance; /**< of tn_constrain_positions: |xi|/length that is small enough; 0: rounding, below 1e-13 */
 } tn_options;
 
 /** What a call may write besides; what is null costs nothing. */

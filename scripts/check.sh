@@ -59,8 +59,8 @@ build_and_test develop
 
 if [[ ${1:-} != --quick ]]; then
   headline "clang-tidy (.clang-tidy says which checks)"
-  # GCC's commands name warnings that clang does not know.
-  git ls-files 'src/*.cpp' |
+  # GCC's commands name warnings that clang does not know, and clang 14 does not take OpenMM's headers for C++20.
+  git ls-files 'src/*.cpp' ':!src/embed/openmm' |
     xargs -P "$(nproc)" -n 2 clang-tidy -p build-develop --quiet --extra-arg=-Wno-unknown-warning-option
 
   sanitize

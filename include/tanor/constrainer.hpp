@@ -37,6 +37,7 @@ struct BasicPointArray {
       : data(first), stride(bytes_apart), index(numbers) {}
   /// A packed array: a vector, a span.
   template <class Range>
+  // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): a point array is no range
   requires std::ranges::contiguous_range<Range> && std::convertible_to<Range&&, std::span<Number>> BasicPointArray(
       Range&& packed)  // NOLINT(google-explicit-constructor): every vector is one
       : data(std::span<Number>(packed).data()), size(std::span<Number>(packed).size()) {}
@@ -91,6 +92,8 @@ struct PositionStep {
   const PeriodicCell* old_cell = nullptr;
   double time = 0.0;     ///< at the end of the step: where lengths depend on it
   bool measures = true;  ///< finds the virial, the largest turn, the work and the worst row; false saves that
+  /// A largest |xi|/length that is small enough: iterations end there. 0: they end at rounding, below 1e-13.
+  double tolerance = 0.0;
 };
 
 /// The host's velocities are to obey the constraints at `positions`.

@@ -33,7 +33,8 @@ struct VelocityVerlet {
   std::function<void(double time)> set_forces{};
   /// Called after every step; false ends the run there. It may edit the constraints, but not the points.
   std::function<bool(const VelocityVerletProgress&)> observe{};
-  bool measures = false;  ///< see PositionStep::measures
+  bool measures = false;   ///< see PositionStep::measures
+  double tolerance = 0.0;  ///< see PositionStep::tolerance
 };
 
 /// How a run ended.

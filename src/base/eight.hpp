@@ -57,22 +57,23 @@ struct Pack3 {
 using Eight = Pack<num_lanes>;
 using Eight3 = Pack3<num_lanes>;
 
-/// Loads and stores eight numbers at any address.
+/// Loads and stores eight numbers at any address. What is loaded is a value: where a reference to it were bound to one
+/// to an Eight, clang would take its address for aligned.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
-[[gnu::always_inline]] inline const EightAnywhere& eight_at(const double* place) {
+[[gnu::always_inline]] inline Eight eight_at(const double* place) {
   return *reinterpret_cast<const EightAnywhere*>(place);
 }
-[[gnu::always_inline]] inline EightAnywhere& eight_at(double* place) {
+[[gnu::always_inline]] inline EightAnywhere& eight_to(double* place) {
   return *reinterpret_cast<EightAnywhere*>(place);
 }
 
 /// Four numbers. Both AVX2 and AVX-512 can shuffle them.
 using Four = Pack<4>;
 using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
-[[gnu::always_inline]] inline const FourAnywhere& four_at(const double* place) {
+[[gnu::always_inline]] inline Four four_at(const double* place) {
   return *reinterpret_cast<const FourAnywhere*>(place);
 }
-[[gnu::always_inline]] inline FourAnywhere& four_at(double* place) {
+[[gnu::always_inline]] inline FourAnywhere& four_to(double* place) {
   return *reinterpret_cast<FourAnywhere*>(place);
 }
 
@@ -92,9 +93,9 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   const Four xy = __builtin_shufflevector(x_0321, y_1032, 0, 5, 2, 3),
              yz = __builtin_shufflevector(y_1032, z_2103, 0, 5, 2, 3),
              zx = __builtin_shufflevector(z_2103, x_0321, 0, 5, 2, 3);
-  four_at(to) = __builtin_shufflevector(xy, z_2103, 0, 1, 6, 3);
-  four_at(to + 4) = __builtin_shufflevector(yz, x_0321, 0, 1, 6, 3);
-  four_at(to + 8) = __builtin_shufflevector(zx, y_1032, 0, 1, 6, 3);
+  four_to(to) = __builtin_shufflevector(xy, z_2103, 0, 1, 6, 3);
+  four_to(to + 4) = __builtin_shufflevector(yz, x_0321, 0, 1, 6, 3);
+  four_to(to + 8) = __builtin_shufflevector(zx, y_1032, 0, 1, 6, 3);
 }
 
 /// Loads eight points that follow one another: x y z x y z …

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <exception>
 #include <numeric>
+#include <type_traits>
 
 #include "base/quiet_traps.hpp"
 
@@ -90,11 +91,18 @@ class Parallel {
     return std::accumulate(parts.begin(), parts.end(), 0.0);
   }
 
-  /// Calls body(k) for a few large tasks of unequal size.
+  /// Calls body(k), or body(k, thread) with thread < threads(), for a few large tasks of unequal size.
   template <class Body>
   void for_tasks(std::size_t count, const Body& body) const {
+    const auto run = [&](std::size_t k, std::size_t thread) {
+      if constexpr (std::is_invocable_v<const Body&, std::size_t, std::size_t>) {
+        body(k, thread);
+      } else {
+        body(k);
+      }
+    };
     if (threads_ <= 1 || count <= 1) {
-      for (std::size_t k = 0; k < count; ++k) body(k);
+      for (std::size_t k = 0; k < count; ++k) run(k, 0);
       return;
     }
     std::exception_ptr failure;
@@ -102,7 +110,7 @@ class Parallel {
     for (std::size_t k = 0; k < count; ++k) {
       const QuietTraps quiet;
       try {
-        body(k);
+        run(k, static_cast<std::size_t>(omp_get_thread_num()));
       } catch (...) {
 #pragma omp critical(tanor_parallel_failure)
         failure = std::current_exception();

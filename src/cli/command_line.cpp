@@ -78,6 +78,7 @@ void add_run(CLI::App* app, RunOptions* options) {
   add_motion(command, over);
   command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
+  command->add_flag("--report", options->report, "write report.html too: the motion in 3-D, histories, certificate");
 }
 
 void add_solve(CLI::App* app, SolveOptions* options) {

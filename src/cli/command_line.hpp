@@ -18,6 +18,7 @@ struct RunOptions {
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
   bool quiet = false;
+  bool report = false;  ///< a page for a browser, report.html
 };
 
 /// `tanor solve`

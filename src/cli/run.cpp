@@ -15,6 +15,7 @@
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
 #include "report/friction_parts.hpp"
+#include "report/html_page.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
 #include "scene/memory.hpp"
@@ -31,6 +32,7 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   RunPlan plan;
   plan.begin = begin;
   plan.directory = choose_folder(options.out, scene);
+  plan.has_html_page = options.report && report::has_html_page();
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
@@ -93,6 +95,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
   std::string not_proven;
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
+    folder->take_step(report);
     if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
     return not_proven.empty() && !caught_interrupt();
   };
@@ -161,6 +164,8 @@ ExitCode execute(const RunOptions& options) {
   // Nothing was written so far.
   RunFolder folder(plan, scene, simulation);
   if (options.resume && !plan.before) print_message("no checkpoint in " + plan.directory.string() + "; starts anew");
+  if (options.report && !plan.has_html_page)
+    print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers");
   catch_interrupts();
   report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
   const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);

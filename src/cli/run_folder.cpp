@@ -1,6 +1,7 @@
 #include "cli/run_folder.hpp"
 
 #include "cli/machine.hpp"
+#include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
 
@@ -32,6 +33,7 @@ void remove_results(const fs::path& directory) {
   report::remove_trajectory(directory);
   report::remove_summary(directory);
   report::remove_file(directory / page_name);
+  report::remove_file(directory / report::html_page_name);
 }
 
 std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
@@ -64,11 +66,13 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
       trajectory_(open_trajectory(plan, scene, simulation.system())),
       setup_(seconds_since(plan.begin)) {
   checkpoint_.scene = plan.fingerprint;
+  if (plan.has_html_page) recording_.emplace(simulation.system(), scene.output_points, scene.solver);
 }
 
 void RunFolder::write_frame(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   trajectory_.write_frame(simulation);
+  if (recording_) recording_->take_frame(simulation);
   last_frame_ = simulation.time();
   if (begin >= next_publication_) publish(simulation);
   output_ += seconds_since(begin);
@@ -82,7 +86,12 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   report::write_summary(directory_, facts_, simulation);
   std::string page = report::format_page(facts_, simulation);
   report::replace_file(directory_ / page_name, [&](report::OutputFile* file) { file->write(std::string_view(page)); });
+  if (recording_) report::write_html_page(directory_, facts_, simulation, *recording_);
   return page;
+}
+
+void RunFolder::take_step(const MotionReport& report) {
+  if (recording_) recording_->take_step(report);
 }
 
 void RunFolder::take_certificate(const Certificate& certificate) {

@@ -10,6 +10,7 @@
 
 #include "cli/folder_lock.hpp"
 #include "report/checkpoint.hpp"
+#include "report/recording.hpp"
 #include "report/summary.hpp"
 #include "report/trajectory.hpp"
 #include "scene/scene.hpp"
@@ -25,6 +26,7 @@ struct RunPlan {
   std::string fingerprint;                   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
   Clock::time_point begin;                   ///< of the program
+  bool has_html_page = false;                ///< report.html is asked for, and this program can make it
 };
 
 /// The folder of a run: its trajectory, its checkpoint and, at the end, its summary. A run that was resumed is told of
@@ -37,6 +39,8 @@ class RunFolder {
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
   void write_frame(const Simulation& simulation);
+  /// What the page keeps of a step.
+  void take_step(const MotionReport& report);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
   /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only
@@ -55,6 +59,7 @@ class RunFolder {
   RunPlan::Clock::time_point begin_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;
+  std::optional<report::Recording> recording_;  ///< of this part of the run, for report.html
   report::Checkpoint checkpoint_;
   RunPlan::Clock::time_point next_publication_;  ///< not before
   std::optional<double> last_frame_;             ///< its time, s, where no checkpoint has it yet

@@ -25,6 +25,7 @@ class MultiplierSeries final : public SeriesExpansion {
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
                  double* smooth_until) override;
+  bool has_cheap_terms() const override { return path_series_ != nullptr; }
   Power power_along(const Kinematics& at, const double* w) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
 

@@ -26,13 +26,15 @@ Projector::Projector(Workspace& work, Linearization& linearization, Residuals& r
 ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
   // Less than this takes one or two iterations along any slope.
   constexpr double far = 1e-10;
-  return iterate_positions(t, r, nullptr, nullptr, turn == Turn::Large && linearization_.is_cheap() ? far : infinity);
+  return iterate_positions(t, r, nullptr, nullptr, turn == Turn::Large && linearization_.is_cheap() ? far : infinity,
+                           0.0);
 }
 
 /// Chord iterations along M^-1 K of the last configuration, or of the one at r where the violation is above `far`.
 /// `sum` is their guess and becomes the sum of the multipliers; then the slope is never renewed, since they belong to
 /// one K.
-ProjectionReport Projector::iterate_positions(double t, double* r, const PointSource* source, double* sum, double far) {
+ProjectionReport Projector::iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
+                                              double tolerance) {
   work_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) {
@@ -40,7 +42,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
     return report;
   }
   if (contacts_ != nullptr && contacts_->num_switches > 0) contacts_->places.carry(t);
-  constexpr double target = 1e-13, largest_left = 1e-12;
+  const double target = std::max(1e-13, tolerance), largest_left = std::max(1e-12, tolerance);
   constexpr int most_iterations = 100;
   double before = infinity, left_before = infinity;
   bool linearised_here = false, decided_here = false;

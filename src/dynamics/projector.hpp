@@ -21,9 +21,10 @@ class Projector {
   /// costs no more than the iterations which it saves.
   ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small);
   /// The same along the K that stands, whatever happens. `sum` [d]: a guess of the multipliers, then their sum.
-  /// `source`: where r comes from; null: it is there.
-  ProjectionReport project_along_gradients(double t, double* r, double* sum, const PointSource* source = nullptr) {
-    return iterate_positions(t, r, source, sum, infinity);
+  /// `source`: where r comes from; null: it is there. `tolerance`: a largest |xi|/length that is small enough.
+  ProjectionReport project_along_gradients(double t, double* r, double* sum, const PointSource* source = nullptr,
+                                           double tolerance = 0.0) {
+    return iterate_positions(t, r, source, sum, infinity, tolerance);
   }
   /// With K at r. Adds the multipliers that change v to `sum` [d] unless it is null. `speed`, m/s: rates are small
   /// beside it; 0: beside the speed of their neighbourhood.
@@ -32,7 +33,8 @@ class Projector {
  private:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
-  ProjectionReport iterate_positions(double t, double* r, const PointSource* source, double* sum, double far);
+  ProjectionReport iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
+                                     double tolerance);
   double evaluate_values(const double* r);
   Outcome explain_stall(double t, double violation) const;
 

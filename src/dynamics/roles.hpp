@@ -117,6 +117,8 @@ class SeriesExpansion {
   /// up to which the functions of time are as smooth as at t, s.
   virtual Outcome expand(const Kinematics& at, const double* a, const Reactions& found,
                          std::span<double* const> coefficients, double* smooth_until) = 0;
+  /// A coefficient costs less than evaluating the equations once: the lower ones stay in the caches.
+  virtual bool has_cheap_terms() const = 0;
   /// Power where the system moves with the acceleration a, which is not solved for.
   virtual Power power_along(const Kinematics& at, const double* a) = 0;
   /// The neighbourhood that each three numbers belong to: what is small is small beside its own. Empty: all to one.

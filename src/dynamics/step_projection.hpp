@@ -27,10 +27,12 @@ class StepProjection final : public StepProjector {
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   /// `step_velocity` may be null, which no method does.
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override {
-    return project_step(t, h, r, nullptr, step_velocity);
+    return project_step(t, h, r, nullptr, step_velocity, 0.0);
   }
-  /// `source`: where r comes from; null: it is there.
-  ProjectionReport project_step(double t, double h, double* r, const PointSource* source, double* step_velocity);
+  /// `source`: where r comes from; null: it is there. `tolerance`: a largest |xi|/length that is small enough; 0: none
+  /// above rounding.
+  ProjectionReport project_step(double t, double h, double* r, const PointSource* source, double* step_velocity,
+                                double tolerance);
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
 
   /// Of the last `project_step`: its multipliers [d] are 2/h times this sum. NaN where K lost rank there.

@@ -11,6 +11,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "evaluate/point_sums.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
@@ -241,8 +242,7 @@ void Workspace::measure_local_speeds(const double* r, const double* v, const dou
 }
 
 Energy Workspace::energy(double t, const double* r, const double* v) {
-  return {model_.parallel.sum(model_.num_moving(),
-                              [&](std::size_t i) { return 0.5 * model_.mass[i] * dot(load(v, i), load(v, i)); }),
+  return {0.5 * sum_squares(model_.parallel, model_.num_moving(), model_.mass.data(), v),
           forces.potential(model_.parallel, t, r)};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "evaluate/point_sums.hpp"
 #include "kinds/force_kernel.hpp"
 
 namespace tanor {
@@ -199,13 +200,17 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
 
 double Forces::potential(const Parallel& parallel, double t, const double* r) {
   // -(m g + constant forces).r
-  const double of_points = parallel.sum(num_moving_, [&](std::size_t i) {
-    Vec3 force = mass_[i] * gravity_;
-    for (const Index slot : given_forces_[i]) {
-      if (given_is_constant_[slot]) force = force + given_[slot].value;
-    }
-    return -dot(force, load(r, i));
-  });
+  double of_points = 0.0;
+  if (dot(gravity_, gravity_) > 0.0) of_points -= dot(gravity_, sum_moments(parallel, num_moving_, mass_.data(), r));
+  if (!given_forces_.empty()) {
+    of_points -= parallel.sum(num_moving_, [&](std::size_t i) {
+      Vec3 force{};
+      for (const Index slot : given_forces_[i]) {
+        if (given_is_constant_[slot]) force = force + given_[slot].value;
+      }
+      return dot(force, load(r, i));
+    });
+  }
   // k (L - rest)^2/2
   const double of_springs = parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];

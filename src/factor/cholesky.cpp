@@ -91,8 +91,10 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
     try_ordering(Ordering::Amd);
     if (best.flops > plan::flops_for_metis * best.factor_nonzeros) try_ordering(Ordering::Metis);
   }
-  check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
   best.supernodal = best.flops > plan::flops_for_fronts * best.factor_nonzeros;
+  // Fronts count what they store by size_t, CHOLMOD the entries of a simplicial L by int.
+  if (!best.supernodal)
+    check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
   return best;
 }
 
@@ -179,10 +181,10 @@ double* Cholesky::values() {
   return implementation_->values.data();
 }
 
-Cholesky::Quality Cholesky::factorize() {
+Cholesky::Quality Cholesky::factorize(int threads) {
   Implementation& self = *implementation_;
   if (self.fronts) {
-    const std::size_t done = self.fronts->factorize(self.pattern, self.values.data());
+    const std::size_t done = self.fronts->factorize(self.pattern, self.values.data(), threads);
     if (done < self.pattern.size()) return {false, done, 0.0};
     const auto [weakest, strongest] = std::minmax_element(self.fronts->pivots().begin(), self.fronts->pivots().end());
     const double ratio = *weakest / *strongest;
@@ -201,9 +203,9 @@ Cholesky::Quality Cholesky::factorize() {
   return {true, static_cast<std::size_t>(weakest - self.inverse_pivots.begin()), cholmod_rcond(self.factor, &c)};
 }
 
-void Cholesky::solve(double* x) {
+void Cholesky::solve(double* x, int threads) {
   if (implementation_->fronts) {
-    implementation_->fronts->solve(x);
+    implementation_->fronts->solve(x, threads);
   } else {
     implementation_->solve_simplicial(x);
   }

@@ -28,7 +28,7 @@ struct SymbolicAnalysis {
 
 /// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill. Else it
 /// takes AMD, and METIS where AMD predicts more than 50 flops a nonzero of L and METIS saves some of them. Throws
-/// std::bad_alloc, and std::length_error where L has more than 2^31 - 1 nonzeros.
+/// std::bad_alloc, and std::length_error where a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 
 /// Factorizes L L' = S, where the rows of S already stand in the order of elimination: the symbolic analysis is made
@@ -50,10 +50,11 @@ class Cholesky {
     std::size_t weakest_column = 0;     ///< smallest pivot; the failed one where not positive definite
     double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2: a cheap estimate from above
   };
-  [[nodiscard]] Quality factorize();
+  /// Any number of threads gives the same bits. Inside a parallel region there is one.
+  [[nodiscard]] Quality factorize(int threads = 1);
 
   /// x := S^-1 x, [n].
-  void solve(double* x);
+  void solve(double* x, int threads = 1);
 
  private:
   struct Implementation;

@@ -9,7 +9,7 @@
 
 namespace tanor_kernels {
 
-using tanor::Eight, tanor::eight_at;
+using tanor::Eight, tanor::eight_at, tanor::eight_to;
 
 namespace {
 
@@ -24,13 +24,23 @@ constexpr std::size_t lanes_of(std::size_t i) {
   return i / front_width * front_width;
 }
 
-/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns.
-template <std::size_t lanes, std::size_t columns>
+[[gnu::always_inline]] inline double sum_of(const Eight& s) {
+  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+
+/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns; c = -… where it is fresh.
+template <std::size_t lanes, std::size_t columns, bool fresh>
 [[gnu::always_inline]] inline void subtract_tile(std::size_t terms, const double* a, const double* b,
                                                  std::size_t stride, double* c, std::size_t c_stride) {
   Eight sum[columns][lanes];
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) sum[j][i] = eight_at(c + j * c_stride + front_width * i);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      if constexpr (fresh) {
+        sum[j][i] = Eight{};
+      } else {
+        sum[j][i] = eight_at(c + j * c_stride + front_width * i);
+      }
+    }
   }
   for (std::size_t k = 0; k < terms; ++k, a += stride, b += stride) {
     Eight a_k[lanes];
@@ -40,18 +50,18 @@ template <std::size_t lanes, std::size_t columns>
     }
   }
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) eight_at(c + j * c_stride + front_width * i) = sum[j][i];
+    for (std::size_t i = 0; i < lanes; ++i) eight_to(c + j * c_stride + front_width * i) = sum[j][i];
   }
 }
 
 /// The same of the rows [first, end), whole lanes.
-template <std::size_t columns>
+template <std::size_t columns, bool fresh = false>
 [[gnu::always_inline]] inline void subtract_rows(std::size_t first, std::size_t end, std::size_t terms, const double* a,
                                                  const double* b, std::size_t stride, double* c, std::size_t c_stride) {
   std::size_t i = first;
   for (; i + 2 * front_width <= end; i += 2 * front_width)
-    subtract_tile<2, columns>(terms, a + i, b, stride, c + i, c_stride);
-  if (i < end) subtract_tile<1, columns>(terms, a + i, b, stride, c + i, c_stride);
+    subtract_tile<2, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
+  if (i < end) subtract_tile<1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
 }
 
 /// Calls body with the number of columns, 1 … tile, as a constant of the compiler.
@@ -63,23 +73,59 @@ template <class Body>
   body(std::integral_constant<std::size_t, 1>{});
 }
 
-/// c -= a a' in the first columns of a lower triangle.
-[[gnu::always_inline]] inline void subtract_product(std::size_t rows, std::size_t columns, std::size_t terms,
-                                                    const double* a, std::size_t stride, double* c,
-                                                    std::size_t c_stride) {
+/// c -= a a' in the first columns of a lower triangle, of `some` terms.
+template <bool fresh>
+[[gnu::always_inline]] inline void subtract_terms(std::size_t rows, std::size_t columns, std::size_t some,
+                                                  const double* a, std::size_t stride, double* c,
+                                                  std::size_t c_stride) {
   const std::size_t end = lanes_of(rows + front_width - 1);
-  for (std::size_t k = 0; k < terms; k += depth) {
-    const double* const a_k = a + k * stride;
-    const std::size_t some = std::min(depth, terms - k);
-    for (std::size_t top = 0; top < end; top += height) {
-      const std::size_t bottom = std::min(end, top + height);
-      for (std::size_t j = 0; j < std::min(columns, bottom); j += tile) {
-        with_columns(
-            columns - j, [&](auto count) __attribute__((always_inline)) {
-              subtract_rows<count>(std::max(top, lanes_of(j)), bottom, some, a_k, a_k + j, stride, c + j * c_stride,
-                                   c_stride);
-            });
-      }
+  for (std::size_t top = 0; top < end; top += height) {
+    const std::size_t bottom = std::min(end, top + height);
+    for (std::size_t j = 0; j < std::min(columns, bottom); j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_rows<count, fresh>(std::max(top, lanes_of(j)), bottom, some, a, a + j, stride, c + j * c_stride,
+                                        c_stride);
+          });
+    }
+  }
+}
+
+/// The same, `wide` columns at once: c -= a b' of whole lanes of rows, 24 of them in the first cache.
+template <std::size_t lanes, std::size_t wide, bool fresh>
+[[gnu::always_inline]] inline void subtract_slices(const FrontBlock& block, std::size_t terms, const double* a,
+                                                   const double* b, std::size_t stride, double* c, std::size_t c_stride,
+                                                   std::size_t i, std::size_t end) {
+  for (; i + lanes * front_width <= end; i += lanes * front_width) {
+    const std::size_t columns = block.is_lower ? std::min(block.columns, i + lanes * front_width) : block.columns;
+    std::size_t j = 0;
+    for (; j + wide <= columns; j += wide)
+      subtract_tile<lanes, wide, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
+    for (; j < columns; j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_tile<lanes, count, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
+          });
+    }
+  }
+  if constexpr (lanes > 1) {
+    if (i < end) subtract_slices<lanes - 1, wide, fresh>(block, terms, a, b, stride, c, c_stride, i, end);
+  }
+}
+
+/// x := x l'^-1, `count` rows, whole lanes.
+template <std::size_t columns>
+[[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t count,
+                                               std::size_t stride, double* rows) {
+  double inverse[columns];
+  for (std::size_t q = 0; q < columns; ++q) inverse[q] = 1.0 / l[q][q];
+  for (std::size_t i = 0; i < count; i += front_width) {
+    Eight x[columns];
+    for (std::size_t q = 0; q < columns; ++q) {
+      x[q] = eight_at(rows + q * stride + i);
+      for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
+      x[q] *= inverse[q];
+      eight_to(rows + q * stride + i) = x[q];
     }
   }
 }
@@ -87,7 +133,7 @@ template <class Body>
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
 /// false where a pivot is not positive, with its number in `failed`.
 template <std::size_t columns>
-[[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t stride, double* panel,
+[[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
                                                   std::size_t* failed) {
   double l[columns][columns], inverse[columns];
   double* const c = panel + j * stride;
@@ -107,15 +153,7 @@ template <std::size_t columns>
       inverse[q] = 1.0 / l[q][q];
     }
   }
-  for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
-    Eight x[columns];
-    for (std::size_t q = 0; q < columns; ++q) {
-      x[q] = eight_at(c + q * stride + i);
-      for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
-      x[q] *= inverse[q];
-      eight_at(c + q * stride + i) = x[q];
-    }
-  }
+  divide_rows<columns>(l, rows - lanes_of(j), stride, c + lanes_of(j));
   for (std::size_t q = 0; q < columns; ++q) {
     std::fill(c + q * stride + lanes_of(j), c + q * stride + j + q, 0.0);
     for (std::size_t p = q; p < columns; ++p) c[q * stride + j + p] = l[p][q];
@@ -126,36 +164,116 @@ template <std::size_t columns>
 }  // namespace
 
 TANOR_EACH_INSTRUCTION_SET
-std::size_t factorize_panel(std::size_t columns, std::size_t stride, double* panel) {
+std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel) {
   std::size_t failed = columns;
   for (std::size_t first = 0; first < columns; first += depth) {
     const std::size_t end = std::min(columns, first + depth);
     for (std::size_t j = first; j < end && failed == columns; j += tile) {
       with_columns(
           end - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<count>(lanes_of(j), stride, j - first, panel + first * stride, panel + first * stride + j,
+            subtract_rows<count>(lanes_of(j), rows, j - first, panel + first * stride, panel + first * stride + j,
                                  stride, panel + j * stride, stride);
-            factorize_tile<count>(j, stride, panel, &failed);
+            factorize_tile<count>(j, rows, stride, panel, &failed);
           });
     }
     if (failed < columns) return failed;
     if (end < columns) {
-      subtract_product(stride - end, columns - end, end - first, panel + first * stride + end, stride,
-                       panel + end * stride + end, stride);
+      subtract_terms<false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
+                            panel + end * stride + end, stride);
     }
   }
   return columns;
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void subtract_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride, double* update,
-                     std::size_t update_stride) {
-  subtract_product(rows, rows, terms, a, stride, update, update_stride);
+void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride, double* update,
+                         std::size_t update_stride) {
+  subtract_terms<true>(rows, rows, std::min(depth, terms), a, stride, update, update_stride);
+  for (std::size_t k = depth; k < terms; k += depth)
+    subtract_terms<false>(rows, rows, std::min(depth, terms - k), a + k * stride, stride, update, update_stride);
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void substitute_forwards(std::size_t columns, std::size_t stride, const double* panel, const double* inverse_pivots,
-                         double* y) {
+void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
+                    double* c, std::size_t c_stride) {
+  for (std::size_t k = 0; k < terms; k += depth) {
+    const std::size_t some = std::min(depth, terms - k);
+    if (block.is_fresh && k == 0) {
+      subtract_slices<3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
+    } else {
+      subtract_slices<3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0, block.rows);
+    }
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x) {
+  for (std::size_t first = 0; first < columns; first += depth) {
+    const std::size_t end = std::min(columns, first + depth);
+    for (std::size_t j = first; j < end; j += tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_rows<count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
+                                 x + j * stride, stride);
+            double l[count][count];
+            for (std::size_t q = 0; q < count; ++q) {
+              for (std::size_t p = q; p < count; ++p) l[p][q] = diagonal[(j + q) * stride + j + p];
+            }
+            divide_rows<count>(l, rows, stride, x + j * stride);
+          });
+    }
+    if (end == columns) return;
+    subtract_slices<3, 8, false>({rows, columns - end}, end - first, x + first * stride,
+                                 diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add_columns(std::size_t first, std::size_t end, std::size_t low, std::size_t high, const int* rows,
+                 const double* from, std::size_t from_stride, double* to, std::size_t to_stride) {
+  for (std::size_t j = first; j < end; ++j) {
+    const double* const column = from + j * from_stride;
+    double* const sum = to + static_cast<std::size_t>(rows[j]) * to_stride;
+    for (std::size_t i = std::max(low, j); i < high; ++i) sum[rows[i]] += column[i];
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
+                      double* y) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          for (std::size_t i = 0; i < rows; i += front_width) {
+            Eight sum = eight_at(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
+            eight_to(y + i) = sum;
+          }
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
+                   double* sums) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          Eight sum[count]{};
+          for (std::size_t i = 0; i < rows; i += front_width) {
+            const Eight y_i = eight_at(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
+          }
+          for (std::size_t q = 0; q < count; ++q) sums[j + q] = sum_of(sum[q]);
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                         const double* inverse_pivots, double* y) {
   for (std::size_t j = 0; j < columns; j += tile) {
     with_columns(
         columns - j, [&](auto count) __attribute__((always_inline)) {
@@ -166,10 +284,10 @@ void substitute_forwards(std::size_t columns, std::size_t stride, const double* 
             for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
             x[q] *= inverse_pivots[j + q];
           }
-          for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
+          for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
             Eight sum = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-            eight_at(y + i) = sum;
+            eight_to(y + i) = sum;
           }
           for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
         });
@@ -177,8 +295,8 @@ void substitute_forwards(std::size_t columns, std::size_t stride, const double* 
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void substitute_backwards(std::size_t columns, std::size_t stride, const double* panel, const double* inverse_pivots,
-                          double* y) {
+void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                          const double* inverse_pivots, double* y) {
   for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
     with_columns(
         end - j, [&](auto count) __attribute__((always_inline)) {
@@ -189,13 +307,12 @@ void substitute_backwards(std::size_t columns, std::size_t stride, const double*
             y[j + q] = 0.0;
           }
           Eight sum[count]{};
-          for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
+          for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
             const Eight y_i = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
           }
           for (std::size_t q = count; q-- > 0;) {
-            const Eight& s = sum[q];
-            x[q] -= ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+            x[q] -= sum_of(sum[q]);
             for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
             x[q] *= inverse_pivots[j + q];
           }

@@ -12,7 +12,7 @@ namespace tanor {
 namespace {
 
 /// Dense rows over some columns of C.
-struct Front {
+struct RowFront {
   std::vector<int> columns;  // increasing
   std::vector<double> rows;  // row by row, columns.size() each
   std::size_t num_rows = 0;
@@ -25,13 +25,13 @@ class WaitingRoom {
   explicit WaitingRoom(std::size_t num_columns) : first_(num_columns, -1) {}
 
   /// An empty front that waits at `column`.
-  Front& add(std::size_t column) {
+  RowFront& add(std::size_t column) {
     if (free_ < 0) {
       free_ = static_cast<int>(fronts_.size());
       fronts_.emplace_back();
     }
     const int taken = free_;
-    Front& front = fronts_[static_cast<std::size_t>(taken)];
+    RowFront& front = fronts_[static_cast<std::size_t>(taken)];
     free_ = front.next;
     front.next = first_[column];
     first_[column] = taken;
@@ -47,7 +47,7 @@ class WaitingRoom {
   void release(std::size_t column) {
     while (first_[column] >= 0) {
       const int freed = first_[column];
-      Front& front = fronts_[static_cast<std::size_t>(freed)];
+      RowFront& front = fronts_[static_cast<std::size_t>(freed)];
       first_[column] = front.next;
       front.next = free_;
       free_ = freed;
@@ -55,7 +55,7 @@ class WaitingRoom {
   }
 
  private:
-  std::vector<Front> fronts_;
+  std::vector<RowFront> fronts_;
   std::vector<int> first_;  // [column]
   int free_ = -1;
 };
@@ -141,7 +141,7 @@ class RowMerger {
       place_[static_cast<std::size_t>(column)] = 0;
       columns_.push_back(column);
     };
-    waiting_.for_each(j, [&](const Front& other) {
+    waiting_.for_each(j, [&](const RowFront& other) {
       for (const int column : other.columns) include(column);
       num_rows += other.num_rows;
     });
@@ -163,7 +163,7 @@ class RowMerger {
     front_.assign(num_rows * width, 0.0);
     double* row = front_.data();
     const auto at = [&](int column) { return row + place_[static_cast<std::size_t>(column)]; };
-    waiting_.for_each(j, [&](const Front& other) {
+    waiting_.for_each(j, [&](const RowFront& other) {
       const double* value = other.rows.data();
       for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
         for (const int column : other.columns) *at(column) = *value++;
@@ -200,7 +200,7 @@ class RowMerger {
     }
     // What is left, of a dependent column's rows too, belongs to the other columns.
     if (end == first_left) return;
-    Front& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
+    RowFront& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
     rest.columns.assign(columns_.begin() + 1, columns_.end());
     rest.num_rows = end - first_left;
     for (std::size_t i = first_left; i < end; ++i) {

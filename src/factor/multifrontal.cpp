@@ -5,104 +5,32 @@
 
 #include "base/check.hpp"
 #include "factor/front_kernels.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
-namespace {
-
 using tanor_kernels::front_width;
 
-std::size_t round_up(std::size_t count) {
-  return (count + front_width - 1) / front_width * front_width;
-}
-
-}  // namespace
-
-Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes) : supernodes_(std::move(supernodes)) {
-  std::size_t panel = 0, largest = 0;
-  for (std::size_t s = 0; s + 1 < supernodes_.first_column.size(); ++s) {
-    const auto first = static_cast<std::size_t>(supernodes_.first_column[s]);
-    const std::size_t columns = static_cast<std::size_t>(supernodes_.first_column[s + 1]) - first;
-    const std::size_t rows = supernodes_.rows_start[s + 1] - supernodes_.rows_start[s];
-    Front front{.first_column = first,
-                .columns = columns,
-                .rows = rows,
-                .stride = round_up(rows),
-                .panel = panel,
-                .update = 0,
-                .update_stride = round_up(rows - columns)};
-    panel += front.stride * columns;
-    largest = std::max(largest, front.stride);
-    fronts_.push_back(front);
-  }
-  panels_.resize(panel + front_width);
+Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes)
+    : supernodes_(std::move(supernodes)), tree_(supernodes_) {
+  panels_.resize(tree_.panels_size + front_width);
+  for (std::size_t k = 0; k < 2; ++k) arenas_[k].resize(tree_.arena_size[k] + front_width);
   pivots_.resize(lower.size());
   inverse_pivots_.resize(lower.size());
-  y_.resize(largest + front_width);
-  find_parents();
-  find_order();
-  place_updates();
+  z_.resize(lower.size() + tree_.vectors_size + front_width);
   find_rows_in_parents();
   find_entries(lower);
-}
-
-/// Finds the parent: the front whose columns hold the first row below.
-void Multifrontal::find_parents() {
-  std::vector<int> front_of(pivots_.size());
-  for (std::size_t s = 0; s < fronts_.size(); ++s)
-    std::fill_n(front_of.begin() + supernodes_.first_column[s], fronts_[s].columns, static_cast<int>(s));
-  for (std::size_t s = fronts_.size(); s-- > 0;) {
-    Front& front = fronts_[s];
-    if (front.rows == front.columns) continue;
-    const int row = supernodes_.rows[supernodes_.rows_start[s] + front.columns];
-    front.parent = front_of[static_cast<std::size_t>(row)];
-    Front& parent = fronts_[static_cast<std::size_t>(front.parent)];
-    front.depth = parent.depth + 1;  // parents come later, and are met first here
-    front.next_sibling = parent.first_child;
-    parent.first_child = static_cast<int>(s);
-  }
-}
-
-/// Orders fronts depth first, so that the update that stands on a stack longest is needed last.
-void Multifrontal::find_order() {
-  std::vector<int> next(fronts_.size());
-  for (std::size_t s = 0; s < fronts_.size(); ++s) next[s] = fronts_[s].first_child;
-  for (std::size_t root = 0; root < fronts_.size(); ++root) {
-    if (fronts_[root].parent >= 0) continue;
-    for (int s = static_cast<int>(root); s >= 0;) {
-      int& child = next[static_cast<std::size_t>(s)];
-      if (child >= 0) {
-        s = std::exchange(child, fronts_[static_cast<std::size_t>(child)].next_sibling);
-        continue;
-      }
-      order_.push_back(s);
-      s = fronts_[static_cast<std::size_t>(s)].parent;
-    }
-  }
-}
-
-void Multifrontal::place_updates() {
-  std::size_t top[2] = {0, 0}, highest[2] = {0, 0};
-  for (const int s : order_) {
-    Front& front = fronts_[static_cast<std::size_t>(s)];
-    const std::size_t here = front.depth % 2;
-    front.update = top[here];
-    top[here] += front.update_stride * (front.rows - front.columns);
-    highest[here] = std::max(highest[here], top[here]);
-    // The updates of the children go; the one that was placed first stands lowest.
-    for (int child = front.first_child; child >= 0; child = fronts_[static_cast<std::size_t>(child)].next_sibling)
-      top[1 - here] = std::min(top[1 - here], fronts_[static_cast<std::size_t>(child)].update);
-  }
-  for (std::size_t k = 0; k < 2; ++k) updates_[k].resize(highest[k] + front_width);
+  find_places();
+  reserve(1);
 }
 
 void Multifrontal::find_rows_in_parents() {
   rows_in_parent_.resize(supernodes_.rows.size());
-  for (std::size_t s = 0; s < fronts_.size(); ++s) {
-    if (fronts_[s].parent < 0) continue;
-    const auto parent = static_cast<std::size_t>(fronts_[s].parent);
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
+    if (tree_.fronts[s].parent < 0) continue;
+    const auto parent = static_cast<std::size_t>(tree_.fronts[s].parent);
     std::size_t at = supernodes_.rows_start[parent];
-    for (std::size_t k = supernodes_.rows_start[s] + fronts_[s].columns; k < supernodes_.rows_start[s + 1]; ++k) {
+    for (std::size_t k = supernodes_.rows_start[s] + tree_.fronts[s].columns; k < supernodes_.rows_start[s + 1]; ++k) {
       while (at < supernodes_.rows_start[parent + 1] && supernodes_.rows[at] != supernodes_.rows[k]) ++at;
       ensure(at < supernodes_.rows_start[parent + 1], "a parent's front has all rows of its children's updates");
       rows_in_parent_[k] = static_cast<int>(at - supernodes_.rows_start[parent]);
@@ -113,10 +41,9 @@ void Multifrontal::find_rows_in_parents() {
 void Multifrontal::find_entries(const TrianglePattern& lower) {
   std::vector<int> place(lower.size(), -1);
   entry_row_.resize(lower.rows.size());
-  for (std::size_t s = 0; s < fronts_.size(); ++s) {
-    const Front& front = fronts_[s];
-    for (std::size_t k = 0; k < front.rows; ++k)
-      place[static_cast<std::size_t>(supernodes_.rows[supernodes_.rows_start[s] + k])] = static_cast<int>(k);
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
+    const Front& front = tree_.fronts[s];
+    for (std::size_t k = 0; k < front.rows; ++k) place[static_cast<std::size_t>(rows_of(s)[k])] = static_cast<int>(k);
     for (std::size_t j = front.first_column; j < front.first_column + front.columns; ++j) {
       for (auto e = static_cast<std::size_t>(lower.start[j]); e < static_cast<std::size_t>(lower.start[j + 1]); ++e)
         entry_row_[e] = place[static_cast<std::size_t>(lower.rows[e])];
@@ -124,77 +51,158 @@ void Multifrontal::find_entries(const TrianglePattern& lower) {
   }
 }
 
-/// Assembles a front from the columns of S and the updates of its children.
-void Multifrontal::assemble(const Front& front, const TrianglePattern& lower, const double* values) {
+void Multifrontal::reserve(int threads) {
+  while (workspaces_.size() < static_cast<std::size_t>(threads)) {
+    Workspace& workspace = workspaces_.emplace_back();
+    for (std::size_t k = 0; k < 2; ++k) workspace.stacks[k].resize(tree_.stack_size[k] + front_width);
+    workspace.y.resize(tree_.largest_stride + front_width);
+  }
+}
+
+std::size_t Multifrontal::num_beside() const {
+  std::size_t result = arenas_[0].size() + arenas_[1].size() + z_.size();
+  for (const Workspace& workspace : workspaces_)
+    result += workspace.stacks[0].size() + workspace.stacks[1].size() + workspace.y.size();
+  return result;
+}
+
+/// Fills a part of a front's columns with the columns of S and the updates of its children.
+void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
   double* const panel = panels_.data() + front.panel;
-  std::fill_n(panel, front.stride * front.columns, 0.0);
-  std::fill_n(update(front), front.update_stride * (front.rows - front.columns), 0.0);
-  for (std::size_t j = 0; j < front.columns; ++j) {
-    const std::size_t column = front.first_column + j;
+  const std::size_t end_row = tile.first_row + tile.rows, end_column = tile.first_column + tile.columns;
+  const bool has_all_rows = tile.rows == front.stride;
+  for (std::size_t j = tile.first_column; j < end_column; ++j) {
     double* const to = panel + j * front.stride;
-    for (auto e = static_cast<std::size_t>(lower.start[column]); e < static_cast<std::size_t>(lower.start[column + 1]);
-         ++e)
-      to[entry_row_[e]] = values[e];
-  }
-  for (int child = front.first_child; child >= 0; child = fronts_[static_cast<std::size_t>(child)].next_sibling)
-    add_update(fronts_[static_cast<std::size_t>(child)], static_cast<std::size_t>(child), front);
-}
-
-void Multifrontal::add_update(const Front& child, std::size_t s, const Front& front) {
-  const std::size_t count = child.rows - child.columns;
-  const int* const rows = rows_in_parent_.data() + supernodes_.rows_start[s] + child.columns;
-  const double* from = update(child);
-  double *const panel = panels_.data() + front.panel, *const rest = update(front);
-  for (std::size_t j = 0; j < count; ++j, from += child.update_stride) {
-    const auto column = static_cast<std::size_t>(rows[j]);
-    // Row 0 of the front, in its panel or above its update.
-    double* const to = column < front.columns
-                           ? panel + column * front.stride
-                           : rest + static_cast<std::ptrdiff_t>((column - front.columns) * front.update_stride) -
-                                 static_cast<std::ptrdiff_t>(front.columns);
-    for (std::size_t i = j; i < count; ++i) to[rows[i]] += from[i];
-  }
-}
-
-std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* values) {
-  for (const int s : order_) {
-    const Front& front = fronts_[static_cast<std::size_t>(s)];
-    assemble(front, lower, values);
-    double* const panel = panels_.data() + front.panel;
-    const std::size_t done = tanor_kernels::factorize_panel(front.columns, front.stride, panel);
-    if (done < front.columns) return front.first_column + done;
-    for (std::size_t j = 0; j < front.columns; ++j) {
-      const double pivot = panel[j * (front.stride + 1)];
-      pivots_[front.first_column + j] = pivot;
-      inverse_pivots_[front.first_column + j] = 1.0 / pivot;
+    std::fill_n(to + tile.first_row, tile.rows, 0.0);
+    const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
+    const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
+    for (std::size_t e = start; e < end; ++e) {
+      const auto row = static_cast<std::size_t>(entry_row_[e]);
+      if (has_all_rows || (row >= tile.first_row && row < end_row)) to[row] = entries.values[e];
     }
-    tanor_kernels::subtract_square(front.rows - front.columns, front.columns, panel + front.columns, front.stride,
-                                   update(front), front.update_stride);
   }
-  return pivots_.size();
+  tree_.for_children(front, [&](std::size_t c, const Front& child) {
+    const int *const rows = rows_in_parent(c), *const last = rows + child.below();
+    const auto place = [&](std::size_t row) {
+      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
+    };
+    tanor_kernels::add_columns(place(tile.first_column), place(end_column), place(tile.first_row), place(end_row), rows,
+                               update(child, workspace), child.update_stride, panel, front.stride);
+  });
 }
 
-void Multifrontal::solve(double* x) {
-  const auto gather = [&](std::size_t s, const Front& front) {
-    const int* const rows = supernodes_.rows.data() + supernodes_.rows_start[s];
-    for (std::size_t i = 0; i < front.rows; ++i) y_[i] = x[rows[i]];
-    for (std::size_t i = front.rows; i < front.stride; ++i) y_[i] = 0.0;
-    return rows;
-  };
-  for (std::size_t s = 0; s < fronts_.size(); ++s) {
-    const Front& front = fronts_[s];
-    const int* const rows = gather(s, front);
-    tanor_kernels::substitute_forwards(front.columns, front.stride, panels_.data() + front.panel,
-                                       inverse_pivots_.data() + front.first_column, y_.data());
-    for (std::size_t i = 0; i < front.rows; ++i) x[rows[i]] = y_[i];
+void Multifrontal::keep_pivots(const Front& front, std::size_t first, std::size_t end) {
+  const double* const panel = panels_.data() + front.panel;
+  for (std::size_t j = first; j < end; ++j) {
+    const double pivot = panel[j * (front.stride + 1)];
+    pivots_[front.first_column + j] = pivot;
+    inverse_pivots_[front.first_column + j] = 1.0 / pivot;
   }
-  for (std::size_t s = fronts_.size(); s-- > 0;) {
-    const Front& front = fronts_[s];
-    (void)gather(s, front);
-    tanor_kernels::substitute_backwards(front.columns, front.stride, panels_.data() + front.panel,
-                                        inverse_pivots_.data() + front.first_column, y_.data());
-    std::copy_n(y_.begin(), front.columns, x + front.first_column);
+}
+
+/// Keeps the first of all columns that fail. What follows it in the order of elimination is left out, the rest is not:
+/// so it does not depend on what other threads have found.
+void Multifrontal::fail(std::size_t column) {
+  std::size_t first = failed_.load(std::memory_order_relaxed);
+  while (column < first && !failed_.compare_exchange_weak(first, column, std::memory_order_relaxed)) {
   }
+}
+
+void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Workspace& workspace) {
+  const Front& front = tree_.fronts[s];
+  if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
+  assemble(front, entries, {0, front.stride, 0, front.columns}, workspace);
+  double* const panel = panels_.data() + front.panel;
+  const std::size_t done = tanor_kernels::factorize_panel(front.columns, front.stride, front.stride, panel);
+  if (done < front.columns) return fail(front.first_column + done);
+  keep_pivots(front, 0, front.columns);
+  if (front.below() == 0) return;
+  double* const rest = update(front, workspace);
+  tanor_kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest,
+                                     front.update_stride);
+  tree_.for_children(front, [&](std::size_t c, const Front& child) {
+    const int* const rows = rows_in_parent(c);
+    const auto first =
+        static_cast<std::size_t>(std::lower_bound(rows, rows + child.below(), static_cast<int>(front.columns)) - rows);
+    tanor_kernels::add_columns(first, child.below(), 0, child.below(), rows, update(child, workspace),
+                               child.update_stride, rest - front.columns * (front.update_stride + 1),
+                               front.update_stride);
+  });
+}
+
+/// L of a tile: what stands there, minus the products of the tiles on its left, divided by the diagonal one.
+void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace) {
+  const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
+  const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
+  const Tile tile{first_row, std::min(FrontTree::tile, front.stride - first_row), first_column,
+                  std::min(FrontTree::tile, front.columns - first_column)};
+  if (failed_.load(std::memory_order_relaxed) < front.first_column + first_column + tile.columns) return;
+  assemble(front, entries, tile, workspace);
+  double* const panel = panels_.data() + front.panel;
+  double* const columns = panel + first_column * front.stride;
+  const bool is_diagonal = task.row == task.column;
+  tanor_kernels::subtract_block({tile.rows, tile.columns, is_diagonal}, first_column, panel + first_row,
+                                panel + first_column, front.stride, columns + first_row, front.stride);
+  if (!is_diagonal) {
+    return tanor_kernels::divide_block(tile.columns, tile.rows, columns + first_column, front.stride,
+                                       columns + first_row);
+  }
+  const std::size_t done =
+      tanor_kernels::factorize_panel(tile.columns, tile.rows, front.stride, columns + first_column);
+  if (done < tile.columns) return fail(front.first_column + first_column + done);
+  keep_pivots(front, first_column, first_column + tile.columns);
+}
+
+/// U of a tile: -L21 L21', and the updates of the children.
+void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
+  const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
+  if (failed_.load(std::memory_order_relaxed) < front.first_column + front.columns) return;
+  const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
+  const std::size_t end_row = std::min(first_row + FrontTree::tile, front.update_stride);
+  const std::size_t end_column = std::min(first_column + FrontTree::tile, front.below());
+  const double* const below = panels_.data() + front.panel + front.columns;
+  double* const rest = update(front, workspace);
+  tanor_kernels::subtract_block({end_row - first_row, end_column - first_column, task.row == task.column, true},
+                                front.columns, below + first_row, below + first_column, front.stride,
+                                rest + first_column * front.update_stride + first_row, front.update_stride);
+  tree_.for_children(front, [&](std::size_t c, const Front& child) {
+    const int *const rows = rows_in_parent(c), *const last = rows + child.below();
+    const auto place = [&](std::size_t row) {
+      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns + row)) - rows);
+    };
+    tanor_kernels::add_columns(place(first_column), place(end_column), place(first_row), place(end_row), rows,
+                               update(child, workspace), child.update_stride,
+                               rest - front.columns * (front.update_stride + 1), front.update_stride);
+  });
+}
+
+void Multifrontal::run(const FrontTask& task, const Entries& entries, Workspace& workspace) {
+  const auto front = static_cast<std::size_t>(task.front);
+  switch (task.kind) {
+    case FrontTask::Kind::Sequence:
+      for (std::size_t k = tree_.sequence_start[front]; k < tree_.sequence_start[front + 1]; ++k)
+        factorize_front(static_cast<std::size_t>(tree_.order[k]), entries, workspace);
+      return;
+    case FrontTask::Kind::Whole:
+      return factorize_front(front, entries, workspace);
+    case FrontTask::Kind::PanelTile:
+      return factorize_tile(task, entries, workspace);
+    case FrontTask::Kind::UpdateTile:
+      return update_tile(task, workspace);
+    case FrontTask::Kind::Join:
+      return;
+  }
+}
+
+std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* values, int threads) {
+  if (tree_.cost < plan::flops_worth_threads) threads = 1;
+  reserve(threads);
+  failed_.store(pivots_.size(), std::memory_order_relaxed);
+  const Entries entries{lower, values};
+  tree_.factor_graph.run(threads, TaskGraph::Direction::Forwards, [&](int task, int thread) {
+    run(tree_.factor_tasks[static_cast<std::size_t>(task)], entries, workspaces_[static_cast<std::size_t>(thread)]);
+  });
+  return failed_.load(std::memory_order_relaxed);
 }
 
 }  // namespace tanor

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <vector>
 
+#include "factor/front_tree.hpp"
 #include "factor/supernodes.hpp"
 
 namespace tanor {
@@ -15,46 +17,81 @@ namespace tanor {
 ///
 /// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
 /// small block. That is three quarters of its time on nets.
+///
+/// Any number of threads gives the same bits: what is computed, and in which order children are added, follows from the
+/// pattern (FrontTree). The first call with more threads than before takes memory for them.
 class Multifrontal {
  public:
   /// `lower` is the lower triangle of S in the order of elimination.
   explicit Multifrontal(const TrianglePattern& lower) : Multifrontal(lower, find_supernodes(lower)) {}
   Multifrontal(const TrianglePattern& lower, Supernodes supernodes);
 
-  /// Factorizes the values that stand beside the pattern's rows. Returns the column whose pivot is not positive, or n.
-  std::size_t factorize(const TrianglePattern& lower, const double* values);
+  /// Factorizes the values that stand beside the pattern's rows. Returns the first column whose pivot is not positive,
+  /// or n.
+  std::size_t factorize(const TrianglePattern& lower, const double* values, int threads = 1);
   /// Diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }
   /// x := S^-1 x, [n].
-  void solve(double* x);
+  void solve(double* x, int threads = 1);
+
+  /// Numbers of L as it is stored, and of the updates that stand beside it.
+  std::size_t num_stored() const { return panels_.size(); }
+  std::size_t num_beside() const;
 
  private:
-  struct Front {
-    std::size_t first_column, columns, rows, stride;  // stride: of its panel [rows, columns]
-    std::size_t panel;                                // its place in `panels_`
-    std::size_t update, update_stride;                // its place in `updates_[depth % 2]`
-    std::size_t depth = 0;
-    int parent = -1, first_child = -1, next_sibling = -1;
+  /// What a thread has for itself.
+  struct Workspace {
+    std::vector<double> stacks[2], y;
+  };
+  /// Part of a lower triangle in tiles.
+  struct Tile {
+    std::size_t first_row, rows, first_column, columns;
+  };
+  struct Entries {
+    const TrianglePattern& lower;
+    const double* values;
   };
 
-  void find_parents();
-  void find_order();
-  void place_updates();
   void find_rows_in_parents();
   void find_entries(const TrianglePattern& lower);
-  void assemble(const Front& front, const TrianglePattern& lower, const double* values);
-  void add_update(const Front& child, std::size_t s, const Front& front);
-  double* update(const Front& front) { return updates_[front.depth % 2].data() + front.update; }
+  void find_places();
+  void reserve(int threads);
+
+  double* update(const Front& front, Workspace& workspace) {
+    return (front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update;
+  }
+  const int* rows_of(std::size_t s) const { return supernodes_.rows.data() + supernodes_.rows_start[s]; }
+  const int* rows_in_parent(std::size_t s) const {
+    return rows_in_parent_.data() + supernodes_.rows_start[s] + tree_.fronts[s].columns;
+  }
+
+  void run(const FrontTask& task, const Entries& entries, Workspace& workspace);
+  void factorize_front(std::size_t s, const Entries& entries, Workspace& workspace);
+  void factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace);
+  void update_tile(const FrontTask& task, Workspace& workspace);
+  void assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace);
+  void keep_pivots(const Front& front, std::size_t first, std::size_t end);
+  void fail(std::size_t column);
+
+  void forwards(const FrontTask& task, const double* x, Workspace& workspace);
+  void backwards(const FrontTask& task, double* x, Workspace& workspace);
+  void forwards_in_sequence(std::size_t sequence, const double* x, Workspace& workspace);
+  void backwards_in_sequence(std::size_t sequence, double* x, Workspace& workspace);
+  void start_vector(const Front& front, const double* x);
+  void fetch_from_above(std::size_t s);
+  double* partial_sums(const Front& front, std::size_t row, std::size_t column);
 
   Supernodes supernodes_;
-  std::vector<Front> fronts_;                    // [supernode]
-  std::vector<int> order_;                       // children before parents
+  FrontTree tree_;
   std::vector<int> rows_in_parent_;              // beside supernodes_.rows
+  std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
   std::vector<double> panels_;                   // L
-  std::vector<double> updates_[2];               // stacks: a front's is never in that of its children
+  std::vector<double> arenas_[2];                // updates that pass between tasks
+  std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
-  std::vector<double> y_;                        // scratch of the largest front
+  std::vector<double> z_;                        // x, then the vectors of shared fronts
+  std::atomic<std::size_t> failed_{0};           // first column without a positive pivot
 };
 
 }  // namespace tanor

@@ -9,7 +9,7 @@
 
 namespace tanor_kernels {
 
-using tanor::Eight, tanor::eight_at, tanor::num_lanes;
+using tanor::Eight, tanor::eight_at, tanor::eight_to, tanor::num_lanes;
 
 namespace {
 
@@ -53,7 +53,7 @@ template <std::size_t count>
   for (std::size_t i = 0; i < block.length; i += num_lanes) {
     Eight x_i = eight_at(x + i);
     for (std::size_t k = 0; k < count; ++k) x_i -= z[k] * eight_at(block.v + k * block.stride + i);
-    eight_at(x + i) = x_i;
+    eight_to(x + i) = x_i;
   }
 }
 
@@ -75,7 +75,7 @@ template <class Body>
   // H = 1 - tau v v', v = (1, x_2/u, …), u = x_1 + sign(x_1) length, tau = u/(sign(x_1) length);
   // H x = -sign(x_1) length e_1
   const double signed_length = std::copysign(length, x[at]), u = x[at] + signed_length, inverse = 1.0 / u;
-  for (std::size_t i = at / num_lanes * num_lanes; i < block->length; i += num_lanes) eight_at(v + i) *= inverse;
+  for (std::size_t i = at / num_lanes * num_lanes; i < block->length; i += num_lanes) eight_to(v + i) *= inverse;
   v[at] = 1.0;
   std::fill(x + at, x + block->length, 0.0);
   x[at] = -signed_length;

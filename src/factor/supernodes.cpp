@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "base/check.hpp"
 #include "base/groups.hpp"
@@ -23,7 +24,7 @@ Groups<int> columns_by_row(const TrianglePattern& lower) {
 }
 
 /// Visits the nodes of each row's subtree in a forest: those of its columns, and all between them and the row's own
-/// node. `visit` may set the parent of a node that has none.
+/// node.
 template <class Visit>
 void visit_row_subtrees(const Groups<int>& by_row, const std::vector<int>& node_of, const std::vector<int>& parent,
                         const Visit& visit) {
@@ -46,15 +47,78 @@ struct Columns {
   std::vector<std::size_t> count;  // entries of L's columns, with the diagonal
 };
 
-Columns analyze_columns(const Groups<int>& by_row) {
-  const std::size_t n = by_row.size();
-  Columns columns{std::vector<int>(n, -1), std::vector<std::size_t>(n, 1)};
-  std::vector<int> itself(n);
-  std::iota(itself.begin(), itself.end(), 0);
-  visit_row_subtrees(by_row, itself, columns.parent, [&](std::size_t column, int row) {
-    if (columns.parent[column] < 0) columns.parent[column] = row;
-    ++columns.count[column];
-  });
+/// The root above `node` in a forest; the nodes passed are hung onto it.
+int find_root(int node, std::vector<int>* above) {
+  int root = node;
+  while ((*above)[static_cast<std::size_t>(root)] != root) root = (*above)[static_cast<std::size_t>(root)];
+  while (node != root) node = std::exchange((*above)[static_cast<std::size_t>(node)], root);
+  return root;
+}
+
+std::vector<int> find_parents(const Groups<int>& by_row) {
+  std::vector<int> parent(by_row.size(), -1), above(by_row.size());
+  std::iota(above.begin(), above.end(), 0);
+  for (std::size_t row = 0; row < by_row.size(); ++row) {
+    for (const int column : by_row[row]) {
+      const int root = find_root(column, &above);
+      if (root == static_cast<int>(row)) continue;
+      parent[static_cast<std::size_t>(root)] = above[static_cast<std::size_t>(root)] = static_cast<int>(row);
+    }
+  }
+  return parent;
+}
+
+/// A forest's nodes, children before parents and each subtree together.
+struct Postorder {
+  std::vector<int> nodes;             // [place]
+  std::vector<std::ptrdiff_t> start;  // [node] the place of the first node of its subtree
+  std::vector<std::ptrdiff_t> size;   // [node] of its subtree
+};
+
+Postorder make_postorder(const std::vector<int>& parent) {
+  const std::size_t n = parent.size();
+  Postorder order{std::vector<int>(n), std::vector<std::ptrdiff_t>(n), std::vector<std::ptrdiff_t>(n, 1)};
+  for (std::size_t j = 0; j < n; ++j)
+    if (parent[j] >= 0) order.size[static_cast<std::size_t>(parent[j])] += order.size[j];
+  std::vector<std::ptrdiff_t> next(n);  // where the next child's subtree begins
+  std::ptrdiff_t next_tree = 0;
+  for (std::size_t j = n; j-- > 0;) {
+    std::ptrdiff_t& begin = parent[j] >= 0 ? next[static_cast<std::size_t>(parent[j])] : next_tree;
+    order.start[j] = next[j] = std::exchange(begin, begin + order.size[j]);
+    order.nodes[static_cast<std::size_t>(order.start[j] + order.size[j] - 1)] = static_cast<int>(j);
+  }
+  return order;
+}
+
+/// A row's subtree has a leaf where a column of S lies in none of the subtrees before it. Each leaf adds 1 to the
+/// counts on its way up, the node where two ways meet takes 1 away again, and so does the row's own node, whose
+/// diagonal is counted at its leaves: nothing is visited a second time, and L may be as large as it likes.
+Columns analyze_columns(const TrianglePattern& lower, const Groups<int>& by_row) {
+  const std::size_t n = lower.size();
+  Columns columns{find_parents(by_row), std::vector<std::size_t>(n)};
+  const Postorder order = make_postorder(columns.parent);
+  std::vector<std::ptrdiff_t> change(n), last_start(n, -1);
+  std::vector<int> last_leaf(n, -1), above(n);
+  std::iota(above.begin(), above.end(), 0);
+  for (const int node : order.nodes) {
+    const auto j = static_cast<std::size_t>(node);
+    const int parent = columns.parent[j];
+    if (order.size[j] == 1) ++change[j];
+    if (parent >= 0) --change[static_cast<std::size_t>(parent)];
+    for (auto e = static_cast<std::size_t>(lower.start[j]); e < static_cast<std::size_t>(lower.start[j + 1]); ++e) {
+      const auto row = static_cast<std::size_t>(lower.rows[e]);
+      if (row <= j || order.start[j] <= last_start[row]) continue;
+      last_start[row] = order.start[j];
+      ++change[j];
+      if (const int before = std::exchange(last_leaf[row], node); before >= 0)
+        --change[static_cast<std::size_t>(find_root(before, &above))];
+    }
+    if (parent >= 0) above[j] = parent;
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    columns.count[j] = static_cast<std::size_t>(change[j]);
+    if (columns.parent[j] >= 0) change[static_cast<std::size_t>(columns.parent[j])] += change[j];
+  }
   return columns;
 }
 
@@ -127,7 +191,7 @@ double Supernodes::num_stored() const {
 
 Supernodes find_supernodes(const TrianglePattern& lower) {
   const Groups<int> by_row = columns_by_row(lower);
-  const Columns columns = analyze_columns(by_row);
+  const Columns columns = analyze_columns(lower, by_row);
   const std::vector<Run> reversed = merge_runs(find_equal_columns(columns), columns.parent);
   Supernodes result;
   result.rows_start.push_back(0);

@@ -19,9 +19,11 @@ struct Supernodes {
 
 /// Supernodes of the factor L of a pattern (lower triangle) whose rows stand in the order of elimination.
 ///
-/// The elimination tree and the counts of L's columns come from the subtrees of L's rows (J. W. H. Liu, SIAM J. Matrix
-/// Anal. Appl. 11, 1990). A supernode is merged with the one that follows it where that is its parent and L gets few
-/// zeros to store (C. Ashcraft and R. Grimes, ACM TOMS 15, 1989): small fronts cost more than zeros do.
+/// The elimination tree comes from the subtrees of L's rows (J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11, 1990), the
+/// counts of L's columns from the leaves of those (J. R. Gilbert, E. G. Ng, B. W. Peyton, SIAM J. Matrix Anal. Appl.
+/// 15, 1994), in a time that hardly depends on L. L may have more than 2^31 entries; S and the rows of supernodes may
+/// not. A supernode is merged with the one that follows it where that is its parent and L gets few zeros to store (C.
+/// Ashcraft and R. Grimes, ACM TOMS 15, 1989): small fronts cost more than zeros do.
 Supernodes find_supernodes(const TrianglePattern& lower);
 
 }  // namespace tanor

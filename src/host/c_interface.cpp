@@ -19,12 +19,14 @@
 #include <tanor/version.hpp>
 
 #include "host/c_members.hpp"
+#include "host/point_address.hpp"
 
 /// A Constrainer that is made when something is constrained: until then there may come a cell.
 struct tn_system {
   std::vector<double> masses, positions;  // of tn_create, until it is made
   std::optional<tanor::PeriodicCell> cell, old_cell;
   tanor::SolverOptions options;
+  double tolerance = 0.0;  // of positions
   std::optional<tanor::Constrainer> made;
   std::string error;
 
@@ -205,14 +207,13 @@ int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const
     if (out == nullptr) throw InputError("", "out is a null pointer");
     if (masses == nullptr || positions.data == nullptr) throw InputError("", "masses or positions are a null pointer");
     auto system = std::make_unique<tn_system>();
-    system->options.threads = known_part(options).threads;
+    const tn_options own = known_part(options);
+    system->options.threads = own.threads;
+    system->tolerance = own.tolerance;
     system->masses.assign(masses, masses + num_points);
-    const ptrdiff_t stride = positions.stride != 0 ? positions.stride : static_cast<ptrdiff_t>(3 * sizeof(double));
     for (std::size_t i = 0; i < num_points; ++i) {
-      const ptrdiff_t number = positions.index != nullptr ? positions.index[i] : static_cast<ptrdiff_t>(i);
-      double point[3];
-      std::memcpy(point, reinterpret_cast<const char*>(positions.data) + number * stride, sizeof(point));
-      system->positions.insert(system->positions.end(), point, point + 3);
+      const std::array<double, 3> point = read_point(array_of(positions), i);
+      system->positions.insert(system->positions.end(), point.begin(), point.end());
     }
     *out = system.release();
     return {};
@@ -349,7 +350,8 @@ int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, 
                                                          .velocities = array_of(v),
                                                          .wanted = forces_of(own, constrainer.num_rows()),
                                                          .old_cell = old_cell ? &*old_cell : nullptr,
-                                                         .measures = own.measures != 0}),
+                                                         .measures = own.measures != 0,
+                                                         .tolerance = self.tolerance}),
                         report);
   });
 }
@@ -432,7 +434,8 @@ int tn_run(tn_system* system, const tn_loop* loop, size_t* steps) {
                                  .positions = array_of(own.x),
                                  .velocities = array_of(own.v),
                                  .forces = array_of(own.f),
-                                 .measures = own.measures != 0};
+                                 .measures = own.measures != 0,
+                                 .tolerance = self.tolerance};
     if (own.set_forces != nullptr) steps_of_host.set_forces = [&](double time) { own.set_forces(own.user, time); };
     if (own.observe != nullptr) {
       steps_of_host.observe = [&](const VelocityVerletProgress& now) {

@@ -137,7 +137,7 @@ ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   has_moved_velocities = step.velocities && linearization.rank_factor().redundancy().is_found();
   if (has_moved_velocities) transfer.gather(step.velocities, v.data());
   return form.steps().project_step(step.time, step.step, r.data(), images ? nullptr : &incoming,
-                                   has_moved_velocities ? v.data() : nullptr);
+                                   has_moved_velocities ? v.data() : nullptr, step.tolerance);
 }
 
 /// The host's velocities += M^-1 K mu/h, where they are if they have the inner order there.

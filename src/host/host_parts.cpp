@@ -24,7 +24,7 @@ void copy_points(const ConstPointArray& from, std::span<const Index> number, dou
 }
 
 HostParts::HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options)
-    : points_(std::move(points)), cell_(std::move(cell)), options_(options), parallel_(options.threads) {
+    : points_(std::move(points)), cell_(cell), options_(options), parallel_(options.threads) {
   if (cell_) points_.cell = *cell_;
   list_points();
   for (const Index point : points_.of_host) {

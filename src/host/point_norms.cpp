@@ -56,7 +56,7 @@ TANOR_EACH_INSTRUCTION_SET
 double scale(const double* x, const double* factors, std::size_t count, double* y) {
   Largest seen;
   const auto scale_eight = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
-    const tanor::Eight factor = tanor::eight_at(by);  // a reference would be taken for one to an aligned pack
+    const tanor::Eight factor = tanor::eight_at(by);
     const Eight3 points = factor * load_eight(from);
     seen.see(dot(points, points));
     tanor::store_points(points.x, points.y, points.z, to);

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <type_traits>
 
+#include "host/point_address.hpp"
 #include "host/point_norms.hpp"
 
 namespace tanor {
@@ -144,10 +145,8 @@ void PointTransfer::scatter_tensors(const double* from, std::size_t count, const
 }
 
 void PointTransfer::add_last(const double* from, std::size_t first, std::size_t width, const PointArray& to) const {
-  const auto stride = to.stride != 0 ? to.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   for (std::size_t i = first; i < host_point_.size(); ++i) {
-    const Index number = to.index != nullptr ? to.index[host_point_[i]] : host_point_[i];
-    std::byte* const point = reinterpret_cast<std::byte*>(to.data) + number * stride;
+    std::byte* const point = address_of(to, static_cast<std::size_t>(host_point_[i]), width);
     double sum[9];
     std::memcpy(sum, point, width * sizeof(double));
     for (std::size_t k = 0; k < width; ++k) sum[k] += from[width * i + k];

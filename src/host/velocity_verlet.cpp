@@ -22,8 +22,6 @@ class Step {
         num_points_(constrainer->num_points()),
         arrays_{run.positions, run.velocities, run.forces} {
     for (auto& kept : kept_) kept.resize(num_points_);
-    for (std::size_t i = 0; i < num_points_; ++i)
-      inverse_masses_.push_back(1.0 / constrainer->mass(static_cast<Index>(i)));
   }
 
   /// Returns the reports of constrain_positions and constrain_velocities. Where one of them fails the arrays are as
@@ -51,7 +49,8 @@ class Step {
                                                     .positions = run_.positions,
                                                     .velocities = run_.velocities,
                                                     .time = time,
-                                                    .measures = run_.measures});
+                                                    .measures = run_.measures,
+                                                    .tolerance = run_.tolerance});
     if (!reports[0].outcome.ok()) return reports;
     if (run_.set_forces) run_.set_forces(time);
     kick();
@@ -63,10 +62,10 @@ class Step {
     return reports;
   }
 
-  /// v += h/2 M^-1 f
+  /// v += h/2 M^-1 f, with the masses as they are: an observer may have changed them. A support's is infinite.
   void kick() {
     for (std::size_t i = 0; i < num_points_; ++i)
-      add(0.5 * run_.step * inverse_masses_[i], run_.forces, i, run_.velocities);
+      add(0.5 * run_.step / constrainer_->mass(static_cast<Index>(i)), run_.forces, i, run_.velocities);
   }
   static void add(double factor, const ConstPointArray& what, std::size_t i, const PointArray& to) {
     std::array<double, 3> sum = read_point(to, i);
@@ -82,7 +81,6 @@ class Step {
   Constrainer* const constrainer_;
   const VelocityVerlet& run_;
   const std::size_t num_points_;
-  std::vector<double> inverse_masses_;  // of supports: 0
   const std::array<PointArray, 3> arrays_;
   std::array<std::vector<std::array<double, 3>>, 3> kept_;  // the same
 };

@@ -19,11 +19,14 @@ namespace {
 constexpr int least_order = 6, most_order = 24;
 
 /// Returns the order for a series of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou
-/// 2005): by 0.7 while the series stay in the caches (bench/rivals, chains and nets), by less in larger systems, since
-/// every order runs through them all.
-int choose_order(double tolerance, std::size_t n) {
+/// 2005): by 0.7 while the series stay in the caches (bench/rivals, chains and nets). In larger systems more terms pay
+/// where each costs little beside the step's factor and projections, and fewer where every term runs through all
+/// memory (bench/taylor_order.py).
+int choose_order(double tolerance, std::size_t n, bool has_cheap_terms) {
   constexpr std::size_t large = 50000;
-  const double order = n < large ? 4.0 - 0.7 * std::log(tolerance) : 3.0 - 0.5 * std::log(tolerance);
+  const double order = n < large         ? 4.0 - 0.7 * std::log(tolerance)
+                       : has_cheap_terms ? 8.0 - 0.6 * std::log(tolerance)
+                                         : 3.0 - 0.5 * std::log(tolerance);
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
@@ -161,7 +164,8 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
       series_(series_of(mechanics)),
-      order_(options.order > 0 ? options.order : choose_order(options.rtol, mechanics.size())) {
+      order_(options.order > 0 ? options.order
+                               : choose_order(options.rtol, mechanics.size(), series_.has_cheap_terms())) {
   const std::size_t n = mechanics.size();
   log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));

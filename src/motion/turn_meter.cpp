@@ -32,10 +32,7 @@ TANOR_EACH_INSTRUCTION_SET
 double largest_change(const double* from, const double* to, std::size_t begin, std::size_t end) {
   Sizes sizes;
   std::size_t i = begin;
-  for (; i + num_lanes <= end; i += num_lanes) {
-    const Eight change = eight_at(to + i) - eight_at(from + i);  // aligned, as a parameter is taken to be
-    sizes.see(change);
-  }
+  for (; i + num_lanes <= end; i += num_lanes) sizes.see(eight_at(to + i) - eight_at(from + i));
   for (; i < end; ++i) sizes.see(to[i] - from[i]);
   return sizes.largest();
 }

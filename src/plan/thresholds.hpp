@@ -39,6 +39,14 @@ inline constexpr int most_parts = 16, least_rows_of_part = 512;
 /// Flops per nonzero of L from which dense fronts repay their overhead, and METIS its own (bench/phases: nets).
 inline constexpr double flops_for_fronts = 8.0, flops_for_metis = 50.0;
 
+/// Fronts of which tiles are tasks: rows^2 columns (bench/fronts: lattices).
+inline constexpr double products_of_tiled_front = 2e7;
+/// Subtrees that are one task each: of the cost of all, in flops, and at least (bench/fronts).
+inline constexpr double share_of_task = 1.0 / 64.0, least_cost_of_task = 1e6;
+/// Flops of a factorization, and numbers of L in a solve, from which there are more threads than one. Nets of 300 and
+/// lattices of 20 gain 1.6 and more there (bench/fronts); what lies between them and nets of 100 was not tried.
+inline constexpr double flops_worth_threads = 1e8, numbers_worth_threads = 2e6;
+
 /// Iterations that conjugate gradients are expected to take before a solve was made (bench/reuse).
 inline constexpr double first_guess_of_iterations = 4.0;
 

@@ -48,7 +48,7 @@ ConstraintReport constrain_positions(HostHandle& handle, double step, const py::
                                      const py::object& positions, const py::object& velocities,
                                      const py::object& multipliers, const py::object& constraint_forces,
                                      const py::object& stress, const py::object& old_cell, const py::object& index,
-                                     double time, bool measures) {
+                                     double time, bool measures, double tolerance) {
   const CallArrays arrays(handle, index);
   PositionStep call{.step = step,
                     .old_positions = arrays.in("old_positions", old_positions),
@@ -56,7 +56,8 @@ ConstraintReport constrain_positions(HostHandle& handle, double step, const py::
                     .velocities = arrays.out("velocities", velocities),
                     .wanted = arrays.wanted(multipliers, constraint_forces, stress),
                     .time = time,
-                    .measures = measures};
+                    .measures = measures,
+                    .tolerance = tolerance};
   if (call.old_positions.data == call.positions.data)
     throw py::value_error("old_positions: it is the same array as positions; keep positions.copy() before they move");
   std::optional<PeriodicCell> cell;
@@ -259,7 +260,7 @@ void bind_constrainer(py::module_& module) {
       .def("constrain_positions", &constrain_positions, arg("step"), arg("old_positions"), arg("positions"),
            arg("velocities") = none, py::kw_only(), arg("multipliers") = none, arg("constraint_forces") = none,
            arg("stress") = none, arg("old_cell") = none, arg("index") = none, arg("time") = 0.0, arg("measures") = true,
-           R"doc(
+           arg("tolerance") = 0.0, R"doc(
 SHAKE: positions += M^-1 K(old) mu, so that they obey the constraints, velocities += M^-1 K(old) mu/step.
 
 step               h, not 0; negative: backwards
@@ -272,7 +273,8 @@ stress             float64 [n, 9], written: r (x) F of each constraint, shared a
 old_cell           the cell of old_positions where it is another one
 index              int32 [n]: the row of each point in the arrays, where they have another order or more rows
 time               at the end of the step, for lengths that depend on it
-measures           finds virial, largest turn, work and worst row; False saves that)doc")
+measures           finds virial, largest turn, work and worst row; False saves that
+tolerance          a largest |xi|/length that is small enough: iterations end there; 0: at rounding, below 1e-13)doc")
       .def("constrain_velocities", &constrain_velocities, arg("step"), arg("positions"), arg("velocities"),
            py::kw_only(), arg("multipliers") = none, arg("constraint_forces") = none, arg("stress") = none,
            arg("index") = none, arg("time") = 0.0, arg("measures") = true, R"doc(

@@ -12,16 +12,17 @@ void bind_errors(py::module_& module) {
       "into the description (\"/constraints/3/pairs/17\"), empty where there is no such place.",
       PyExc_ValueError, nullptr);
   module.attr("InputError") = type;
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const InputError& error) {
-      const std::string place = error.where().empty() ? "" : error.where() + ": ";
-      const py::object value = py::reinterpret_borrow<py::object>(type)(place + error.what());
-      value.attr("where") = error.where();
-      PyErr_SetObject(type.ptr(), value.ptr());
-    }
-  });
+  py::register_exception_translator(
+      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param): as pybind11 has it
+        try {
+          if (thrown) std::rethrow_exception(thrown);
+        } catch (const InputError& error) {
+          const std::string place = error.where().empty() ? "" : error.where() + ": ";
+          const py::object value = py::reinterpret_borrow<py::object>(type)(place + error.what());
+          value.attr("where") = error.where();
+          PyErr_SetObject(type.ptr(), value.ptr());
+        }
+      });
 }
 
 }  // namespace tanor::python

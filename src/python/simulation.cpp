@@ -70,7 +70,7 @@ class Run {
 
   Outcome advance_to(double t_end, const py::object& progress) {
     Watch watch(progress);
-    const Outcome outcome = run([&](Simulation& s) {
+    Outcome outcome = run([&](Simulation& s) {
       return s.advance_to(t_end, [&](const MotionReport& report) { return watch.goes_on(report); });
     });
     watch.raise_what_was_kept();

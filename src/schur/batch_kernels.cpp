@@ -129,7 +129,7 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
     const FourSequences<const double> at(from, first + lane, width);
     if (count < 4) {
       for (std::size_t k = 0; k < count; ++k)
-        four_at(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
+        four_to(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
       continue;
     }
     for_each_tile(
@@ -138,10 +138,10 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
                d = sign * four_at(at.d + k);
           transpose(&a, &b, &c, &d);
           double* const cell = lanes + k * num_lanes;
-          four_at(cell) = a;
-          four_at(cell + num_lanes) = b;
-          four_at(cell + 2 * num_lanes) = c;
-          four_at(cell + 3 * num_lanes) = d;
+          four_to(cell) = a;
+          four_to(cell + num_lanes) = b;
+          four_to(cell + 2 * num_lanes) = c;
+          four_to(cell + 3 * num_lanes) = d;
         });
   }
 }
@@ -168,10 +168,10 @@ void scatter_sequences(const Eight* from, const Index* first, std::size_t width,
           Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes), c = sign * four_at(cell + 2 * num_lanes),
                d = sign * four_at(cell + 3 * num_lanes);
           transpose(&a, &b, &c, &d);
-          four_at(at.a + k) = a;
-          four_at(at.b + k) = b;
-          four_at(at.c + k) = c;
-          four_at(at.d + k) = d;
+          four_to(at.a + k) = a;
+          four_to(at.b + k) = b;
+          four_to(at.c + k) = c;
+          four_to(at.d + k) = d;
         });
   }
 }

@@ -83,8 +83,9 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   summary_.flops += analysis.flops;
   // Measured on nets of 24 to 300 and lattices of 6 to 20 points a side: dense fronts run ten in the time of one.
   const double products_a_flop = analysis.supernodal ? 0.1 : 1.0;
-  summary_.products += 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
-                       6.0 * analysis.factor_nonzeros;
+  const double part_products = 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
+                               6.0 * analysis.factor_nonzeros;
+  summary_.products += part_products;
   ++summary_.parts;
   add_new(analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering, &summary_.orderings);
   add_new(is_simple             ? Factorization::ClosedForm
@@ -97,6 +98,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                     std::move(factor),
                     std::vector<double>(num_rows),
                     {},
+                    part_products,
                     {},
                     {},
                     {},
@@ -166,9 +168,8 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 }
 
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
-  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
-    Part& part = parts_[p];
-    const Cholesky::Quality quality = std::visit([](auto& any) { return any.factorize(); }, part.factor);
+  for_parts(parallel, [](Part& part, int threads) {
+    const Cholesky::Quality quality = part.factorize(threads);
     const std::size_t column = quality.weakest_column;
     const bool ordered = !part.permutation.empty() && column < part.permutation.size();
     const std::size_t row = ordered ? static_cast<std::size_t>(part.permutation[column]) : column;
@@ -204,7 +205,7 @@ double GramSolver::estimate_reciprocal_condition() {
     for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = irregular(k);
     double before = norm_of(part.x);
     for (int i = 0; i < iterations; ++i) {
-      part.solve(part.x.data());
+      part.solve(part.x.data(), 1);
       const double after = norm_of(part.x);
       inverse = after / before;
       for (double& x : part.x) x /= after;
@@ -219,8 +220,7 @@ double GramSolver::estimate_reciprocal_condition() {
 void GramSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
   std::fill(x + first_idle_row_, x + num_rows_, 0.0);
   // S = D^-1 (scaled S) D^-1 with D = diag(scale): x = D (scaled S)^-1 D b, in the order of elimination.
-  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
-    Part& part = parts_[p];
+  for_parts(parallel, [&](Part& part, int threads) {
     const double* const b_rows = b + part.first_row;
     double* const x_rows = x + part.first_row;
     const std::size_t n = part.x.size();
@@ -231,7 +231,7 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
     };
     for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
     for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
-    part.solve(part.x.data());
+    part.solve(part.x.data(), threads);
     for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
   });
 }

@@ -93,9 +93,15 @@ class GramSolver {
     double* values() {
       return std::visit([](auto& any) { return any.values(); }, factor);
     }
-    void solve(double* b) {
-      std::visit([&](auto& any) { any.solve(b); }, factor);
+    void solve(double* b, int threads) {
+      auto* const cholesky = std::get_if<Cholesky>(&factor);
+      return cholesky != nullptr ? cholesky->solve(b, threads) : std::get<ClosedForm>(factor).solve(b);
     }
+    Cholesky::Quality factorize(int threads) {
+      auto* const cholesky = std::get_if<Cholesky>(&factor);
+      return cholesky != nullptr ? cholesky->factorize(threads) : std::get<ClosedForm>(factor).factorize();
+    }
+    double products = 0.0;                                     // as in Summary
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
     std::vector<int> may_be_zero;                              // diagonal slots …
     std::vector<std::size_t> row_that_may_be_zero;             // … and their rows, from the first such one on
@@ -103,6 +109,19 @@ class GramSolver {
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
                 std::span<const double> squared_norms);
+
+  /// Calls body(part, threads): parts that would keep the others waiting one after the other with all threads, the
+  /// rest side by side.
+  template <class Body>
+  void for_parts(const Parallel& parallel, const Body& body) {
+    const auto is_large = [&](const Part& part) { return parallel.threads() * part.products > summary_.products; };
+    for (Part& part : parts_) {
+      if (is_large(part)) body(part, parallel.threads());
+    }
+    parallel.for_tasks(parts_.size(), [&](std::size_t p) {
+      if (!is_large(parts_[p])) body(parts_[p], 1);
+    });
+  }
 
   std::vector<Part> parts_;
   std::size_t first_idle_row_, num_rows_;

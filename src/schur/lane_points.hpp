@@ -105,7 +105,7 @@ class LanePoints {
       transpose(rows);
       for (std::size_t lane = 0; lane < eight; ++lane) {
         double* const begin = block.start[lane] >= 0 ? to + 3 * block.start[lane] : apart[lane].data();
-        eight_at(begin + eight * part) = rows[lane];
+        eight_to(begin + eight * part) = rows[lane];
       }
     }
     for (std::size_t lane = 0; lane < eight; ++lane) {

@@ -9,13 +9,11 @@
 
 namespace tanor {
 
-/// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
-/// joined by the last rod of each, the separators.
-template <std::size_t lanes, bool is_cut>
-struct PathLanes {
-  static constexpr std::size_t width = lanes;
-  using Lane = Pack<width>;
-  using Vector = Pack3<width>;
+/// The numbers of paths in lanes, of which a thread needs as many as its longest paths have.
+template <std::size_t lanes>
+struct PathNumbers {
+  using Lane = Pack<lanes>;
+  using Vector = Pack3<lanes>;
 
   struct Known {
     Vector force;      // sum of a_j mu_{k-j}
@@ -36,6 +34,20 @@ struct PathLanes {
     Vector a;
     Lane mu;
   };
+};
+
+/// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
+/// joined by the last rod of each, the separators.
+template <std::size_t lanes, bool is_cut>
+struct PathLanes {
+  static constexpr std::size_t width = lanes;
+  using Numbers = PathNumbers<width>;
+  using Lane = typename Numbers::Lane;
+  using Vector = typename Numbers::Vector;
+  using Known = typename Numbers::Known;
+  using Rod = typename Numbers::Rod;
+  using Point = typename Numbers::Point;
+  using Coefficient = typename Numbers::Coefficient;
 
   std::size_t length;                      // rods a lane
   std::size_t stride;                      // coefficients a rod

@@ -1,6 +1,7 @@
 #include "schur/path_series.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <variant>
 
 #include "base/instruction_sets.hpp"
@@ -67,24 +68,45 @@ TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes
   advance_and_store(lanes, k, passes, places, to);
 }
 
-/// The numbers of one PathLanes.
+/// What a thread works with: the caches keep it from one group to the next.
+template <std::size_t width>
+struct Room {
+  using Numbers = PathNumbers<width>;
+
+  void hold(std::size_t length, std::size_t stride) {
+    rods.resize(std::max(rods.size(), length));
+    points.resize(std::max(points.size(), length + 1));
+    series.resize(std::max(series.size(), length * stride));
+  }
+
+  std::vector<typename Numbers::Rod> rods;            // [rod]
+  std::vector<typename Numbers::Point> points;        // [point]
+  std::vector<typename Numbers::Coefficient> series;  // [rod][order]
+  std::array<double, width> separator_l{}, separator_inverse_pivot{};
+};
+
+/// What the lanes of one PathLanes hold.
 template <std::size_t lanes_wide, bool is_cut>
 class Group {
  public:
   static constexpr std::size_t width = lanes_wide;
   using Lanes = PathLanes<width, is_cut>;
+  using Lane = typename Lanes::Lane;
   using Vector = typename Lanes::Vector;
 
   Group(RodLanes given, std::span<const Vector3> offsets, std::span<const double> inverse_mass)
-      : given_(std::move(given)), places_(given_.points), rods_(given_.length), points_(given_.length + 1) {
+      : given_(std::move(given)),
+        places_(given_.points),
+        is_there_(given_.rows.size()),
+        inverse_mass_(given_.points.size()) {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
       const Index point = given_.points[at];
-      if (point >= 0) points_[at / width].inverse_mass[at % width] = inverse_mass[static_cast<std::size_t>(point)];
+      if (point >= 0) inverse_mass_[at] = inverse_mass[static_cast<std::size_t>(point)];
     }
     if (!offsets.empty()) offsets_.resize(given_.length);
     for (std::size_t at = 0; at < given_.rows.size(); ++at) {
       const Index row = given_.rows[at];
-      rods_[at / width].is_there[at % width] = row < 0 ? 0.0 : 1.0;
+      is_there_[at] = row < 0 ? 0.0 : 1.0;
       if (row < 0 || offsets.empty()) continue;
       const auto& [x, y, z] = offsets[static_cast<std::size_t>(row)];
       const double sign = given_.flipped[at] != 0 ? -1.0 : 1.0;
@@ -92,51 +114,54 @@ class Group {
     }
   }
 
-  void expand(std::span<double* const> coefficients, const double* lambda, int passes) {
-    begin(coefficients, lambda);
-    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
-      tanor::advance(lanes(), static_cast<int>(k), passes, places_, coefficients[k + 2]);
+  std::size_t length() const { return given_.length; }
+
+  void expand(std::span<double* const> coefficients, const double* lambda, int passes, std::size_t stride,
+              Room<width>* room) const {
+    const auto take = [](const std::vector<double>& from, std::size_t i, Lane* to) {
+      std::memcpy(to, from.data() + i * width, sizeof(Lane));
+    };
+    for (std::size_t i = 0; i < given_.length; ++i) take(is_there_, i, &room->rods[i].is_there);
+    for (std::size_t i = 0; i <= given_.length; ++i) take(inverse_mass_, i, &room->points[i].inverse_mass);
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      room->series[at / width * stride].mu[at % width] = row < 0 ? 0.0 : lambda[row];
     }
+    const Lanes lanes{given_.length,       stride,
+                      room->rods.data(),   room->points.data(),
+                      room->series.data(), offsets_.empty() ? nullptr : offsets_.data(),
+                      &room->separator_l,  &room->separator_inverse_pivot};
+    tanor::begin(lanes, places_, coefficients.first<3>());
+    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k)
+      tanor::advance(lanes, static_cast<int>(k), passes, places_, coefficients[k + 2]);
   }
 
  private:
-  void begin(std::span<double* const> coefficients, const double* lambda) {
-    stride_ = coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of the caches
-    series_.resize(given_.length * stride_);
-    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
-      const Index row = given_.rows[at];
-      series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
-    }
-    tanor::begin(lanes(), places_, coefficients.first<3>());
-  }
-
   static void put(Vector* to, std::size_t lane, Vec3 a) {
     to->x[lane] = a.x;
     to->y[lane] = a.y;
     to->z[lane] = a.z;
   }
 
-  Lanes lanes() {
-    return {given_.length,  stride_,
-            rods_.data(),   points_.data(),
-            series_.data(), offsets_.empty() ? nullptr : offsets_.data(),
-            &separator_l_,  &separator_inverse_pivot_};
-  }
-
   RodLanes given_;
   LanePoints<width> places_;
-  std::vector<typename Lanes::Rod> rods_;
-  std::vector<typename Lanes::Point> points_;
-  std::vector<Vector> offsets_;  // of a_0; empty where there are none
-  std::array<double, width> separator_l_{}, separator_inverse_pivot_{};
-  std::size_t stride_ = 0;
-  std::vector<typename Lanes::Coefficient> series_;
+  std::vector<double> is_there_;      // [rod][lane] 1 or 0
+  std::vector<double> inverse_mass_;  // [point][lane]
+  std::vector<Vector> offsets_;       // [rod] of a_0; empty where there are none
 };
 
 }  // namespace
 
 struct PathSeries::AnyGroup {
   std::variant<Group<RodLanes::most, true>, Group<RodLanes::most, false>, Group<RodLanes::few, false>> group;
+};
+
+struct PathSeries::Rooms {
+  Room<RodLanes::most> most;
+  Room<RodLanes::few> few;
+
+  Room<RodLanes::most>& of_width(std::integral_constant<std::size_t, RodLanes::most>) { return most; }
+  Room<RodLanes::few>& of_width(std::integral_constant<std::size_t, RodLanes::few>) { return few; }
 };
 
 PathSeries::~PathSeries() = default;
@@ -186,8 +211,24 @@ PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> off
 
 void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
                         int passes) {
-  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.expand(coefficients, lambda, passes); }, groups_[g].group);
+  const std::size_t stride =
+      coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of caches
+  rooms_.resize(static_cast<std::size_t>(parallel.threads()));
+  const auto with_room = [&](Rooms* rooms, const AnyGroup& any, const auto& visit) {
+    std::visit(
+        [&](const auto& group) {
+          using Width = std::integral_constant<std::size_t, std::decay_t<decltype(group)>::width>;
+          visit(group, &rooms->of_width(Width()));
+        },
+        any.group);
+  };
+  for (Rooms& rooms : rooms_) {
+    for (const AnyGroup& any : groups_)
+      with_room(&rooms, any, [&](const auto& group, auto* room) { room->hold(group.length(), stride); });
+  }
+  parallel.for_tasks(groups_.size(), [&](std::size_t g, std::size_t thread) {
+    with_room(&rooms_[thread], groups_[g],
+              [&](const auto& group, auto* room) { group.expand(coefficients, lambda, passes, stride, room); });
   });
   for (std::size_t k = 3; k < coefficients.size(); ++k) {
     for (const Index point : still_) store(coefficients[k], point, {});

@@ -34,9 +34,11 @@ class PathSeries {
 
  private:
   struct AnyGroup;
+  struct Rooms;
   PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> offsets, std::span<const double> inverse_mass);
 
   std::vector<AnyGroup> groups_;
+  std::vector<Rooms> rooms_;  // [thread]
   std::vector<Index> still_;  // points that no rod holds: r_3 … r_P are 0
 };
 

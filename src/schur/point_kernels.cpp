@@ -179,7 +179,7 @@ void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* 
     const Eight left = b + dot(g, dw);
     free = free + dw;
     store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
-    eight_at(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
+    eight_to(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
     seen_b.see(b < 0.0 ? -b : b);
     seen_left.see(left < 0.0 ? -left : left);
   }

@@ -63,6 +63,20 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_TRUE(summary.at("doubt").is_null());
 }
 
+TEST(RunTest, APageLeavesTheMotionAsItIs) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.35, "output_every": 0.1)"));
+
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "without"}).code, 0);
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "with", "--report"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(read_text(folder / "with/trajectory.xyz"), read_text(folder / "without/trajectory.xyz"));
+  // A program without the page says so.
+  EXPECT_NE(std::filesystem::exists(folder / "with/report.html"), contains(ended.err, "there is no report.html"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "without/report.html"));
+}
+
 TEST(RunTest, ACoarseToleranceIsSaidOnStderrAndInTheSummary) {
   const Folder folder;
   write_text(folder / "s.json",

@@ -28,9 +28,9 @@ struct Tailed {
   std::vector<double> v{0.1, 0.3, -0.2, 0.4, -0.1, 0.6, 0.2, 0.8, -0.5, 0.3, 0.1, 0.7};
   std::vector<std::int32_t> pairs{0, 1, 1, 2, 0, 2, 2, 3};
 
-  Handle make_handle() const {
+  Handle make_handle(const tn_options* options = nullptr) const {
     tn_system* system = nullptr;
-    EXPECT_EQ(tn_create(&system, 4, masses.data(), {r.data(), 0, nullptr}, nullptr), TN_OK) << tn_create_error();
+    EXPECT_EQ(tn_create(&system, 4, masses.data(), {r.data(), 0, nullptr}, options), TN_OK) << tn_create_error();
     EXPECT_EQ(tn_add_rods(system, 4, pairs.data(), nullptr, nullptr, nullptr), TN_OK) << tn_last_error(system);
     return Handle(system);
   }
@@ -124,6 +124,33 @@ TEST(CInterface, ReadsAndWritesNoFurtherThanTheSize) {
                                     nullptr),
             TN_EINVAL);
   EXPECT_STREQ(tn_last_error(handle.get()), "size = 0 of a struct is not sizeof it");
+}
+
+/// The last one is a caller of an older header, who knows of no tolerance.
+TEST(CInterface, HasTheToleranceOfTheConstrainer) {
+  const Tailed host;
+  const double h = 0.2;
+  for (const tn_options options : {tn_options{sizeof(tn_options), 1, 0.0}, tn_options{sizeof(tn_options), 1, 1e-4},
+                                   tn_options{offsetof(tn_options, tolerance), 1, 1e-4}}) {
+    const double tolerance = options.size == sizeof(tn_options) ? options.tolerance : 0.0;
+    const Handle handle = host.make_handle(&options);
+    Constrainer constrainer = host.make_constrainer();
+    std::vector<double> r = host.r, there;
+    for (std::size_t k = 0; k < r.size(); ++k) r[k] += h * host.v[k];
+    there = r;
+    tn_report report{};
+    report.size = sizeof(report);
+
+    ASSERT_EQ(tn_constrain_positions(handle.get(), h, {host.r.data(), 0, nullptr}, {r.data(), 0, nullptr}, {}, nullptr,
+                                     &report),
+              TN_OK);
+    const ConstraintReport wanted = constrainer.constrain_positions(
+        {.step = h, .old_positions = host.r, .positions = there, .tolerance = tolerance});
+
+    EXPECT_EQ(r, there);
+    EXPECT_EQ(report.iterations, wanted.iterations);
+    EXPECT_EQ(report.violation > 1e-12, tolerance > 0.0) << report.violation;
+  }
 }
 
 TEST(CInterface, SaysWhatIsWrong) {

@@ -60,6 +60,30 @@ TEST(ConstrainPositions, PutsAPendulumBackAlongItsOldRod) {
 }
 
 /// The larger mass moves less, and the center of mass not at all.
+/// A pendulum off its length by s^2/2: an iteration along the old rod leaves (1 - cos(turn)) of what it finds.
+TEST(ConstrainPositions, EndsAtTheToleranceThatIsAskedFor) {
+  const double s = 0.1;
+  const std::vector<double> old{0, 0, 0, 0, 0, -1.0};
+  const auto go = [&](double tolerance, std::vector<double>* r) {
+    Constrainer constrainer(std::vector{infinity, 1.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, old);
+    return constrainer.constrain_positions(
+        {.step = 1.0, .old_positions = old, .positions = *r, .tolerance = tolerance});
+  };
+  int last = 0;
+  for (const double tolerance : {1e-1, 1e-4, 1e-7, 1e-10, 0.0}) {
+    std::vector<double> r{0, 0, 0, s, 0, -1.0};
+
+    const ConstraintReport report = go(tolerance, &r);
+
+    ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+    EXPECT_LE(report.violation, std::max(tolerance, 1e-13));
+    EXPECT_NEAR(report.violation, std::abs(std::hypot(r[3], r[5]) - 1.0), 1e-15);
+    EXPECT_TRUE(report.iterations > last || tolerance == 1e-1) << tolerance;
+    last = report.iterations;
+  }
+  EXPECT_EQ(last, 5);  // (s^2/2)^(k + 1) is left after k iterations, here 1.6e-14
+}
+
 TEST(ConstrainVelocities, SharesTheChangeByTheMasses) {
   const std::vector<double> r{0, 0, 0, 0, 2, 0};
   std::vector<double> v{1, 0, 0, 0, 4, 0}, lambda(1);
@@ -409,6 +433,11 @@ TEST(Failures, WrongCallsAreInputErrors) {
               (void)constrainer.constrain_positions({.step = 0.0, .old_positions = r, .positions = r});
             }).substr(0, 8),
             "step = 0");
+  EXPECT_EQ(
+      error_of([&] {
+        (void)constrainer.constrain_positions({.step = 1.0, .old_positions = r, .positions = r, .tolerance = -1e-9});
+      }),
+      "tolerance = -1e-09 is negative");
   EXPECT_EQ(error_of([&] { (void)constrainer.constrain_velocities({.positions = r, .velocities = few}); }),
             "velocities has 9 numbers; 18 are needed");
   EXPECT_EQ(error_of([&] {

@@ -247,6 +247,31 @@ TEST(Run, HasTheBitsOfTheLoopByHand) {
   EXPECT_EQ(times.back(), report.time);
 }
 
+TEST(Run, TakesTheMassesThatAnObserverSets) {
+  Host by_hand = make_chains(2, 1), host = make_chains(2, 1);
+  for (Host* const each : {&by_hand, &host}) {
+    set_springs_to_start(each);
+    each->start();
+  }
+  const std::vector<Index> points{3, 17};
+  const std::vector<double> masses{5.0, 0.25};
+  VelocityVerlet loop = loop_of(&host, 2e-3, 10);
+  loop.observe = [&](const VelocityVerletProgress& now) {
+    EXPECT_TRUE(by_hand.step(2e-3));
+    EXPECT_EQ(host.r, by_hand.r) << "after step " << now.steps;
+    if (now.steps == 5) {
+      for (Host* const each : {&by_hand, &host}) each->constrainer.set_masses(points, masses);
+      for (std::size_t k = 0; k < points.size(); ++k) by_hand.masses[static_cast<std::size_t>(points[k])] = masses[k];
+    }
+    return true;
+  };
+
+  const VelocityVerletReport report = run(&host.constrainer, loop);
+
+  EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
+  EXPECT_EQ(report.steps, 10U);
+}
+
 TEST(Run, EndsWithTheLastGoodStep) {
   Host host = make_chains(2, 1);
   set_springs_to_start(&host);

@@ -21,7 +21,7 @@ def main() -> None:
     folder = pathlib.Path(folder)
     summary = json.loads((folder / "summary.json").read_text())
 
-    check(page.rstrip().endswith("report.txt"), "the page ends with where the report lies")
+    check(page.rstrip().endswith(("report.html", "report.txt")), "the page ends with where the report lies")
     real = summary["source"].startswith("import:") and "data.chain" in summary["source"]
     check(real or os.environ.get("CI") != "true", f"source: {summary['source']}")
     check((summary["points"], summary["equations"], summary["islands"]) == (32000, 31680, 320), "size")

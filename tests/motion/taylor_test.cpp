@@ -91,6 +91,7 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
   SeriesExpansion* series() override { return this; }
   std::string why_no_series() const override { return ""; }
   Power power_along(const Kinematics&, const double*) override { return {}; }
+  bool has_cheap_terms() const override { return false; }
   std::span<const Index> neighbourhoods() const override { return {}; }
   Outcome expand(const Kinematics&, const double*, const Reactions&, std::span<double* const> coefficients,
                  double* smooth_until) override {

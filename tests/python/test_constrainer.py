@@ -53,6 +53,18 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         self.assertTrue(report.ok)
         self.assertAlmostEqual(-tensions[0], 1.5535, places=4)  # docs/embedding.md
 
+    def test_a_tolerance_ends_the_iterations(self):
+        old = numpy.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+        left = []
+        for tolerance in (0.0, 1e-4):
+            constrainer = tanor.Constrainer([numpy.inf, 1.0], [tanor.Rods([[0, 1]])], old)
+            new = old + [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
+            report = constrainer.constrain_positions(1.0, old, new, tolerance=tolerance)
+            left.append((report.iterations, abs(numpy.linalg.norm(new[1]) - 1.0)))
+        self.assertLess(left[1][0], left[0][0])
+        self.assertLess(left[0][1], 1e-13)
+        self.assertTrue(1e-13 < left[1][1] < 1e-4)
+
     def test_pendulum_at_rest_pulls_with_its_weight(self):
         r = numpy.array([[0.0, 0, 0], [0, 0, -2]])
         constrainer = tanor.Constrainer([numpy.inf, 3.0], [tanor.Rods([[0, 1]])], r)

@@ -467,10 +467,10 @@ TEST(Validate, StraightAnglesAreRefused) {
 }
 
 TEST(Validate, PointsOfAnInitialAngleAreDistinctInSpace) {
-  for (const auto& [one, other] : {std::array{0, 1}, std::array{1, 2}, std::array{0, 2}}) {
+  for (const auto& pair : {std::array{0, 1}, std::array{1, 2}, std::array{0, 2}}) {
     EXPECT_EQ(
         error_after([&](System& s) {
-          for (int k = 0; k < 3; ++k) s.positions[3 * one + k] = s.positions[3 * other + k];
+          for (int k = 0; k < 3; ++k) s.positions[3 * pair[0] + k] = s.positions[3 * pair[1] + k];
           s.constraints = {s.constraints[5]};
         }),
         "/constraints/0/triples/0: [0, 1, 2]: two of the points are at the same place: there is no initial angle");

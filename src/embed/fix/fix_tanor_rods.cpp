@@ -74,9 +74,12 @@ void FixTanorRods::setup_pre_exchange() {
 /// Bonds that were made or broken since, as by fix bond/create, count from now on: those who make them ask for new
 /// neighbour lists in the same step.
 void FixTanorRods::pre_exchange() {
-  const tanor::embed::CpuClock clock = rods_.clock();
-  std::vector<tanor::embed::Bond> found = find_bonds();
-  if (!rods_.differ_from(found)) return;
+  std::vector<tanor::embed::Bond> found;
+  {
+    const tanor::embed::CpuClock clock = rods_.clock();  // a plan and a start have their own
+    found = find_bonds();
+    if (!rods_.differ_from(found)) return;
+  }
   plan(std::move(found));
   refuse(rods_.start(atoms()));
 }

@@ -13,6 +13,8 @@ namespace {
 
 /// What is not further from the constraints than this stays where it is, bit by bit.
 constexpr double on_constraints = 1e-12;
+/// What a step leaves further off its length, relatively, ends the run.
+constexpr double off_constraints = 1e-10;
 
 PeriodicCell cell_of(const Box& box) {
   return {.edges = {{box.edges[0], box.edges[1], box.edges[2]}}, .repeats = box.repeats};
@@ -69,12 +71,12 @@ DistributedRods::DistributedRods(MPI_Comm world, RodOptions options) : options_(
 
 // ---- before a run ----
 
-std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member,
-                                  int threads, bool unit_masses) {
+std::string DistributedRods::plan(const Atoms& atoms, const std::vector<Bond>& found,
+                                  const std::vector<bool>& is_member, int threads, bool unit_masses) {
   forget_plan();
   has_unit_masses_ = unit_masses;
   mark_ = mark(found, islands_.world());
-  if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
+  if (std::string trouble = take_bonds(atoms, found, is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
   for (std::vector<double>* const array : {&r_, &old_, &move_, &v_, &f_}) array->assign(3 * n, 0.0);
@@ -113,7 +115,7 @@ std::string DistributedRods::list(const Atoms& atoms) {
   return islands_.list(atoms.tags());
 }
 
-std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> found,
+std::string DistributedRods::take_bonds(const Atoms& atoms, const std::vector<Bond>& found,
                                         const std::vector<bool>& is_member) {
   std::vector<Bond> united = unite(found, islands_.world());
   int highest = 0;
@@ -226,11 +228,15 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   // move is h times that.
   const std::string trouble = call([&] {
     set_box(atoms.box);
-    ConstraintReport report = constrainer_->constrain_positions(
-        {.step = h, .old_positions = old_, .positions = r_, .velocities = move_, .measures = false});
+    ConstraintReport report = constrainer_->constrain_positions({.step = h,
+                                                                 .old_positions = old_,
+                                                                 .positions = r_,
+                                                                 .velocities = move_,
+                                                                 .measures = false,
+                                                                 .tolerance = options_.tolerance});
     ++times_.steps;
     times_.iterations += report.iterations;
-    if (report.outcome.ok() && !(report.violation <= options_.tolerance)) {
+    if (report.outcome.ok() && !(report.violation <= std::max(options_.tolerance, off_constraints))) {
       report = constrainer_->violation(r_);
       report.outcome.what = "is off its length by " + std::to_string(report.violation) + " of it";
       report.outcome.status = Status::NotConverged;
@@ -351,7 +357,10 @@ void DistributedRods::gather_positions(const Atoms& atoms) {
 /// Positions += move_ times `h`, velocities += move_ times `rate`, and move_ := 0. Atoms are moved, not put: the host
 /// has wrapped them its own way.
 std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
-  if (!trouble.empty()) return trouble;
+  if (!trouble.empty()) {
+    std::fill(move_.begin(), move_.end(), 0.0);
+    return trouble;
+  }
   islands_.from_owners<3>(
       [&](int i) {
         Atoms::fetch(atoms.x, i);

@@ -29,7 +29,7 @@ class DistributedRods {
 
   /// Bonds found by the ranks, once or twice each, those of our types; `is_member` says which atoms may be held.
   /// Plans all islands. Lengths that were known stay. `unit_masses`: for minimisers, whose variables have no masses.
-  std::string plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member, int threads,
+  std::string plan(const Atoms& atoms, const std::vector<Bond>& found, const std::vector<bool>& is_member, int threads,
                    bool unit_masses);
   bool is_planned() const { return is_planned_; }
   void forget_plan();
@@ -77,7 +77,7 @@ class DistributedRods {
   CpuClock clock() { return CpuClock(&times_.all); }
 
  private:
-  std::string take_bonds(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member);
+  std::string take_bonds(const Atoms& atoms, const std::vector<Bond>& found, const std::vector<bool>& is_member);
   std::string find_lengths();
   std::string make_constrainer(int threads);
   std::array<double, 3> nearest(const Bond& bond, bool* is_other_image) const;

@@ -7,10 +7,10 @@ namespace tanor::embed {
 
 /// The words of a script say this.
 struct RodOptions {
-  std::vector<int> types;    ///< of bonds
-  double length = 0.0;       ///< of all rods; 0: the one that each has when it is first seen
-  double tolerance = 1e-10;  ///< a larger |distance - length|/length after a step is an error
-  int store_every = 0;       ///< steps from tensions to tensions; 0: none are stored
+  std::vector<int> types;  ///< of bonds
+  double length = 0.0;     ///< of all rods; 0: the one that each has when it is first seen
+  double tolerance = 0.0;  ///< |distance - length|/length that a step may leave; 0: rounding
+  int store_every = 0;     ///< steps from tensions to tensions; 0: none are stored
 };
 
 /// The words behind `fix ID group tanor/rods`:

@@ -110,6 +110,15 @@ class Lammps(host_runs.HostTest):
         self.assertEqual(rows[0]["f_rods[4]"], self.num_bonds)
         self.assert_lengths(rows, 0.97)
 
+    def test_a_tolerance_saves_iterations(self):
+        self.write_melt()
+        script = lj() + rods().replace("length 0.97", "length 0.97 {}") + "thermo 1\nrun 50\n"
+        (exact,) = self.run_host(script.format(""))
+        (rough,) = self.run_host(script.format("tolerance 1e-7"))
+        self.assert_lengths(rough[1:], 0.97, 1e-7)
+        self.assertGreater(max(row["f_rods"] for row in rough), TIGHT)
+        self.assertLess(rough[-1]["f_rods[1]"], 0.6 * exact[-1]["f_rods[1]"])
+
     def test_the_driver_needs_no_python(self):
         self.write_melt()
         script = lj() + rods().replace(f"include {REGISTER}", "") + "thermo 10\nrun 20\n"

@@ -1,0 +1,278 @@
+#include "factor/front_tree.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "factor/front_kernels.hpp"
+#include "plan/thresholds.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::size_t round_up(std::size_t count) {
+  constexpr std::size_t width = tanor_kernels::front_width;
+  return (count + width - 1) / width * width;
+}
+
+std::size_t num_tiles(std::size_t count) {
+  return (count + FrontTree::tile - 1) / FrontTree::tile;
+}
+
+/// Flops of a front, with what else takes as long: adding updates, and entering it.
+double cost_of(const Front& front) {
+  const auto rows = static_cast<double>(front.rows), columns = static_cast<double>(front.columns);
+  const double below = rows - columns;
+  // sum over the columns of the square of the rows from the diagonal on
+  return (rows * (rows + 1.0) * (2.0 * rows + 1.0) - below * (below + 1.0) * (2.0 * below + 1.0)) / 6.0 +
+         12.0 * rows * rows + 5000.0;
+}
+
+}  // namespace
+
+FrontTree::FrontTree(const Supernodes& supernodes) {
+  for (std::size_t s = 0; s < supernodes.size(); ++s) {
+    const auto first = static_cast<std::size_t>(supernodes.first_column[s]);
+    Front front{.first_column = first,
+                .columns = static_cast<std::size_t>(supernodes.first_column[s + 1]) - first,
+                .rows = supernodes.rows_start[s + 1] - supernodes.rows_start[s],
+                .stride = 0,
+                .update_stride = 0};
+    const auto r = static_cast<double>(front.rows);
+    front.is_tiled = r * r * static_cast<double>(front.columns) > plan::products_of_tiled_front;
+    front.update_stride = round_up(front.below());
+    // Tiles of an update are whole lanes of the panel.
+    front.stride = round_up(front.is_tiled ? front.columns + front.update_stride : front.rows);
+    largest_stride = std::max(largest_stride, front.stride);
+    fronts.push_back(front);
+  }
+  find_parents(supernodes);
+  const std::vector<int> all = depth_first();
+  for (const int s : all) {  // as they are passed through
+    Front& front = fronts[static_cast<std::size_t>(s)];
+    front.panel = std::exchange(panels_size, panels_size + front.stride * front.columns);
+  }
+  cut(all);
+  place_updates();
+  place_in_arenas(all);
+  place_vectors(all);
+  add_tasks(all, true);
+  add_tasks(all, false);
+}
+
+/// Finds the parent: the front whose columns hold the first row below.
+void FrontTree::find_parents(const Supernodes& supernodes) {
+  std::vector<int> front_of(static_cast<std::size_t>(supernodes.first_column.back()));
+  for (std::size_t s = 0; s < fronts.size(); ++s)
+    std::fill_n(front_of.begin() + supernodes.first_column[s], fronts[s].columns, static_cast<int>(s));
+  for (std::size_t s = fronts.size(); s-- > 0;) {
+    Front& front = fronts[s];
+    if (front.below() == 0) continue;
+    const int row = supernodes.rows[supernodes.rows_start[s] + front.columns];
+    front.parent = front_of[static_cast<std::size_t>(row)];
+    Front& parent = fronts[static_cast<std::size_t>(front.parent)];
+    front.depth = parent.depth + 1;  // parents come later, and are met first here
+    front.next_sibling = parent.first_child;
+    parent.first_child = static_cast<int>(s);
+  }
+}
+
+/// Orders fronts depth first, so that the update that stands on a stack longest is needed last.
+std::vector<int> FrontTree::depth_first() const {
+  std::vector<int> next(fronts.size()), result;
+  for (std::size_t s = 0; s < fronts.size(); ++s) next[s] = fronts[s].first_child;
+  for (std::size_t root = 0; root < fronts.size(); ++root) {
+    if (fronts[root].parent >= 0) continue;
+    for (int s = static_cast<int>(root); s >= 0;) {
+      int& child = next[static_cast<std::size_t>(s)];
+      if (child >= 0) {
+        s = std::exchange(child, fronts[static_cast<std::size_t>(child)].next_sibling);
+        continue;
+      }
+      result.push_back(s);
+      s = fronts[static_cast<std::size_t>(s)].parent;
+    }
+  }
+  return result;
+}
+
+/// Decides which fronts are tasks of their own, and cuts what is below them into sequences.
+void FrontTree::cut(const std::vector<int>& all) {
+  std::vector<double> of_subtree(fronts.size());
+  for (const int s : all) {
+    const Front& front = fronts[static_cast<std::size_t>(s)];
+    double& own = of_subtree[static_cast<std::size_t>(s)];
+    own += cost_of(front);
+    (front.parent >= 0 ? of_subtree[static_cast<std::size_t>(front.parent)] : cost) += own;
+  }
+  const double share = std::max(plan::share_of_task * cost, plan::least_cost_of_task);
+  double open = 0.0;
+  sequence_start.push_back(0);
+  const auto close = [&] {
+    if (order.size() > sequence_start.back()) sequence_start.push_back(order.size());
+    open = 0.0;
+  };
+  for (const int s : all) {
+    Front& front = fronts[static_cast<std::size_t>(s)];
+    front.is_top = front.is_tiled || of_subtree[static_cast<std::size_t>(s)] > share;
+    for_children(front, [&](std::size_t, const Front& child) { front.is_top = front.is_top || child.is_top; });
+    if (front.is_top) {
+      for_children(front, [&](std::size_t c, const Front&) { fronts[c].is_shared = true; });
+      close();
+      continue;
+    }
+    order.push_back(s);
+    open += cost_of(front);
+    const bool ends_subtree = front.parent < 0 || of_subtree[static_cast<std::size_t>(front.parent)] > share;
+    if (ends_subtree && open > 0.5 * share) close();
+  }
+  close();
+}
+
+/// Places updates inside sequences on two stacks: a front's is never in that of its children.
+void FrontTree::place_updates() {
+  for (std::size_t q = 0; q + 1 < sequence_start.size(); ++q) {
+    std::size_t top[2] = {0, 0};
+    for (std::size_t k = sequence_start[q]; k < sequence_start[q + 1]; ++k) {
+      Front& front = fronts[static_cast<std::size_t>(order[k])];
+      const std::size_t here = front.depth % 2;
+      if (!front.is_shared) {
+        front.update = std::exchange(top[here], top[here] + front.update_stride * front.below());
+        stack_size[here] = std::max(stack_size[here], top[here]);
+      }
+      // The updates of the children go; the one that was placed first stands lowest.
+      for_children(front,
+                   [&](std::size_t, const Front& child) { top[1 - here] = std::min(top[1 - here], child.update); });
+    }
+  }
+}
+
+/// Places updates that pass between tasks. Two fronts neither of which is above the other share no room; a front's
+/// takes that of its grandchildren's, which its children have read.
+void FrontTree::place_in_arenas(const std::vector<int>& all) {
+  struct Room {
+    std::size_t size[2] = {0, 0}, first[2] = {0, 0};
+  };
+  std::vector<Room> rooms(fronts.size());
+  for (const int s : all) {
+    const Front& front = fronts[static_cast<std::size_t>(s)];
+    Room& room = rooms[static_cast<std::size_t>(s)];
+    std::size_t& own = room.size[front.depth % 2];
+    if (front.is_shared) own = std::max(own, front.update_stride * front.below());
+    for (std::size_t k = 0; k < 2 && front.parent >= 0; ++k)
+      rooms[static_cast<std::size_t>(front.parent)].size[k] += room.size[k];
+  }
+  for (auto s = all.rbegin(); s != all.rend(); ++s) {
+    Front& front = fronts[static_cast<std::size_t>(*s)];
+    Room& room = rooms[static_cast<std::size_t>(*s)];
+    for (std::size_t k = 0; k < 2 && front.parent < 0; ++k)
+      room.first[k] = std::exchange(arena_size[k], arena_size[k] + room.size[k]);
+    if (front.is_shared) front.update = room.first[front.depth % 2];
+    std::size_t next[2] = {room.first[0], room.first[1]};
+    for_children(front, [&](std::size_t c, const Front&) {
+      for (std::size_t k = 0; k < 2; ++k) rooms[c].first[k] = std::exchange(next[k], next[k] + rooms[c].size[k]);
+    });
+  }
+}
+
+void FrontTree::place_vectors(const std::vector<int>& all) {
+  for (const int s : all) {
+    Front& front = fronts[static_cast<std::size_t>(s)];
+    if (!front.is_shared && !front.is_top) continue;
+    front.vector = vectors_size;
+    vectors_size += front.stride;
+    // of tiles: the sums of each
+    if (front.is_tiled) vectors_size += tile * num_tiles(front.stride) * num_tiles(front.columns);
+  }
+}
+
+void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
+  std::vector<FrontTask>& tasks = of_factor ? factor_tasks : solve_tasks;
+  TaskGraph& graph = of_factor ? factor_graph : solve_graph;
+  std::vector<int> last(fronts.size(), -1), before;
+  const auto add = [&](FrontTask task, double flops) {
+    tasks.push_back(task);
+    return graph.add(flops);
+  };
+  const auto cost_of_task = [&](const Front& front) {
+    return of_factor ? cost_of(front) : 500.0 + static_cast<double>(front.stride * front.columns);
+  };
+  std::size_t sequence = 0;
+  const auto add_sequence = [&] {
+    double sum = 0.0;
+    for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
+      sum += cost_of_task(fronts[static_cast<std::size_t>(order[k])]);
+    const int task = add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
+    for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
+      last[static_cast<std::size_t>(order[k])] = task;
+    ++sequence;
+  };
+  std::size_t passed = 0;
+  for (const int s : all) {
+    const Front& front = fronts[static_cast<std::size_t>(s)];
+    if (!front.is_top) {
+      if (passed++ == sequence_start[sequence]) add_sequence();
+      continue;
+    }
+    before.clear();
+    for_children(front, [&](std::size_t c, const Front&) { before.push_back(last[c]); });
+    int task;
+    if (front.is_tiled) {
+      task = add_tiles(static_cast<std::size_t>(s), of_factor, before, &tasks, &graph);
+    } else {
+      task = add({FrontTask::Kind::Whole, s}, cost_of_task(front));
+      for (const int earlier : before) graph.link(earlier, task);
+    }
+    last[static_cast<std::size_t>(s)] = task;
+  }
+  graph.finish();
+}
+
+/// Adds the tiles of a front: of its panel, column by column, then of its update. A tile of L waits for that on its
+/// left and for the diagonal one of its columns, and so for all that it takes. Returns what waits for all.
+int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,
+                         TaskGraph* graph) const {
+  const Front& front = fronts[s];
+  const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
+  constexpr auto area = static_cast<double>(tile * tile);
+  const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
+    tasks->push_back({kind, static_cast<int>(s), row, column});
+    return graph->add(flops);
+  };
+  std::vector<int> left(rows);
+  for (std::size_t column = 0; column < columns; ++column) {
+    int diagonal = -1;
+    for (std::size_t row = column; row < rows; ++row) {
+      const double depth = of_factor ? 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile) : 1.0;
+      const int task = add(FrontTask::Kind::PanelTile, row, column, depth * area);
+      if (column > 0) graph->link(left[row], task);
+      if (row > column) graph->link(diagonal, task);
+      if (row == column) diagonal = task;
+      left[row] = task;
+    }
+    if (column > 0) continue;
+    for (const int earlier : before) graph->link(earlier, diagonal);
+  }
+  if (front.below() == 0) return -1;
+  std::vector<int> updates;
+  const std::size_t sides = of_factor ? num_tiles(front.below()) : 0;
+  const auto link_rows = [&](std::size_t of, int task) {
+    const std::size_t first = front.columns + of * tile, end = std::min(first + tile, front.stride);
+    for (std::size_t row = first / tile; row * tile < end; ++row) graph->link(left[row], task);
+  };
+  for (std::size_t column = 0; column < sides; ++column) {
+    for (std::size_t row = column; row < sides; ++row) {
+      const int task = add(FrontTask::Kind::UpdateTile, row, column, 2.0 * static_cast<double>(front.columns) * area);
+      link_rows(row, task);
+      if (row > column) link_rows(column, task);
+      updates.push_back(task);
+    }
+  }
+  const int join = add(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
+  for (const int task : of_factor ? updates : left) {
+    if (of_factor || task >= 0) graph->link(task, join);
+  }
+  return join;
+}
+
+}  // namespace tanor

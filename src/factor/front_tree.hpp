@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "base/task_graph.hpp"
+#include "factor/supernodes.hpp"
+
+namespace tanor {
+
+/// A dense lower triangle of the rows of a supernode.
+struct Front {
+  std::size_t first_column, columns, rows, stride;  // stride: of its panel [rows, columns]
+  std::size_t panel = 0;                            // its place among the panels
+  std::size_t update = 0, update_stride;            // its place in a stack or in an arena, by depth % 2
+  std::size_t vector = 0;  // of a shared front: its place among the vectors [stride] of a solve
+  std::size_t depth = 0;
+  int parent = -1, first_child = -1, next_sibling = -1;
+  bool is_shared = false;  // its update is read by another task than the one that writes it
+  bool is_top = false;     // a task of its own, or many
+  bool is_tiled = false;   // many
+
+  std::size_t below() const { return rows - columns; }
+};
+
+/// One task of a factorization and of both sweeps of a solve.
+struct FrontTask {
+  enum class Kind { Sequence, Whole, PanelTile, UpdateTile, Join };
+  Kind kind;
+  int front;                        // of a sequence: its number
+  std::size_t row = 0, column = 0;  // of a tile
+};
+
+/// Fronts in the order of elimination, tasks over them, and the places of their numbers. All follow from the pattern
+/// alone, and so do the operations and their order, whatever the number of threads.
+///
+/// A front whose subtree costs more than a share of all is a task, of tiles where it is big. What is below these is
+/// cut into sequences: subtrees side by side whose updates stand on two stacks that each thread has. Updates that pass
+/// from task to task stand in two arenas, by depth: that of a front takes the room of its grandchildren's.
+struct FrontTree {
+  static constexpr std::size_t tile = 192;  ///< rows and columns; a multiple of the kernels' 24 rows and 8 columns
+
+  explicit FrontTree(const Supernodes& supernodes);
+
+  std::vector<Front> fronts;                ///< [supernode]
+  std::vector<int> order;                   ///< those of sequences, children before parents
+  std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
+  std::vector<FrontTask> factor_tasks, solve_tasks;
+  TaskGraph factor_graph, solve_graph;
+  std::size_t stack_size[2] = {0, 0}, arena_size[2] = {0, 0}, panels_size = 0, vectors_size = 0, largest_stride = 0;
+  double cost = 0.0;  ///< of a factorization, in flops
+
+  template <class Visit>
+  void for_children(const Front& front, const Visit& visit) const {
+    for (int child = front.first_child; child >= 0; child = fronts[static_cast<std::size_t>(child)].next_sibling)
+      visit(static_cast<std::size_t>(child), fronts[static_cast<std::size_t>(child)]);
+  }
+
+ private:
+  std::vector<int> depth_first() const;
+  void find_parents(const Supernodes& supernodes);
+  void cut(const std::vector<int>& all);
+  void place_updates();
+  void place_in_arenas(const std::vector<int>& all);
+  void place_vectors(const std::vector<int>& all);
+  void add_tasks(const std::vector<int>& all, bool of_factor);
+  int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,
+                TaskGraph* graph) const;
+};
+
+}  // namespace tanor

@@ -1,0 +1,184 @@
+#include <algorithm>
+
+#include "factor/front_kernels.hpp"
+#include "factor/multifrontal.hpp"
+#include "plan/thresholds.hpp"
+
+/// \file L y = x from the leaves to the roots, L' x = y back. What a task leaves for its parents' is a vector of its
+/// own: sums do not depend on which task comes first.
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t line = 8;              // numbers of a cache line
+constexpr std::size_t ahead = 4096;          // numbers of L that are fetched before they are needed …
+constexpr std::size_t fetched_alone = 8192;  // … but in panels which the machine itself reads ahead
+
+/// Small panels follow each other too quickly for the machine to read ahead.
+void prefetch(const double* from, std::size_t count) {
+  if (count > fetched_alone) return;
+  for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k);
+}
+
+}  // namespace
+
+/// Finds where a sequence's rows stand while it is solved: its own columns in `z_`, what is above in its roots'
+/// vectors.
+void Multifrontal::find_places() {
+  const std::size_t n = pivots_.size();
+  places_ = supernodes_.rows;
+  std::vector<int> root_of(tree_.fronts.size()), owner(n, -1), place(n);
+  for (auto s = tree_.order.rbegin(); s != tree_.order.rend(); ++s) {  // parents before children
+    const auto k = static_cast<std::size_t>(*s);
+    const Front& front = tree_.fronts[k];
+    const bool is_root = front.is_shared || front.parent < 0;
+    const int root = root_of[k] = is_root ? *s : root_of[static_cast<std::size_t>(front.parent)];
+    for (std::size_t i = front.columns; i < front.rows; ++i) {
+      const auto row = static_cast<std::size_t>(rows_of(k)[i]);
+      if (is_root) {
+        owner[row] = root;
+        place[row] = static_cast<int>(n + front.vector + i);
+      }
+      if (owner[row] == root) places_[supernodes_.rows_start[k] + i] = place[row];
+    }
+  }
+}
+
+/// y of a front: x of its columns, and what its children leave for it.
+void Multifrontal::start_vector(const Front& front, const double* x) {
+  const double* const vectors = z_.data() + pivots_.size();
+  double* const y = z_.data() + pivots_.size() + front.vector;
+  std::copy_n(x + front.first_column, front.columns, y);
+  std::fill(y + front.columns, y + front.stride, 0.0);
+  tree_.for_children(front, [&](std::size_t c, const Front& child) {
+    const int* const rows = rows_in_parent(c);
+    const double* const left = vectors + child.vector + child.columns;
+    for (std::size_t i = 0; i < child.below(); ++i) y[rows[i]] += left[i];
+  });
+}
+
+/// Reads what a front's rows below its columns have become.
+void Multifrontal::fetch_from_above(std::size_t s) {
+  const Front& front = tree_.fronts[s];
+  double* const y = z_.data() + pivots_.size() + front.vector;
+  for (std::size_t i = front.columns; i < front.rows; ++i) y[i] = z_[static_cast<std::size_t>(rows_of(s)[i])];
+}
+
+void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, Workspace& workspace) {
+  const std::size_t begin = tree_.sequence_start[sequence], end = tree_.sequence_start[sequence + 1];
+  for (std::size_t k = begin; k < end; ++k) {
+    const Front& front = tree_.fronts[static_cast<std::size_t>(tree_.order[k])];
+    std::copy_n(x + front.first_column, front.columns, z_.data() + front.first_column);
+    if (front.is_shared) {
+      double* const y = z_.data() + pivots_.size() + front.vector;
+      std::fill(y + front.columns, y + front.stride, 0.0);
+    }
+  }
+  double *const y = workspace.y.data(), *const z = z_.data();
+  for (std::size_t k = begin; k < end; ++k) {
+    const auto s = static_cast<std::size_t>(tree_.order[k]);
+    const Front& front = tree_.fronts[s];
+    const double* const panel = panels_.data() + front.panel;
+    const std::size_t size = front.stride * front.columns;
+    prefetch(panel + ahead, size);
+    const int* const places = places_.data() + supernodes_.rows_start[s];
+    for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
+    for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
+    tanor_kernels::substitute_forwards(front.columns, front.stride, front.stride, panel,
+                                       inverse_pivots_.data() + front.first_column, y);
+    for (std::size_t i = 0; i < front.rows; ++i) z[places[i]] = y[i];
+  }
+}
+
+void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Workspace& workspace) {
+  double *const y = workspace.y.data(), *const z = z_.data();
+  for (std::size_t k = tree_.sequence_start[sequence + 1]; k-- > tree_.sequence_start[sequence];) {
+    const auto s = static_cast<std::size_t>(tree_.order[k]);
+    const Front& front = tree_.fronts[s];
+    const double* const panel = panels_.data() + front.panel;
+    const std::size_t size = front.stride * front.columns;
+    if (front.panel > ahead) prefetch(panel - ahead, size);
+    if (front.is_shared) fetch_from_above(s);
+    const int* const places = places_.data() + supernodes_.rows_start[s];
+    for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
+    for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
+    tanor_kernels::substitute_backwards(front.columns, front.stride, front.stride, panel,
+                                        inverse_pivots_.data() + front.first_column, y);
+    std::copy_n(y, front.columns, z + front.first_column);
+    std::copy_n(y, front.columns, x + front.first_column);
+  }
+}
+
+/// Where the products of a tile stand until the diagonal one of its columns adds them.
+double* Multifrontal::partial_sums(const Front& front, std::size_t row, std::size_t column) {
+  const std::size_t rows = (front.stride + FrontTree::tile - 1) / FrontTree::tile;
+  return z_.data() + pivots_.size() + front.vector + front.stride + FrontTree::tile * (column * rows + row);
+}
+
+void Multifrontal::forwards(const FrontTask& task, const double* x, Workspace& workspace) {
+  const auto number = static_cast<std::size_t>(task.front);
+  if (task.kind == FrontTask::Kind::Sequence) return forwards_in_sequence(number, x, workspace);
+  if (task.kind == FrontTask::Kind::Join) return;
+  const Front& front = tree_.fronts[number];
+  double* const y = z_.data() + pivots_.size() + front.vector;
+  const double* const panel = panels_.data() + front.panel;
+  const double* const inverse_pivots = inverse_pivots_.data() + front.first_column;
+  if (task.row == 0 && task.column == 0) start_vector(front, x);
+  if (task.kind == FrontTask::Kind::Whole)
+    return tanor_kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+  const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
+  const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
+  const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
+  const double* const tile = panel + first * front.stride + first_row;
+  if (task.row == task.column) {
+    tanor_kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+  } else {
+    tanor_kernels::subtract_product(columns, rows, front.stride, tile, y + first, y + first_row);
+  }
+}
+
+void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& workspace) {
+  const auto number = static_cast<std::size_t>(task.front);
+  if (task.kind == FrontTask::Kind::Sequence) return backwards_in_sequence(number, x, workspace);
+  if (task.kind == FrontTask::Kind::Join) return fetch_from_above(number);
+  const Front& front = tree_.fronts[number];
+  double* const y = z_.data() + pivots_.size() + front.vector;
+  const double* const panel = panels_.data() + front.panel;
+  const double* const inverse_pivots = inverse_pivots_.data() + front.first_column;
+  const auto keep = [&](std::size_t first, std::size_t count) {
+    std::copy_n(y + first, count, z_.data() + front.first_column + first);
+    std::copy_n(y + first, count, x + front.first_column + first);
+  };
+  if (task.kind == FrontTask::Kind::Whole) {
+    fetch_from_above(number);
+    tanor_kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+    return keep(0, front.columns);
+  }
+  const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
+  const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
+  const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
+  const double* const tile = panel + first * front.stride + first_row;
+  if (task.row > task.column) {
+    return tanor_kernels::find_products(columns, rows, front.stride, tile, y + first_row,
+                                        partial_sums(front, task.row, task.column));
+  }
+  for (std::size_t row = task.row + 1; row * FrontTree::tile < front.stride; ++row) {
+    const double* const sums = partial_sums(front, row, task.column);
+    for (std::size_t j = 0; j < columns; ++j) y[first + j] -= sums[j];
+  }
+  tanor_kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+  keep(first, columns);
+}
+
+void Multifrontal::solve(double* x, int threads) {
+  if (static_cast<double>(panels_.size()) < plan::numbers_worth_threads) threads = 1;
+  reserve(threads);
+  const auto task_of = [&](int task) -> const FrontTask& { return tree_.solve_tasks[static_cast<std::size_t>(task)]; };
+  const auto own = [&](int thread) -> Workspace& { return workspaces_[static_cast<std::size_t>(thread)]; };
+  tree_.solve_graph.run(threads, TaskGraph::Direction::Forwards,
+                        [&](int task, int thread) { forwards(task_of(task), x, own(thread)); });
+  tree_.solve_graph.run(threads, TaskGraph::Direction::Backwards,
+                        [&](int task, int thread) { backwards(task_of(task), x, own(thread)); });
+}
+
+}  // namespace tanor

@@ -1,0 +1,216 @@
+#include "report/guides.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <ranges>
+#include <type_traits>
+#include <variant>
+
+#include <tanor/kinds/line_frame.hpp>
+
+namespace tanor::report {
+
+namespace {
+
+double dot(const Vector3& a, const Vector3& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+Vector3 subtract(const Vector3& a, const Vector3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+/// Fields by the names that kinds of constraints and of coordinates share.
+template <class Group>
+constexpr bool is_plane = requires(const Group& g) {
+  g.normal, g.offset;
+};
+template <class Group>
+constexpr bool is_circle = requires(const Group& g) {
+  g.center, g.normal, g.radius;
+};
+template <class Group>
+constexpr bool is_sphere = requires(const Group& g) {
+  g.center, g.radius;
+}
+&&!is_circle<Group>;
+template <class Group>
+constexpr bool is_line = requires(const Group& g) {
+  g.origin, g.direction;
+};
+template <class Group>
+constexpr bool is_ellipsoid = requires(const Group& g) {
+  g.center, g.radii;
+};
+template <class Group>
+constexpr bool is_helix = requires(const Group& g) {
+  g.origin, g.axis, g.pitch;
+};
+template <class Group>
+constexpr bool is_drawn =
+    is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> || is_ellipsoid<Group> || is_helix<Group>;
+
+/// Vectors and points of one time.
+struct Now {
+  double t;
+  std::span<const double> positions;
+
+  Vector3 operator()(const VectorFunction& function) const {
+    const auto jets = function(t);
+    return {jets[0].value(), jets[1].value(), jets[2].value()};
+  }
+  Vector3 operator()(const Vector3& constant) const { return constant; }
+  Vector3 point(Index index) const {
+    const double* r = &positions[3 * static_cast<std::size_t>(index)];
+    return {r[0], r[1], r[2]};
+  }
+  /// The number of a member; none where the start decides it.
+  std::optional<double> number(const Parameter& parameter, std::size_t k) const {
+    const auto of = [k](const auto& list) { return list[list.size() == 1 ? 0 : k]; };
+    if (!parameter.constants.empty()) return of(parameter.constants);
+    if (!parameter.functions.empty()) return of(parameter.functions)(t).value();
+    return {};
+  }
+};
+
+/// The angle of a point around the axis of a helix, less the turns of its height.
+double measure_phase(const Vector3& arm, const Vector3& axis, double pitch) {
+  const auto [e1, e2] = line_frame(axis);
+  const double height = dot(arm, axis) / std::sqrt(dot(axis, axis));
+  return std::atan2(dot(arm, e2), dot(arm, e1)) - 2.0 * std::numbers::pi * height / pitch;
+}
+
+/// What the start decides: the offset, radius or phase at which the point is there.
+template <class Group>
+double measure(const Group& group, const Now& start, std::size_t k) {
+  const Vector3 r = start.point(group.points[k]);
+  if constexpr (is_plane<Group>) {
+    return dot(start(group.normal), r);
+  } else if constexpr (is_circle<Group>) {
+    const Vector3 normal = start(group.normal), arm = subtract(r, start(group.center));
+    const double height = dot(arm, normal);
+    return std::sqrt(std::max(0.0, dot(arm, arm) - height * height / dot(normal, normal)));
+  } else if constexpr (is_sphere<Group>) {
+    const Vector3 arm = subtract(r, start(group.center));
+    return std::sqrt(dot(arm, arm));
+  } else {
+    return measure_phase(subtract(r, start(group.origin)), group.axis, group.pitch);
+  }
+}
+
+template <class Group>
+std::vector<double> place(const Group& group, const Now& now, const Now& start, std::size_t k) {
+  std::vector<double> numbers;
+  const auto add = [&](const Vector3& v) { numbers.insert(numbers.end(), v.begin(), v.end()); };
+  const auto add_number = [&](const Parameter& parameter) {
+    const std::optional<double> given = now.number(parameter, k);
+    if constexpr (!is_line<Group> && !is_ellipsoid<Group>) numbers.push_back(given ? *given : measure(group, start, k));
+  };
+  if constexpr (is_plane<Group>) {
+    add(now(group.normal));
+    add_number(group.offset);
+  } else if constexpr (is_circle<Group>) {
+    add(now(group.center));
+    add(now(group.normal));
+    add_number(group.radius);
+  } else if constexpr (is_sphere<Group>) {
+    add(now(group.center));
+    add_number(group.radius);
+  } else if constexpr (is_line<Group>) {
+    add(now(group.origin));
+    add(now(group.direction));
+  } else if constexpr (is_ellipsoid<Group>) {
+    for (const Vector3& v : {now(group.center), group.radii, group.axis, group.second_axis}) add(v);
+  } else {
+    add(now(group.origin));
+    add(group.axis);
+    numbers.push_back(group.radius);
+    numbers.push_back(group.pitch);
+    add_number(group.phase);
+  }
+  return numbers;
+}
+
+bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr double rounding = 1e-9;
+  return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) <= rounding * (1.0 + std::abs(x)); });
+}
+
+/// One guide for all points, or one each where their numbers differ at the start.
+template <class Group>
+void add_guides(const Group& group, const Now& now, const Now& start, std::size_t most, std::vector<Guide>* guides) {
+  if constexpr (is_drawn<Group>) {
+    std::vector<double> before;
+    for (std::size_t k = 0; k < group.points.size() && guides->size() < most; ++k) {
+      std::vector<double> numbers = place(group, start, start, k);
+      if (are_close(numbers, before)) continue;
+      before = std::move(numbers);
+      guides->push_back({std::string(KindOf<Group>::name), group.name, place(group, now, start, k)});
+    }
+  }
+}
+
+template <class Visit>
+void visit_groups(const System& system, const Visit& visit) {
+  for (const Constraint& each : system.constraints) std::visit(visit, each);
+  for (const auto& each : system.coordinates) std::visit(visit, each);
+}
+
+void mark(Index point, std::vector<bool>* marks) {
+  (*marks)[static_cast<std::size_t>(point)] = true;
+}
+template <std::ranges::range Points>
+void mark(const Points& points, std::vector<bool>* marks) {
+  for (const auto& each : points) mark(each, marks);
+}
+
+}  // namespace
+
+std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most) {
+  std::vector<Guide> guides;
+  const Now then{start.time, start.positions}, now{t, {}};
+  visit_groups(system, [&](const auto& group) { add_guides(group, now, then, most, &guides); });
+  return guides;
+}
+
+std::vector<std::string> list_guides_without_picture(const System& system) {
+  std::vector<std::string> names;
+  for (const Constraint& each : system.constraints) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (!is_drawn<Group> && !std::is_same_v<Group, Rods>)
+            names.push_back(group.name.empty() ? std::string(KindOf<Group>::name)
+                                               : fmt::format("{} ({})", group.name, KindOf<Group>::name));
+        },
+        each);
+  }
+  return names;
+}
+
+std::vector<bool> find_held_points(const System& system) {
+  std::vector<bool> held(system.num_points(), false);
+  for (const Support& support : system.supports) mark(support.points, &held);
+  for (const Constraint& each : system.constraints) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (!std::is_same_v<Group, Rods>) mark(group.*KindOf<Group>::members, &held);
+        },
+        each);
+  }
+  for (const auto& each : system.coordinates) {
+    std::visit(
+        [&](const auto& group) {
+          if constexpr (is_drawn<std::remove_cvref_t<decltype(group)>>) mark(group.points, &held);
+        },
+        each);
+  }
+  return held;
+}
+
+}  // namespace tanor::report

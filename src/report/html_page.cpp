@@ -1,0 +1,231 @@
+#include "report/html_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include <tanor/version.hpp>
+
+#include "report/friction_parts.hpp"
+#include "report/packed_bytes.hpp"
+#include "report/page.hpp"
+#include "report/shared_parts.hpp"
+
+namespace tanor::report {
+
+namespace {
+
+constexpr std::string_view place_of_data = "<!--tanor-data-->";
+
+/// JSON that no text of a scene can leave: "<" would begin the end of the element around it.
+std::string escape(const Json& json) {
+  std::string text;
+  for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+    if (c == '<')
+      text += "\\u003c";
+    else
+      text += c;
+  }
+  return text;
+}
+
+struct Range {
+  double least = INFINITY, most = -INFINITY;
+  void take(double number) {
+    if (!std::isfinite(number)) return;
+    least = std::min(least, number);
+    most = std::max(most, number);
+  }
+  Json json() const { return least <= most ? Json{least, most} : Json{0.0, 0.0}; }
+};
+
+/// Rows of numbers in 16 bits between the ends of one range, which the page gets with them.
+Json pack(std::string_view name, const std::vector<RecordedFrame>& frames, std::vector<float> RecordedFrame::*array,
+          PackedBytes* bytes) {
+  Range range;
+  for (const RecordedFrame& frame : frames) {
+    for (const float number : frame.*array) range.take(number);
+  }
+  std::vector<std::uint16_t> numbers;
+  for (const RecordedFrame& frame : frames) {
+    for (const float number : frame.*array) numbers.push_back(to_16_bits(number, range.least, range.most));
+  }
+  bytes->add_rows(name, numbers, frames.empty() ? 1 : std::max<std::size_t>(1, (frames[0].*array).size()));
+  return range.json();
+}
+
+std::span<const std::int32_t> flat(const std::vector<std::array<std::int32_t, 2>>& pairs) {
+  return {pairs.empty() ? nullptr : pairs.front().data(), 2 * pairs.size()};
+}
+
+Json describe_images(const ShownParts& shown) {
+  Json images = Json::array();
+  for (const auto& [point, offset] : shown.images) images.push_back({point, offset[0], offset[1], offset[2]});
+  return images;
+}
+
+Json describe_guides(const std::vector<Guide>& guides, const std::vector<RecordedFrame>& frames) {
+  Json list = Json::array();
+  for (std::size_t k = 0; k < guides.size(); ++k) {
+    Json rows = Json::array();
+    const bool moves =
+        std::ranges::any_of(frames, [&](const auto& frame) { return frame.guides[k] != frames[0].guides[k]; });
+    for (std::size_t f = 0; f < (moves ? frames.size() : std::min<std::size_t>(1, frames.size())); ++f)
+      rows.push_back(frames[f].guides[k]);
+    list.push_back({{"kind", guides[k].kind}, {"name", guides[k].name}, {"rows", rows}});
+  }
+  return list;
+}
+
+/// Against gravity; z where there is none.
+Vector3 find_up(const System& system) {
+  for (const Force& force : system.forces) {
+    const auto* gravity = std::get_if<Gravity>(&force);
+    if (!gravity || gravity->acceleration == Vector3{}) continue;
+    const Vector3& g = gravity->acceleration;
+    return {-g[0], -g[1], -g[2]};
+  }
+  return {0.0, 0.0, 1.0};
+}
+
+Json describe_motion(const Simulation& simulation, const Recording& recording, PackedBytes* bytes) {
+  const std::vector<RecordedFrame> frames = recording.frames();
+  const ShownParts& shown = recording.shown();
+  Json times = Json::array(), supports = Json::array();
+  for (const RecordedFrame& frame : frames) times.push_back(frame.time);
+  for (std::size_t k = 0; k < shown.num_points; ++k) {
+    if (shown.is_support[k]) supports.push_back(k);
+  }
+  bytes->add("rods", flat(shown.rods));
+  bytes->add("held", recording.held());
+  Json motion{{"points", shown.num_points},
+              {"rods", shown.rods.size()},
+              {"times", times},
+              {"frames_seen", recording.frames_seen()},
+              {"supports", supports},
+              {"images", describe_images(shown)},
+              {"guides", describe_guides(recording.guides(), frames)},
+              {"without_picture", list_guides_without_picture(simulation.system())},
+              {"up", find_up(simulation.system())},
+              {"has_friction", !simulation.system().friction.empty()}};
+  motion["ranges"] = {{"positions", pack("positions", frames, &RecordedFrame::positions, bytes)},
+                      {"tensions", pack("tensions", frames, &RecordedFrame::tensions, bytes)},
+                      {"normal", pack("normal", frames, &RecordedFrame::normal_reactions, bytes)},
+                      {"tangent", pack("tangent", frames, &RecordedFrame::tangent_reactions, bytes)}};
+  motion["arrays"] = bytes->list();
+  return motion;
+}
+
+Json describe_history(const Recording& recording) {
+  const std::vector<RecordedStep> steps = recording.steps();
+  Json history;
+  const auto add = [&](const char* key, double RecordedStep::*number) {
+    Json list = Json::array();
+    for (const RecordedStep& step : steps) list.push_back(step.*number);
+    history[key] = list;
+  };
+  add("t", &RecordedStep::time);
+  add("step", &RecordedStep::step);
+  add("energy", &RecordedStep::energy);
+  add("drift", &RecordedStep::drift);
+  add("position_violation", &RecordedStep::position_violation);
+  add("velocity_violation", &RecordedStep::velocity_violation);
+  add("acceleration_violation", &RecordedStep::acceleration_violation);
+  add("reciprocal_condition", &RecordedStep::reciprocal_condition);
+  add("friction_iterations", &RecordedStep::friction_iterations);
+  return history;
+}
+
+Json describe_events(const MotionReport& report, const Recording& recording) {
+  Json events = Json::array();
+  const auto add = [&](double t, const char* kind, const std::string& what) {
+    events.push_back({{"t", t}, {"kind", kind}, {"what", what}});
+  };
+  for (const double t : recording.switches()) add(t, "contact", "a contact begins or ceases to slip");
+  for (const RankChange& change : report.rank_changes.first)
+    add(change.time, "rank", fmt::format("rank {}", change.rank));
+  for (const SingularPassage& passage : report.singular_passages.first)
+    add(passage.time, "singular", "constraints depend on each other");
+  return events;
+}
+
+Json describe_run(const RunFacts& facts, Simulation& simulation) {
+  const MotionReport& report = simulation.report();
+  const PlanSummary& plan = simulation.plan();
+  const PhaseTimes& times = report.times;
+  Json warnings = Json::array();
+  if (!facts.has_started) warnings.push_back("No consistent start was found: " + simulation.outcome().what);
+  if (!report.accuracy_warning.empty()) warnings.push_back(report.accuracy_warning);
+  if (facts.certificate && !facts.certificate->passed()) warnings.push_back(facts.certificate->line());
+  if (facts.has_started && simulation.time() < facts.t_end)
+    warnings.push_back(fmt::format("The motion ended at t = {:g} s of {:g} s.", simulation.time(), facts.t_end));
+  if (const std::string several = describe_several(report.friction); !several.empty()) warnings.push_back(several);
+  return {{"scene", facts.scene},
+          {"source", facts.source},
+          {"version", TANOR_VERSION},
+          {"method", name_of(report.method)},
+          {"method_reason", report.method_reason},
+          {"threads", facts.threads},
+          {"points", plan.points},
+          {"equations", plan.equations},
+          {"islands", plan.islands},
+          {"supports", plan.supports},
+          {"linear_solver", plan.linear_solver()},
+          {"steps", report.steps},
+          {"rejected", report.rejected},
+          {"t_end", facts.t_end},
+          {"t_reached", simulation.time()},
+          {"certificate", describe_certificate(facts.certificate)},
+          {"certificate_line", facts.certificate ? facts.certificate->line() : std::string()},
+          {"certified_to", facts.certificate ? Json(facts.certificate->certified_to()) : Json()},
+          {"warnings", warnings},
+          {"left_out", plan.left_out},
+          {"friction", describe_friction(simulation.system())},
+          {"drift", report.energy.drift_relative()},
+          {"wall",
+           {{"total", facts.wall.total},
+            {"set-up", facts.wall.setup},
+            {"evaluate", times.evaluate},
+            {"assemble", times.assemble},
+            {"factor", times.factor},
+            {"solve", times.solve},
+            {"friction", times.friction},
+            {"output", facts.wall.output}}},
+          {"text", format_page(facts, simulation)}};
+}
+
+/// The table of `tanor error-time` in the same folder; empty: there is none.
+std::string read_error_time(const std::filesystem::path& directory) {
+  std::ifstream file(directory / "error_time.csv");
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
+                     const Recording& recording) {
+  PackedBytes bytes;
+  const Json data{{"run", describe_run(facts, simulation)},
+                  {"motion", describe_motion(simulation, recording, &bytes)},
+                  {"history", describe_history(recording)},
+                  {"events", describe_events(simulation.report(), recording)},
+                  {"error_time", read_error_time(directory)}};
+  const std::string_view page = html_page_template();
+  const std::size_t place = page.find(place_of_data);
+  replace_file(directory / html_page_name, [&](OutputFile* file) {
+    file->write(page.substr(0, place));
+    file->write("<script type=\"application/json\" id=\"data\">");
+    file->write(escape(data));
+    file->write("</script>\n<script type=\"text/plain\" id=\"motion\">");
+    file->write(bytes.text());
+    file->write("</script>\n");
+    file->write(page.substr(place + place_of_data.size()));
+  });
+}
+
+}  // namespace tanor::report

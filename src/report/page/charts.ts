@@ -1,0 +1,97 @@
+import uPlot from "uplot";
+import { words, type PageData } from "./data";
+
+const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b"];
+
+/** Histories over the time of the motion. All share the time of the view, and a click goes there. */
+export class Charts {
+  private plots: uPlot[] = [];
+  private time = 0;
+
+  constructor(private host: HTMLElement, private data: PageData, private seek: (time: number) => void) {
+    const h = data.history;
+    this.add("Energy drift", [["drift / scale", "drift"]], "", false);
+    this.add("Energy", [["kinetic + potential", "energy"]], "J", false);
+    this.add("Violation, largest so far", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
+    this.add("Conditioning, smallest so far", [["reciprocal condition", "reciprocal_condition"]], "", true);
+    this.add("Step", [["step", "step"]], "s", true);
+    if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction", [["iterations an instant", "friction_iterations"]], "", false);
+    this.addErrorTime(data.error_time);
+  }
+
+  stand(time: number): void {
+    this.time = time;
+    for (const plot of this.plots) plot.redraw(false, false);
+  }
+
+  private card(title: string): HTMLElement {
+    const card = document.createElement("div");
+    card.className = "card";
+    const head = document.createElement("h2");
+    head.textContent = title;
+    card.append(head);
+    this.host.append(card);
+    return card;
+  }
+
+  private axes(isLog: boolean): uPlot.Axis[] {
+    const common = { stroke: style("--soft"), grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, font: "11px system-ui, sans-serif" };
+    // Lines at powers of ten alone.
+    const filter = (_: uPlot, splits: number[]) => splits.map((y) => (!isLog || (y > 0 && Number.isInteger(+Math.log10(y).toFixed(9))) ? y : null));
+    return [{ ...common }, { ...common, grid: { ...common.grid, filter },  size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : isLog ? tick.toExponential(0) : String(+tick.toPrecision(6)))) }];
+  }
+
+  private add(title: string, series: [string, string][], unit: string, isLog: boolean): void {
+    const times = this.data.history.t as number[];
+    if (!times || times.length < 2) return;
+    const columns = series.map(([, key]) => this.data.history[key].map((y) => (isLog && !(y! > 0) ? null : y)));
+    if (columns.every((column) => column.every((y) => y === null))) return;
+    const card = this.card(unit ? `${title} (${unit})` : title);
+    const plot = new uPlot({
+      width: card.clientWidth - 34, height: 190, pxAlign: 0,
+      cursor: { sync: { key: "time" }, y: false, drag: { x: false, y: false } },
+      scales: { x: { time: false }, y: isLog ? { distr: 3 } : {} },
+      axes: this.axes(isLog),
+      series: [{ label: "t / s", value: (_, t) => (t === null ? "" : words(t)) },
+        ...series.map(([label], k) => ({ label, stroke: strokes[k], width: 1.6, points: { show: false }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
+      hooks: { draw: [(drawn) => this.drawMarks(drawn)] },
+    }, [times, ...columns] as uPlot.AlignedData, card);
+    plot.over.addEventListener("click", (event) => this.seek(plot.posToVal(event.offsetX, "x")));
+    this.plots.push(plot);
+    new ResizeObserver(() => plot.setSize({ width: card.clientWidth - 34, height: 190 })).observe(card);
+  }
+
+  /** Events, and where the view stands. */
+  private drawMarks(plot: uPlot): void {
+    const { ctx, bbox } = plot;
+    const bar = (time: number, colour: string, width: number, height: number) => {
+      const x = plot.valToPos(time, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) return;
+      ctx.fillStyle = colour;
+      ctx.fillRect(x - width / 2, bbox.top + bbox.height - height, width, height);
+    };
+    ctx.save();
+    for (const event of this.data.events) bar(event.t, style("--warn"), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
+    bar(this.time, style("--accent"), 1.5 * devicePixelRatio, bbox.height);
+    ctx.restore();
+  }
+
+  /** Error against wall time from the table of `tanor error-time`, one curve a method. */
+  private addErrorTime(csv: string): void {
+    const [head, ...lines] = csv.trim().split("\n").map((line) => line.split(","));
+    if (!lines.length) return;
+    const column = (name: string) => head.indexOf(name);
+    const methods = [...new Set(lines.map((line) => line[column("method")]))];
+    const points = lines.map((line) => ({ method: line[column("method")], wall: Number(line[column("wall_s")]), error: Number(line[column("error_m")]) }))
+      .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
+    if (!points.length) return;
+    const card = this.card("Error (m) against run time (s), by method");
+    const all = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
+    new uPlot({
+      width: card.clientWidth - 34, height: 190, scales: { x: { time: false, distr: 3 }, y: { distr: 3 } }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
+      cursor: { drag: { x: false, y: false } },
+      series: [{ label: "run time / s", value: (_, x) => (x === null ? "" : words(x)) }, ...methods.map((label, k) => ({ label, stroke: all[k % all.length], width: 1.6, spanGaps: true, points: { show: true, size: 6 }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
+    }, [points.map((p) => p.wall), ...methods.map((method) => points.map((p) => (p.method === method ? p.error : null)))] as uPlot.AlignedData, card);
+  }
+}

@@ -1,0 +1,228 @@
+import { Group, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Arrays, Motion } from "./data";
+import { Beads, Ribbons, drawGuide } from "./shapes";
+
+export interface Theme {
+  pushed: [number, number, number];
+  middle: [number, number, number];
+  pulled: [number, number, number];
+  bead: [number, number, number];
+  support: [number, number, number];
+  chosen: [number, number, number];
+  normal: [number, number, number];
+  tangent: [number, number, number];
+  guide: number;
+}
+
+/** Colour-blind-safe: blue is pushed, orange is pulled; sRGB, 0 … 1. */
+export function chooseTheme(isDark: boolean): Theme {
+  return isDark
+    ? { pushed: [0.36, 0.66, 0.98], middle: [0.42, 0.45, 0.49], pulled: [1, 0.6, 0.2], bead: [0.72, 0.77, 0.83], support: [0.95, 0.95, 0.95],
+        chosen: [1, 1, 1], normal: [0.27, 0.78, 0.64], tangent: [0.9, 0.51, 0.77], guide: 0x8fb3d9 }
+    : { pushed: [0.1, 0.36, 0.74], middle: [0.72, 0.73, 0.75], pulled: [0.85, 0.38, 0], bead: [0.42, 0.47, 0.54], support: [0.1, 0.12, 0.15],
+        chosen: [0, 0, 0], normal: [0.04, 0.48, 0.36], tangent: [0.69, 0.22, 0.55], guide: 0x3c6c9e };
+}
+
+/** The largest size but for the top hundredth, so that one outlier does not grey the others. */
+function typicalLargest(read: (k: number) => number, count: number): number {
+  const sizes: number[] = [], stride = Math.max(1, Math.floor(count / 20000));
+  for (let k = 0; k < count; k += stride) sizes.push(Math.abs(read(k)));
+  sizes.sort((x, y) => x - y);
+  return sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] : 0;
+}
+
+/** The motion in 3-D. */
+export class View {
+  readonly scale: number; // N, the end of the colours
+  readonly newtonsPerSize: number; // N, of an arrow as long as a sixth of the picture
+  readonly tensions: Float32Array; // now
+  chosen = 0;
+  shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
+  private renderer: WebGLRenderer;
+  private scene = new Scene();
+  private camera = new PerspectiveCamera(35, 1, 0.01, 1000);
+  private controls: OrbitControls;
+  private places: Float32Array;
+  private normal: Float32Array;
+  private tangent: Float32Array;
+  private beads: Beads;
+  private rods: Ribbons;
+  private normalArrows: Ribbons;
+  private tangentArrows: Ribbons;
+  private guides = new Group();
+  private guideFrame = -1;
+  private middle = new Vector3();
+  private size = 1;
+  private frame = 0;
+
+  constructor(private host: HTMLElement, private motion: Motion, private arrays: Arrays, private theme: Theme, changed: () => void) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    host.appendChild(this.renderer.domElement);
+    this.places = new Float32Array(arrays.positions.columns);
+    this.tensions = new Float32Array(arrays.tensions.columns);
+    this.normal = new Float32Array(arrays.normal.columns);
+    this.tangent = new Float32Array(arrays.tangent.columns);
+    const frames = motion.times.length;
+    const over = (rows: Arrays["tensions"]) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
+    this.scale = over(arrays.tensions);
+    this.measure();
+    const held = arrays.held.length, many = motion.points > 3000;
+    const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
+    this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4);
+    this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2);
+    this.normalArrows = new Ribbons(held, 0, 3, true);
+    this.tangentArrows = new Ribbons(held, 0, 3, true);
+    this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
+    this.scene.add(this.guides, this.rods.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
+    this.paint();
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", changed);
+    this.lookFrom();
+    new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
+    this.resize();
+  }
+
+  /** The middle and the size of all that is shown over the whole motion. */
+  private measure(): void {
+    const least = new Vector3(Infinity, Infinity, Infinity), most = new Vector3(-Infinity, -Infinity, -Infinity), p = new Vector3();
+    const frames = this.motion.times.length, each = Math.max(1, Math.floor(frames / 12));
+    for (let f = 0; f < frames; f += each)
+      for (let k = 0; k < this.motion.points; ++k) {
+        p.set(this.arrays.positions.get(f, 3 * k), this.arrays.positions.get(f, 3 * k + 1), this.arrays.positions.get(f, 3 * k + 2));
+        least.min(p); most.max(p);
+      }
+    this.middle.addVectors(least, most).multiplyScalar(0.5);
+    this.size = Math.max(1e-12, most.clone().sub(least).length());
+    this.extent = most.sub(least);
+  }
+  private extent = new Vector3();
+
+  /** From a corner; straight onto a motion in a plane. */
+  lookFrom(): void {
+    const up = new Vector3(...(this.motion.up as [number, number, number])).normalize();
+    const flat = [0, 1, 2].find((axis) => this.extent.getComponent(axis) < 0.02 * this.size);
+    const sideways = Math.abs(up.x) < 0.7 ? new Vector3(1, 0, 0) : new Vector3(0, 1, 0);
+    const right = sideways.addScaledVector(up, -sideways.dot(up)).normalize(), front = right.clone().cross(up);
+    const from = flat === undefined || Math.abs(up.getComponent(flat)) > 0.7
+      ? front.clone().multiplyScalar(1).addScaledVector(right, 0.55).addScaledVector(up, 0.4)
+      : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
+    this.camera.up.copy(up);
+    this.camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.55 * this.size);
+    this.camera.near = 0.002 * this.size;
+    this.camera.far = 40 * this.size;
+    this.controls.target.copy(this.middle);
+    this.controls.update();
+  }
+
+  private paint(): void {
+    const count = this.motion.points, tint = this.beads.tint;
+    for (let k = 0; k < count; ++k) tint.set(this.theme.bead, 3 * k);
+    for (const k of this.motion.supports) tint.set(this.theme.support, 3 * k);
+    for (let k = 0; k < this.arrays.held.length; ++k) {
+      this.normalArrows.tint.set(this.theme.normal, 3 * k);
+      this.tangentArrows.tint.set(this.theme.tangent, 3 * k);
+    }
+  }
+
+  private resize(): void {
+    const width = this.host.clientWidth, height = this.host.clientHeight;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    const ratio = this.renderer.getPixelRatio();
+    for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width * ratio, height * ratio);
+    this.beads.resize(height * ratio);
+  }
+
+  /** Stands at a time between the frames: curves between positions, straight lines between forces. */
+  stand(time: number): void {
+    const times = this.motion.times;
+    let low = 0, high = times.length - 1;
+    while (high - low > 1) { const half = (low + high) >> 1; if (times[half] <= time) low = half; else high = half; }
+    const span = high > low ? times[high] - times[low] : 0;
+    const part = span > 0 ? Math.min(1, Math.max(0, (time - times[low]) / span)) : 0;
+    this.frame = part < 0.5 ? low : high;
+    this.arrays.positions.read(low, part, true, this.places);
+    this.arrays.tensions.read(low, part, false, this.tensions);
+    this.arrays.normal.read(low, part, false, this.normal);
+    this.arrays.tangent.read(low, part, false, this.tangent);
+    this.beads.positions.set(this.places);
+    this.beads.update();
+    this.placeRods();
+    this.placeArrows(this.normalArrows, this.normal);
+    this.placeArrows(this.tangentArrows, this.tangent);
+    this.placeGuides();
+  }
+
+  colourOf(tension: number): [number, number, number] {
+    const x = this.scale > 0 ? Math.min(1, Math.abs(tension) / this.scale) : 0, part = Math.pow(x, 0.7);
+    const { middle, pulled, pushed } = this.theme, end = tension < 0 ? pushed : pulled;
+    return [0, 1, 2].map((k) => middle[k] + part * (end[k] - middle[k])) as [number, number, number];
+  }
+
+  private placeRods(): void {
+    const { rods: ends } = this.arrays, { a, b, tint } = this.rods, p = this.places, n = this.motion.points;
+    for (let k = 0; k < this.motion.rods; ++k) {
+      const i = 3 * ends[2 * k], j = ends[2 * k + 1];
+      const image = j >= n ? this.motion.images[j - n] : null, far = 3 * (image ? image[0] : j);
+      for (let axis = 0; axis < 3; ++axis) {
+        a[3 * k + axis] = p[i + axis];
+        b[3 * k + axis] = p[far + axis] + (image ? image[1 + axis] : 0);
+      }
+      tint.set(k === this.chosen && this.motion.rods > 1 ? this.theme.chosen : this.colourOf(this.tensions[k]), 3 * k);
+    }
+    this.rods.update();
+  }
+
+  private placeArrows(arrows: Ribbons, forces: Float32Array): void {
+    const held = this.arrays.held, length = this.newtonsPerSize > 0 ? (0.16 * this.size) / this.newtonsPerSize : 0;
+    for (let k = 0; k < held.length; ++k)
+      for (let axis = 0; axis < 3; ++axis) {
+        const place = this.places[3 * held[k] + axis];
+        arrows.a[3 * k + axis] = place;
+        arrows.b[3 * k + axis] = place + (forces.length ? length * forces[3 * k + axis] : 0);
+      }
+    arrows.update();
+  }
+
+  private placeGuides(): void {
+    const moves = this.motion.guides.some((guide) => guide.rows.length > 1);
+    if (this.guideFrame >= 0 && (!moves || this.guideFrame === this.frame)) return;
+    this.guideFrame = this.frame;
+    this.guides.traverse((child: any) => { child.geometry?.dispose(); child.material?.dispose(); });
+    this.guides.clear();
+    for (const guide of this.motion.guides) {
+      const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
+      this.guides.add(drawGuide(guide, row, this.middle, this.size, this.theme.guide));
+    }
+  }
+
+  render(): void {
+    this.beads.mesh.visible = this.shows.points;
+    this.rods.mesh.visible = this.shows.rods;
+    this.guides.visible = this.shows.guides;
+    this.normalArrows.mesh.visible = this.shows.normal;
+    this.tangentArrows.mesh.visible = this.shows.tangent;
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** The rod nearest to a place of the picture, at most 12 pixels away. */
+  pick(x: number, y: number): number | null {
+    const width = this.host.clientWidth, height = this.host.clientHeight, p = new Vector3();
+    const onScreen = (array: Float32Array, k: number) => {
+      p.set(array[3 * k], array[3 * k + 1], array[3 * k + 2]).project(this.camera);
+      return [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height, p.z];
+    };
+    let best = 12, depth = Infinity, found: number | null = null;
+    for (let k = 0; k < this.motion.rods; ++k) {
+      const [ax, ay, az] = onScreen(this.rods.a, k), [bx, by] = onScreen(this.rods.b, k);
+      const square = (bx - ax) ** 2 + (by - ay) ** 2;
+      const part = square > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / square)) : 0;
+      const away = Math.hypot(ax + part * (bx - ax) - x, ay + part * (by - ay) - y);
+      if (away < best - 2 || (away < best + 2 && az < depth)) { best = Math.min(best, away); depth = az; found = k; }
+    }
+    return found;
+  }
+}

@@ -1,0 +1,148 @@
+#include "report/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor::report {
+
+namespace {
+
+constexpr std::size_t most_steps = 4000, most_switches = 500, most_guides = 64;
+/// What the frames of a page may take, in bytes before they are packed: packing and base64 are about even.
+constexpr std::size_t room_for_frames = 9'000'000, most_frames_ever = 1500;
+
+template <class Item>
+void keep_every_second(std::vector<Item>* items) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < items->size(); k += 2) std::swap((*items)[kept++], (*items)[k]);
+  items->resize(kept);
+}
+
+/// Adds an item where its turn is, and thins the list where it is full.
+template <class Item>
+void take(const Item& item, std::size_t most, std::size_t number, std::size_t* stride, std::vector<Item>* items) {
+  if (number % *stride != 0) return;
+  items->push_back(item);
+  if (items->size() <= most) return;
+  keep_every_second(items);
+  *stride *= 2;
+}
+
+template <class Item>
+std::vector<Item> with_last(std::vector<Item> items, const Item& last) {
+  if (!items.empty() && items.back().time < last.time) items.push_back(last);
+  return items;
+}
+
+}  // namespace
+
+Recording::Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver)
+    : shown_(choose_parts(system, chosen)) {
+  const std::vector<bool> is_held = find_held_points(system);
+  for (std::size_t k = 0; k < shown_.num_points; ++k) {
+    if (is_held[static_cast<std::size_t>(shown_.points[k])]) held_.push_back(static_cast<std::int32_t>(k));
+  }
+  if (!system.friction.empty()) contacts_ = std::make_unique<Dynamics>(system, solver);
+  const std::size_t bytes = 6 * shown_.num_points + 2 * shown_.rods.size() + 12 * held_.size() + 1;
+  most_frames_ = std::clamp<std::size_t>(room_for_frames / bytes, 2, most_frames_ever);
+}
+
+void Recording::take_frame(const Simulation& simulation) {
+  last_frame_ = record(simulation);
+  take(last_frame_, most_frames_, num_frames_++, &frame_stride_, &frames_);
+}
+
+RecordedFrame Recording::record(const Simulation& simulation) {
+  RecordedFrame frame;
+  frame.time = simulation.time();
+  std::vector<double> rows;
+  gather_points(shown_, simulation.positions(), &rows);
+  frame.positions.assign(rows.begin(), rows.end());
+  const std::span<const double> multipliers = simulation.multipliers();
+  // tension = -lambda
+  for (const std::size_t row : shown_.rod_rows)
+    frame.tensions.push_back(row < multipliers.size() ? static_cast<float>(-multipliers[row]) : std::nanf(""));
+  if (!held_.empty()) add_reactions(simulation, &frame);
+  if (start_.positions.empty())
+    start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
+  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_, most_guides);
+  for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
+  if (guides_.empty()) guides_ = std::move(guides);
+  return frame;
+}
+
+void Recording::add_reactions(const Simulation& simulation, RecordedFrame* frame) {
+  const std::span<const double> reactions = simulation.reactions(), loads = simulation.support_forces();
+  std::vector<double> rows(3 * shown_.num_points);
+  for (std::size_t k = 0; k < shown_.num_points; ++k) {
+    const std::size_t first = 3 * static_cast<std::size_t>(shown_.points[k]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      rows[3 * k + axis] = shown_.is_support[k] ? -loads[first + axis] : reactions[first + axis];
+  }
+  // What guides do is K lambda without the pull of the rods, T (r_j - r_i)/|r_j - r_i|.
+  const std::vector<double> positions(frame->positions.begin(), frame->positions.end());
+  const std::vector<double> images = gather_shifted_images(shown_, positions);
+  for (std::size_t k = 0; k < shown_.rods.size(); ++k) {
+    const auto [i, j] = shown_.rods[k];
+    const auto place = [&](std::size_t p) {
+      return p < shown_.num_points ? &positions[3 * p] : &images[3 * (p - shown_.num_points)];
+    };
+    const double *a = place(i), *b = place(j);
+    const double length = std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), pull = frame->tensions[k] / length;
+    if (!std::isfinite(pull)) continue;
+    const std::size_t far = static_cast<std::size_t>(j) < shown_.num_points
+                                ? static_cast<std::size_t>(j)
+                                : static_cast<std::size_t>(shown_.images[j - shown_.num_points].point);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double force = pull * (b[axis] - a[axis]);
+      if (!shown_.is_support[i]) rows[3 * i + axis] -= force;
+      if (!shown_.is_support[far]) rows[3 * far + axis] += force;
+    }
+  }
+  std::vector<double> friction;
+  if (contacts_) {
+    friction.assign(3 * contacts_->num_points(), 0.0);
+    const StateView state{simulation.time(), simulation.positions(), simulation.velocities()};
+    const SolveReport found = contacts_->solve(state, {.friction_forces = friction});
+    if (!found.outcome.ok()) std::ranges::fill(friction, 0.0);
+  }
+  for (const std::int32_t k : held_) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      frame->normal_reactions.push_back(static_cast<float>(rows[3 * k + axis]));
+      if (contacts_)
+        frame->tangent_reactions.push_back(
+            static_cast<float>(friction[3 * static_cast<std::size_t>(shown_.points[k]) + axis]));
+    }
+  }
+}
+
+void Recording::take_step(const MotionReport& report) {
+  const FrictionSummary& friction = report.friction;
+  const double iterations = friction.iterations_mean * static_cast<double>(friction.solves);
+  last_step_ = {.time = report.time,
+                .step = report.last_step,
+                .energy = report.energy.now,
+                .drift = report.energy.drift_relative(),
+                .position_violation = report.position_violation,
+                .velocity_violation = report.velocity_violation,
+                .acceleration_violation = report.acceleration_violation,
+                .reciprocal_condition = report.reciprocal_condition,
+                .friction_iterations =
+                    friction.solves > friction_solves_
+                        ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)
+                        : 0.0};
+  friction_solves_ = friction.solves;
+  friction_iterations_ = iterations;
+  take(last_step_, most_steps, num_steps_++, &step_stride_, &steps_);
+  if (report.events > events_ && switches_.size() < most_switches) switches_.push_back(report.last_event);
+  events_ = report.events;
+}
+
+std::vector<RecordedFrame> Recording::frames() const {
+  return with_last(frames_, last_frame_);
+}
+std::vector<RecordedStep> Recording::steps() const {
+  return with_last(steps_, last_step_);
+}
+
+}  // namespace tanor::report

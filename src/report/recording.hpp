@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <tanor/motion.hpp>
+
+#include "report/guides.hpp"
+#include "report/shown_parts.hpp"
+
+namespace tanor::report {
+
+/// One instant of a motion as its view shows it.
+struct RecordedFrame {
+  double time = 0.0;
+  std::vector<float> positions;             ///< 3m, m, of the shown points
+  std::vector<float> tensions;              ///< N, of the shown rods
+  std::vector<float> normal_reactions;      ///< 3h, N: what guides and supports do to the held points
+  std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty: the system has none
+  std::vector<std::vector<double>> guides;  ///< numbers of each Guide
+};
+
+/// What the report says of one step.
+struct RecordedStep {
+  double time = 0.0, step = 0.0, energy = 0.0, drift = 0.0;
+  double position_violation = 0.0, velocity_violation = 0.0, acceleration_violation = 0.0;  ///< largest so far
+  double reciprocal_condition = 0.0;                                                        ///< smallest so far
+  double friction_iterations = 0.0;  ///< mean of the instants since the sample before
+};
+
+/// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
+/// every second one goes, again and again, and the last one stays.
+class Recording {
+ public:
+  Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver);
+
+  /// At an output time. Reactions of contacts are solved for once more, beside the motion.
+  void take_frame(const Simulation& simulation);
+  void take_step(const MotionReport& report);
+
+  const ShownParts& shown() const { return shown_; }
+  const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
+  const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
+  std::vector<RecordedFrame> frames() const;
+  std::vector<RecordedStep> steps() const;
+  /// When the equations changed: a contact began or ceased to slip, s; at most 500.
+  const std::vector<double>& switches() const { return switches_; }
+  std::size_t frames_seen() const { return num_frames_; }
+
+ private:
+  RecordedFrame record(const Simulation& simulation);
+  void add_reactions(const Simulation& simulation, RecordedFrame* frame);
+
+  ShownParts shown_;
+  std::vector<std::int32_t> held_;
+  GuideStart start_;
+  std::vector<Guide> guides_;
+  std::unique_ptr<Dynamics> contacts_;  ///< a second look at systems with friction: the motion goes on untouched
+  std::size_t most_frames_ = 0;
+  std::vector<RecordedFrame> frames_;
+  RecordedFrame last_frame_;
+  std::size_t num_frames_ = 0, frame_stride_ = 1;
+  std::vector<RecordedStep> steps_;
+  RecordedStep last_step_;
+  std::size_t num_steps_ = 0, step_stride_ = 1;
+  std::size_t events_ = 0, friction_solves_ = 0;
+  double friction_iterations_ = 0.0;
+  std::vector<double> switches_;
+};
+
+}  // namespace tanor::report

@@ -1,0 +1,135 @@
+/// Fronts as tasks: the bits of every number of threads, and CHOLMOD's simplicial factor as the second way.
+
+#include "factor/multifrontal.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "patterns.hpp"
+
+namespace tanor {
+namespace {
+
+using namespace patterns;
+
+struct Matrix {
+  TrianglePattern lower;
+  std::vector<double> values;
+
+  std::size_t size() const { return lower.size(); }
+  double& diagonal(std::size_t j) { return values[static_cast<std::size_t>(lower.start[j])]; }
+};
+
+/// Random numbers in the pattern of S, the diagonal larger than its row's sum, in an order of little fill.
+Matrix make_matrix(const Rods& rods, std::uint32_t seed) {
+  const TrianglePattern unordered = pattern_of(rods);
+  Matrix S{pattern_of(rods, analyze(unordered, Ordering::Auto).permutation), {}};
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  S.values.resize(S.lower.rows.size());
+  for (std::size_t j = 0; j < S.size(); ++j) S.diagonal(j) = 1.0;
+  for (std::size_t j = 0; j < S.size(); ++j) {
+    for (auto e = static_cast<std::size_t>(S.lower.start[j]) + 1; e < static_cast<std::size_t>(S.lower.start[j + 1]);
+         ++e) {
+      S.values[e] = any(generator);
+      S.diagonal(j) += std::abs(S.values[e]);
+      S.diagonal(static_cast<std::size_t>(S.lower.rows[e])) += std::abs(S.values[e]);
+    }
+  }
+  return S;
+}
+
+std::vector<double> any_vector(std::size_t n) {
+  std::vector<double> x(n);
+  for (std::size_t k = 0; k < n; ++k) x[k] = std::sin(1.7 * static_cast<double>(k) + 0.3);
+  return x;
+}
+
+/// Diagonal of L and S^-1 b.
+struct Answer {
+  std::size_t done;
+  std::vector<double> pivots, x;
+};
+Answer answer_of(const Matrix& S, int threads) {
+  Multifrontal factor(S.lower);
+  Answer answer{factor.factorize(S.lower, S.values.data(), threads), {}, any_vector(S.size())};
+  if (answer.done < S.size()) return answer;
+  answer.pivots = factor.pivots();
+  factor.solve(answer.x.data(), threads);
+  return answer;
+}
+
+/// S stored by columns of its upper triangle is the lower one by rows.
+Cholesky make_simplicial(const Matrix& S) {
+  const std::size_t n = S.size();
+  std::vector<std::vector<std::pair<int, double>>> columns(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    for (auto e = static_cast<std::size_t>(S.lower.start[j]); e < static_cast<std::size_t>(S.lower.start[j + 1]); ++e)
+      columns[static_cast<std::size_t>(S.lower.rows[e])].emplace_back(static_cast<int>(j), S.values[e]);
+  }
+  TrianglePattern upper;
+  std::vector<double> values;
+  for (const auto& column : columns) {
+    for (const auto& [row, value] : column) {
+      upper.rows.push_back(row);
+      values.push_back(value);
+    }
+    upper.start.push_back(static_cast<int>(upper.rows.size()));
+  }
+  Cholesky cholesky(upper, false);
+  std::ranges::copy(values, cholesky.values());
+  return cholesky;
+}
+
+/// Fronts of all kinds: sequences alone, whole ones, those of tiles with rows below and without.
+std::vector<Rods> scenes() {
+  return {make_net(12, 9), make_net(230, 200), make_lattice(8), make_lattice(19), make_protein(300, 4)};
+}
+
+TEST(Multifrontal, EveryNumberOfThreadsGivesTheSameBits) {
+  for (const Rods& rods : scenes()) {
+    const Matrix S = make_matrix(rods, 3);
+    const Answer one = answer_of(S, 1);
+    ASSERT_EQ(one.done, S.size());
+    for (const int threads : {2, 3, 4}) {
+      const Answer more = answer_of(S, threads);
+      EXPECT_EQ(one.pivots, more.pivots) << threads;
+      EXPECT_EQ(one.x, more.x) << threads;
+    }
+  }
+}
+
+TEST(Multifrontal, SolvesAsSparseColumnsDo) {
+  for (const Rods& rods : scenes()) {
+    const Matrix S = make_matrix(rods, 5);
+    Cholesky columns = make_simplicial(S);
+    ASSERT_TRUE(columns.factorize().positive_definite);
+    std::vector<double> expected = any_vector(S.size());
+    columns.solve(expected.data());
+
+    const Answer answer = answer_of(S, 2);
+
+    ASSERT_EQ(answer.done, S.size());
+    double difference = 0.0;
+    for (std::size_t k = 0; k < S.size(); ++k) difference = std::max(difference, std::abs(answer.x[k] - expected[k]));
+    EXPECT_LE(difference, 1e-14);  // numbers around 0.1, condition below 100
+  }
+}
+
+RC_GTEST_PROP(Multifrontal, FirstColumnThatFailsIsTheSameOnEveryNumberOfThreads, ()) {
+  static const Matrix definite[2] = {make_matrix(make_net(200, 160), 7), make_matrix(make_lattice(17), 7)};
+  Matrix S = definite[*rc::gen::inRange(0, 2).as("net or lattice")];
+  const auto n = static_cast<int>(S.size());
+  for (const int column : *rc::gen::container<std::vector<int>>(3, rc::gen::inRange(0, n)).as("columns"))
+    S.diagonal(static_cast<std::size_t>(column)) = -1.0;
+
+  const Cholesky::Quality expected = make_simplicial(S).factorize();
+
+  RC_ASSERT(!expected.positive_definite);
+  for (const int threads : {1, 2, 4}) RC_ASSERT(answer_of(S, threads).done == expected.weakest_column);
+}
+
+}  // namespace
+}  // namespace tanor
