@@ -119,8 +119,20 @@ void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::
   copy_result(parts[3], batch.count, "phi [k]", batch.phi);
 }
 
-/// A constraint's callable with the number of its points.
-struct ConstraintFunction {
+void evaluate_potential(const void* context, const PotentialBatch& batch, py::ssize_t p) {
+  const py::gil_scoped_acquire acquired;
+  const auto k = static_cast<py::ssize_t>(batch.count);
+  const std::size_t size = 3 * static_cast<std::size_t>(p);
+  const auto parts = parts_of(callable_of(context)(lend(batch.r, {k, p, 3})), 3, "(energy, gradient, hessian)");
+  copy_result(parts[0], batch.count, "the energy [k]", batch.energy);
+  if (batch.gradient != nullptr) copy_result(parts[1], size * batch.count, "the gradient [k, p, 3]", batch.gradient);
+  if (batch.hessian == nullptr) return;
+  if (parts[2].is_none()) throw py::value_error("the method asks for the hessian of an energy, which is None");
+  copy_result(parts[2], size * size * batch.count, "the hessian [k, 3p, 3p]", batch.hessian);
+}
+
+/// A callable with the number of points that it takes.
+struct TupleFunction {
   Shared callable;
   py::ssize_t num_points;
 };
@@ -190,9 +202,9 @@ void read(const Given& given, int num_points, ConstraintKernel* kernel) {
   if (PyCallable_Check(given.value.ptr()) != 0) {
     kernel->num_points = num_points;
     kernel->thread_safe = false;
-    kernel->context = std::make_shared<const ConstraintFunction>(ConstraintFunction{Shared(given.value), num_points});
+    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
     kernel->evaluate = [](const void* context, const ConstraintBatch& batch) {
-      const auto& function = *static_cast<const ConstraintFunction*>(context);
+      const auto& function = *static_cast<const TupleFunction*>(context);
       evaluate_constraint(&function.callable, batch, function.num_points);
     };
     return;
@@ -201,6 +213,25 @@ void read(const Given& given, int num_points, ConstraintKernel* kernel) {
   if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula or a callable (t, r, v)");
   *kernel =
       locate(given, [&] { return formula_constraint(text.text.cast<std::string>(), num_points, text.constants); });
+}
+
+void read(const Given& given, int num_points, const std::vector<std::string>& own_constants, PotentialKernel* kernel) {
+  if (PyCallable_Check(given.value.ptr()) != 0) {
+    if (!own_constants.empty()) given.fail("a text, where there are constants");
+    kernel->num_points = num_points;
+    kernel->thread_safe = kernel->depends_on_time = false;
+    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
+    kernel->evaluate = [](const void* context, const PotentialBatch& batch) {
+      const auto& function = *static_cast<const TupleFunction*>(context);
+      evaluate_potential(&function.callable, batch, function.num_points);
+    };
+    return;
+  }
+  const Text text = text_of(given);
+  if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula or a callable of r");
+  *kernel = locate(given, [&] {
+    return formula_potential(text.text.cast<std::string>(), num_points, text.constants, own_constants);
+  });
 }
 
 void read(const Given& given, int num_multipliers, FrictionKernel* kernel) {

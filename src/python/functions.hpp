@@ -16,6 +16,10 @@ void read(const Given& given, ForceKernel* kernel);
 /// A text in x1, y1, z1, x2, …, or a callable (t, r [k, p, 3], v [k, p, 3]) -> (xi [k], gradient [k, p, 3], rate [k],
 /// phi [k]). `num_points`: p.
 void read(const Given& given, int num_points, ConstraintKernel* kernel);
+/// A text in x1, y1, z1, x2, …, t and the names that each tuple has a number of its own for, or a callable
+/// r [k, p, 3] -> (energy [k], gradient [k, p, 3], hessian [k, 3p, 3p]), whose hessian may be None where no method asks
+/// for it. `num_points`: p.
+void read(const Given& given, int num_points, const std::vector<std::string>& own_constants, PotentialKernel* kernel);
 /// A callable (t, r [k, 3], v [k, 3], multipliers [k, p]) -> (tau [k, 3], derivative [k, 3, p]); `num_multipliers`: p.
 void read(const Given& given, int num_multipliers, FrictionKernel* kernel);
 /// Texts x, y, z of each point, in the names of the coordinates.

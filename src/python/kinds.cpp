@@ -39,6 +39,25 @@ struct Extra<FormulaForce> {
   static constexpr std::tuple fields{FieldOf("kernel", &FormulaForce::kernel, {.is_required = true})};
 };
 template <>
+struct Extra<Potential> {
+  static constexpr std::tuple fields{FieldOf("kernel", &Potential::kernel, {.is_required = true}),
+                                     FieldOf("constants", &Potential::constants)};
+};
+template <>
+struct Extra<Bonds> {
+  static constexpr std::tuple fields{FieldOf("law", &Bonds::law)};
+};
+template <>
+struct Extra<Bendings> {
+  static constexpr std::tuple fields{FieldOf("law", &Bendings::law)};
+};
+template <>
+struct Extra<Torsions> {
+  static constexpr std::tuple fields{FieldOf("law", &Torsions::law),
+                                     FieldOf("coefficients", &Torsions::coefficients, {.unit = "J"}),
+                                     FieldOf("multiplicity", &Torsions::multiplicity)};
+};
+template <>
 struct Extra<UserFriction> {
   static constexpr std::tuple fields{FieldOf("kernel", &UserFriction::kernel, {.is_required = true})};
 };
@@ -120,6 +139,13 @@ void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* g
   const Given own = given[field.name];
   if constexpr (std::is_same_v<Value, ConstraintKernel>) {
     read(own, group->tuples.empty() ? 1 : static_cast<int>(group->tuples[0].size()), &(group->*field.value));
+  } else if constexpr (std::is_same_v<Value, PotentialKernel>) {
+    std::vector<std::string> names;
+    const Given constants = given["constants"];
+    if (py::isinstance<py::dict>(constants.value)) {
+      for (const auto& [name, numbers] : py::dict(constants.value)) names.push_back(name.template cast<std::string>());
+    }
+    read(own, group->points.empty() ? 1 : static_cast<int>(group->points[0].size()), names, &(group->*field.value));
   } else if constexpr (std::is_same_v<Value, FrictionKernel>) {
     int num_multipliers = 0;
     read(given["num_multipliers"], &num_multipliers);
@@ -172,6 +198,10 @@ constexpr const char* kernel_in_words() {
   if constexpr (std::is_same_v<Kernel, ConstraintKernel>)
     return "a formula in x1, y1, z1, x2, ..., t, or a callable (t, r [k, p, 3], v [k, p, 3]) -> (xi [k], gradient "
            "[k, p, 3], rate [k], phi [k])";
+  if constexpr (std::is_same_v<Kernel, PotentialKernel>)
+    return "a formula in x1, y1, z1, x2, ..., t and the names of the constants, J, or a callable r [k, p, 3] -> "
+           "(energy "
+           "[k], gradient [k, p, 3], hessian [k, 3p, 3p] or None)";
   if constexpr (std::is_same_v<Kernel, FrictionKernel>)
     return "a callable (t, r [k, 3], v [k, 3], multipliers [k, p]) -> (tau [k, 3], N, its derivative in the "
            "multipliers [k, 3, p])";

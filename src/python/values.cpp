@@ -203,6 +203,22 @@ void read(const Given& given, std::vector<std::array<Index, 3>>* triples) {
   read_tuples(given, "triples of points, whole numbers [n, 3]", triples);
 }
 
+void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples) {
+  quadruples->clear();
+  read_tuples(given, "quadruples of points, whole numbers [n, 4]", quadruples);
+}
+
+void read(const Given& given, std::vector<std::vector<double>>* constants) {
+  constants->clear();
+  if (py::len(given.value) == 0) return;
+  if (!py::isinstance<py::dict>(given.value)) given.fail("a dict of names, each with a number or one number a tuple");
+  for (const auto& [name, numbers] : given.value.cast<py::dict>()) {
+    const auto array = numbers_of(py::reinterpret_borrow<py::object>(numbers));
+    if (array.ndim() > 1) given.fail("a number or one number a tuple behind each name");
+    constants->emplace_back(array.data(), array.data() + array.size());
+  }
+}
+
 void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
   tuples->clear();
   take_indices(given, 2, 0, "tuples of points, whole numbers [n, p]",

@@ -49,7 +49,9 @@ void read(const Given& given, std::vector<std::int64_t>* numbers);
 void read(const Given& given, std::vector<Index>* points);
 void read(const Given& given, std::vector<std::array<Index, 2>>* pairs);
 void read(const Given& given, std::vector<std::array<Index, 3>>* triples);
+void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples);
 void read(const Given& given, std::vector<std::vector<Index>>* tuples);
+void read(const Given& given, std::vector<std::vector<double>>* constants);  // of a dict of names
 
 /// The words of an enumeration, "auto, normal, tangent".
 template <class Enum>
@@ -111,6 +113,9 @@ constexpr TypeInWords in_words() {
   if constexpr (std::is_same_v<Value, std::vector<Index>>) return {"ArrayLike", "int [n]"};
   if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 2>>>) return {"ArrayLike", "int [n, 2]"};
   if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 3>>>) return {"ArrayLike", "int [n, 3]"};
+  if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 4>>>) return {"ArrayLike", "int [n, 4]"};
+  if constexpr (std::is_same_v<Value, std::vector<std::vector<double>>>)
+    return {"dict[str, ArrayLike]", "names, each with a number for all tuples or one for each"};
   if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) return {"ArrayLike", "int [n, p]"};
   if constexpr (std::is_enum_v<Value>) return {"str", "a word"};
   return {"Any", ""};

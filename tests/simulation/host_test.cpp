@@ -313,6 +313,10 @@ class Renamed {
   void rename_members(Linears* group) const { rename_each(&group->tuples); }
   void rename_members(UserConstraints* group) const { rename_each(&group->tuples); }
   void rename_members(Springs* group) const { rename_each(&group->pairs); }
+  void rename_members(Potential* group) const { rename_each(&group->points); }
+  void rename_members(Bonds* group) const { rename_each(&group->pairs); }
+  void rename_members(Bendings* group) const { rename_each(&group->triples); }
+  void rename_members(Torsions* group) const { rename_each(&group->quadruples); }
   void rename_members(Gravity*) const {}
   template <class Group>
   void rename_members(Group* group) const {

@@ -22,6 +22,27 @@ class Angles:
     name: str
     def __init__(self, triples: ArrayLike, *, cosine: ParameterLike = None, name: str = '') -> None: ...
 
+class Bendings:
+    kind: str
+    triples: ArrayLike
+    stiffness: ParameterLike
+    rest: ParameterLike
+    law: str
+    name: str
+    def __init__(self, triples: ArrayLike, *, stiffness: ParameterLike = None, rest: ParameterLike = None, law: str = 'harmonic', name: str = '') -> None: ...
+
+class Bonds:
+    kind: str
+    pairs: ArrayLike
+    stiffness: ParameterLike
+    rest_length: ParameterLike
+    limit: ParameterLike
+    depth: ParameterLike
+    width: ParameterLike
+    law: str
+    name: str
+    def __init__(self, pairs: ArrayLike, *, stiffness: ParameterLike = None, rest_length: ParameterLike = None, limit: ParameterLike = None, depth: ParameterLike = None, width: ParameterLike = None, law: str = 'harmonic', name: str = '') -> None: ...
+
 class Certificate:
     @property
     def passed(self) -> bool: ...
@@ -522,6 +543,14 @@ class Planes:
     name: str
     def __init__(self, points: ArrayLike, *, normal: VectorLike, offset: ParameterLike = 0.0, name: str = '') -> None: ...
 
+class Potential:
+    kind: str
+    points: ArrayLike
+    kernel: Any
+    constants: dict[str, ArrayLike]
+    name: str
+    def __init__(self, points: ArrayLike, *, kernel: Any, constants: dict[str, ArrayLike] = (), name: str = '') -> None: ...
+
 class ProjectionReport:
     @property
     def ok(self) -> bool: ...
@@ -809,6 +838,18 @@ class Table:
     times: Any
     values: Any
     def __init__(self, times: Any, values: Any) -> None: ...
+
+class Torsions:
+    kind: str
+    quadruples: ArrayLike
+    stiffness: ParameterLike
+    phase: ParameterLike
+    rest: ParameterLike
+    law: str
+    coefficients: ArrayLike
+    multiplicity: int
+    name: str
+    def __init__(self, quadruples: ArrayLike, *, stiffness: ParameterLike = None, phase: ParameterLike = None, rest: ParameterLike = None, law: str = 'opls', coefficients: ArrayLike = (), multiplicity: int = 1, name: str = '') -> None: ...
 
 class Trajectory:
     times: numpy.ndarray
