@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -20,8 +21,9 @@ struct Context {
   std::vector<std::filesystem::path>* files;  ///< the list of all files that were read
   Constants parameters;
   std::size_t num_points = 0;
-  double t_end = 0.0;          ///< s; a table must reach it
-  std::optional<Cell> cell{};  ///< of the file that the points come from
+  double t_end = 0.0;                         ///< s; a table must reach it
+  std::optional<Cell> cell{};                 ///< of the file that the points come from
+  std::span<const Constraint> constraints{};  ///< that were read before
 
   Index point(const Cursor& cursor) const;
   /// [0, 4, 7], "all" or {"first", "count", "stride"}

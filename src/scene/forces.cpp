@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "scene/along.hpp"
 #include "scene/kind.hpp"
 
 namespace tanor::scene {
@@ -114,6 +115,15 @@ void refuse_numbers_of_other_laws(const Cursor& entry, const Group& group) {
   });
 }
 
+/// Members one by one, or "along": those of rods in sequence.
+template <class Group>
+void read_members_or_along(const Cursor& entry, const Context& context, Group* group) {
+  const Cursor list = entry[list_name<Group>()], along = entry["along"];
+  auto* const members = &(group->*KindOf<Group>::members);
+  if (along && list) along.complain(fmt::format(R"(found beside "{}"; one of both is right)", list_name<Group>()));
+  along ? read_along(along, context, members) : scene::read_members(list, context, members);
+}
+
 template <>
 struct Extra<Bonds> {
   static constexpr std::array<std::string_view, 8> keys{"name",        "pairs", "law",   "stiffness",
@@ -125,7 +135,10 @@ struct Extra<Bonds> {
 };
 template <>
 struct Extra<Bendings> {
-  static constexpr std::array<std::string_view, 5> keys{"name", "triples", "law", "stiffness", "rest"};
+  static constexpr std::array<std::string_view, 6> keys{"name", "triples", "along", "law", "stiffness", "rest"};
+  static void read_members(const Cursor& entry, const Context& context, Bendings* bendings) {
+    read_members_or_along(entry, context, bendings);
+  }
   static void read(const Cursor& entry, const Context&, Bendings* bendings) {
     bendings->law = entry["law"].choice<BendingLaw>();
     refuse_numbers_of_other_laws(entry, *bendings);
@@ -133,8 +146,11 @@ struct Extra<Bendings> {
 };
 template <>
 struct Extra<Torsions> {
-  static constexpr std::array<std::string_view, 8> keys{"name",      "quadruples",   "law",   "coefficients",
+  static constexpr std::array<std::string_view, 9> keys{"name",      "quadruples",   "along", "law", "coefficients",
                                                         "stiffness", "multiplicity", "phase", "rest"};
+  static void read_members(const Cursor& entry, const Context& context, Torsions* torsions) {
+    read_members_or_along(entry, context, torsions);
+  }
   static void read(const Cursor& entry, const Context&, Torsions* torsions) {
     torsions->law = entry["law"].choice<TorsionLaw>();
     refuse_numbers_of_other_laws(entry, *torsions);

@@ -36,7 +36,8 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
 // ---- kinds whose fields are plain data ----
 
 /// What plain data do not say of a Group: `keys`, all of them where they are more than the fields' names, and
-/// read(entry, context, &group), which reads the rest behind the fields.
+/// read(entry, context, &group), which reads the rest behind the fields; read_members(entry, context, &group), where
+/// there is more than one way to say them.
 template <class Group>
 struct Extra {};
 
@@ -102,7 +103,9 @@ Group read_group(const Cursor& entry, const Context& context) {
     Extra<Group>::read(entry, context, &group);
   } else {
     if constexpr (requires { group.at; }) group.at = read_guides(entry["at"]);
-    if constexpr (requires { KindOf<Group>::members; }) {
+    if constexpr (requires { Extra<Group>::read_members(entry, context, &group); }) {
+      Extra<Group>::read_members(entry, context, &group);
+    } else if constexpr (requires { KindOf<Group>::members; }) {
       const Cursor list = entry[list_name<Group>()];
       if (list || !requires { Extra<Group>::members_are_optional; })
         read_members(list, context, &(group.*KindOf<Group>::members));

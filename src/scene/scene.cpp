@@ -152,6 +152,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   if (!points.constraints.empty()) name_by_scene_index(&constraints);
   append(std::move(constraints), &points.constraints);
   append(read_supports(root["supports"], context), &points.supports);
+  context.constraints = points.constraints;
+  std::vector<Force> forces = read_entries<Force>(root["forces"], "a list of forces", context);
 
   scene.source = points.source;
   scene.system = {.name = scene.name,
@@ -160,7 +162,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .masses = std::move(points.masses),
                   .supports = std::move(points.supports),
                   .constraints = std::move(points.constraints),
-                  .forces = read_entries<Force>(root["forces"], "a list of forces", context),
+                  .forces = std::move(forces),
                   .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
                   .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
   try {
