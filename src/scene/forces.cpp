@@ -128,7 +128,7 @@ template <>
 struct Extra<Bonds> {
   static constexpr std::array<std::string_view, 8> keys{"name",        "pairs", "law",   "stiffness",
                                                         "rest_length", "limit", "depth", "width"};
-  static void read(const Cursor& entry, const Context&, Bonds* bonds) {
+  static void read_law(const Cursor& entry, Bonds* bonds) {
     bonds->law = entry["law"].choice<BondLaw>();
     refuse_numbers_of_other_laws(entry, *bonds);
   }
@@ -139,7 +139,7 @@ struct Extra<Bendings> {
   static void read_members(const Cursor& entry, const Context& context, Bendings* bendings) {
     read_members_or_along(entry, context, bendings);
   }
-  static void read(const Cursor& entry, const Context&, Bendings* bendings) {
+  static void read_law(const Cursor& entry, Bendings* bendings) {
     bendings->law = entry["law"].choice<BendingLaw>();
     refuse_numbers_of_other_laws(entry, *bendings);
   }
@@ -151,9 +151,11 @@ struct Extra<Torsions> {
   static void read_members(const Cursor& entry, const Context& context, Torsions* torsions) {
     read_members_or_along(entry, context, torsions);
   }
-  static void read(const Cursor& entry, const Context&, Torsions* torsions) {
+  static void read_law(const Cursor& entry, Torsions* torsions) {
     torsions->law = entry["law"].choice<TorsionLaw>();
     refuse_numbers_of_other_laws(entry, *torsions);
+  }
+  static void read(const Cursor& entry, const Context&, Torsions* torsions) {
     for (const Cursor number : entry["coefficients"].optional_list("a list of numbers"))
       torsions->coefficients.push_back(number.number());
     torsions->multiplicity = static_cast<int>(entry["multiplicity"].integer(0, 1000, 1));

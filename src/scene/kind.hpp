@@ -37,7 +37,7 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
 
 /// What plain data do not say of a Group: `keys`, all of them where they are more than the fields' names, and
 /// read(entry, context, &group), which reads the rest behind the fields; read_members(entry, context, &group), where
-/// there is more than one way to say them.
+/// there is more than one way to say them; read_law(entry, &group), which everything else depends on.
 template <class Group>
 struct Extra {};
 
@@ -102,6 +102,7 @@ Group read_group(const Cursor& entry, const Context& context) {
   if constexpr (requires { Extra<Group>::read_alone; }) {
     Extra<Group>::read(entry, context, &group);
   } else {
+    if constexpr (requires { Extra<Group>::read_law(entry, &group); }) Extra<Group>::read_law(entry, &group);
     if constexpr (requires { group.at; }) group.at = read_guides(entry["at"]);
     if constexpr (requires { Extra<Group>::read_members(entry, context, &group); }) {
       Extra<Group>::read_members(entry, context, &group);

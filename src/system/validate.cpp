@@ -257,7 +257,7 @@ class Validation {
     check_fields(group, t_, where);
     for (const LawNumber& number : KindOf<Group>::law_numbers(group)) {
       if (number.value->is_initial() && !number.may_be_initial)
-        throw InputError(where + "/" + number.name, "is missing: the law reads it");
+        throw InputError(where, std::string(number.name) + " is missing, and the law reads it");
     }
     if constexpr (std::is_same_v<Group, Torsions>) check_coefficients(group, where);
     for (std::size_t k = 0; k < num_members(group); ++k) {

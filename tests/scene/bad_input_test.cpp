@@ -257,7 +257,7 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /parameters/t: formula "t": the constant 't' has the name of a variable)"},
     {"ForceKindIsUnknown", three_points(R"("forces": [{"kind": "wind"}])"),
      R"(scene.json: /forces/0/kind: found string "wind", wanted one of gravity, constant, spring, drag, formula, )"
-     R"(pair)"},
+     R"(pair, potential, bond, bending, torsion)"},
     {"LawIsMissing", three_points(R"("forces": [{"kind": "pair"}])"),
      R"(scene.json: /forces/0/law: missing, wanted one of wca, lj, log)"},
     {"LawIsUnknown", three_points(R"("forces": [{"kind": "pair", "law": "coulomb"}])"),
