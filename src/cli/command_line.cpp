@@ -9,6 +9,7 @@
 
 #include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
+#include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
 namespace tanor::cli {
@@ -119,6 +120,26 @@ void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
 }
 
+std::string require_count(const std::string& text) {
+  const std::optional<std::size_t> number = read_number<std::size_t>(text);
+  return text == "all" || (number && *number > 0) ? "" : "must be a whole number > 0, or all, not '" + text + "'";
+}
+
+void add_modes(CLI::App* app, ModesCommand* options) {
+  CLI::App* command = app->add_subcommand("modes", "Frequencies and shapes of small vibrations about an equilibrium");
+  add_scene(command, &options->scene);
+  command
+      ->add_option_function<std::string>(
+          "--count",
+          [options](const std::string& text) {
+            options->count = text == "all" ? ModesOptions::all : *read_number<std::size_t>(text);
+          },
+          "modes, the lowest ones; all; default: that of the scene, or 10")
+      ->check(require_count);
+  command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
+  command->add_flag("--pictures", options->pictures, "write the vibration in each mode for ParaView, mode_<k>.pvd");
+}
+
 void add_selftest(CLI::App* app) {
   app->add_subcommand("selftest", "Published and closed-form problems: digits won, in seconds");
 }
@@ -132,6 +153,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   InfoOptions info;
   CheckOptions check;
   ErrorTimeOptions error_time;
+  ModesCommand modes;
   CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
   app.set_version_flag("--version", describe(build_info()));
   bool lists_methods = false;
@@ -143,6 +165,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_info(&app, &info);
   add_check(&app, &check);
   add_error_time(&app, &error_time);
+  add_modes(&app, &modes);
   add_selftest(&app);
   try {
     app.parse(argc, argv);
@@ -160,6 +183,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("forces")) return forces;
   if (app.got_subcommand("check")) return check;
   if (app.got_subcommand("error-time")) return error_time;
+  if (app.got_subcommand("modes")) return modes;
   if (app.got_subcommand("selftest")) return SelftestOptions{};
   return info;
 }

@@ -54,6 +54,14 @@ struct ErrorTimeOptions {
   bool quiet = false;
 };
 
+/// `tanor modes`: small vibrations about the scene's positions.
+struct ModesCommand {
+  std::filesystem::path scene;
+  std::optional<std::size_t> count;          ///< over the scene's own; ModesOptions::all: all
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  bool pictures = false;                     ///< of each mode, for ParaView
+};
+
 /// `tanor selftest`: problems with known answers, digits won.
 struct SelftestOptions {};
 
@@ -63,7 +71,7 @@ struct TextRequest {
 };
 
 using Command = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
-                             SelftestOptions, TextRequest>;
+                             ModesCommand, SelftestOptions, TextRequest>;
 
 /// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
 Command parse_command_line(int argc, const char* const* argv);
@@ -75,6 +83,7 @@ ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
 ExitCode execute(const CheckOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
+ExitCode execute(const ModesCommand& command);
 ExitCode execute(const SelftestOptions& options);
 ExitCode execute(const TextRequest& request);
 
