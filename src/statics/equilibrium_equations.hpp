@@ -31,9 +31,14 @@ class EquilibriumEquations {
   /// K and W there.
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
 
+  double violation() const { return violation_; }  ///< at the last `evaluate`, relative
+
   /// At the last of these places: blocks of K as `Model::incidences` reads them, and W.
   const std::vector<double>& gradients() const { return blocks_; }
   const StiffnessMatrix& stiffness() const { return stiffness_; }
+  StiffnessMatrix& stiffness() { return stiffness_; }
+  /// f of the last `evaluate` [3 points], N.
+  const std::vector<double>& forces() const { return f_; }
   /// y += K lambda [size()], and rows = K'x [model().num_rows()] with x [size()].
   void add_reactions(const double* lambda, double* y) const;
   void apply_transposed(const double* x, double* rows) const;
@@ -44,9 +49,9 @@ class EquilibriumEquations {
  private:
   Workspace& work_;
   const Model& model_;
-  double t_;
+  double t_, violation_ = 0.0;
   StiffnessMatrix stiffness_;
-  std::vector<double> blocks_, f_, at_rest_;
+  std::vector<double> blocks_, f_, reactions_, at_rest_;
   mutable std::vector<double> padded_;  // [3 points] x, with supports that stand
 };
 

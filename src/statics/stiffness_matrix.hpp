@@ -23,8 +23,12 @@ class StiffnessMatrix {
   /// Convex leaves out what compressed rods take away, so that W is less often indefinite: far from an equilibrium that
   /// leads downhill.
   enum class Curvature { Exact, Convex };
-  /// W at (t, r, lambda); r [3 points], lambda [rows]. The pattern changes where pair forces meet other neighbours.
+  /// W at (t, r, lambda); r [3 points], lambda [rows].
   void evaluate(double t, const double* r, const double* lambda, Curvature curvature = Curvature::Exact);
+
+  /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between its
+  /// ends; where points have no rods, tension over the scene's size.
+  void add_tension(double tension, const double* r);
 
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move
   std::size_t size() const { return 3 * num_points(); }
@@ -32,8 +36,6 @@ class StiffnessMatrix {
   std::span<const int> start() const { return start_; }
   std::span<const int> columns() const { return columns_; }
   std::span<const Block3> blocks() const { return blocks_; }
-  /// Changes when the pattern does.
-  std::size_t pattern_version() const { return version_; }
 
   /// y = W x [size()].
   void multiply(const double* x, double* y) const;
@@ -43,21 +45,26 @@ class StiffnessMatrix {
   double largest() const;
 
  private:
-  struct Contribution;
-  void make_pattern(const std::vector<Coupling>& pairs);
+  void make_pattern();
   int slot(int i, int j) const;
-  void add(int i, int j, double sign, const Block3& block);
+  void add_coupling(std::size_t k, const Block3& derivative);
 
   Workspace& work_;
   const Model& model_;
   std::vector<int> start_{0}, columns_;
   std::vector<Block3> blocks_;
-  std::size_t version_ = 0;
-  std::vector<Coupling> couplings_;       // springs, then rods: a block each in `coupling_blocks_`
-  std::vector<Influence> influences_;     // tuples with an energy, then rows of other constraints
-  std::vector<Coupling> pairs_;           // pair forces that the pattern knows
-  std::vector<Block3> point_blocks_, coupling_blocks_, influence_blocks_, pair_blocks_, scratch_;
-  std::vector<double> at_rest_;           // [3 points] velocities: 0
+  std::vector<int> diagonal_;  // [moving point] its own block
+
+  /// Of springs, then of rods; of tuples with an energy, then of curved constraints.
+  struct CoupledBlocks {
+    Coupling points;
+    int ij, ji;  // -1: one of them does not move
+  };
+  std::vector<CoupledBlocks> couplings_;
+  std::vector<int> influence_slots_;
+  std::size_t num_springs_, num_energies_;
+  std::vector<Block3> point_positions_, point_velocities_, coupling_positions_, coupling_velocities_, influences_;
+  std::vector<double> at_rest_;  // [3 points] velocities: 0
 };
 
 }  // namespace tanor
