@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <tanor/error.hpp>
-#include <tanor/solver_options.hpp>
-#include <tanor/system.hpp>
+#include <tanor/equilibrium.hpp>
 
 namespace tanor {
 
@@ -16,9 +14,10 @@ struct ModesOptions {
 
   std::size_t count = 10;  ///< modes, the lowest omega^2 first; `all`: where at most 300 freedoms are
   double time = 0.0;       ///< s, at which what depends on time stands still
-  /// [equations] lambda of the equilibrium; empty: it is found from f + K lambda = 0. It must be given where rows
-  /// depend on each other and the tensions are a self-stress that forces do not determine.
+  /// [equations] lambda of the equilibrium; empty: the smallest one of f + K lambda = 0.
   std::span<const double> multipliers{};
+  /// Where rows depend on each other and forces do not determine the tensions, and `multipliers` are not given.
+  std::vector<Prestress> prestress{};
   double force_tolerance = 1e-6;  ///< largest |f + K lambda| that passes for an equilibrium, of the largest force
   double tolerance = 1e-10;       ///< of Lanczos' method: residual of a mode over 1/(omega^2 + s)
   bool damped = false;            ///< not available: an InputError that says so

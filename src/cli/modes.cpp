@@ -44,7 +44,10 @@ ExitCode execute(const ModesCommand& command) {
   if (command.count) options.count = *command.count;
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   const Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
-  report::ModesFacts facts{.scene = scene.name, .source = scene.source, .points = scene.system.num_points()};
+  report::ModesFacts facts;
+  facts.scene = scene.name;
+  facts.source = scene.source;
+  facts.points = scene.system.num_points();
   for (const Support& support : scene.system.supports) facts.supports += support.points.size();
   facts.equations = found.multipliers.size();
   if (!scene.buckling_loads.empty()) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -8,7 +9,7 @@
 
 #include <tanor/modes.hpp>
 
-#include "base/text.hpp"
+#include "base/quiet_traps.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -25,34 +26,44 @@ constexpr double bracket = 1.1;
 constexpr int most_iterations = 200;
 constexpr double rounding = 1e-14;
 
-/// The loads alone, as forces on the moving points, inner order.
-std::vector<double> evaluate_loads(GivenEquilibrium* state, const BucklingOptions& options) {
-  const System& system = state->model().system;
-  System loads = system;
-  loads.forces.clear();
-  for (const std::string& name : options.loads) {
-    std::size_t k = 0;
-    while (k < system.forces.size() && force_name(system, k) != name) ++k;
-    if (k == system.forces.size()) throw InputError("/modes/buckling", "no force has the name '" + name + "'");
+EquilibriumOptions describe_system(const BucklingOptions& options) {
+  EquilibriumOptions result;
+  result.at = options.time;
+  result.ignore_friction = options.ignore_friction;
+  result.solver = options.solver;
+  return result;
+}
+
+System without_loads(const System& system, const std::vector<std::string>& loads) {
+  System result = system;
+  result.forces.clear();
+  std::vector<bool> is_found(loads.size(), false);
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
     const Force& force = system.forces[k];
+    const auto name = std::ranges::find(loads, force_name(system, k));
+    if (name == loads.end()) {
+      result.forces.push_back(force);
+      continue;
+    }
+    is_found[static_cast<std::size_t>(name - loads.begin())] = true;
     if (!std::holds_alternative<Gravity>(force) && !std::holds_alternative<ConstantForce>(force))
-      throw InputError("/modes/buckling", "'" + name + "' is of kind " + std::string(kind_name(force)) +
+      throw InputError("/modes/buckling", "'" + *name + "' is of kind " + std::string(kind_name(force)) +
                                               "; loads that a factor multiplies are gravity and constant ones");
-    loads.forces.push_back(force);
   }
-  Forces forces(loads, state->model().numbering);
-  std::vector<double> f(state->positions().size()), at_rest(f.size(), 0.0);
-  forces.evaluate(state->model().parallel, options.time, state->positions().data(), at_rest.data(), f.data());
-  f.resize(state->equations().size());
-  return f;
+  const auto missing = std::ranges::find(is_found, false);
+  if (loads.empty() || missing != is_found.end())
+    throw InputError("/modes/buckling", "no force has the name '" +
+                                            (loads.empty() ? "" : loads[static_cast<std::size_t>(missing - is_found.begin())]) + "'");
+  return result;
 }
 
 /// Z'W(p)Z for multipliers lambda_0 + p lambda_1, at a fixed shape.
 class LoadedStiffness {
  public:
-  LoadedStiffness(GivenEquilibrium* state, std::vector<double> lambda_1)
-      : state_(*state), lambda_0_(state->multipliers()), lambda_1_(std::move(lambda_1)), kkt_(state->equations()) {
-    for (std::size_t a = 0; a < lambda_0_.size(); ++a) lambda_0_[a] -= lambda_1_[a];
+  /// `state`: under the load; lambda_0: without it.
+  LoadedStiffness(GivenEquilibrium* state, std::vector<double> lambda_0)
+      : state_(*state), lambda_0_(std::move(lambda_0)), lambda_1_(state->multipliers()), kkt_(state->equations()) {
+    for (std::size_t a = 0; a < lambda_1_.size(); ++a) lambda_1_[a] -= lambda_0_[a];
     scale_ = ModeFinder(state->equations(), kkt_, 0).scale();
   }
 
@@ -60,7 +71,7 @@ class LoadedStiffness {
   void stand_at(double p) {
     std::vector<double> lambda(lambda_0_);
     for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += p * lambda_1_[a];
-    state_.equations().linearise(state_.positions().data(), lambda.data());
+    state_.linearise(lambda);
   }
   bool is_stable_at(double p) {
     stand_at(p);
@@ -84,6 +95,10 @@ class LoadedStiffness {
   KktSolver kkt_;
   double scale_ = 1.0;
 };
+
+Buckling fail(Status status, std::string what) {
+  return {{status, std::move(what)}, 0.0, {}};
+}
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -137,22 +152,25 @@ double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
 }  // namespace
 
 Buckling find_buckling(const System& system, std::span<const double> positions, const BucklingOptions& options) {
-  GivenEquilibrium state(system, {positions, {}, options.time, options.force_tolerance, options.ignore_friction},
-                         options.solver);
-  std::vector<double> f = evaluate_loads(&state, options);
-  double largest = 0.0, left = 0.0;
-  for (const double value : f) largest = std::max(largest, std::abs(value));
-  std::vector<double> lambda_1 = state.balance(&f);
-  for (const double value : f) left = std::max(left, std::abs(value));
-  if (left > options.force_tolerance * largest)
-    return {{Status::NoSolution, "the shape moves under the load: constraints alone do not balance " + text(left) +
-                                     " N of it, so no load factor is a matter of this shape"}, 0.0, {}};
+  const QuietTraps quiet;
+  const EquilibriumOptions same = describe_system(options);
+  const EquilibriumClaim claim{positions, {}, options.force_tolerance};
+  GivenEquilibrium state(system, claim, same);
+  std::optional<GivenEquilibrium> unloaded;
+  const System rest = without_loads(system, options.loads);
+  try {
+    unloaded.emplace(rest, claim, same);
+  } catch (const InputError& error) {
+    return fail(Status::NoSolution, "the shape moves with the load, so that its stiffness is not linear in the load "
+                                    "factor: without it " + std::string(error.what()));
+  }
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
-    return {{Status::NotUnique, "a self-stress that the forces do not determine stiffens or softens it (" + rows + ")"}, 0.0, {}};
+    return fail(Status::NotUnique, "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
+  if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};
 
-  LoadedStiffness stiffness(&state, std::move(lambda_1));
+  LoadedStiffness stiffness(&state, unloaded->multipliers());
   const double low = find_stable_factor(&stiffness);
-  if (low == 0.0) return {{Status::NoSolution, "it is unstable without the load too"}, 0.0, {}};
+  if (low == 0.0) return fail(Status::NoSolution, "it is unstable without the load too");
   if (std::isinf(low)) return {{}, low, {}};
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;

@@ -3,146 +3,94 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
-#include <variant>
 
 #include "base/text.hpp"
+#include "statics/kkt_solver.hpp"
 
 namespace tanor {
 
 namespace {
 
-/// A violation of the constraints above it is no rounding of positions that a file keeps, |xi|/|gradient|/length.
+/// Positions that a file keeps break the constraints by rounding, |xi|/|gradient|/length; more is another place.
 constexpr double allowed_violation = 1e-6;
-/// Of what self-stress changes in Z'WZ, over the change of W: beyond rounding.
+/// What self-stress may change in y'Wz of moves y, z, over what it changes in W: rounding.
 constexpr double allowed_change = 1e-8;
 
-/// The system at rest and without friction. Throws InputError for what has no small vibrations.
-System strip(System system, bool ignore_friction) {
-  if (!system.coordinates.empty())
-    throw InputError("/coordinates/0", "coordinates take no part in statics; say what can move by constraints alone");
-  for (std::size_t k = 0; k < system.friction.size() && !ignore_friction; ++k) {
-    if (!std::holds_alternative<Coulomb>(system.friction[k])) continue;
-    throw InputError("/friction/" + std::to_string(k),
-                     friction_name(system, k) + " is friction, with which a system rests in many places; " +
-                         "\"equilibrium\": {\"friction\": \"ignore\"} leaves it out");
+constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
+
+void check_size(std::size_t found, std::size_t wanted, const char* name) {
+  if (found != wanted) {
+    throw InputError(
+        "", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) + " are needed");
   }
-  system.friction.clear();
-  system.velocities.clear();
-  return system;
 }
 
-double largest_force(const std::vector<double>& forces, std::size_t num_points, std::size_t* point) {
-  double largest = -1.0;
-  for (std::size_t i = 0; i < num_points; ++i) {
-    const double size = norm(load(forces.data(), i));
-    if (size <= largest) continue;
-    largest = size;
-    *point = i;
-  }
-  return std::max(largest, 0.0);
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
 }
 
 }  // namespace
 
-GivenEquilibrium::GivenEquilibrium(const System& system, const Claim& claim, const SolverOptions& options)
-    : system_(strip(system, claim.ignore_friction)),
-      work_(system_, options, claim.time),
-      equations_(work_, claim.time),
-      r_(3 * system_.num_points()),
+GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim& claim,
+                                   const EquilibriumOptions& options)
+    : input_(system, options),
+      work_(input_.system, options.solver, 0.0),
+      equations_(work_, options.at),
+      smallest_(equations_, options.solver),
+      r_(3 * model().num_points()),
       lambda_(model().num_rows(), 0.0) {
-  if (claim.positions.size() != r_.size()) {
-    throw InputError("", "positions has " + std::to_string(claim.positions.size()) + " numbers; " +
-                             std::to_string(r_.size()) + " are needed");
-  }
+  check_size(claim.positions.size(), r_.size(), "positions");
   model().numbering.gather_points(claim.positions, r_, model().parallel);
+  work_.set_time(options.at);
   std::vector<double> velocities(r_.size());
-  work_.prescribe_all(claim.time, r_.data(), velocities.data());
+  work_.prescribe_all(options.at, r_.data(), velocities.data());
   find_multipliers(claim.multipliers);
   check(claim.force_tolerance);
-  equations_.linearise(r_.data(), lambda_.data());
-
-  rank_.rank = equations_.num_rows();
-  rank_.degrees_of_freedom = equations_.size() - rank_.rank;
-  if (model().may_lose_rank) {
-    rank_ = Dynamics(system_, options).rank({.time = claim.time, .positions = claim.positions});
-  }
-}
-
-/// A factor at a shift that lets no stiffness count: what follows from it is a projection in the norm of M.
-KktSolver& GivenEquilibrium::heavy() {
-  if (heavy_ != nullptr) return *heavy_;
-  const std::span masses = std::span(model().mass).first(model().num_moving());
-  const double lightest = masses.empty() ? 1.0 : *std::ranges::min_element(masses);
-  double shift = std::max(10.0 * equations_.stiffness().largest() / lightest, 1.0);
-  heavy_ = std::make_unique<KktSolver>(equations_, Ordering::Auto);
-  while (!heavy_->factorize(shift)) {
-    shift *= 10.0;
-    if (!std::isfinite(shift)) throw InputError("", "the stiffness at these positions is not finite");
-  }
-  return *heavy_;
+  linearise(lambda_);
 }
 
 void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   const Numbering& numbering = model().numbering;
-  if (!given.empty()) {
-    if (given.size() != numbering.num_user_rows)
-      throw InputError("", "multipliers has " + std::to_string(given.size()) + " numbers; " +
-                               std::to_string(numbering.num_user_rows) + " are needed");
-    for (std::size_t a = 0; a < lambda_.size(); ++a) lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
-    return;
+  rank_.rank = equations_.num_rows();
+  rank_.degrees_of_freedom = equations_.size() - rank_.rank;
+  std::vector<double> prestress(lambda_.size());
+  for (std::size_t a = 0; a < lambda_.size(); ++a)
+    prestress[a] = input_.prestress[static_cast<std::size_t>(numbering.user_row[a])];
+  if (!lambda_.empty()) {
+    if (Outcome outcome = smallest_.find(r_, prestress, &lambda_); !outcome.ok()) throw InputError("", outcome.what);
+    if (model().may_lose_rank) rank_ = smallest_.rank(r_);
   }
-  std::vector<double> f(equations_.size()), xi(lambda_.size());
-  (void)equations_.evaluate(r_.data(), lambda_.data(), f.data(), xi.data());
-  equations_.linearise(r_.data(), lambda_.data());
-  lambda_ = balance(&f);
-}
-
-std::vector<double> GivenEquilibrium::balance(std::vector<double>* f) {
-  std::vector<double> multipliers(lambda_.size(), 0.0);
-  // M w - f = K lambda, K'w = 0, but for the stiffness that hardly counts; what it leaves is balanced again.
-  constexpr int rounds = 3;
-  for (int k = 0; k < rounds && !multipliers.empty(); ++k) {
-    std::vector<double> x = *f, y(lambda_.size(), 0.0);
-    heavy().solve(x.data(), y.data());
-    for (std::size_t a = 0; a < y.size(); ++a) {
-      y[a] = -y[a];
-      multipliers[a] += y[a];
-    }
-    equations_.add_reactions(y.data(), f->data());
-  }
-  return multipliers;
-}
-
-void GivenEquilibrium::project(std::vector<double>* x) {
-  for (std::size_t i = 0; i < x->size(); ++i) (*x)[i] *= model().mass[i / 3];
-  std::vector<double> y(lambda_.size(), 0.0);
-  heavy().solve(x->data(), y.data());
-  double size = 0.0;
-  for (const double value : *x) size = std::max(size, std::abs(value));
-  for (double& value : *x) value /= size > 0.0 ? size : 1.0;
+  if (given.empty()) return;
+  check_size(given.size(), numbering.num_user_rows, "multipliers");
+  for (std::size_t a = 0; a < lambda_.size(); ++a) lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
 }
 
 void GivenEquilibrium::check(double force_tolerance) {
   std::vector<double> g(equations_.size()), xi(lambda_.size());
   const double scale = equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
   if (!std::isfinite(scale)) throw InputError("", model().not_finite(equations_.time()).what);
-  if (const double violation = work_.position_violation(equations_.time(), r_.data()); violation > allowed_violation) {
-    throw InputError("", "the positions are no equilibrium: they break the constraints by " + text(violation) +
-                             " of a length; find_equilibrium, or tanor equilibrium, finds one");
+  if (equations_.violation() > allowed_violation) {
+    throw InputError("", "the positions are no equilibrium: they break the constraints by " +
+                             text(equations_.violation()) + " of a length" + advice);
   }
   std::size_t worst = 0;
-  const double left = largest_force(g, model().num_moving(), &worst);
-  relative_residual_ = scale > 0.0 ? left / scale : 0.0;
+  const auto left = [&](std::size_t i) { return norm(load(g.data(), i)); };
+  for (std::size_t i = 1; i < model().num_moving(); ++i) {
+    if (left(i) > left(worst)) worst = i;
+  }
+  if (g.empty() || scale == 0.0) return;
+  relative_residual_ = left(worst) / scale;
   if (relative_residual_ <= force_tolerance) return;
   const Vec3 at = load(r_.data(), worst);
-  throw InputError("", "the positions are no equilibrium: nothing balances " + text(left) + " N at point " +
-                           std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) +
-                           ", " + text(at.z) + "), " + text(relative_residual_) + " of the largest force; at most " +
-                           text(force_tolerance) + " passes; find_equilibrium, or tanor equilibrium, finds one");
+  throw InputError("", "the positions are no equilibrium: nothing balances " + text(left(worst)) + " N at point " +
+                           std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " +
+                           text(at.y) + ", " + text(at.z) + "), " + text(relative_residual_) +
+                           " of the largest force, where at most " + text(force_tolerance) + " is allowed" + advice);
 }
 
-/// nu with K nu = 0, for unit gradients in the norm of M^-1: that of a dependence.
+/// nu with K nu = 0: a dependence is one of unit gradients in the norm of M^-1.
 std::vector<double> GivenEquilibrium::self_stress(const RowDependence& dependence) const {
   std::vector<double> squares(lambda_.size(), 0.0), result(lambda_.size(), 0.0);
   for (const Incidence& incidence : model().incidences) {
@@ -150,41 +98,56 @@ std::vector<double> GivenEquilibrium::self_stress(const RowDependence& dependenc
         model().inverse_mass[static_cast<std::size_t>(incidence.point)] *
         squared(load(equations_.gradients().data(), incidence.block));
   }
-  std::vector<std::size_t> inner(lambda_.size());
-  for (std::size_t a = 0; a < inner.size(); ++a) inner[static_cast<std::size_t>(model().numbering.user_row[a])] = a;
-  const auto set = [&](std::size_t row, double coefficient) {
-    const std::size_t a = inner[row];
+  for (std::size_t a = 0; a < lambda_.size(); ++a) {
+    const auto row = static_cast<std::size_t>(model().numbering.user_row[a]);
+    double coefficient = row == dependence.row ? 1.0 : 0.0;
+    for (const RowDependence::Term& term : dependence.terms) {
+      if (term.row == row) coefficient = -term.coefficient;
+    }
     if (squares[a] > 0.0) result[a] = coefficient / std::sqrt(squares[a]);
-  };
-  set(dependence.row, 1.0);
-  for (const RowDependence::Term& term : dependence.terms) set(term.row, -term.coefficient);
+  }
   return result;
 }
 
-/// Z'(W(lambda + nu) - W(lambda))Z is 0 where it takes a random z = Zq to what K alone can balance.
-std::string GivenEquilibrium::find_ambiguous_stiffness() {
+/// Fixed-seed random x [3 moving] with K'x = 0: with so much mass that stiffness hardly counts, M x + K mu = M random.
+std::vector<std::vector<double>> GivenEquilibrium::random_moves(std::size_t count) {
   std::mt19937 generator(7);
   std::normal_distribution<double> normal;
+  const std::span<const double> masses(model().mass.data(), model().num_moving());
+  double shift = std::max(10.0 * equations_.stiffness().largest() / *std::ranges::min_element(masses), 1.0);
+  KktSolver kkt(equations_);
+  while (!kkt.factorize(shift) && std::isfinite(shift)) shift *= 10.0;
+  std::vector<std::vector<double>> moves(count, std::vector<double>(equations_.size()));
+  for (std::vector<double>& x : moves) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = model().mass[i / 3] * normal(generator);
+    std::vector<double> rows(lambda_.size(), 0.0);
+    (void)kkt.solve(x.data(), rows.data());
+    const double length = std::sqrt(dot(x, x));
+    for (double& value : x) value /= length;
+  }
+  return moves;
+}
+
+std::string GivenEquilibrium::find_ambiguous_stiffness() {
   std::string names;
-  std::vector<double> z(equations_.size());
-  for (double& value : z) value = normal(generator);
-  if (!rank_.dependences.empty()) project(&z);
+  if (std::ranges::all_of(rank_.dependences, [](const RowDependence& each) { return each.terms.empty(); }) ||
+      degrees_of_freedom() == 0)
+    return names;
+  const std::vector<std::vector<double>> moves = random_moves(2);
+  std::vector<double> with(equations_.size()), without(equations_.size());
+  equations_.stiffness().multiply(moves[0].data(), without.data());
   for (const RowDependence& dependence : rank_.dependences) {
     if (dependence.terms.empty()) continue;
-    std::vector<double> nu = self_stress(dependence);
-    std::vector<double> with(z.size()), without(z.size());
-    equations_.stiffness().multiply(z.data(), without.data());
-    for (std::size_t a = 0; a < nu.size(); ++a) nu[a] += lambda_[a];
-    equations_.linearise(r_.data(), nu.data());
-    equations_.stiffness().multiply(z.data(), with.data());
-    equations_.linearise(r_.data(), lambda_.data());
+    std::vector<double> lambda = self_stress(dependence);
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += lambda_[a];
+    linearise(lambda);
+    equations_.stiffness().multiply(moves[0].data(), with.data());
+    // y'(W(lambda + nu) - W(lambda))z
     for (std::size_t i = 0; i < with.size(); ++i) with[i] -= without[i];
-    std::size_t point = 0;
-    const double change = largest_force(with, model().num_moving(), &point);
-    (void)balance(&with);
-    const double left = largest_force(with, model().num_moving(), &point);
-    if (left > allowed_change * change && change > 0.0) names += (names.empty() ? "" : "; ") + dependence.what;
+    if (std::abs(dot(moves[1], with)) > allowed_change * std::sqrt(dot(with, with)))
+      names += (names.empty() ? "" : "; ") + dependence.what;
   }
+  linearise(lambda_);
   return names;
 }
 

@@ -1,58 +1,57 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include <tanor/dynamics.hpp>
+#include <tanor/equilibrium.hpp>
 
 #include "statics/equilibrium_equations.hpp"
-#include "statics/kkt_solver.hpp"
+#include "statics/smallest_multipliers.hpp"
+#include "statics/statics_input.hpp"
 
 namespace tanor {
 
-/// A system that stands at positions which somebody says are an equilibrium, with the multipliers that belong to them.
+/// What somebody says about an equilibrium, in the user's order.
+struct EquilibriumClaim {
+  std::span<const double> positions;    ///< [3n]
+  std::span<const double> multipliers;  ///< [equations]; empty: the smallest ones of f + K lambda = 0
+  double force_tolerance;               ///< of the largest force
+};
+
+/// A system that stands in an equilibrium that somebody else has found, linearised there. Arrays are in the inner order.
 class GivenEquilibrium {
  public:
-  struct Claim {
-    std::span<const double> positions;    // [3n], users' order
-    std::span<const double> multipliers;  // [equations]; empty: those of f + K lambda = 0
-    double time, force_tolerance;
-    bool ignore_friction;
-  };
-  /// Throws InputError where it is none, naming the worst point or equation.
-  GivenEquilibrium(const System& system, const Claim& claim, const SolverOptions& options);
+  /// Throws InputError where it is none, naming the worst point. Of `options` those that say what the system is count:
+  /// time, prestress, friction, solver.
+  GivenEquilibrium(const System& system, const EquilibriumClaim& claim, const EquilibriumOptions& options);
 
   const Model& model() const { return work_.model(); }
   EquilibriumEquations& equations() { return equations_; }
-  const std::vector<double>& positions() const { return r_; }   ///< [3 points], inner order
-  const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows], inner order
+  const std::vector<double>& positions() const { return r_; }         ///< [3 points]
+  const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows]
   double relative_residual() const { return relative_residual_; }     ///< largest |f + K lambda| over the largest force
+  const std::vector<std::string>& left_out() const { return input_.left_out; }
+  std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
 
-  /// How K depends on itself there; rank d without a look where it cannot.
-  const RankReport& rank() const { return rank_; }
-  /// Some lambda that forces do not determine changes Z'WZ; the answer names its rows. Empty: none does.
+  /// K and W for other multipliers.
+  void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }
+  /// Names the rows whose multipliers forces do not determine, and that change Z'WZ; empty: none does.
   std::string find_ambiguous_stiffness();
 
-  /// lambda [rows] of K lambda = -f in the sense of least squares, and what is left: f + K lambda into f [3 moving].
-  std::vector<double> balance(std::vector<double>* f);
-  /// x [3 moving] := its part that K'x = 0 lets move, in the M-norm.
-  void project(std::vector<double>* x);
-
  private:
-  KktSolver& heavy();
   void find_multipliers(std::span<const double> given);
   void check(double force_tolerance);
   std::vector<double> self_stress(const RowDependence& dependence) const;
+  std::vector<std::vector<double>> random_moves(std::size_t count);
 
-  System system_;
+  StaticsInput input_;
   Workspace work_;
   EquilibriumEquations equations_;
+  SmallestMultipliers smallest_;
   std::vector<double> r_, lambda_;
   double relative_residual_ = 0.0;
   RankReport rank_;
-  std::unique_ptr<KktSolver> heavy_;  // with so much mass that stiffness hardly counts
 };
 
 }  // namespace tanor

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
-#include "statics/rigid_motions.hpp"
+#include "statics/rigid_modes.hpp"
 
 namespace tanor {
 
@@ -23,21 +23,22 @@ constexpr double allowed_asymmetry = 1e-8;
 /// Of the scale of omega^2: less is 0. Where the equilibrium is known less well, zero modes are too.
 constexpr double rounding = 1e-12, share_of_residual = 100.0;
 
-/// What has no part in vibrations, by name.
-std::vector<std::string> list_left_out(const System& system) {
-  std::vector<std::string> result;
-  if (std::ranges::any_of(system.velocities, [](double v) { return v != 0.0; }))
-    result.push_back("velocities: vibrations are those about rest");
-  for (std::size_t k = 0; k < system.friction.size(); ++k)
-    result.push_back("friction (" + friction_name(system, k) + "): vibrations are those without damping");
+/// What says which system it is.
+EquilibriumOptions describe_system(const ModesOptions& options) {
+  EquilibriumOptions result;
+  result.at = options.time;
+  result.prestress = options.prestress;
+  result.ignore_friction = options.ignore_friction;
+  result.solver = options.solver;
+  return result;
+}
+
+void add_damping(const System& system, std::vector<std::string>* left_out) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
     const auto* const springs = std::get_if<Springs>(&system.forces[k]);
-    const bool has_damping =
-        springs != nullptr && std::ranges::any_of(springs->damping, [](double c) { return c != 0.0; });
-    if (has_damping || std::holds_alternative<Drag>(system.forces[k]))
-      result.push_back("damping of " + force_name(system, k) + ": vibrations are those without damping");
+    if (springs != nullptr && springs->damping > 0.0)
+      left_out->push_back(force_name(system, k) + ": its damping takes no part in vibrations");
   }
-  return result;
 }
 
 /// Numbers of modes that can be found: all by dense matrices, or the lowest ones.
@@ -85,13 +86,13 @@ Modes& fail(Modes& result, Status status, std::string what) {
 Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options) {
   if (options.damped)
     throw InputError("/modes/damped", "found true, wanted false: vibrations are those without damping");
-  GivenEquilibrium state(system,
-                         {positions, options.multipliers, options.time, options.force_tolerance, options.ignore_friction},
-                         options.solver);
+  const QuietTraps quiet;
+  GivenEquilibrium state(system, {positions, options.multipliers, options.force_tolerance}, describe_system(options));
   const Model& model = state.model();
   Modes result;
-  result.left_out = list_left_out(system);
-  result.degrees_of_freedom = state.rank().degrees_of_freedom;
+  result.left_out = state.left_out();
+  add_damping(system, &result.left_out);
+  result.degrees_of_freedom = state.degrees_of_freedom();
   result.multipliers.resize(model.numbering.num_user_rows);
   model.numbering.scatter_rows(state.multipliers(), result.multipliers);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
@@ -101,7 +102,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
                 "not conservative: the stiffness matrix is unsymmetric by " + text(asymmetry) +
                     " of its largest entry, so some force has no potential, and vibrations may gain energy");
   }
-  if (options.multipliers.empty()) {
+  if (options.multipliers.empty() && options.prestress.empty()) {
     if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
       return fail(result, Status::NotUnique,
                   "rods pull against each other by a self-stress that the forces do not determine, and the stiffness "
@@ -116,7 +117,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   result.residual_max = found.residual;
   if (result.zero_modes > 0) {
     result.rigid_zero_modes =
-        std::min(result.zero_modes, count_rigid_zero_modes(state.equations(), state.positions().data()));
+        std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
   }
   return result;
 }
