@@ -126,6 +126,27 @@ System branched(int count, bool is_ring) {
   return copies(1, points, rods);
 }
 
+/// Arms from one point, each rod of which ends where two others begin, `depth` rods long.
+System dendrimer(int arms, int depth) {
+  std::mt19937 generator(6);
+  std::normal_distribution<double> normal;
+  std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
+  std::vector<std::array<int, 2>> rods;
+  std::size_t first = 0;
+  for (int level = 0; level < depth; ++level) {
+    const std::size_t end = points.size();
+    for (std::size_t from = first; from < end; ++from) {
+      for (int branch = 0; branch < (level == 0 ? arms : 2); ++branch) {
+        rods.push_back({static_cast<int>(from), static_cast<int>(points.size())});
+        const Eigen::Vector3d along(normal(generator), normal(generator), normal(generator));
+        points.push_back(points[from] + along.normalized());
+      }
+    }
+    first = end;
+  }
+  return copies(1, points, rods);
+}
+
 System triangles(int count) {
   return copies(count, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1}, {0, 2}, {1, 2}});
 }
@@ -187,6 +208,11 @@ const std::vector<BenchScene>& bench_scenes() {
       {"tetrahedra 1e4", [] { return tetrahedra(10000); }, 8.0, 0.0},
       {"tree 1e3", [] { return branched(1000, false); }, 0.0, 0.0},
       {"tree 1e5", [] { return branched(100000, false); }, 0.0, 0.0},
+      {"dendrimer 9", [] { return dendrimer(3, 9); }, 10.0, 0.0},
+      {"dendrimer 14", [] { return dendrimer(3, 14); }, 10.0, 0.0},
+      {"dendrimer 16", [] { return dendrimer(3, 16); }, 10.0, 0.0},
+      {"shuffled dendrimer 14", [] { return shuffled(dendrimer(3, 14)); }, 10.0, 0.0},
+      {"binary tree 14", [] { return dendrimer(2, 14); }, 10.0, 0.0},
       {"ring 1e3", [] { return branched(1000, true); }, 0.0, 0.0},
       {"ring 1e5", [] { return branched(100000, true); }, 0.0, 0.0},
       {"spheres 1e3", [] { return on_spheres(1000); }, 13.0, 260.0},
