@@ -10,11 +10,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 #include <vector>
 
+#include <tanor/constrainer.hpp>
 #include <tanor/tanor.hpp>
 
 #include "timing.hpp"
@@ -121,31 +123,77 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// Steps in tens; what is between them does not count.
+template <class Advance>
+void measure(const char* name, int steps, const Advance& advance_ten) {
+  constexpr int at_once = 10;
+  std::vector<double> wall, processor;
+  for (int k = 0; k < steps; k += at_once) {
+    const double before = processor_seconds();
+    wall.push_back(seconds_of(advance_ten) / at_once);
+    processor.push_back((processor_seconds() - before) / at_once);
+  }
+  const auto best = [](const std::vector<double>& times) { return *std::min_element(times.begin(), times.end()); };
+  std::printf("%-12s %.1f ms a step (best %.1f), %.1f ms of the processor (best %.1f), %.0f ns a rod; ", name,
+              1e3 * median(wall), 1e3 * best(wall), 1e3 * median(processor), 1e3 * best(processor),
+              1e9 * median(processor) / num_links);
+}
+
+void check(const Outcome& outcome) {
+  if (!outcome.ok()) throw std::runtime_error(outcome.what);
+}
+
+void simulate(const System& system, int steps) {
+  Simulation motion(system, {.method = Method::Rattle, .step = step}, {.threads = 1});
+  int reached = 0;
+  const auto advance = [&](int count) { check(motion.advance_to(step * (reached += count))); };
+  advance(1);
+  measure("Simulation", steps, [&] { advance(10); });
+  std::printf("violation %.1e, solved by %s\n", motion.report().position_violation,
+              motion.plan().linear_solver().c_str());
+}
+
+/// Velocity Verlet around SHAKE and RATTLE, with multipliers.
+void embed(const System& system, int steps) {
+  std::vector<double> masses = system.masses, r = system.positions, v = system.velocities, old(r.size());
+  for (const Index support : system.supports.front().points)
+    masses[static_cast<std::size_t>(support)] = std::numeric_limits<double>::infinity();
+  Constrainer constrainer(masses, system.constraints, r, {.threads = 1});
+  std::vector<double> lambda(constrainer.num_rows());
+  const auto kick = [&] {
+    for (std::size_t i = 0; i < masses.size(); ++i) v[3 * i + 2] -= std::isinf(masses[i]) ? 0.0 : 0.5 * step * 9.81;
+  };
+  double violation = 0.0;
+  const auto advance = [&] {
+    kick();
+    old = r;
+    for (std::size_t k = 0; k < r.size(); ++k) r[k] += step * v[k];
+    const ConstraintReport positions = constrainer.constrain_positions({.step = step,
+                                                                        .old_positions = old,
+                                                                        .positions = r,
+                                                                        .velocities = v,
+                                                                        .wanted = {.multipliers = lambda},
+                                                                        .measures = false,
+                                                                        .tolerance = 1e-10});
+    check(positions.outcome);
+    kick();
+    check(constrainer.constrain_velocities({.step = step, .positions = r, .velocities = v, .measures = false}).outcome);
+    violation = positions.violation;
+  };
+  advance();
+  measure("Constrainer", steps, [&] {
+    for (int k = 0; k < 10; ++k) advance();
+  });
+  std::printf("violation %.1e\n", violation);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
   const int steps = argc > 1 ? std::atoi(argv[1]) : 100;
   const System system = make_links();
-  Simulation motion(system, {.method = Method::Rattle, .step = step}, {.threads = 1});
-  const auto advance = [&](int k) {
-    const Outcome end = motion.advance_to(step * k);
-    if (!end.ok()) throw std::runtime_error(end.what);
-    if (motion.reactions().size() != system.positions.size()) throw std::runtime_error("no reactions");
-  };
-  constexpr int at_once = 10;  // steps between two looks at the motion
-  advance(1);
-  std::vector<double> wall, processor;
-  for (int k = 1; k < steps + 1; k += at_once) {
-    const double before = processor_seconds();
-    wall.push_back(seconds_of([&] { advance(k + at_once); }) / at_once);
-    processor.push_back((processor_seconds() - before) / at_once);
-  }
-  const auto best = [](const std::vector<double>& times) { return *std::min_element(times.begin(), times.end()); };
-  std::printf(
-      "%zu rods, solved by %s: %.1f ms a step (best %.1f), %.1f ms of the processor (best %.1f), %.0f ns a rod; "
-      "violation %.1e after %d steps\n",
-      num_links, motion.plan().linear_solver().c_str(), 1e3 * median(wall), 1e3 * best(wall), 1e3 * median(processor),
-      1e3 * best(processor), 1e9 * median(processor) / num_links, motion.report().position_violation, steps);
+  simulate(system, steps);
+  embed(system, steps);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "links: %s\n", error.what());
   return 1;
