@@ -59,6 +59,7 @@ class Forces {
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
   bool has_potentials() const { return !potentials_.empty(); }
+  bool has_formulas() const { return !formulas_.empty(); }
 
   /// M^-1 f of every moving point, where gravity alone acts.
   std::optional<Vec3> uniform_acceleration() const {
@@ -104,8 +105,8 @@ class Forces {
     Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
     Block3* influence_positions;                       ///< of the force on a point in the place of another one
   };
-  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau), drag and formulas; those of pair forces are
-  /// left out.
+  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau; null: as all others), drag and formulas;
+  /// those of pair forces are left out.
   void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
                             const Derivatives& to);
 
