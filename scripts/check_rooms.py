@@ -62,8 +62,10 @@ ROOMS = {
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h zlib.h"),
-    "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
+    "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h zlib.h"),
+    "view":     Sees("", "export", "httplib.h sys/socket.h"),
+    "cli":      Sees("scene report view", "tanor",
+                     "nlohmann/ fmt/ CLI/ unistd.h fcntl.h spawn.h sys/file.h sys/stat.h dlfcn.h"),
     "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }

@@ -14,7 +14,6 @@ namespace tanor::report {
 
 namespace {
 
-constexpr const char* summary_name = "summary.json";
 constexpr const char* arrays_prefix = "final_";
 
 /// A number of a state, which is not known without a start.

@@ -25,6 +25,8 @@ struct RunFacts {
   WallTimes wall;
 };
 
+inline constexpr const char* summary_name = "summary.json";
+
 /// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 

@@ -37,7 +37,7 @@ class LammpsReader {
  public:
   LammpsReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
 
-  LammpsData read() {
+  Imported read() {
     lines_.next();  // the first line is a comment
     std::string section;
     while (lines_.next()) {
@@ -216,7 +216,7 @@ class LammpsReader {
   }
 
   /// Checks the counts, puts the atoms into the order of their ids, and lets bonds and angles name them by it.
-  LammpsData finish() {
+  Imported finish() {
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
     check_count("angles", num_angles_, angles_.size());
@@ -286,14 +286,13 @@ class LammpsReader {
   std::vector<Velocity> velocities_;
   std::vector<NamedBond> bonds_;
   std::vector<NamedAngle> angles_;
-  LammpsData data_;
+  Imported data_;
 };
 
 }  // namespace
 
-LammpsData read_lammps_data(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
-  return LammpsReader(file.filename().string(), text).read();
+Imported read_lammps_data(const std::string& name, std::string_view text) {
+  return LammpsReader(name, text).read();
 }
 
 }  // namespace tanor::scene
