@@ -15,7 +15,7 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
                   "system",
-                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium",
+                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
                   "motion", "enum_names", "tanor"]
 
 
@@ -53,7 +53,7 @@ ROOMS = {
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
-    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "equilibrium", "Eigen/"),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
