@@ -77,10 +77,12 @@ TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamic
 /// Kinetic and potential energy, J, and the work done since the start.
 struct TANOR_API EnergyReport {
   double start = 0.0, now = 0.0;
+  double kinetic = 0.0, potential = 0.0;  ///< now
   double potential_at_start = 0.0;
-  double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
-  double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
-  double work_of_friction = 0.0;  ///< at contacts; on moving guides it may be positive
+  double work_of_supports = 0.0;    ///< by moving supports and time-dependent constraints
+  double work_of_forces = 0.0;      ///< by forces without potential: drag, damping, time-dependent ones
+  double work_of_potentials = 0.0;  ///< of energies that depend on time: the integral of their explicit dU/dt
+  double work_of_friction = 0.0;    ///< at contacts; on moving guides it may be positive
   /// Largest at any step of the kinetic energy, of the change of the potential energy since the start and of each of
   /// the works; at least 1e8 roundings of the energies themselves, since less cannot be told from them.
   double scale = 0.0;

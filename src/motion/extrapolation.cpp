@@ -97,9 +97,9 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),
                w_to = (2.0 * h + 3.0 * p) / (6.0 * (p + h));
   to->work = from.work;
-  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) {
-    to->work.*part += h * (w_before * before.power.*part + w_from * from.power.*part + w_to * to->power.*part);
-  }
+  to->work.add(h * w_before, before.power);
+  to->work.add(h * w_from, from.power);
+  to->work.add(h * w_to, to->power);
   return result;
 }
 

@@ -270,9 +270,7 @@ Power Taylor::integrate_power(const State& from, double h) {
     evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), inside_.a.data());
     mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
     const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, inside_.a.data());
-    sum.supports += h * weights_[i] * power.supports;
-    sum.forces += h * weights_[i] * power.forces;
-    sum.friction += h * weights_[i] * power.friction;
+    sum.add(h * weights_[i], power);
   }
   return sum;
 }

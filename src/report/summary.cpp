@@ -97,10 +97,13 @@ Json describe_violation(const RunFacts& facts, const MotionReport& report) {
 Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has_friction) {
   return {{"start", if_started(facts, report.energy.start)},
           {"end", if_started(facts, report.energy.now)},
+          {"kinetic", if_started(facts, report.energy.kinetic)},
+          {"potential", if_started(facts, report.energy.potential)},
           {"drift_relative", if_started(facts, report.energy.drift_relative())},
           {"work_of_friction", has_friction ? if_started(facts, report.energy.work_of_friction) : Json()},
           {"work_of_supports", if_started(facts, report.energy.work_of_supports)},
-          {"work_of_forces", if_started(facts, report.energy.work_of_forces)}};
+          {"work_of_forces", if_started(facts, report.energy.work_of_forces)},
+          {"work_of_potentials", if_started(facts, report.energy.work_of_potentials)}};
 }
 
 }  // namespace

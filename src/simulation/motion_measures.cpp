@@ -13,7 +13,7 @@
 namespace tanor {
 
 double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
+  const double drift = now - start - work_of_supports - work_of_forces - work_of_potentials - work_of_friction;
   return scale > 0.0 ? drift / scale : 0.0;
 }
 
@@ -26,7 +26,7 @@ constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsil
 void MotionMeasures::begin() {
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
   report_.energy.start = energy.kinetic + energy.potential;
-  report_.energy.now = report_.energy.start;
+  note(energy);
   report_.energy.potential_at_start = energy.potential;
   report_.energy.scale =
       std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
@@ -34,6 +34,12 @@ void MotionMeasures::begin() {
   report_.position_violation = work_.position_violation(state_.t, points_.r.data());
   report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
   report_.acceleration_violation = state_.report.residual;
+}
+
+void MotionMeasures::note(const Energy& energy) {
+  report_.energy.kinetic = energy.kinetic;
+  report_.energy.potential = energy.potential;
+  report_.energy.now = energy.kinetic + energy.potential;
 }
 
 void MotionMeasures::resume() {
@@ -58,14 +64,15 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   measure_violations(step);
   if (step.is_stabilized && integration_.knows_acceleration()) measure_acceleration();
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
-  report_.energy.now = energy.kinetic + energy.potential;
+  note(energy);
   report_.energy.work_of_supports = state_.work.supports;
   report_.energy.work_of_forces = state_.work.forces;
+  report_.energy.work_of_potentials = state_.work.potentials;
   report_.energy.work_of_friction = state_.work.friction;
   report_.energy.scale =
       std::max({report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
                 rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports),
-                std::abs(state_.work.forces), std::abs(state_.work.friction)});
+                std::abs(state_.work.forces), std::abs(state_.work.potentials), std::abs(state_.work.friction)});
   if (model_.has_friction()) measure_friction(is_sound);
   watch_accuracy();
   report_.counters = work_.counters;

@@ -120,6 +120,7 @@ struct Simulation::Implementation {
     model.numbering.gather_points(snapshot.velocities, points.v);
     state.work = {.supports = report.energy.work_of_supports,
                   .forces = report.energy.work_of_forces,
+                  .potentials = report.energy.work_of_potentials,
                   .friction = report.energy.work_of_friction};
     work.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state(&snapshot);
