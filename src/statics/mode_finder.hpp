@@ -28,6 +28,9 @@ class ModeFinder {
   /// Of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 where nothing is stiff.
   double scale() const { return scale_; }
 
+  /// s of the last search, 1/s^2.
+  double shift() const { return shift_; }
+
   /// All of them, by a dense basis Z of what can move: for few freedoms.
   ModeSet find_all();
   /// The lowest `count`, at most half of the freedoms: by Lanczos' method on
