@@ -2,20 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "scene/import_energies.hpp"
 #include "scene/lammps_data.hpp"
 
 namespace tanor::scene {
 namespace {
 
-/// Rods along the bonds of the wanted types (empty: all); moves atoms so that they are short.
-Rods make_rods(const LammpsData& data, const std::vector<std::int64_t>& types, std::vector<Vector3>* positions) {
+/// Moves atoms so that bonds which are energies are short.
+void join_bonds(LammpsData* data) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  for (const LammpsData::Bond& bond : data->bonds) pairs.push_back(bond.atoms);
+  (void)join_molecules(data->cell, pairs, &data->positions);
+}
+
+/// Rods along the bonds of the wanted types; moves atoms so that they are short.
+Rods make_rods(const LammpsData& data, const std::vector<std::int64_t>& types, bool all,
+               std::vector<Vector3>* positions) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
   for (const LammpsData::Bond& bond : data.bonds)
-    if (types.empty() || std::find(types.begin(), types.end(), bond.type) != types.end())
-      rods.pairs.push_back(bond.atoms);
+    if (all || std::find(types.begin(), types.end(), bond.type) != types.end()) rods.pairs.push_back(bond.atoms);
 
   rods.offsets = join_molecules(data.cell, rods.pairs, positions);
   const auto is_zero = [](const Vector3& offset) { return offset == Vector3{}; };
@@ -73,10 +82,21 @@ std::vector<double> flatten(const std::vector<Vector3>& vectors) {
 }  // namespace
 
 PointSet read_import(const Cursor& import, const Context& context) {
-  import.object({"file", "format", "bonds", "types", "angles"});
+  import.object({"file", "format", "bonds", "types", "angles", "dihedrals", "bond_style", "angle_style",
+                 "dihedral_style", "fene_repulsion"});
   import["format"].choice<int>({{ "lammps-data", 0 }}, 0, {"obj", "ply", "gro", "pdb"});
-  import["bonds"].choice<int>({{ "rods", 0 }}, 0);
-  const bool rigid_angles = import["angles"].choice<bool>({{"free", false}, {"rigid", true}}, false);
+  const bool has_bond_energies = import["bonds"].choice<bool>({{"rods", false}, {"energies", true}}, false);
+  enum class Angled { Free, Rigid, Energies };
+  const Angled angled = import["angles"].choice<Angled>(
+      {{"free", Angled::Free}, {"rigid", Angled::Rigid}, {"energies", Angled::Energies}}, Angled::Free);
+  const bool has_dihedrals = import["dihedrals"].choice<bool>({{"free", false}, {"energies", true}}, false);
+  const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
+    if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));
+  };
+  keep_to(has_bond_energies, "bond_style", R"("bonds": "energies")");
+  keep_to(has_bond_energies, "fene_repulsion", R"("bonds": "energies")");
+  keep_to(angled == Angled::Energies, "angle_style", R"("angles": "energies")");
+  keep_to(has_dihedrals, "dihedral_style", R"("dihedrals": "energies")");
 
   const Cursor file = import["file"];
   LammpsData data = file.locate([path = context.file(file)] { return read_lammps_data(path); });
@@ -87,8 +107,11 @@ PointSet read_import(const Cursor& import, const Context& context) {
 
   PointSet set;
   set.source = fmt::format("import: {} (lammps-data)", file.string());
-  set.constraints.emplace_back(make_rods(data, types, &data.positions));
-  if (rigid_angles) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
+  if (has_bond_energies) join_bonds(&data);
+  Rods rods = make_rods(data, types, !has_bond_energies && types.empty(), &data.positions);
+  if (!has_bond_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));
+  if (angled == Angled::Rigid) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
+  set.forces = make_energies(data, {has_bond_energies, angled == Angled::Energies, has_dihedrals, types}, import);
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.masses = std::move(data.masses);
