@@ -90,6 +90,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   const Angled angled = import["angles"].choice<Angled>(
       {{"free", Angled::Free}, {"rigid", Angled::Rigid}, {"energies", Angled::Energies}}, Angled::Free);
   const bool has_dihedrals = import["dihedrals"].choice<bool>({{"free", false}, {"energies", true}}, false);
+  const bool pairs_repel = import["fene_repulsion"].choice<bool>({{"none", false}, {"pair", true}}, false);
   const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
     if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));
   };
@@ -111,7 +112,8 @@ PointSet read_import(const Cursor& import, const Context& context) {
   Rods rods = make_rods(data, types, !has_bond_energies && types.empty(), &data.positions);
   if (!has_bond_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));
   if (angled == Angled::Rigid) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
-  set.forces = make_energies(data, {has_bond_energies, angled == Angled::Energies, has_dihedrals, types}, import);
+  set.forces =
+      make_energies(data, {has_bond_energies, angled == Angled::Energies, has_dihedrals, pairs_repel, types}, import);
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.masses = std::move(data.masses);

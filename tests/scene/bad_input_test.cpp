@@ -363,7 +363,7 @@ const BadInput bad_inputs[] = {
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
      R"(scene.json: /import/format: found string "xyz", wanted lammps-data)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
-     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid)"},
+     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid, energies)"},
 };
 // clang-format on
 
