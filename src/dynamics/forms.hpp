@@ -24,10 +24,10 @@ class Forms {
 
   Workspace work;
   const Model& model{work.model()};
-  std::unique_ptr<MultiplierForm> normal;  ///< null: coordinates alone are given
-  std::unique_ptr<TangentForm> tangent;    ///< null: no coordinates are given
+  std::unique_ptr<MultiplierForm> normal;    ///< null: coordinates alone are given
+  std::unique_ptr<TangentForm> tangent;      ///< null: no coordinates are given
   std::unique_ptr<EquationsOfMotion> given;  ///< somebody else's, in place of both; null: there are none
-  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
+  EquationsOfMotion* main = nullptr;         ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< where "initial" values stand

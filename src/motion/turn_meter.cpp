@@ -71,7 +71,8 @@ void TurnMeter::note(const Mechanics& mechanics, const State& from, const State&
     const std::lock_guard lock(joining);
     step_ = {std::max(step_.place, part.place), std::max(step_.speed, part.speed), std::max(step_.missed, part.missed)};
   });
-  for (double Step::*const each : {&Step::place, &Step::speed, &Step::missed}) step_.*each = mechanics.largest(step_.*each);
+  for (double Step::*const each : {&Step::place, &Step::speed, &Step::missed})
+    step_.*each = mechanics.largest(step_.*each);
   before_ = fastest_;
   fastest_ = std::max(fastest_, step_.speed);
 }

@@ -71,8 +71,7 @@ Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_fri
           {"output", facts.wall.output}};
 }
 
-void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end,
-               JsonObjectFile* json) {
+void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
   const ArrayWriter arrays(json, directory / arrays_prefix, end.system.num_points());
   const auto add_points = [&](std::string_view key, std::span<const double> numbers) {
     arrays.write_points(key, facts.has_started ? Numbers(numbers) : std::nullopt);

@@ -211,9 +211,7 @@ struct Simulation::Implementation {
   }
 
   /// Whether some rank has such points.
-  bool are_some_rigid(const std::vector<Index>& here) {
-    return form.largest(here.empty() ? 0.0 : 1.0) > 0.0;
-  }
+  bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
 
   RankReport find_rank() {
     write_points();

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <random>
 
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 #include <tanor/motion.hpp>
 
-#include "random_numbers.hpp"
 #include "scenes.hpp"
 #include "thread_ranks.hpp"
 
@@ -137,13 +135,17 @@ TEST(CutIslands, StripsThatAreSingularByThemselvesAreSolved) {
 }
 
 /// Owners that follow no geometry: a rank's part is in many pieces.
-RC_GTEST_PROP(CutIslands, AnyOwnersGiveTheSameAccelerations, ()) {
-  const System system = *rc::gen::element(make_chain(12), make_net(5, 4), make_lattice(3)).as("system");
-  const int num_ranks = *rc::gen::inRange(2, 5).as("ranks");
-  std::vector<int> owner = *rc::gen::container<std::vector<int>>(system.num_points(), rc::gen::inRange(0, num_ranks));
-  for (int rank = 0; rank < num_ranks; ++rank) owner[system.num_points() - 1 - static_cast<std::size_t>(rank)] = rank;
-  if (num_ranks == 4 && owner[system.num_points() - 1] == owner[0]) owner[1] = 3;
-  expect_same_instant(system, owner, num_ranks, 1e-11);
+TEST(CutIslands, AnyOwnersGiveTheSameAccelerations) {
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 12; ++trial) {
+    const System system = trial % 3 == 0 ? make_chain(12) : trial % 3 == 1 ? make_net(5, 4) : make_lattice(3);
+    const int num_ranks = 2 + trial % 3;
+    std::vector<int> owner(system.num_points());
+    for (int& rank : owner) rank = static_cast<int>(random() % static_cast<unsigned>(num_ranks));
+    for (int rank = 0; rank < num_ranks; ++rank) owner[static_cast<std::size_t>(3 + rank)] = rank;  // none is idle
+    SCOPED_TRACE(trial);
+    expect_same_instant(system, owner, num_ranks, 1e-11);
+  }
 }
 
 MotionOptions options_of(Method method, double step = 0.0) {
