@@ -282,6 +282,8 @@ double KktSolver::solve(double* x, double* y, int refinements) {
     const bool is_better = now < 0.5 * residual || rows_now < 0.5 * rows_before;
     residual = now;
     rows_before = rows_now;
+    const double rows_given = largest(rows_given_);
+    row_residual_ = rows_given > 0.0 ? rows_now / rows_given : 0.0;
     if ((now < 1e-15 && rows_now < 1e-15 * largest(rows_given_)) || !is_better) break;
   }
   return residual;

@@ -30,6 +30,8 @@ class KktSolver {
   /// x [size()] := a, y [rows of the model] := b on entry; the solution on return. Returns the residual of forces over
   /// the largest force among a and the terms that it balances. `refinements`: how often the whole system is asked.
   double solve(double* x, double* y, int refinements = 3);
+  /// |b - K'x| over |b| after the last solve: near 1 where rows that depend on each other want what no move can do.
+  double row_residual() const { return row_residual_; }
 
   /// How many omega^2 lie below the given one, 1/s^2, by the signs of the pivots of A = L D L' (Sylvester). Empty: one
   /// lies there to rounding, so that a pivot vanishes.
@@ -65,7 +67,7 @@ class KktSolver {
   std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one, where fronts factorize
   std::optional<Cholesky> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
-  double shift_ = 0.0, reciprocal_condition_ = 0.0;
+  double shift_ = 0.0, reciprocal_condition_ = 0.0, row_residual_ = 0.0;
   std::vector<double> ordered_, force_, move_, product_, residual_, given_;  // scratch [size()]
   std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_;  // scratch [rows]
 };

@@ -10,6 +10,7 @@ namespace tanor {
 
 namespace {
 
+constexpr int most_disturbances = 3;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
 double inner_product(const std::vector<double>& a, const double* b) {
@@ -63,7 +64,10 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     ++iterations_;
     constexpr double near = 0.1;
     trusts_newton = (trusts_newton || combined(residual_) < near) && try_newton(state);
-    if (!trusts_newton && !try_descent(state)) return explain(*state, "stalls");
+    if (!trusts_newton && !try_descent(state)) {
+      if (disturbances_ == most_disturbances) return explain(*state, "stalls");
+      disturb(state);
+    }
     if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size)
       return explain(*state, "moves away without end");
   }
@@ -82,6 +86,30 @@ void NewtonDescent::solve_step(Step* step) {
   for (double& x : step->dlambda) x = -x;
   (void)solver_.solve(step->dr.data(), step->dlambda.data());
   for (double& x : step->dlambda) x = -x;
+}
+
+/// Where rows contradict each other to first order, as those of a straight chain that is too long for its supports, a
+/// step that changes no length comes first.
+void NewtonDescent::solve_consistent_step(Step* step) {
+  solve_step(step);
+  constexpr double poor = 0.1;
+  if (solver_.row_residual() < poor) return;
+  step->dr = g_;
+  std::fill(step->dlambda.begin(), step->dlambda.end(), 0.0);
+  (void)solver_.solve(step->dr.data(), step->dlambda.data());
+  for (double& x : step->dlambda) x = -x;
+}
+
+/// Out of a place of perfect symmetry.
+void NewtonDescent::disturb(StaticState* state) {
+  constexpr double part = 0.01;
+  ++disturbances_;
+  for (std::size_t i = 0; i < equations_.size(); ++i)
+    state->r[i] += part * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  std::fill(state->lambda.begin(), state->lambda.end(), 0.0);
+  std::fill(penalties_.begin(), penalties_.end(), 0.0);
+  residual_ = measure(*state);
+  tension_ = find_tension();
 }
 
 bool NewtonDescent::try_newton(StaticState* state) {
@@ -145,7 +173,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
       mass_shift_ = std::max(4.0 * mass_shift_, 1e-4 * frequency2);
       if (!(mass_shift_ < 1e12 * std::max(frequency2, least))) return false;
     }
-    solve_step(&step);
+    solve_consistent_step(&step);
 
     // nu is larger than any multiplier, so that the penalty is exact.
     for (std::size_t a = 0; a < penalties_.size(); ++a)

@@ -59,6 +59,8 @@ class NewtonDescent {
   Outcome explain(const StaticState& state, const char* why) const;
   bool factorize(double shift);
   void solve_step(Step* step);
+  void solve_consistent_step(Step* step);
+  void disturb(StaticState* state);
   double merit(const std::vector<double>& r);
   double find_tension() const;
   void correct_lengths(std::vector<double>* r);
@@ -73,7 +75,7 @@ class NewtonDescent {
   std::vector<double> penalties_;    // nu [row]
   double tension_ = 0.0;             // sigma, N
   double mass_shift_ = 0.0;          // 1/s^2
-  int iterations_ = 0, factorizations_ = 0;
+  int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
 };
 
 }  // namespace tanor

@@ -26,7 +26,14 @@ Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, st
   Projector projector(work, linearization, beside);
   std::vector<double>& r = state->r;
   if (model_.num_rows() > 0) {
-    const ProjectionReport start = NearestPoint(work, linearization, projector).find(t, r.data());
+    const std::vector<double> given = r;
+    ProjectionReport start = NearestPoint(work, linearization, projector).find(t, r.data());
+    if (!start.outcome.ok()) {
+      // From a place of perfect symmetry nothing leads out of it.
+      for (std::size_t i = 0; i < size; ++i)
+        r[i] = given[i] + 0.1 * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+      start = NearestPoint(work, linearization, projector).find(t, r.data());
+    }
     if (!start.outcome.ok()) return start.outcome;
   }
   std::vector<double> g(size), xi(model_.num_rows()), v(r.size(), 0.0), zero(model_.num_rows(), 0.0);
