@@ -305,9 +305,9 @@ Command describe_manual() {
 
 std::vector<Command> make_commands() {
   std::vector<Command> commands;
-  for (const auto& describe :
-       {describe_run, describe_view, describe_info, describe_check, describe_solve, describe_forces,
-        describe_error_time, describe_equilibrium, describe_modes, describe_selftest, describe_help, describe_completion, describe_manual})
+  for (const auto& describe : {describe_run, describe_view, describe_info, describe_check, describe_solve,
+                               describe_forces, describe_error_time, describe_equilibrium, describe_modes,
+                               describe_selftest, describe_help, describe_completion, describe_manual})
     commands.push_back(describe());
   return commands;
 }

@@ -35,8 +35,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   EquilibriumOptions options = scene.equilibrium;
   options.solver = scene.solver;
-  const EquilibriumResult found =
-      naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  const EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
 
   const std::filesystem::path directory = choose_folder(command.out, scene);
   report::make_folder(directory);

@@ -125,7 +125,8 @@ void write_rest_lengths(const scene::Scene& scene, Json* json) {
   for (std::size_t k = 0; k < scene.system.forces.size(); ++k) {
     const auto* springs = std::get_if<Springs>(&scene.system.forces[k]);
     const auto* bonds = std::get_if<Bonds>(&scene.system.forces[k]);
-    if (springs != nullptr && springs->rest_length.is_initial()) (*json)["forces"][k]["rest_length"] = distances(springs->pairs);
+    if (springs != nullptr && springs->rest_length.is_initial())
+      (*json)["forces"][k]["rest_length"] = distances(springs->pairs);
     if (bonds != nullptr && bonds->law != BondLaw::Fene && bonds->rest_length.is_initial())
       (*json)["forces"][k]["rest_length"] = distances(bonds->pairs);
   }
@@ -149,7 +150,8 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
     }
   }
   Json rows = Json::array();
-  for (std::size_t i = 0; i < positions.size(); i += 3) rows.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  for (std::size_t i = 0; i < positions.size(); i += 3)
+    rows.push_back({positions[i], positions[i + 1], positions[i + 2]});
   json["points"] = {{"positions", std::move(rows)}, {"masses", scene.system.masses}};
   replace_file(path, [&](OutputFile* out) { out->write(json.dump() + "\n"); });
 }

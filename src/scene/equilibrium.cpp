@@ -25,7 +25,8 @@ std::vector<Prestress> read_prestress(const Cursor& prestress, const System& sys
       each.tensions = {value.number()};
       continue;
     }
-    for (const Cursor& tension : value.list("a tension, N, or one for each rod")) each.tensions.push_back(tension.number());
+    for (const Cursor& tension : value.list("a tension, N, or one for each rod"))
+      each.tensions.push_back(tension.number());
     if (each.tensions.size() != members)
       value.complain(std::to_string(each.tensions.size()) + " tensions for " + std::to_string(members) +
                      " rods; one for each is right, or one number for all");
@@ -36,8 +37,8 @@ std::vector<Prestress> read_prestress(const Cursor& prestress, const System& sys
 }  // namespace
 
 void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
-  equilibrium.object({"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress",
-                      "friction"});
+  equilibrium.object(
+      {"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress", "friction"});
   EquilibriumOptions& options = scene->equilibrium;
   options.method = equilibrium["method"].choice<EquilibriumMethod>({{"auto", EquilibriumMethod::Auto},
                                                                     {"newton", EquilibriumMethod::Newton},
@@ -56,8 +57,7 @@ void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
     if (!friction.says("ignore")) friction.fail(R"("ignore")");
     options.ignore_friction = true;
   }
-  if (const Cursor prestress = equilibrium["prestress"])
-    options.prestress = read_prestress(prestress, scene->system);
+  if (const Cursor prestress = equilibrium["prestress"]) options.prestress = read_prestress(prestress, scene->system);
 }
 
 }  // namespace tanor::scene
