@@ -18,9 +18,9 @@
 
 #include <tanor/equilibrium.hpp>
 
+#include "../timing.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
-#include "../timing.hpp"
 
 namespace {
 
@@ -165,7 +165,8 @@ int measure(int side, int count, int rounds) {
   std::printf("equilibrium: %d iterations, %.2f s, residual %.1e of the largest force\n", rest.iterations,
               processor_seconds() - begin, rest.residual_force / rest.largest_force);
 
-  const auto state = GivenEquilibrium::stand_at(system, {rest.positions, rest.multipliers, 1e-6}, {.solver = {.threads = 1}});
+  const auto state =
+      GivenEquilibrium::stand_at(system, {rest.positions, rest.multipliers, 1e-6}, {.solver = {.threads = 1}});
   const EquilibriumEquations& equations = state->equations();
   Matrix left(equations.size() + equations.num_rows()), right(equations.size() + equations.num_rows());
   write_pencil(equations, &left, &right);
@@ -185,7 +186,8 @@ int measure(int side, int count, int rounds) {
     std::printf("tanor %.3f s (%zu solves, residual %.1e)  SLEPc %.3f s (%d restarts, %zu modes)  difference %.1e\n",
                 ours.back(), found.solves, found.residual, theirs.back(), other.steps, other.omega2.size(),
                 largest_difference(found.omega2, other.omega2));
-    if (round == 0) std::printf("omega from %.6f to %.6f rad/s\n", std::sqrt(found.omega2[0]), std::sqrt(found.omega2[count - 1]));
+    if (round == 0)
+      std::printf("omega from %.6f to %.6f rad/s\n", std::sqrt(found.omega2[0]), std::sqrt(found.omega2[count - 1]));
   }
   std::printf("medians: tanor %.3f s, SLEPc %.3f s, SLEPc/tanor %.2f\n", median(ours), median(theirs), median(ratios));
   return 0;

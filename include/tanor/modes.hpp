@@ -68,12 +68,12 @@ struct BucklingOptions {
 /// Under p times the loads the points stay where they are, with multipliers lambda_0 + p lambda_1; the equilibrium
 /// buckles at the smallest p > 0 at which Z'W(p)Z is singular.
 struct [[nodiscard]] Buckling {
-  Outcome outcome;             ///< not ok: the shape moves under the load, or is unstable without it
-  double load_factor = 0.0;    ///< infinite where no load in this direction buckles it
-  std::vector<double> shape;   ///< [3n] in which it buckles; q'Mq = 1; empty where it never does
+  Outcome outcome;            ///< not ok: the shape moves under the load, or is unstable without it
+  double load_factor = 0.0;   ///< infinite where no load in this direction buckles it
+  std::vector<double> shape;  ///< [3n] in which it buckles; q'Mq = 1; empty where it never does
 };
 
 TANOR_API Buckling find_buckling(const System& system, std::span<const double> positions,
-                                    const BucklingOptions& options);
+                                 const BucklingOptions& options);
 
 }  // namespace tanor

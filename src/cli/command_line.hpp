@@ -62,6 +62,7 @@ struct ErrorTimeOptions : CommonOptions {
 struct EquilibriumCommand : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::optional<std::size_t> modes;          ///< how many, about what is found; none: not asked for
 };
 
 /// `tanor modes`: small vibrations about the scene's positions.

@@ -201,6 +201,16 @@ Command describe_error_time() {
                     {"tanor error-time net.json --methods taylor,dop853", "two of them"}}});
 }
 
+Value count_of_modes(std::optional<std::size_t>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<std::size_t> number =
+                given == "all" ? std::optional(ModesOptions::all) : read_number<std::size_t>(given);
+            if (!number || *number == 0) return "must be a whole number > 0, or all, not '" + given + "'";
+            *target = number;
+            return {};
+          }};
+}
+
 Command describe_equilibrium() {
   const auto options = std::make_shared<EquilibriumCommand>();
   return complete(
@@ -211,19 +221,10 @@ Command describe_equilibrium() {
                "constraints. Writes summary.json, equilibrium.xyz and equilibrium.json, the scene at rest, into the "
                "folder of results.",
        .arguments = {scene_argument(options)},
-       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+       .options = {{"--modes", "N", count_of_modes(&options->modes), "the lowest modes about it too; all"},
+                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
        .examples = {{"tanor equilibrium net.json", "where does it hang?"},
                     {"tanor run net.out/equilibrium.json --t-end 1", "does it stay there?"}}});
-}
-
-Value count_of_modes(std::optional<std::size_t>* target) {
-  return {Word::Number, [target](const std::string& given) -> std::string {
-            const std::optional<std::size_t> number =
-                given == "all" ? std::optional(ModesOptions::all) : read_number<std::size_t>(given);
-            if (!number || *number == 0) return "must be a whole number > 0, or all, not '" + given + "'";
-            *target = number;
-            return {};
-          }};
 }
 
 Command describe_modes() {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include <tanor/equilibrium.hpp>
@@ -8,6 +9,7 @@
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
+#include "cli/modes.hpp"
 #include "cli/output_folder.hpp"
 #include "report/equilibrium.hpp"
 #include "report/output_file.hpp"
@@ -35,15 +37,33 @@ ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   EquilibriumOptions options = scene.equilibrium;
   options.solver = scene.solver;
-  const EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  std::optional<Modes> vibrations;
+  Outcome buckled;
+  if (found.outcome.ok()) {
+    naming_file(command.scene, [&] {
+      if (command.modes) {
+        ModesOptions wanted = modes_options(scene);
+        wanted.count = *command.modes;
+        wanted.multipliers = found.multipliers;
+        vibrations = modes(scene.system, found.positions, wanted);
+      }
+      if (scene.buckling_loads.empty()) return;
+      const Buckling buckling = find_buckling(scene.system, found.positions, buckling_options(scene));
+      buckled = buckling.outcome;
+      if (buckled.ok()) found.buckling_load_factor = buckling.load_factor;
+    });
+  }
 
   const std::filesystem::path directory = choose_folder(command.out, scene);
   report::make_folder(directory);
   const FolderLock lock(directory, "equilibrium");
-  report::write_equilibrium(directory, scene, found);
+  report::write_equilibrium(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (!command.json) fmt::print("{}; results in {}\n", describe(found), directory.string());
+  if (vibrations && !vibrations->outcome.ok()) return tell(command.scene, vibrations->outcome.what);
+  if (!buckled.ok()) return tell(command.scene, buckled.what);
   return ExitCode::Done;
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
+#include "cli/modes.hpp"
 #include "cli/output_folder.hpp"
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
@@ -37,10 +39,27 @@ std::string describe(const Modes& modes) {
 
 }  // namespace
 
+ModesOptions modes_options(const scene::Scene& scene) {
+  ModesOptions options = scene.modes;
+  options.time = scene.equilibrium.at;
+  options.prestress = scene.equilibrium.prestress;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
+}
+
+BucklingOptions buckling_options(const scene::Scene& scene) {
+  BucklingOptions options;
+  options.loads = scene.buckling_loads;
+  options.time = scene.equilibrium.at;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
+}
+
 ExitCode execute(const ModesCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
-  ModesOptions options = scene.modes;
-  options.solver = scene.solver;
+  ModesOptions options = modes_options(scene);
   if (command.count) options.count = *command.count;
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   const Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
@@ -51,9 +70,8 @@ ExitCode execute(const ModesCommand& command) {
   for (const Support& support : scene.system.supports) facts.supports += support.points.size();
   facts.equations = found.multipliers.size();
   if (!scene.buckling_loads.empty()) {
-    facts.buckling = in_scene([&] {
-      return find_buckling(scene.system, scene.system.positions, {.loads = scene.buckling_loads, .solver = scene.solver});
-    });
+    facts.buckling =
+        in_scene([&] { return find_buckling(scene.system, scene.system.positions, buckling_options(scene)); });
   }
 
   const fs::path directory = choose_folder(command.out, scene);
@@ -62,10 +80,11 @@ ExitCode execute(const ModesCommand& command) {
   report::write_modes(directory, facts, found);
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
-  fmt::print("{}; results in {}\n", describe(found), directory.string());
+  if (command.json) print_json_file(directory / "summary.json");
+  if (!command.json) fmt::print("{}; results in {}\n", describe(found), directory.string());
   if (!facts.buckling) return ExitCode::Done;
   if (!facts.buckling->outcome.ok()) return tell(command.scene, facts.buckling->outcome.what);
-  fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
+  if (!command.json) fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
   return ExitCode::Done;
 }
 

@@ -9,6 +9,7 @@
 
 #include "report/array_writer.hpp"
 #include "report/json_text.hpp"
+#include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
 #include "report/xyz_trajectory.hpp"
@@ -47,7 +48,8 @@ Json describe(const EquilibriumResult& found) {
           {"residuals", found.residuals}};
 }
 
-void write_summary(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found) {
+void write_summary(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
+                   const std::optional<Modes>& modes) {
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
     json.add("scene", scene.name);
@@ -56,6 +58,7 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     json.add("points", scene.system.num_points());
     json.add("equations", found.multipliers.size());
     json.add("equilibrium", describe(found));
+    add_modes(directory, modes, &json);
     const ArrayWriter arrays(&json, directory / "final_", scene.system.num_points());
     json.begin_object("final");
     arrays.write_points("positions", found.positions);
@@ -163,8 +166,9 @@ std::string_view name_of(Stability status) {
   return names[static_cast<std::size_t>(status)];
 }
 
-void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found) {
-  write_summary(directory, scene, found);
+void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
+                       const std::optional<Modes>& modes) {
+  write_summary(directory, scene, found, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
   XyzTrajectory(directory / "equilibrium.xyz").write(scene.equilibrium.at, shown, found.positions, at_rest);

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
-#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
 
 #include "scene/scene.hpp"
 
@@ -12,8 +13,8 @@ namespace tanor::report {
 std::string_view name_of(Stability status);
 
 /// summary.json and equilibrium.xyz, and, where an equilibrium was found, equilibrium.json: the scene at rest there,
-/// which `tanor run` accepts.
+/// which `tanor run` accepts. `modes`: about it, where somebody asked for them.
 void write_equilibrium(const std::filesystem::path& directory, const scene::Scene& scene,
-                       const EquilibriumResult& found);
+                       const EquilibriumResult& found, const std::optional<Modes>& modes = {});
 
 }  // namespace tanor::report

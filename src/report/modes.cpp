@@ -90,8 +90,7 @@ void add_modes(const fs::path& directory, const std::optional<Modes>& modes, Jso
     return json->add("modes", {});
   }
   const std::size_t count = modes->count(), points = count > 0 ? modes->shapes.size() / (3 * count) : 0;
-  replace_file(directory / shapes_name,
-               [&](OutputFile* file) { write_npy(file, modes->shapes, {count, points, 3}); });
+  replace_file(directory / shapes_name, [&](OutputFile* file) { write_npy(file, modes->shapes, {count, points, 3}); });
   json->begin_object("modes");
   json->add("count", count);
   json->add_numbers("omega", modes->omega);

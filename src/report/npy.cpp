@@ -20,8 +20,8 @@ constexpr std::size_t alignment = 64;
 
 std::string make_header(std::string_view type, const std::vector<std::size_t>& shape) {
   const char* const comma = shape.size() == 1 ? "," : "";
-  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}", type,
-                                 fmt::join(shape, ", "), comma);
+  std::string text =
+      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}", type, fmt::join(shape, ", "), comma);
   const std::size_t length = magic.size() + 2 + text.size() + 1;
   text.append((alignment - length % alignment) % alignment, ' ');
   text += '\n';

@@ -52,8 +52,9 @@ System without_loads(const System& system, const std::vector<std::string>& loads
   }
   const auto missing = std::ranges::find(is_found, false);
   if (loads.empty() || missing != is_found.end())
-    throw InputError("/modes/buckling", "no force has the name '" +
-                                            (loads.empty() ? "" : loads[static_cast<std::size_t>(missing - is_found.begin())]) + "'");
+    throw InputError("/modes/buckling",
+                     "no force has the name '" +
+                         (loads.empty() ? "" : loads[static_cast<std::size_t>(missing - is_found.begin())]) + "'");
   return result;
 }
 
@@ -162,14 +163,17 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   try {
     unloaded = GivenEquilibrium::stand_at(rest, claim, same);
   } catch (const InputError& error) {
-    return fail(Status::NoSolution, "the shape moves with the load, so that its stiffness is not linear in the load "
-                                    "factor: without it " + std::string(error.what()));
+    return fail(Status::NoSolution,
+                "the shape moves with the load, so that its stiffness is not linear in the load "
+                "factor: without it " +
+                    std::string(error.what()));
   }
   // Points that a load holds rigid by prestress move without it.
   if (unloaded->equations().size() != state.equations().size())
     return fail(Status::NoSolution, "the load holds points rigid by prestress, which no load factor multiplies");
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
-    return fail(Status::NotUnique, "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
+    return fail(Status::NotUnique,
+                "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
   if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};
 
   LoadedStiffness stiffness(&state, unloaded->multipliers());

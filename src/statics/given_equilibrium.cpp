@@ -22,8 +22,8 @@ constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds 
 
 void check_size(std::size_t found, std::size_t wanted, const char* name) {
   if (found != wanted) {
-    throw InputError(
-        "", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) + " are needed");
+    throw InputError("", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) +
+                             " are needed");
   }
 }
 

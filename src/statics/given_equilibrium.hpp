@@ -20,7 +20,8 @@ struct EquilibriumClaim {
   double force_tolerance;               ///< of the largest force
 };
 
-/// A system that stands in an equilibrium that somebody else has found, linearised there. Arrays are in the inner order.
+/// A system that stands in an equilibrium that somebody else has found, linearised there. Arrays are in the inner
+/// order.
 class GivenEquilibrium {
  public:
   /// Throws InputError where it is none, naming the worst point. Of `options` those that say what the system is count:

@@ -12,7 +12,6 @@
 #include <string>
 #include <utility>
 
-
 namespace tanor {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
@@ -63,7 +62,8 @@ void ModeFinder::find_stiffness_scale() {
   for (std::size_t i = 0; i < W.num_points(); ++i) {
     for (auto k = static_cast<std::size_t>(W.start()[i]); k < static_cast<std::size_t>(W.start()[i + 1]); ++k) {
       if (W.columns()[k] != static_cast<int>(i)) continue;
-      for (const double value : W.blocks()[k].entries) largest = std::max(largest, std::abs(value) / equations_.model().mass[i]);
+      for (const double value : W.blocks()[k].entries)
+        largest = std::max(largest, std::abs(value) / equations_.model().mass[i]);
     }
   }
   if (largest > 0.0) scale_ = largest;
@@ -118,7 +118,8 @@ class ModeFinder::Operator {
  public:
   using Scalar = double;
 
-  Operator(ModeFinder& finder, const MatrixXd& found) : finder_(finder), found_(finder.root_mass_.asDiagonal() * found) {}
+  Operator(ModeFinder& finder, const MatrixXd& found)
+      : finder_(finder), found_(finder.root_mass_.asDiagonal() * found) {}
 
   Rows rows() const { return finder_.mass_.size(); }
   Rows cols() const { return rows(); }
@@ -243,11 +244,12 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     found.resize(mass_.size(), modes.shapes.cols() + more.cols());
     found << modes.shapes, more;
     // The lowest ones are kept, with as many behind them as before.
-    const ModeSet merged = rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())});
+    const ModeSet merged =
+        rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())});
     found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));
   }
-  return fail(Status::NotConverged, "Lanczos' method found " + std::to_string(found.cols()) + " of " +
-                                        std::to_string(count) + " modes");
+  return fail(Status::NotConverged,
+              "Lanczos' method found " + std::to_string(found.cols()) + " of " + std::to_string(count) + " modes");
 }
 
 }  // namespace tanor

@@ -13,10 +13,10 @@ namespace tanor {
 /// Some modes of Z'WZ q = omega^2 Z'MZ q, K'Z = 0, in the inner order of points.
 struct ModeSet {
   Outcome outcome;
-  Eigen::VectorXd omega2;   ///< increasing, 1/s^2
-  Eigen::MatrixXd shapes;   ///< x = Zq by columns, [3 moving points x modes], x'Mx = 1
-  double residual = 0.0;    ///< largest |M^-1/2 (W x + K mu - omega^2 M x)| over the largest |omega^2|
-  std::size_t solves = 0;   ///< with a factor of the KKT matrix
+  Eigen::VectorXd omega2;  ///< increasing, 1/s^2
+  Eigen::MatrixXd shapes;  ///< x = Zq by columns, [3 moving points x modes], x'Mx = 1
+  double residual = 0.0;   ///< largest |M^-1/2 (W x + K mu - omega^2 M x)| over the largest |omega^2|
+  std::size_t solves = 0;  ///< with a factor of the KKT matrix
 };
 
 /// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K.

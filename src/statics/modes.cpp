@@ -109,7 +109,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
     if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
       return fail(result, Status::NotUnique,
                   "rods pull against each other by a self-stress that the forces do not determine, and the stiffness "
-                  "depends on it (" + rows + "); a prestress must be given");
+                  "depends on it (" +
+                      rows + "); a prestress must be given");
   }
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom);
@@ -119,8 +120,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   write_modes(state, found, plan.count, zero, &result);
   result.residual_max = found.residual;
   if (result.zero_modes > 0) {
-    result.rigid_zero_modes =
-        std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
+    result.rigid_zero_modes = std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
   }
   return result;
 }

@@ -1,5 +1,5 @@
-/// Small vibrations with closed forms: chains that bend (A3), hang (B3), stand or buckle (B4), charges on a sphere (B6),
-/// a prestressed net (B8).
+/// Small vibrations with closed forms: chains that bend (A3), hang (B3), stand or buckle (B4), charges on a sphere
+/// (B6), a prestressed net (B8).
 
 #include <algorithm>
 #include <cmath>
@@ -180,7 +180,8 @@ TEST(HingedChain, SwingsAboutItsBentShapeInThePlane) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
   System system = make_chain(6, {0.2, 0.0, 0.0}, 0.05);
   for (std::size_t i = 0; i < 6; ++i) {
-    for (std::size_t axis = 0; axis < 2; ++axis) system.positions[3 * (i + 1) + axis] = number(file.at("nodes")[i][axis]);
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      system.positions[3 * (i + 1) + axis] = number(file.at("nodes")[i][axis]);
   }
   system.supports = {Support{"", {0}}};
   system.constraints.push_back(Planes{"paper", {1, 2, 3, 4, 5}, Vector3{0, 0, 1}, 0.0});
@@ -205,8 +206,7 @@ TEST(ChargesOnASphere, HaveThreeZeroModes) {
       system.masses.push_back(1.0);
     }
     system.constraints = {Spheres{"sphere", all, Vector3{0, 0, 0}, 1.0}};
-    system.forces = {
-        Potential{"charges", pairs, formula_potential("1/sqrt((x2-x1)^2+(y2-y1)^2+(z2-z1)^2)", 2), {}}};
+    system.forces = {Potential{"charges", pairs, formula_potential("1/sqrt((x2-x1)^2+(y2-y1)^2+(z2-z1)^2)", 2), {}}};
     std::vector<double> wanted = numbers(each.at("omega2"));
     for (double& omega : wanted) omega = std::sqrt(omega);
 
@@ -269,7 +269,8 @@ TEST(PrestressedNet, WithFixedEndsIsRefusedUnlessItsTensionsAreGiven) {
 
   std::vector<double> tensions;
   for (const auto& [i, j] : std::get<Rods>(system.constraints[0]).pairs) {
-    const bool is_along_x = system.positions[3 * static_cast<std::size_t>(i)] != system.positions[3 * static_cast<std::size_t>(j)];
+    const bool is_along_x =
+        system.positions[3 * static_cast<std::size_t>(i)] != system.positions[3 * static_cast<std::size_t>(j)];
     tensions.push_back(is_along_x ? 12.0 : 8.0);
   }
   expect_omega(all_modes(system, {.prestress = {{"wires", tensions}}}),
