@@ -10,8 +10,14 @@
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t)
+Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make)
     : work(std::move(system), options, t), start_time_(t) {
+  if (make) {
+    given = make(work);
+    main = given.get();
+    make_plan();
+    return;
+  }
   const bool has_coordinates = !work.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
@@ -77,7 +83,7 @@ void Forms::make_plan() {
   if (!model.has_friction()) left_out.push_back("friction stage: constraints are ideal");
   if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
-  if (normal == nullptr) left_out.push_back("normal form: no constraints are given");
+  if (normal == nullptr && given == nullptr) left_out.push_back("normal form: no constraints are given");
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
@@ -121,6 +127,7 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
 
 Outcome Forms::reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta) {
   if (eta != nullptr) main->write_reactions(at.own, found, eta);
+  if (given != nullptr) std::copy(found.lambda.begin(), found.lambda.end(), lambda);
   if (normal == nullptr) return {};
   if (is_tangent()) {
     scratch_.resize(3 * model.num_points());
@@ -144,9 +151,10 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
     report.prestress_rigid_points = find_prestress_rigid_points(model.system, report);
     return report;
   }
-  // Coordinates alone: as many degrees of freedom as there are coordinates.
   RankReport report;
   report.is_known = false;
+  if (given != nullptr) return report;
+  // Coordinates alone: as many degrees of freedom as there are coordinates.
   report.degrees_of_freedom = work.coordinates.num_coordinates();
   return report;
 }

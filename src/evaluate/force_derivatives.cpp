@@ -62,7 +62,7 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
         const Vec3 unit = (1.0 / length) * a;
         const double along = dot(unit, b), c = spring.damping;
         double tension = spring.stiffness * (length - spring.rest_length) + c * along;
-        if (spring.compliant >= 0) {
+        if (tau != nullptr && spring.compliant >= 0) {
           tension = -tau[spring.compliant];
         } else {
           by_position.add_product(-1.0, unit, spring.stiffness * unit + (c / length) * (b - along * unit));

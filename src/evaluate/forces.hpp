@@ -60,6 +60,7 @@ class Forces {
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
   bool has_potentials() const { return !potentials_.empty(); }
+  bool has_formulas() const { return !formulas_.empty(); }
 
   /// M^-1 f of every moving point, where gravity alone acts.
   std::optional<Vec3> uniform_acceleration() const {
@@ -106,8 +107,8 @@ class Forces {
     Block3* influence_positions;                       ///< of the force on a point in the place of another one
     Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
   };
-  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau), drag, formulas, energies and pair forces
-  /// with a smooth law; those of pair forces with a cutoff are left out.
+  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau; null: as all others), drag, formulas,
+  /// energies and pair forces with a smooth law; those of pair forces with a cutoff are left out.
   void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
                             const Derivatives& to);
 

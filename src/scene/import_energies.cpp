@@ -20,7 +20,7 @@ double radians(double degrees) {
 class Styled {
  public:
   /// `what`: "bond", whose style `key` says.
-  Styled(const Cursor& key, const char* what, const LammpsData::Coefficients& coefficients,
+  Styled(const Cursor& key, const char* what, const Imported::Coefficients& coefficients,
          std::initializer_list<std::string_view> known)
       : key_(key), what_(what), coefficients_(coefficients) {
     std::string list;
@@ -56,7 +56,7 @@ class Styled {
 
   Cursor key_;
   std::string what_, style_;
-  const LammpsData::Coefficients& coefficients_;
+  const Imported::Coefficients& coefficients_;
 };
 
 /// Members by type, each in the order of the file.
@@ -71,7 +71,7 @@ auto sort_by_type(const std::vector<Member>& members, const std::vector<std::int
   return result;
 }
 
-void add_bonds(const LammpsData& data, const ImportChoices& choices, const Cursor& import, std::vector<Force>* forces) {
+void add_bonds(const Imported& data, const ImportChoices& choices, const Cursor& import, std::vector<Force>* forces) {
   const Styled styled(import["bond_style"], "bond", data.bond_coefficients, {"harmonic", "fene", "morse"});
   for (auto& [type, pairs] : sort_by_type(data.bonds, choices.rod_types)) {
     Bonds bonds{.name = fmt::format("bonds{}", type), .pairs = std::move(pairs)};
@@ -101,7 +101,7 @@ void add_bonds(const LammpsData& data, const ImportChoices& choices, const Curso
   }
 }
 
-void add_angles(const LammpsData& data, const Cursor& import, std::vector<Force>* forces) {
+void add_angles(const Imported& data, const Cursor& import, std::vector<Force>* forces) {
   const Styled styled(import["angle_style"], "angle", data.angle_coefficients,
                       {"harmonic", "cosine", "cosine/squared"});
   for (auto& [type, triples] : sort_by_type(data.angles)) {
@@ -120,7 +120,7 @@ void add_angles(const LammpsData& data, const Cursor& import, std::vector<Force>
 }
 
 /// LAMMPS writes multi/harmonic in cos phi, our `multi` is in cos psi = -cos phi.
-void add_dihedrals(const LammpsData& data, const Cursor& import, std::vector<Force>* forces) {
+void add_dihedrals(const Imported& data, const Cursor& import, std::vector<Force>* forces) {
   const Styled styled(import["dihedral_style"], "dihedral", data.dihedral_coefficients,
                       {"opls", "multi/harmonic", "charmm", "harmonic"});
   for (auto& [type, quadruples] : sort_by_type(data.dihedrals)) {
@@ -152,7 +152,7 @@ void add_dihedrals(const LammpsData& data, const Cursor& import, std::vector<For
 
 /// Energies know no images: all of a member's atoms have to lie side by side once molecules are joined.
 template <class Member>
-void refuse_torn(const LammpsData& data, const std::vector<Member>& members, const char* what, const Cursor& wanted) {
+void refuse_torn(const Imported& data, const std::vector<Member>& members, const char* what, const Cursor& wanted) {
   const std::array<std::int64_t, 3> here{};
   for (const Member& member : members) {
     for (std::size_t k = 1; k < member.atoms.size(); ++k) {
@@ -169,7 +169,7 @@ void refuse_torn(const LammpsData& data, const std::vector<Member>& members, con
 
 }  // namespace
 
-std::vector<Force> make_energies(const LammpsData& data, const ImportChoices& choices, const Cursor& import) {
+std::vector<Force> make_energies(const Imported& data, const ImportChoices& choices, const Cursor& import) {
   std::vector<Force> forces;
   if (choices.bonds_are_energies && !data.bonds.empty()) {
     refuse_torn(data, data.bonds, "bond", import["bonds"]);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "scene/context.hpp"
-#include "scene/lammps_data.hpp"
+#include "scene/imported.hpp"
 
 namespace tanor::scene {
 
@@ -17,6 +17,6 @@ struct ImportChoices {
 /// Energies of a LAMMPS data file, a group for each type, by the coefficients of its styles: those that `import` names,
 /// or else those of the comments behind the sections' titles. Our k is the number in front of ½(…)²: that of LAMMPS'
 /// squares is doubled. `data`: of molecules that are joined. Throws InputError naming style, type and what is missing.
-std::vector<Force> make_energies(const LammpsData& data, const ImportChoices& choices, const Cursor& import);
+std::vector<Force> make_energies(const Imported& data, const ImportChoices& choices, const Cursor& import);
 
 }  // namespace tanor::scene

@@ -38,7 +38,7 @@ class LammpsReader {
  public:
   LammpsReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
 
-  LammpsData read() {
+  Imported read() {
     lines_.next();  // the first line is a comment
     std::string section;
     while (lines_.next()) {
@@ -50,7 +50,7 @@ class LammpsReader {
         section = content;
         const std::string_view style = hash == std::string_view::npos ? "" : first_word(lines_.line().substr(hash + 1));
         if (section == "Atoms" && hash != std::string_view::npos) find_style(style);
-        if (LammpsData::Coefficients* const coefficients = coefficients_of(section)) coefficients->style = style;
+        if (Imported::Coefficients* const coefficients = coefficients_of(section)) coefficients->style = style;
       } else if (section.empty()) {
         read_header(words);
       } else if (section == "Masses") {
@@ -65,7 +65,7 @@ class LammpsReader {
         angles_.push_back(read_tuple<3>(words, "angle", data_.num_angle_types));
       } else if (section == "Dihedrals") {
         dihedrals_.push_back(read_tuple<4>(words, "dihedral", data_.num_dihedral_types));
-      } else if (LammpsData::Coefficients* const coefficients = coefficients_of(section)) {
+      } else if (Imported::Coefficients* const coefficients = coefficients_of(section)) {
         read_coefficients(words, coefficients);
       }
     }
@@ -233,14 +233,14 @@ class LammpsReader {
     return tuple;
   }
 
-  LammpsData::Coefficients* coefficients_of(std::string_view section) {
+  Imported::Coefficients* coefficients_of(std::string_view section) {
     return section == "Bond Coeffs"       ? &data_.bond_coefficients
            : section == "Angle Coeffs"    ? &data_.angle_coefficients
            : section == "Dihedral Coeffs" ? &data_.dihedral_coefficients
                                           : nullptr;
   }
   /// "type number …"; of hybrid styles the name of each type's own style stands in between.
-  void read_coefficients(const Words& words, LammpsData::Coefficients* coefficients) {
+  void read_coefficients(const Words& words, Imported::Coefficients* coefficients) {
     const std::int64_t type = integer(words[0], "a type", 1, most);
     std::vector<double> numbers;
     for (const std::string_view word : std::span(words).subspan(1)) {
@@ -251,7 +251,7 @@ class LammpsReader {
   }
 
   /// Checks the counts, puts the atoms into the order of their ids, and lets bonds and angles name them by it.
-  LammpsData finish() {
+  Imported finish() {
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
     check_count("angles", num_angles_, angles_.size());
@@ -329,14 +329,13 @@ class LammpsReader {
   std::vector<NamedBond> bonds_;
   std::vector<NamedTuple<3>> angles_;
   std::vector<NamedTuple<4>> dihedrals_;
-  LammpsData data_;
+  Imported data_;
 };
 
 }  // namespace
 
-LammpsData read_lammps_data(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
-  return LammpsReader(file.filename().string(), text).read();
+Imported read_lammps_data(const std::string& name, std::string_view text) {
+  return LammpsReader(name, text).read();
 }
 
 }  // namespace tanor::scene

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "scene/entries.hpp"
+#include "scene/modes.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
@@ -132,7 +133,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   const Document document(text, file.string());
   const Cursor root(document);
   root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
-               "coordinates", "forces", "friction", "motion", "solver"});
+               "coordinates", "forces", "friction", "motion", "solver", "modes"});
   check_version(root["tanor_scene"]);
 
   Scene scene;
@@ -170,6 +171,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .forces = std::move(forces),
                   .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
                   .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
+  read_modes(root["modes"], &scene);
   try {
     validate(scene.system);
   } catch (const InputError& error) {

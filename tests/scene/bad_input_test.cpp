@@ -357,11 +357,10 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /import/file: missing, wanted a string)"},
     {"ImportFileCannotBeRead", R"({"tanor_scene": 1, "import": {"file": "nowhere.data"}})",
      R"(scene.json: /import/file: nowhere.data cannot be read: No such file or directory)"},
-    {"ImportFormatIsPlanned", R"({"tanor_scene": 1, "import": {"file": "a.obj", "format": "obj"}})",
-     R"(scene.json: /import/format: found string "obj", which this version of tanor does not have yet, wanted )"
-     R"(lammps-data)"},
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
-     R"(scene.json: /import/format: found string "xyz", wanted lammps-data)"},
+     R"(scene.json: /import/format: found string "xyz", wanted one of lammps-data, obj, ply, gro, pdb)"},
+    {"ImportedBondsAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "bonds": "glue"}})",
+     R"(scene.json: /import/bonds: found string "glue", wanted one of rods, distance, none)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
      R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid, energies)"},
 };
