@@ -41,11 +41,11 @@ struct EquilibriumOptions {
   double force_tolerance = 1e-10;  ///< of the largest force, > 0
   int max_iterations = 500;        ///< > 0
   AcceptedEquilibria accept = AcceptedEquilibria::Stable;
-  double at = 0.0;                ///< s: the time of all that depends on time
-  int load_steps = 1;             ///< > 0: gravity and constant forces grow in so many equal steps
+  double at = 0.0;     ///< s: the time of all that depends on time
+  int load_steps = 1;  ///< > 0: gravity and constant forces grow in so many equal steps
   std::vector<Prestress> prestress{};
-  bool ignore_friction = false;   ///< else Coulomb friction is an InputError: it rests in many places
-  SolverOptions solver{};         ///< ordering and threads
+  bool ignore_friction = false;  ///< else Coulomb friction is an InputError: it rests in many places
+  SolverOptions solver{};        ///< ordering and threads
 };
 
 /// An equilibrium f + K lambda = 0, xi = 0 at rest. Arrays are in the user's order.
@@ -60,16 +60,17 @@ struct [[nodiscard]] EquilibriumResult {
   std::vector<bool> multipliers_unique;           ///< [equations]
   std::size_t self_stress_states = 0;             ///< ways in which rods can pull against each other without a load
   std::vector<std::string> dependences;           ///< "rods[17] depends on rods[3], rods[9]"
-  double residual_force = 0.0, largest_force = 0.0;  ///< N: the largest |f + K lambda| of a point; what it is small beside
-  double violation = 0.0;                            ///< largest |xi|/|gradient|/length
-  double energy = 0.0;                               ///< J, of all forces that have a potential
+  double residual_force = 0.0,
+         largest_force = 0.0;  ///< N: the largest |f + K lambda| of a point; what it is small beside
+  double violation = 0.0;      ///< largest |xi|/|gradient|/length
+  double energy = 0.0;         ///< J, of all forces that have a potential
   std::size_t unstable_directions = 0, zero_modes = 0, rigid_zero_modes = 0;  ///< rigid ones are among zero modes
   /// Lowest omega^2 of Z'WZ q = omega^2 Z'MZ q that is no zero mode, 1/s^2, and its shape, 3n, q'Mq = 1; NaN and empty
   /// where nothing can move or energy decides nothing.
   double lowest_omega2 = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> lowest_shape;
   double buckling_load_factor = std::numeric_limits<double>::quiet_NaN();  ///< NaN: nobody asked
-  std::vector<double> residuals;      ///< N, of each iteration
+  std::vector<double> residuals;                                           ///< N, of each iteration
   std::vector<std::string> left_out;  ///< what took no part, by name; what was found on the way
 };
 

@@ -201,6 +201,21 @@ Command describe_error_time() {
                     {"tanor error-time net.json --methods taylor,dop853", "two of them"}}});
 }
 
+Command describe_equilibrium() {
+  const auto options = std::make_shared<EquilibriumCommand>();
+  return complete(
+      options,
+      {.name = "equilibrium",
+       .summary = "where a scene rests, and whether it is stable there",
+       .text = "Finds positions and reactions at rest from the positions of the scene, which need not satisfy the "
+               "constraints. Writes summary.json, equilibrium.xyz and equilibrium.json, the scene at rest, into the "
+               "folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+       .examples = {{"tanor equilibrium net.json", "where does it hang?"},
+                    {"tanor run net.out/equilibrium.json --t-end 1", "does it stay there?"}}});
+}
+
 Value count_of_modes(std::optional<std::size_t>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
             const std::optional<std::size_t> number =
@@ -290,9 +305,9 @@ Command describe_manual() {
 
 std::vector<Command> make_commands() {
   std::vector<Command> commands;
-  for (const auto& describe :
-       {describe_run, describe_view, describe_info, describe_check, describe_solve, describe_forces,
-        describe_error_time, describe_modes, describe_selftest, describe_help, describe_completion, describe_manual})
+  for (const auto& describe : {describe_run, describe_view, describe_info, describe_check, describe_solve,
+                               describe_forces, describe_error_time, describe_equilibrium, describe_modes,
+                               describe_selftest, describe_help, describe_completion, describe_manual})
     commands.push_back(describe());
   return commands;
 }

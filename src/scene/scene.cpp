@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "scene/entries.hpp"
+#include "scene/equilibrium.hpp"
 #include "scene/modes.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
@@ -133,7 +134,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   const Document document(text, file.string());
   const Cursor root(document);
   root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
-               "coordinates", "forces", "friction", "motion", "solver", "modes"});
+               "coordinates", "forces", "friction", "motion", "solver", "equilibrium", "modes"});
   check_version(root["tanor_scene"]);
 
   Scene scene;
@@ -171,6 +172,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .forces = std::move(forces),
                   .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
                   .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
+  read_equilibrium(root["equilibrium"], &scene);
   read_modes(root["modes"], &scene);
   try {
     validate(scene.system);

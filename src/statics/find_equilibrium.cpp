@@ -143,9 +143,9 @@ void Search::classify() {
   result_.zero_modes = inertia_.zero;
   result_.rigid_zero_modes = inertia_.rigid_zero;
   result_.lowest_omega2 = inertia_.lowest;
-  result_.status = inertia_.negative > 0                    ? Stability::Unstable
-                   : inertia_.zero > inertia_.rigid_zero    ? Stability::Marginal
-                                                            : Stability::Stable;
+  result_.status = inertia_.negative > 0                 ? Stability::Unstable
+                   : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
+                                                         : Stability::Stable;
 }
 
 /// Along the shape that gains most energy, to somewhere else.
@@ -154,7 +154,8 @@ Outcome Search::leave_unstable() {
   constexpr double far = 0.05;  // of the scene's size
   for (int time = 0; time < most_times && result_.status == Stability::Unstable; ++time) {
     double longest = 0.0;
-    for (std::size_t i = 0; i < model_.num_moving(); ++i) longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
+    for (std::size_t i = 0; i < model_.num_moving(); ++i)
+      longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
     const StaticState unstable = state_;
     for (std::size_t i = 0; i < inertia_.shape.size(); ++i)
       state_.r[i] += far * model_.scene_size / longest * inertia_.shape[i];
@@ -217,8 +218,7 @@ void Search::describe() {
     const RankReport rank = multipliers_.rank(state_.r);
     result_.multipliers_unique = rank.multipliers_unique;
     for (const RowDependence& dependence : rank.dependences) result_.dependences.push_back(dependence.what);
-    result_.self_stress_states =
-        rank.dependences.size() - (model_.num_rows() - model_.numbering.first_idle_row());
+    result_.self_stress_states = rank.dependences.size() - (model_.num_rows() - model_.numbering.first_idle_row());
     if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest}).force <=
                                               std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale))
       state_.lambda = std::move(smallest);

@@ -173,8 +173,8 @@ void KktSolver::assemble(double shift) {
     if (stiffness_slots_[k] >= 0) blocks_[static_cast<std::size_t>(stiffness_slots_[k])] = W.blocks()[k];
   }
   for (std::size_t i = 0; i < place_.size(); ++i)
-    blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(
-        shift * model_.mass[i]);
+    blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(shift *
+                                                                                                        model_.mass[i]);
   find_penalties(shift);
   // += C g_a g_b'
   for (const auto& [row, a, b, sign, at] : products_)
@@ -240,8 +240,7 @@ void KktSolver::solve_shifted(double* x, double* y) {
     const double now = dot(scaled_, rows_residual_);
     if (step == 0) first = now;
     if (!(now > enough * first) || (step > 0 && now > before)) break;
-    for (std::size_t k = 0; k < rows; ++k)
-      direction_[k] = scaled_[k] + (step > 0 ? now / before * direction_[k] : 0.0);
+    for (std::size_t k = 0; k < rows; ++k) direction_[k] = scaled_[k] + (step > 0 ? now / before * direction_[k] : 0.0);
     before = now;
     std::fill(force_.begin(), force_.end(), 0.0);
     equations_.add_reactions(direction_.data(), force_.data());
@@ -272,8 +271,7 @@ double KktSolver::solve(double* x, double* y, int refinements) {
     // a - (W + s M) x - K y, and b - K'x
     equations_.stiffness().multiply(x, product_.data());
     double scale = std::max(largest(given_), largest(product_));
-    for (std::size_t i = 0; i < dx.size(); ++i)
-      dx[i] = given_[i] - product_[i] - shift_ * model_.mass[i / 3] * x[i];
+    for (std::size_t i = 0; i < dx.size(); ++i) dx[i] = given_[i] - product_[i] - shift_ * model_.mass[i / 3] * x[i];
     for (std::size_t k = 0; k < dy.size(); ++k) scaled_[k] = -y[k];
     equations_.add_reactions(scaled_.data(), dx.data());
     equations_.apply_transposed(x, dy.data());

@@ -54,8 +54,8 @@ class KktSolver {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
-  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1 have
-  // increasing rows, the diagonal last. Unknowns have the order of their points.
+  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
+  // have increasing rows, the diagonal last. Unknowns have the order of their points.
   std::vector<int> place_;  // [moving point] -> place in the elimination
   std::vector<int> start_, rows_;
   std::vector<Block3> blocks_;
@@ -68,7 +68,7 @@ class KktSolver {
   std::optional<Cholesky> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
   double shift_ = 0.0, reciprocal_condition_ = 0.0, row_residual_ = 0.0;
-  std::vector<double> ordered_, force_, move_, product_, residual_, given_;  // scratch [size()]
+  std::vector<double> ordered_, force_, move_, product_, residual_, given_;      // scratch [size()]
   std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_;  // scratch [rows]
 };
 

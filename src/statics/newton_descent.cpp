@@ -169,7 +169,8 @@ bool NewtonDescent::try_descent(StaticState* state) {
     equations_.linearise(state->r.data(), state->lambda.data(), StiffnessMatrix::Curvature::Convex);
     equations_.stiffness().add_tension(tension_, state->r.data());
     for (double least = mass_shift_; !factorize(mass_shift_);) {
-      const double frequency2 = equations_.stiffness().largest() / *std::max_element(model_.mass.begin(), model_.mass.end());
+      const double frequency2 =
+          equations_.stiffness().largest() / *std::max_element(model_.mass.begin(), model_.mass.end());
       mass_shift_ = std::max(4.0 * mass_shift_, 1e-4 * frequency2);
       if (!(mass_shift_ < 1e12 * std::max(frequency2, least))) return false;
     }

@@ -32,11 +32,11 @@ struct NewtonLimits {
 /// Newton's method for g = 0, xi = 0, from far.
 ///
 /// Near an equilibrium, where A = W + K C K' is positive definite and a full step makes the residual smaller, the step
-/// is Newton's own. Elsewhere it is one of a sequential quadratic program: W without what compressed rods take away, and
-/// with a tension sigma more in every rod, so that no rod turns by more than the linear model knows; accepted by the
-/// exact penalty U + nu'|xi| (Nocedal & Wright, chapter 18), after one or two corrections of second order, with the same
-/// factor, for the lengths that a turn changes. Sigma follows the ratio of what is gained to what was predicted. Where A
-/// is still indefinite, masses are added (Waechter & Biegler 2006). So it ends at minima, not at saddles.
+/// is Newton's own. Elsewhere it is one of a sequential quadratic program: W without what compressed rods take away,
+/// and with a tension sigma more in every rod, so that no rod turns by more than the linear model knows; accepted by
+/// the exact penalty U + nu'|xi| (Nocedal & Wright, chapter 18), after one or two corrections of second order, with the
+/// same factor, for the lengths that a turn changes. Sigma follows the ratio of what is gained to what was predicted.
+/// Where A is still indefinite, masses are added (Waechter & Biegler 2006). So it ends at minima, not at saddles.
 class NewtonDescent {
  public:
   NewtonDescent(EquilibriumEquations& equations, Ordering ordering)
@@ -71,10 +71,10 @@ class NewtonDescent {
   const Model& model_;
   KktSolver solver_;
   StaticResidual residual_;
-  std::vector<double> g_, xi_;       // at the state
-  std::vector<double> penalties_;    // nu [row]
-  double tension_ = 0.0;             // sigma, N
-  double mass_shift_ = 0.0;          // 1/s^2
+  std::vector<double> g_, xi_;     // at the state
+  std::vector<double> penalties_;  // nu [row]
+  double tension_ = 0.0;           // sigma, N
+  double mass_shift_ = 0.0;        // 1/s^2
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
 };
 

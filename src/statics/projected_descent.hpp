@@ -8,7 +8,8 @@
 
 namespace tanor {
 
-/// Down the slope of the energy along xi = 0, as a motion that is slowed where it goes uphill (FIRE, Bitzek et al. 2006):
+/// Down the slope of the energy along xi = 0, as a motion that is slowed where it goes uphill (FIRE, Bitzek et al.
+/// 2006):
 ///
 ///   v += h (f + K lambda)/mass,   v turned towards the force,   r += h v put back onto xi = 0
 ///

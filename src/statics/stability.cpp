@@ -83,7 +83,8 @@ ReducedInertia find_dense(const EquilibriumEquations& equations) {
   const MatrixXd reduced = 0.5 * basis.transpose() * (W + W.transpose()) * basis;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(reduced);
   const VectorXd& omega2 = eigen.eigenvalues();
-  const double zero = zero_tolerance(equations, std::max(omega2.cwiseAbs().maxCoeff(), 1e-3 * largest_frequency2(equations)));
+  const double zero =
+      zero_tolerance(equations, std::max(omega2.cwiseAbs().maxCoeff(), 1e-3 * largest_frequency2(equations)));
   for (Index k = 0; k < free; ++k) {
     if (std::abs(omega2[k]) <= zero) {
       ++result.zero;
@@ -124,7 +125,8 @@ void find_lowest(const EquilibriumEquations& equations, double shift, double zer
     return x;
   };
   VectorXd start(n);
-  for (Index i = 0; i < n; ++i) start[i] = std::sin(1.0 + 0.7 * static_cast<double>(i) + 1e-3 * static_cast<double>(i * i % 997));
+  for (Index i = 0; i < n; ++i)
+    start[i] = std::sin(1.0 + 0.7 * static_cast<double>(i) + 1e-3 * static_cast<double>(i * i % 997));
   start = apply(start);
   basis.push_back(start / std::sqrt(mass_product(model, start, start)));
   double before = 0.0;

@@ -69,8 +69,7 @@ std::vector<double> read_prestress(const System& system, const std::vector<Prest
       }
       row += members * rows;
     }
-    if (!is_found)
-      throw InputError(where, "no constraint of kind rod has the name \"" + prestress[k].rods + "\"");
+    if (!is_found) throw InputError(where, "no constraint of kind rod has the name \"" + prestress[k].rods + "\"");
   }
   return result;
 }

@@ -26,8 +26,8 @@ class StiffnessMatrix {
   /// W at (t, r, lambda); r [3 points], lambda [rows].
   void evaluate(double t, const double* r, const double* lambda, Curvature curvature = Curvature::Exact);
 
-  /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between its
-  /// ends; where points have no rods, tension over the scene's size.
+  /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between
+  /// its ends; where points have no rods, tension over the scene's size.
   void add_tension(double tension, const double* r);
 
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move

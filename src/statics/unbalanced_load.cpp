@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 struct Shifted {
   Matrix3d answer = Matrix3d::Zero();
   Vector3d force = Vector3d::Zero();
-  double scale = 0.0;  // N, of the forces that are summed
+  double scale = 0.0;                                 // N, of the forces that are summed
   int first_point = std::numeric_limits<int>::max();  // the user's
 };
 
@@ -77,7 +77,8 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   (void)equations.evaluate(elsewhere.data(), lambda.data(), g.data(), xi.data());
 
   std::vector<Shifted> islands;
-  for (const auto& [number, island] : shift_islands(equations, find_statics_islands(equations))) islands.push_back(island);
+  for (const auto& [number, island] : shift_islands(equations, find_statics_islands(equations)))
+    islands.push_back(island);
   std::sort(islands.begin(), islands.end(), [](const auto& a, const auto& b) { return a.first_point < b.first_point; });
   for (std::size_t k = 0; k < islands.size(); ++k) {
     const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(islands[k].answer);

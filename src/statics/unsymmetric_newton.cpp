@@ -107,8 +107,7 @@ bool UnsymmetricNewton::find_step(const StaticState& state, double shift, std::v
   std::vector<double> residual(step->size()), image(n), reactions(model_.num_rows()), rows(model_.num_rows());
   for (int round = 0; round < 3; ++round) {
     equations_.stiffness().multiply(step->data(), image.data());
-    for (std::size_t i = 0; i < n; ++i)
-      residual[i] = g_[i] - image[i] - shift * model_.mass[i / 3] * (*step)[i];
+    for (std::size_t i = 0; i < n; ++i) residual[i] = g_[i] - image[i] - shift * model_.mass[i / 3] * (*step)[i];
     for (std::size_t a = 0; a < equations_.num_rows(); ++a) reactions[a] = -(*step)[n + a];
     equations_.add_reactions(reactions.data(), residual.data());
     equations_.apply_transposed(step->data(), rows.data());
@@ -128,12 +127,12 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   double shift = 0.0;
   StaticResidual now = measure_.measure(*state);
   const auto fail = [&](const char* why) {
-    return Outcome{Status::NotConverged,
-                   std::string("no equilibrium was found: ") + why + " after " + std::to_string(iterations_) +
-                       " iterations; best residual " + text(now.force) + " N (" + text(now.relative_force()) +
-                       " of the largest force) at point " +
-                       std::to_string(model_.numbering.user_point[now.worst_point]) + ", violation " +
-                       text(now.violation)};
+    return Outcome{Status::NotConverged, std::string("no equilibrium was found: ") + why + " after " +
+                                             std::to_string(iterations_) + " iterations; best residual " +
+                                             text(now.force) + " N (" + text(now.relative_force()) +
+                                             " of the largest force) at point " +
+                                             std::to_string(model_.numbering.user_point[now.worst_point]) +
+                                             ", violation " + text(now.violation)};
   };
   for (;;) {
     residuals->push_back(now.force);

@@ -27,9 +27,9 @@ class UnsymmetricNewton {
   const Model& model_;
   NewtonDescent& measure_;
   std::unique_ptr<SparseLu<double>> factor_;
-  std::vector<int> stiffness_slots_;                   // [9 block of W]
-  std::vector<std::array<int, 2>> gradient_slots_;     // [3 incidence]: of K and of K'
-  std::vector<int> row_slots_;                         // [row] the diagonal
+  std::vector<int> stiffness_slots_;                // [9 block of W]
+  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence]: of K and of K'
+  std::vector<int> row_slots_;                      // [row] the diagonal
   std::vector<double> g_, xi_;
   int iterations_ = 0, factorizations_ = 0;
 };
