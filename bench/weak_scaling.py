@@ -31,7 +31,7 @@ def scene(count):
             step = [draw.gauss(0, 1) for _ in range(3)]
             length = sum(x * x for x in step) ** 0.5
             place = [x + 0.1 * d / length for x, d in zip(place, step)]
-    return {"name": f"{count} clusters", "points": {"positions": positions, "mass": 0.1},
+    return {"name": f"{count} clusters", "points": {"positions": positions, "masses": 0.1},
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
             "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.2}, "solver": {"certificate": "off"}}
@@ -54,7 +54,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for clusters in (count, 2 * count):
-            (folder / f"{clusters}.json").write_text(json.dumps(scene(clusters)), encoding="utf-8")
+            (folder / f"{clusters}.json").write_text(json.dumps({"tanor_scene": 1} | scene(clusters)), encoding="utf-8")
 
         def command(ranks, clusters, out):
             return (MPIRUN + [str(ranks), program, "run", str(folder / f"{clusters}.json"), "--quiet", "--out",
