@@ -225,8 +225,21 @@ inline System make_joint_system() {
     system.constraints.emplace_back(
         Linears{"", {points}, {{-beta, 1.0 - alpha, 0.0}, {beta, alpha, 0.0}, {0.0, -1.0, 0.0}}, 0.0});
   }
-  system.forces = {Potential{"spring", {{f, b}}, spring({at.f, b_pin, at.spring}), {}},
-                   FormulaForce{.name = "drive", .points = {}, .kernel = couple(), .tuples = {{o, crank}}}};
+  // The spring's end is (1 - alpha) f + alpha b + beta perp(b - f), of which f alone moves; so does the crank's end.
+  const auto [alpha, beta] = Combination(at.f, b_pin, at.spring);
+  const Place rest = alpha * b_pin + beta * perp(b_pin) - c_pin;
+  system.forces = {
+      Potential{"spring",
+                {{f}},
+                formula_potential("k/2*(sqrt((a*x1 + b*y1 + cx)^2 + (a*y1 - b*x1 + cy)^2) - l)^2", 1,
+                                  {{"k", spring_stiffness},
+                                   {"l", spring_rest},
+                                   {"a", 1.0 - alpha},
+                                   {"b", beta},
+                                   {"cx", rest.x},
+                                   {"cy", rest.y}}),
+                {}},
+      FormulaForce{"drive", {crank}, formula_force({"-m*y/(x^2 + y^2)", "m*x/(x^2 + y^2)", "0"}, {{"m", moment}})}};
   return system;
 }
 

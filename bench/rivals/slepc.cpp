@@ -18,7 +18,7 @@
 
 #include <tanor/equilibrium.hpp>
 
-#include "statics/equilibrium_equations.hpp"
+#include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 #include "../timing.hpp"
 
@@ -112,6 +112,7 @@ Answer solve_by_slepc(Mat left, Mat right, double shift, int count) {
   KSPGetPC(ksp, &pc);
   PCSetType(pc, PCCHOLESKY);
   PCFactorSetMatSolverType(pc, MATSOLVERMUMPS);
+  PetscOptionsSetValue(nullptr, "-st_mat_mumps_icntl_14", "200");  // % of memory beyond what MUMPS predicts
   EPSSetFromOptions(eps);
   EPSSolve(eps);
 
@@ -164,14 +165,8 @@ int measure(int side, int count, int rounds) {
   std::printf("equilibrium: %d iterations, %.2f s, residual %.1e of the largest force\n", rest.iterations,
               processor_seconds() - begin, rest.residual_force / rest.largest_force);
 
-  Workspace work(system, {.threads = 1}, 0.0);
-  EquilibriumEquations equations(work, 0.0);
-  const Numbering& numbering = work.model().numbering;
-  std::vector<double> r(system.positions.size()), lambda(work.model().num_rows());
-  numbering.gather_points(rest.positions, r);
-  for (std::size_t a = 0; a < lambda.size(); ++a)
-    lambda[a] = rest.multipliers[static_cast<std::size_t>(numbering.user_row[a])];
-  equations.linearise(r.data(), lambda.data());
+  const auto state = GivenEquilibrium::stand_at(system, {rest.positions, rest.multipliers, 1e-6}, {.solver = {.threads = 1}});
+  const EquilibriumEquations& equations = state->equations();
   Matrix left(equations.size() + equations.num_rows()), right(equations.size() + equations.num_rows());
   write_pencil(equations, &left, &right);
   std::printf("%zu unknowns, %zu rows, tolerance %.0e\n", equations.size(), equations.num_rows(), tolerance);

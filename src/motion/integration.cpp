@@ -149,7 +149,7 @@ Integration::Attempt Integration::try_extrapolation(double t, bool takes_least_e
 double Integration::turn() const {
   // Other variables may stand in charts that have moved, and accelerations jump where equations change.
   if (!mechanics_.keeps_variables() || !trial_.is_before) return 0.0;
-  return turns_.angle(mechanics_.parallel(), trial_.state, state, knows_acceleration());
+  return turns_.angle(mechanics_, trial_.state, state, knows_acceleration());
 }
 
 /// Takes an attempt that was accepted. Its length is 0 where equations were switched before it.
@@ -166,7 +166,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
-    if (!scheme_->is_adaptive()) turns_.note(mechanics_.parallel(), trial_.state, state);
+    if (!scheme_->is_adaptive()) turns_.note(mechanics_, trial_.state, state);
     taken(attempt.step);
   }
   singular_.note(*scheme_, trial_.state, state, attempt.step);

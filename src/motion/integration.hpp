@@ -67,6 +67,8 @@ class Integration {
   /// state from its points, where the mechanics solves once; `resume` then puts back what that solve may have changed
   /// in its last bits.
   void write(Snapshot* snapshot);
+  /// The part of it that does not depend on how points are spread over processes.
+  void write_progress(Snapshot* snapshot) const;
   void restore(const Snapshot& snapshot);
   /// Call this when `state` has its points, before that solve.
   void restore_memory(const Snapshot& snapshot);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include <tanor/enum_names.hpp>
+
 #include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"

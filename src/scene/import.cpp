@@ -201,6 +201,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
       .bonds_are_energies = rule == BondRule::Energies,
       .angles_are_energies = angle_rule == AngleRule::Energies,
       .dihedrals_are_energies = import["dihedrals"].choice<bool>({{"free", false}, {"energies", true}}, false),
+      .pairs_repel = import["fene_repulsion"].choice<bool>({{"none", false}, {"pair", true}}, false),
       .rod_types = {}};
   check_energies(import, format, choices);
 

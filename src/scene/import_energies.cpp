@@ -71,16 +71,14 @@ auto sort_by_type(const std::vector<Member>& members, const std::vector<std::int
   return result;
 }
 
-void add_bonds(const Imported& data, const std::vector<std::int64_t>& rod_types, const Cursor& import,
-               std::vector<Force>* forces) {
+void add_bonds(const Imported& data, const ImportChoices& choices, const Cursor& import, std::vector<Force>* forces) {
   const Styled styled(import["bond_style"], "bond", data.bond_coefficients, {"harmonic", "fene", "morse"});
-  const bool pairs_repel = import["fene_repulsion"].choice<bool>({{"none", false}, {"pair", true}}, false);
-  for (auto& [type, pairs] : sort_by_type(data.bonds, rod_types)) {
+  for (auto& [type, pairs] : sort_by_type(data.bonds, choices.rod_types)) {
     Bonds bonds{.name = fmt::format("bonds{}", type), .pairs = std::move(pairs)};
     if (styled.is("fene")) {
       const auto c = styled.of_type(type, 2, 4, "K R0, then epsilon sigma");
       if (c.size() == 3) styled.fail(type, "epsilon without sigma");
-      if (c.size() == 4 && c[2] != 0.0 && !pairs_repel)
+      if (c.size() == 4 && c[2] != 0.0 && !choices.pairs_repel)
         styled.fail(type,
                     fmt::format("epsilon {} and sigma {} are a repulsion along the bond, wanted a pair force that "
                                 "acts there too and \"fene_repulsion\": \"pair\", or epsilon 0",
@@ -175,7 +173,7 @@ std::vector<Force> make_energies(const Imported& data, const ImportChoices& choi
   std::vector<Force> forces;
   if (choices.bonds_are_energies && !data.bonds.empty()) {
     refuse_torn(data, data.bonds, "bond", import["bonds"]);
-    add_bonds(data, choices.rod_types, import, &forces);
+    add_bonds(data, choices, import, &forces);
   }
   if (choices.angles_are_energies && !data.angles.empty()) {
     refuse_torn(data, data.angles, "angle", import["angles"]);

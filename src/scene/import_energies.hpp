@@ -10,6 +10,7 @@ namespace tanor::scene {
 /// What an "import" makes of a LAMMPS file's bonds, angles and dihedrals.
 struct ImportChoices {
   bool bonds_are_energies, angles_are_energies, dihedrals_are_energies;
+  bool pairs_repel;                     ///< along FENE bonds, in place of their own repulsion
   std::vector<std::int64_t> rod_types;  ///< bond types that become rods instead; empty: none
 };
 

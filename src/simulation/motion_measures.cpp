@@ -31,8 +31,8 @@ void MotionMeasures::begin() {
   report_.energy.scale =
       std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
   warn_of_tolerance();
-  report_.position_violation = work_.position_violation(state_.t, points_.r.data());
-  report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+  report_.position_violation = form_.largest(work_.position_violation(state_.t, points_.r.data()));
+  report_.velocity_violation = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   report_.acceleration_violation = state_.report.residual;
 }
 
@@ -51,8 +51,8 @@ void MotionMeasures::measure_violations(const StepResult& step) {
   double position = step.position_violation, velocity = step.velocity_violation;
   if (options_.stabilisation == Stabilisation::None || !step.is_stabilized) {
     write_points();
-    position = work_.position_violation(state_.t, points_.r.data());
-    velocity = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+    position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
+    velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   }
   report_.position_violation = std::max(report_.position_violation, position);
   report_.velocity_violation = std::max(report_.velocity_violation, velocity);
@@ -91,17 +91,16 @@ double MotionMeasures::energy_of_a_fall() const {
     const double speed = work_.scales.speed(work_.scales.of_point(i));
     sum += 0.5 * model_.mass[i] * speed * speed;
   }
-  return sum;
+  return form_.sum(sum);
 }
 
 /// An absolute tolerance that leaves a neighbourhood less than four digits.
 void MotionMeasures::warn_of_tolerance() {
   constexpr double coarse = 1e-4;
   if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
-  std::size_t smallest = 0;
-  for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k)
-    if (work_.scales.length(k) < work_.scales.length(smallest)) smallest = k;
-  const double length = work_.scales.length(smallest);
+  double smallest = std::numeric_limits<double>::max();
+  for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k) smallest = std::min(smallest, work_.scales.length(k));
+  const double length = -form_.largest(-smallest);
   if (!(options_.atol > coarse * length)) return;
   std::array<char, 16> part{};
   std::snprintf(part.data(), part.size(), "%.3g", options_.atol / length);
@@ -124,7 +123,7 @@ double MotionMeasures::tolerated_energy() {
     sum +=
         tolerances * model_.mass[i] * (of_velocity + acceleration * work_.scales.position_tolerance(options_.atol, i));
   }
-  return sum;
+  return form_.sum(sum);
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <random>
 #include <string>
 #include <utility>
@@ -155,15 +155,19 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   const QuietTraps quiet;
   const EquilibriumOptions same = describe_system(options);
   const EquilibriumClaim claim{positions, {}, options.force_tolerance};
-  GivenEquilibrium state(system, claim, same);
-  std::optional<GivenEquilibrium> unloaded;
+  const std::unique_ptr<GivenEquilibrium> loaded = GivenEquilibrium::stand_at(system, claim, same);
+  GivenEquilibrium& state = *loaded;
+  std::unique_ptr<GivenEquilibrium> unloaded;
   const System rest = without_loads(system, options.loads);
   try {
-    unloaded.emplace(rest, claim, same);
+    unloaded = GivenEquilibrium::stand_at(rest, claim, same);
   } catch (const InputError& error) {
     return fail(Status::NoSolution, "the shape moves with the load, so that its stiffness is not linear in the load "
                                     "factor: without it " + std::string(error.what()));
   }
+  // Points that a load holds rigid by prestress move without it.
+  if (unloaded->equations().size() != state.equations().size())
+    return fail(Status::NoSolution, "the load holds points rigid by prestress, which no load factor multiplies");
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
     return fail(Status::NotUnique, "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
   if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 
 #include "base/text.hpp"
+#include "dynamics/prestress_rigidity.hpp"
 #include "statics/kkt_solver.hpp"
 
 namespace tanor {
@@ -47,8 +49,26 @@ GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim&
   std::vector<double> velocities(r_.size());
   work_.prescribe_all(options.at, r_.data(), velocities.data());
   find_multipliers(claim.multipliers);
-  check(claim.force_tolerance);
-  linearise(lambda_);
+}
+
+std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, const EquilibriumClaim& claim,
+                                                             const EquilibriumOptions& options) {
+  std::vector<std::string> left_out;
+  for (;;) {
+    auto state = std::make_unique<GivenEquilibrium>(system, claim, options);
+    const std::string complaint = state->find_complaint(claim.force_tolerance);
+    if (complaint.empty()) {
+      state->linearise(state->lambda_);
+      std::ranges::move(left_out, std::back_inserter(state->input_.left_out));
+      return state;
+    }
+    std::vector<Index> rigid;
+    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state->model().system, state->rank_);
+    if (rigid.empty()) throw InputError("", complaint);
+    left_out = {text_of_count(rigid.size(), "point") + " from point " + std::to_string(std::ranges::min(rigid)) +
+                " on: held rigid by prestress between supports, the tension of their rods is not determined"};
+    system.supports.push_back({"points held rigid by prestress", std::move(rigid), {}});
+  }
 }
 
 void GivenEquilibrium::find_multipliers(std::span<const double> given) {
@@ -67,7 +87,7 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   for (std::size_t a = 0; a < lambda_.size(); ++a) lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
 }
 
-void GivenEquilibrium::check(double force_tolerance) {
+std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   std::vector<double> g(equations_.size()), xi(lambda_.size());
   const double scale = equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
   if (!std::isfinite(scale)) throw InputError("", model().not_finite(equations_.time()).what);
@@ -80,14 +100,14 @@ void GivenEquilibrium::check(double force_tolerance) {
   for (std::size_t i = 1; i < model().num_moving(); ++i) {
     if (left(i) > left(worst)) worst = i;
   }
-  if (g.empty() || scale == 0.0) return;
+  if (g.empty() || scale == 0.0) return {};
   relative_residual_ = left(worst) / scale;
-  if (relative_residual_ <= force_tolerance) return;
+  if (relative_residual_ <= force_tolerance) return {};
   const Vec3 at = load(r_.data(), worst);
-  throw InputError("", "the positions are no equilibrium: nothing balances " + text(left(worst)) + " N at point " +
-                           std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " +
-                           text(at.y) + ", " + text(at.z) + "), " + text(relative_residual_) +
-                           " of the largest force, where at most " + text(force_tolerance) + " is allowed" + advice);
+  return "the positions are no equilibrium: nothing balances " + text(left(worst)) + " N at point " +
+         std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
+         text(at.z) + "), " + text(relative_residual_) + " of the largest force, where at most " +
+         text(force_tolerance) + " is allowed" + advice;
 }
 
 /// nu with K nu = 0: a dependence is one of unit gradients in the norm of M^-1.

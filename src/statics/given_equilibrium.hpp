@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,7 +24,10 @@ struct EquilibriumClaim {
 class GivenEquilibrium {
  public:
   /// Throws InputError where it is none, naming the worst point. Of `options` those that say what the system is count:
-  /// time, prestress, friction, solver.
+  /// time, prestress, friction, solver. Points that nothing balances, but that rods under tension hold between
+  /// supports, become supports (find_prestress_rigid_points), as in find_equilibrium.
+  static std::unique_ptr<GivenEquilibrium> stand_at(System system, const EquilibriumClaim& claim,
+                                                    const EquilibriumOptions& options);
   GivenEquilibrium(const System& system, const EquilibriumClaim& claim, const EquilibriumOptions& options);
 
   const Model& model() const { return work_.model(); }
@@ -41,7 +45,8 @@ class GivenEquilibrium {
 
  private:
   void find_multipliers(std::span<const double> given);
-  void check(double force_tolerance);
+  /// Why it is no equilibrium; empty: it is one.
+  std::string find_complaint(double force_tolerance);
   std::vector<double> self_stress(const RowDependence& dependence) const;
   std::vector<std::vector<double>> random_moves(std::size_t count);
 

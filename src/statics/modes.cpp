@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -87,7 +88,9 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   if (options.damped)
     throw InputError("/modes/damped", "found true, wanted false: vibrations are those without damping");
   const QuietTraps quiet;
-  GivenEquilibrium state(system, {positions, options.multipliers, options.force_tolerance}, describe_system(options));
+  const std::unique_ptr<GivenEquilibrium> standing = GivenEquilibrium::stand_at(
+      system, {positions, options.multipliers, options.force_tolerance}, describe_system(options));
+  GivenEquilibrium& state = *standing;
   const Model& model = state.model();
   Modes result;
   result.left_out = state.left_out();

@@ -362,7 +362,7 @@ const BadInput bad_inputs[] = {
     {"ImportedBondsAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "bonds": "glue"}})",
      R"(scene.json: /import/bonds: found string "glue", wanted one of rods, distance, none)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
-     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid)"},
+     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid, energies)"},
 };
 // clang-format on
 
