@@ -10,7 +10,7 @@
 namespace tanor {
 
 struct ModesOptions {
-  static constexpr std::size_t all = 0;
+  static constexpr std::size_t all = static_cast<std::size_t>(-1);
 
   std::size_t count = 10;  ///< modes, the lowest omega^2 first; `all`: where at most 300 freedoms are
   double time = 0.0;       ///< s, at which what depends on time stands still

@@ -230,7 +230,8 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     const Bound bound = choose_bound(modes.omega2, count);
     // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
     const std::size_t counted = kkt_.count_below(bound.omega2).value_or(bound.modes + 1);
-    const std::size_t missing = counted > bound.modes && searches < most_searches ? counted - bound.modes : 0;
+    const std::size_t missing =
+        counted > bound.modes && searches < most_searches ? std::min(counted - bound.modes, count) : 0;
     MatrixXd more = missing > 0 ? run_lanczos(missing, tolerance, modes.shapes) : none;
     ++searches;
     const bool is_complete = more.cols() == 0 || rayleigh_quotients(more).minCoeff() > bound.omega2;
@@ -241,6 +242,9 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     }
     found.resize(mass_.size(), modes.shapes.cols() + more.cols());
     found << modes.shapes, more;
+    // The lowest ones are kept, with as many behind them as before.
+    const ModeSet merged = rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())});
+    found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));
   }
   return fail(Status::NotConverged, "Lanczos' method found " + std::to_string(found.cols()) + " of " +
                                         std::to_string(count) + " modes");
