@@ -52,8 +52,8 @@ std::vector<Coupling> list_joints(const Forces& forces) {
 }
 
 template <class Mask>
-[[gnu::always_inline]] inline bool are_all(Mask mask) {
-  mask &= __builtin_shufflevector(mask, mask, 4, 5, 6, 7, 0, 1, 2, 3);
+[[gnu::always_inline]] inline bool are_all(const Mask& given) {
+  Mask mask = given & __builtin_shufflevector(given, given, 4, 5, 6, 7, 0, 1, 2, 3);
   mask &= __builtin_shufflevector(mask, mask, 2, 3, 0, 1, 6, 7, 4, 5);
   return (mask[0] & mask[1]) != 0;
 }

@@ -104,7 +104,9 @@ Outcome CutForm::factorize(double t) {
   ++work_.counters.factorizations;
   const CutSolver::Quality quality = solver_.factorize(blocks_.data());
   reciprocal_condition_ = quality.reciprocal_condition;
-  const bool is_singular = quality.reciprocal_condition <= GramSolver::singular_below;
+  // Nobody decides ranks here. S of rows that depend leaves pivots of some roundings.
+  constexpr double poor = 1e-12;
+  const bool is_singular = quality.reciprocal_condition <= poor;
   Outcome outcome;
   if (!quality.own_is_definite || (quality.shared_is_definite && is_singular)) {
     outcome = {Status::Singular, work_.name_row(quality.weakest_row) + " depends on other constraints at t = " +

@@ -28,6 +28,7 @@ ReplicatedRows::ReplicatedRows(Ranks& ranks, std::size_t num_rows, std::span<con
 
 double ReplicatedRows::factorize(std::span<const double> triangle) {
   const std::size_t n = x_.size();
+  if (n == 0) return 1.0;
   const std::span<double> sum(factor_.values(), n * (n + 1) / 2);
   std::ranges::fill(sum, 0.0);
   auto next = triangle.begin();
@@ -47,6 +48,7 @@ double ReplicatedRows::factorize(std::span<const double> triangle) {
 }
 
 void ReplicatedRows::solve(std::span<double> x) {
+  if (x_.empty()) return;
   std::ranges::fill(x_, 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k) x_[own_[k]] = x[k];
   ranks_.sum(x_);

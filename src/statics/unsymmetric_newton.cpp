@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/text.hpp"
 
@@ -126,6 +127,7 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   };
   double shift = 0.0;
   StaticResidual now = measure_.measure(*state);
+  const double first_scale = now.scale;
   const auto fail = [&](const char* why) {
     return Outcome{Status::NotConverged, std::string("no equilibrium was found: ") + why + " after " +
                                              std::to_string(iterations_) + " iterations; best residual " +
@@ -138,7 +140,10 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
     residuals->push_back(now.force);
     if (!std::isfinite(now.force + now.scale + now.violation))
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
-    if (now.force <= limits.force_tolerance * now.scale && now.violation < 1e-10) return {};
+    // A lone force that vanishes where the point rests has no size there: it is small beside what it was.
+    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() *
+                            std::max(first_scale, equations_.stiffness().largest() * model_.scene_size);
+    if (now.force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) return {};
     if (iterations_++ == limits.max_iterations) return fail("no convergence");
     std::vector<double> step;
     bool is_better = false;

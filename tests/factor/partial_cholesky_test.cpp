@@ -30,10 +30,12 @@ struct Problem {
     }
     return S;
   }
-  PartialCholesky factor() const {
-    PartialCholesky result(lower, num_kept);
-    std::ranges::copy(values, result.values());
-    return result;
+};
+
+/// The factor of a problem, its values filled in.
+struct Factor : PartialCholesky {
+  explicit Factor(const Problem& of) : PartialCholesky(of.lower, of.num_kept) {
+    std::ranges::copy(of.values, values());
   }
 };
 
@@ -108,7 +110,7 @@ RC_GTEST_PROP(PartialCholesky, ComplementIsThatOfADenseElimination, ()) {
       rods, [&](int a, int b) { return (7 * a + 3 * b + salt) % every == 0; }, nowhere);
   for (std::size_t j = 0; j < problem.lower.size(); ++j)
     problem.values[static_cast<std::size_t>(problem.lower.start[j])] += 0.5;  // proteins have dependent rods
-  PartialCholesky factor = problem.factor();
+  Factor factor(problem);
   RC_ASSERT(factor.factorize().positive_definite);
   const Eigen::MatrixXd expected = dense_complement(problem), found = complement_of(factor);
   RC_ASSERT((expected.size() == 0 ? 0.0 : (found - expected).cwiseAbs().maxCoeff()) <= 1e-13);
@@ -128,7 +130,7 @@ TEST(PartialCholesky, EveryNumberOfThreadsGivesTheSameBits) {
   for (const Problem& problem : {cut_net(60, 400), cut_lattice(19)}) {
     std::vector<double> triangle[2], x[2];
     for (const int threads : {1, 3}) {
-      PartialCholesky factor = problem.factor();
+      Factor factor(problem);
       ASSERT_TRUE(factor.factorize(threads).positive_definite);
       std::vector<double>& own = triangle[threads == 1 ? 0 : 1];
       own.resize(factor.complement_size());
@@ -164,7 +166,7 @@ TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
       double& diagonal = own.values[static_cast<std::size_t>(own.lower.start[j])];
       if (diagonal == 0.0) diagonal = 1.0;  // a rod of another part
     }
-    PartialCholesky factor = own.factor();
+    Factor factor(own);
     ASSERT_TRUE(factor.factorize().positive_definite);
     const Eigen::MatrixXd C = complement_of(factor);
     sum += C;
@@ -184,7 +186,7 @@ TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
 TEST(PartialCholesky, ColumnThatFailsIsNamed) {
   Problem problem = cut_net(20, 20);
   problem.values[static_cast<std::size_t>(problem.lower.start[11])] = -1.0;
-  PartialCholesky factor = problem.factor();
+  Factor factor(problem);
   const Cholesky::Quality quality = factor.factorize();
   EXPECT_FALSE(quality.positive_definite);
   EXPECT_EQ(quality.weakest_column, 11u);

@@ -101,7 +101,7 @@ RC_GTEST_PROP(Kkt, SolvesWhatTheDenseMatrixSolves, ()) {
 
 RC_GTEST_PROP(Kkt, CountsFrequenciesAsTheDenseMatrixDoes, ()) {
   AtRest rest(any_at_rest());
-  RC_PRE(rest.equations.size() > 0);
+  RC_PRE(rest.equations.size() > rest.equations.num_rows());
   rest.equations.linearise(rest.r.data(), rest.lambda.data());
   const auto n = static_cast<Eigen::Index>(rest.equations.size());
   const auto d = static_cast<Eigen::Index>(rest.equations.num_rows());
