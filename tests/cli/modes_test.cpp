@@ -74,12 +74,12 @@ TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
   // One rod upright on a spring of 30 N/m: (m g/l) p = k.
   std::string scene = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
   scene = replaced(scene, "[[0,1],[1,2]]", "[[0,1]]");
-  scene = replaced(scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*(x1^2+z1^2)"
-}])");
+  scene = replaced(scene, "-9.81,0]}]",
+                   R"json(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*(x1^2+z1^2)"}])json");
 
   ASSERT_EQ(run_modes(folder, replaced(scene, R"("count": 3)", R"("buckling": "weight")")).code, 0);
 
-EXPECT_NEAR(read_json(folder / "answer/summary.json").at("buckling_load_factor").get<double>(), 30.0 / 19.62, 1e-12);
+  EXPECT_NEAR(read_json(folder / "answer/summary.json").at("buckling_load_factor").get<double>(), 30.0 / 19.62, 1e-12);
 }
 
 TEST(ModesTest, RefusesPositionsThatAreNoEquilibriumAndNamesTheWorstPoint) {
