@@ -97,8 +97,16 @@ class LoadedStiffness {
   double scale_ = 1.0;
 };
 
+Buckling never_buckles() {
+  Buckling result;
+  result.load_factor = std::numeric_limits<double>::infinity();
+  return result;
+}
+
 Buckling fail(Status status, std::string what) {
-  return {{status, std::move(what)}, 0.0, {}};
+  Buckling result;
+  result.outcome = {status, std::move(what)};
+  return result;
 }
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
@@ -174,19 +182,21 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
     return fail(Status::NotUnique,
                 "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
-  if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};
+  if (state.degrees_of_freedom() == 0) return never_buckles();
 
   LoadedStiffness stiffness(&state, unloaded->multipliers());
   const double low = find_stable_factor(&stiffness);
   if (low == 0.0) return fail(Status::NoSolution, "it is unstable without the load too");
-  if (std::isinf(low)) return {{}, low, {}};
+  if (std::isinf(low)) return never_buckles();
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
   std::vector<double> x(state.equations().size());
   for (double& value : x) value = normal(generator);
   (void)stiffness.is_stable_at(low);
   stiffness.solve(&x);
-  Buckling result{{}, refine(&stiffness, low, &x), std::vector<double>(3 * system.num_points())};
+  Buckling result;
+  result.load_factor = refine(&stiffness, low, &x);
+  result.shape.resize(3 * system.num_points());
 
   const Model& model = state.model();
   double mass = 0.0;

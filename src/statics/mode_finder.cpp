@@ -31,6 +31,8 @@ constexpr std::size_t spare_dimensions = 10;
 constexpr Rows most_restarts = 300;
 /// Inverse iterations on all modes together after Lanczos' method, and the residual that needs no more.
 constexpr int most_refinements = 4;
+/// Of a solve with the KKT matrix; in Lanczos' method one round is enough, since Rayleigh-Ritz with W itself follows.
+constexpr int full_refinements = 3;
 constexpr double small_residual = 1e-12;
 /// A gap this much larger than omega^2 + s tells two modes apart for certain.
 constexpr double clear_gap = 1e-5;
@@ -77,10 +79,10 @@ bool ModeFinder::factorize_below_all(double first_shift) {
   return false;
 }
 
-VectorXd ModeFinder::solve(const VectorXd& force, VectorXd* multipliers) {
+VectorXd ModeFinder::solve(const VectorXd& force, int refinements, VectorXd* multipliers) {
   VectorXd x = force;
   multipliers->setZero(static_cast<Rows>(equations_.model().num_rows()));
-  kkt_.solve(x.data(), multipliers->data());
+  kkt_.solve(x.data(), multipliers->data(), refinements);
   ++solves_;
   return x;
 }
@@ -94,7 +96,8 @@ ModeSet ModeFinder::find_all() {
   if (!factorize_below_all(10.0 * scale_)) return fail(Status::Singular, "the stiffness matrix has no factor");
   MatrixXd Z = random_matrix(mass_.size(), s, 1);
   VectorXd multipliers;
-  for (Rows j = 0; j < s; ++j) Z.col(j) = root_mass_.cwiseProduct(solve(mass_.cwiseProduct(Z.col(j)), &multipliers));
+  for (Rows j = 0; j < s; ++j)
+    Z.col(j) = root_mass_.cwiseProduct(solve(mass_.cwiseProduct(Z.col(j)), full_refinements, &multipliers));
   const Eigen::HouseholderQR<MatrixXd> qr(Z);
   Z = qr.householderQ() * MatrixXd::Identity(mass_.size(), s);
   Z = root_mass_.cwiseInverse().asDiagonal() * Z;
@@ -127,7 +130,7 @@ class ModeFinder::Operator {
     const Eigen::Map<const VectorXd> x(x_in, rows());
     Eigen::Map<VectorXd> y(y_out, rows());
     VectorXd multipliers;
-    y = finder_.root_mass_.cwiseProduct(finder_.solve(finder_.root_mass_.cwiseProduct(x), &multipliers));
+    y = finder_.root_mass_.cwiseProduct(finder_.solve(finder_.root_mass_.cwiseProduct(x), 1, &multipliers));
     if (found_.cols() > 0) y -= found_ * (found_.transpose() * y);
   }
 
@@ -157,8 +160,8 @@ VectorXd ModeFinder::rayleigh_quotients(const MatrixXd& x) const {
   return result;
 }
 
-/// Rayleigh-Ritz: the best modes that the columns of x span.
-ModeSet ModeFinder::rotate(Pairs pairs) const {
+/// Rayleigh-Ritz: the best modes that the columns of x span. The residual is that of the lowest `wanted` ones.
+ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Rows count = pairs.x.cols();
   MatrixXd Wx(mass_.size(), count);
   for (Rows j = 0; j < count; ++j) {
@@ -175,26 +178,27 @@ ModeSet ModeFinder::rotate(Pairs pairs) const {
   ModeSet result{{}, eigen.eigenvalues(), pairs.x * rotation, 0.0, solves_};
   MatrixXd rest = Wx * rotation - (Mx * rotation) * result.omega2.asDiagonal();
   const MatrixXd multipliers = pairs.multipliers * rotation;
-  for (Rows j = 0; j < count; ++j) {
+  const Rows last = std::min(count, static_cast<Rows>(wanted));
+  for (Rows j = 0; j < last; ++j) {
     equations_.add_reactions(multipliers.col(j).data(), rest.col(j).data());
     const double length = rest.col(j).cwiseQuotient(root_mass_).norm();
     result.residual = std::max(result.residual, length);
   }
-  result.residual /= std::max(result.omega2.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
+  result.residual /= std::max(result.omega2.head(last).cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
   return result;
 }
 
 /// Inverse iteration on all columns together: (W + s M) y + K mu = M x, K'y = 0, then the best modes that y spans.
-ModeSet ModeFinder::refine(MatrixXd x) {
+ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted) {
   ModeSet best;
   for (int k = 0; k < most_refinements; ++k) {
     Pairs pairs{x, MatrixXd(static_cast<Rows>(equations_.model().num_rows()), x.cols())};
     VectorXd multipliers;
     for (Rows j = 0; j < x.cols(); ++j) {
-      pairs.x.col(j) = solve(mass_.cwiseProduct(x.col(j)), &multipliers);
+      pairs.x.col(j) = solve(mass_.cwiseProduct(x.col(j)), full_refinements, &multipliers);
       pairs.multipliers.col(j) = multipliers;
     }
-    ModeSet next = rotate(std::move(pairs));
+    ModeSet next = rotate(std::move(pairs), wanted);
     const bool is_better = k == 0 || next.residual < 0.5 * best.residual;
     if (k == 0 || next.residual < best.residual) best = std::move(next);
     if (!is_better || best.residual <= small_residual) break;
@@ -227,7 +231,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
   MatrixXd found = run_lanczos(std::min(count + num_guards, freedoms_ - 1), tolerance, none);
   std::size_t searches = 0;
   while (static_cast<std::size_t>(found.cols()) >= count) {
-    ModeSet modes = refine(std::move(found));
+    ModeSet modes = refine(std::move(found), count);
     const Bound bound = choose_bound(modes.omega2, count);
     // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
     const std::size_t counted = kkt_.count_below(bound.omega2).value_or(bound.modes + 1);
@@ -245,7 +249,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     found << modes.shapes, more;
     // The lowest ones are kept, with as many behind them as before.
     const ModeSet merged =
-        rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())});
+        rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())}, count);
     found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));
   }
   return fail(Status::NotConverged,

@@ -50,10 +50,10 @@ class ModeFinder {
 
   bool factorize_below_all(double first_shift);
   void find_stiffness_scale();
-  Eigen::VectorXd solve(const Eigen::VectorXd& force, Eigen::VectorXd* multipliers);
+  Eigen::VectorXd solve(const Eigen::VectorXd& force, int refinements, Eigen::VectorXd* multipliers);
   Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
-  ModeSet refine(Eigen::MatrixXd x);
-  ModeSet rotate(Pairs pairs) const;
+  ModeSet refine(Eigen::MatrixXd x, std::size_t wanted);
+  ModeSet rotate(Pairs pairs, std::size_t wanted) const;
   /// That so many modes lie below omega2.
   struct Bound {
     double omega2 = 0.0;
