@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <system_error>
@@ -41,6 +42,25 @@ std::string require_text(const std::string& text) {
   return text.empty() ? "must not be empty" : "";
 }
 
+std::string require_format(const std::string& text) {
+  std::string names;
+  for (const auto& [format, name] : enum_names<scene::TrajectoryFormat>) {
+    if (name == text) return "";
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  return "must be one of " + names + ", not '" + text + "'";
+}
+
+/// Of words that `require_format` took; a word that comes twice counts once.
+std::vector<scene::TrajectoryFormat> read_formats(const std::vector<std::string>& words) {
+  std::vector<scene::TrajectoryFormat> formats;
+  for (const std::string& word : words) {
+    const scene::TrajectoryFormat format = value_of<scene::TrajectoryFormat>(word).value();
+    if (std::ranges::find(formats, format) == formats.end()) formats.push_back(format);
+  }
+  return formats;
+}
+
 void add_scene(CLI::App* command, std::filesystem::path* scene) {
   command->add_option("SCENE", *scene, "scene file (JSON)")->required();
 }
@@ -76,6 +96,12 @@ void add_run(CLI::App* app, RunOptions* options) {
   step->check(require_positive)->excludes(rtol, atol);
   command->add_option("--max-step", over->max_step, "no step is longer, s")->check(require_positive);
   add_motion(command, over);
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "--trajectory", [over](const std::vector<std::string>& words) { over->trajectory = read_formats(words); },
+          "formats of the frames: xyz,vtp,lammps,h5md,csv,npz")
+      ->delimiter(',')
+      ->check(require_format);
   command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
   command->add_flag("--report", options->report, "write report.html too: the motion in 3-D, histories, certificate");

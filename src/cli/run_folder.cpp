@@ -47,8 +47,9 @@ std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
 }
 
 report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, const System& system) {
-  if (plan.before) return {plan.directory, system, scene.output_points, plan.before->trajectory};
-  return {plan.directory, system, scene.output_points};
+  const report::TrajectoryOptions options = choose_trajectory(scene);
+  if (plan.before) return {plan.directory, system, options, plan.before->trajectory};
+  return {plan.directory, system, options};
 }
 
 /// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
@@ -56,6 +57,10 @@ report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scen
 constexpr int publishing_share = 20;  // one twentieth
 
 }  // namespace
+
+report::TrajectoryOptions choose_trajectory(const scene::Scene& scene) {
+  return {.points = scene.output_points, .formats = scene.trajectory, .cell = scene.cell, .title = scene.name};
+}
 
 RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation)
     : directory_(plan.directory),
@@ -80,7 +85,10 @@ void RunFolder::write_frame(const Simulation& simulation) {
 
 std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   const auto begin = RunPlan::Clock::now();
-  if (can_go_on && last_frame_ == simulation.time()) publish(simulation);
+  if (can_go_on && last_frame_ == simulation.time())
+    publish(simulation);
+  else
+    trajectory_.synchronize();
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);

@@ -17,10 +17,9 @@ constexpr std::string_view magic{"\x93NUMPY\x01\x00", 8};
 // Magic, two bytes of length and the text together are a multiple of 64, so that the numbers can be mapped into memory.
 constexpr std::size_t alignment = 64;
 
-std::string make_header(std::string_view type, std::size_t size, std::size_t columns) {
-  const std::string shape =
-      columns == 1 ? fmt::format("({},)", size) : fmt::format("({}, {})", size / columns, columns);
-  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
+std::string make_header(std::string_view type, std::span<const std::size_t> shape) {
+  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}", type,
+                                 fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
   const std::size_t length = magic.size() + 2 + text.size() + 1;
   text.append((alignment - length % alignment) % alignment, ' ');
   text += '\n';
@@ -28,7 +27,17 @@ std::string make_header(std::string_view type, std::size_t size, std::size_t col
   return std::string(magic) + static_cast<char>(bytes & 0xFF) + static_cast<char>(bytes >> 8) + text;
 }
 
+/// Of rows, or of a plain vector where they have one column.
+std::string make_header(std::string_view type, std::size_t size, std::size_t columns) {
+  const std::size_t shape[] = {size / columns, columns};
+  return make_header(type, std::span(shape, columns == 1 ? 1 : 2));
+}
+
 }  // namespace
+
+std::string make_npy(std::string_view type, std::span<const std::size_t> shape, std::string_view bytes) {
+  return make_header(type, shape) + std::string(bytes);
+}
 
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns) {
   file->write(make_header("<f8", numbers.size(), columns));
