@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <string_view>
 #include <system_error>
 
@@ -85,7 +84,7 @@ void require_marked(const fs::path& directory, const std::vector<std::string>& n
   for (const auto& [name, size] : mark.files) require_size(directory / name, size);
 }
 
-/// Frees what a format keeps in memory of one frame.
+/// What a format that keeps frames in memory needs for one.
 double bytes_of_a_frame(std::size_t num_points) {
   return 9.0 * sizeof(double) * static_cast<double>(num_points);
 }
@@ -197,11 +196,7 @@ void Trajectory::gather(const Simulation& simulation) {
   gather_points(*shown_, simulation.reactions(), &reactions_);
   forces_ = accelerations_;
   for (std::size_t k = 0; k < forces_.size(); ++k) forces_[k] *= masses_[k / 3];
-  // tension = -lambda
-  const std::span<const double> multipliers = simulation.multipliers();
-  tensions_.clear();
-  for (const std::size_t row : shown_->rod_rows)
-    tensions_.push_back(row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN());
+  tensions_ = find_tensions(*shown_, simulation.multipliers());
   if (has_held_points_)
     guide_forces_ =
         find_guide_forces(*shown_, positions_, tensions_, simulation.reactions(), simulation.support_forces());

@@ -10,6 +10,7 @@
 
 #include "scene/bonds_by_distance.hpp"
 #include "scene/gro.hpp"
+#include "scene/import_energies.hpp"
 #include "scene/lammps_data.hpp"
 #include "scene/obj.hpp"
 #include "scene/pdb.hpp"
@@ -43,12 +44,12 @@ Imported read_file(const std::filesystem::path& path, Format format) {
   return read_pdb(name, text);
 }
 
-/// Rods along the bonds of the wanted types (empty: all); moves atoms so that they are short.
-Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, std::vector<Vector3>* positions) {
+/// Rods along the bonds of the wanted types; moves atoms so that they are short.
+Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, bool all,
+               std::vector<Vector3>* positions) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
   for (const Imported::Bond& bond : data.bonds)
-    if (types.empty() || std::find(types.begin(), types.end(), bond.type) != types.end())
-      rods.pairs.push_back(bond.atoms);
+    if (all || std::find(types.begin(), types.end(), bond.type) != types.end()) rods.pairs.push_back(bond.atoms);
 
   rods.offsets = join_molecules(data.cell, rods.pairs, positions);
   const auto is_zero = [](const Vector3& offset) { return offset == Vector3{}; };
@@ -72,7 +73,7 @@ std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_point
                                   ends.size(), corner, most_rods));
     for (std::size_t a = 0; a < ends.size(); ++a)
       for (std::size_t b = a + 1; b < ends.size(); ++b)
-        angles.push_back({0, {ends[a], static_cast<std::int32_t>(corner), ends[b]}});
+        angles.push_back({0, 0, {ends[a], static_cast<std::int32_t>(corner), ends[b]}});
   }
   return angles;
 }
@@ -149,7 +150,8 @@ std::vector<double> find_masses(const Imported& data, const Cursor& mass, const 
   return masses;
 }
 
-enum class BondRule { Rods, Distance, None };
+enum class BondRule { Rods, Distance, None, Energies };
+enum class AngleRule { Free, Rigid, Energies };
 
 /// The bonds that become rods, where the scene wants others than those of the file.
 void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
@@ -159,21 +161,55 @@ void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
   data->bonds = bonds.locate([&] { return find_bonds_by_distance(*data); });
 }
 
+/// Moves atoms so that bonds which are energies are short.
+void join_bonds(Imported* data) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  for (const Imported::Bond& bond : data->bonds) pairs.push_back(bond.atoms);
+  (void)join_molecules(data->cell, pairs, &data->positions);
+}
+
+/// Complains about keys that nothing reads, and energies that the format has no coefficients of.
+void check_energies(const Cursor& import, Format format, const ImportChoices& choices) {
+  const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
+    if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));
+  };
+  keep_to(choices.bonds_are_energies, "bond_style", R"("bonds": "energies")");
+  keep_to(choices.bonds_are_energies, "fene_repulsion", R"("bonds": "energies")");
+  keep_to(choices.angles_are_energies, "angle_style", R"("angles": "energies")");
+  keep_to(choices.dihedrals_are_energies, "dihedral_style", R"("dihedrals": "energies")");
+  if (format == Format::LammpsData) return;
+  for (const auto& [is_wanted, key] :
+       {std::pair(choices.bonds_are_energies, "bonds"), std::pair(choices.angles_are_energies, "angles"),
+        std::pair(choices.dihedrals_are_energies, "dihedrals")})
+    if (is_wanted) import[key].complain("found energies, whose coefficients lammps-data alone has");
+}
+
 }  // namespace
 
 PointSet read_import(const Cursor& import, const Context& context) {
-  import.object({"file", "format", "bonds", "types", "angles", "mass"});
+  import.object({"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
+                 "dihedral_style", "fene_repulsion"});
   const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)}, Format::LammpsData);
-  const auto rule = import["bonds"].choice<BondRule>(
-      {{"rods", BondRule::Rods}, {"distance", BondRule::Distance}, {"none", BondRule::None}}, BondRule::Rods);
-  const bool rigid_angles = import["angles"].choice<bool>({{"free", false}, {"rigid", true}}, false);
+  const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
+                                                      {"distance", BondRule::Distance},
+                                                      {"none", BondRule::None},
+                                                      {"energies", BondRule::Energies}},
+                                                     BondRule::Rods);
+  const auto angle_rule = import["angles"].choice<AngleRule>(
+      {{"free", AngleRule::Free}, {"rigid", AngleRule::Rigid}, {"energies", AngleRule::Energies}}, AngleRule::Free);
+  ImportChoices choices{
+      .bonds_are_energies = rule == BondRule::Energies,
+      .angles_are_energies = angle_rule == AngleRule::Energies,
+      .dihedrals_are_energies = import["dihedrals"].choice<bool>({{"free", false}, {"energies", true}}, false),
+      .pairs_repel = import["fene_repulsion"].choice<bool>({{"none", false}, {"pair", true}}, false),
+      .rod_types = {}};
+  check_energies(import, format, choices);
 
   const Cursor file = import["file"];
   Imported data = file.locate([&, path = context.file(file)] { return read_file(path, format); });
   if (data.positions.empty()) file.fail("a file with at least one atom or vertex");
-  std::vector<std::int64_t> types;
   for (const Cursor type : import["types"].optional_list("a list of bond types"))
-    types.push_back(type.integer(1, data.num_bond_types));
+    choices.rod_types.push_back(type.integer(1, data.num_bond_types));
   choose_bonds(import["bonds"], rule, &data);
 
   PointSet set;
@@ -181,11 +217,14 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.source = fmt::format("import: {} ({}{})", file.string(), name->first,
                            rule == BondRule::Distance ? ", bonds by distance" : "");
   set.masses = find_masses(data, import["mass"], file);
-  Rods rods = make_rods(data, types, &data.positions);
-  if (rigid_angles && format != Format::LammpsData)
+  if (choices.bonds_are_energies) join_bonds(&data);
+  const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();
+  Rods rods = make_rods(data, choices.rod_types, all_are_rods, &data.positions);
+  if (angle_rule == AngleRule::Rigid && format != Format::LammpsData)
     data.angles = find_angles(rods, data.positions.size(), import["angles"]);
-  set.constraints.emplace_back(std::move(rods));
-  if (rigid_angles) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
+  if (!choices.bonds_are_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));
+  set.forces = make_energies(data, choices, import);
+  if (angle_rule == AngleRule::Rigid) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.cell = data.cell;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,21 @@ struct Imported {
     std::array<std::int32_t, 2> atoms;
   };
   struct Angle {
-    std::int64_t id;
+    std::int64_t id, type;
     std::array<std::int32_t, 3> atoms;  ///< the corner in the middle
+  };
+  struct Dihedral {
+    std::int64_t id, type;
+    std::array<std::int32_t, 4> atoms;
+  };
+  /// A section of coefficients: the style that the comment behind its title names, or empty; the numbers of each type.
+  struct Coefficients {
+    std::string style{};
+    std::map<std::int64_t, std::vector<double>> of_type{};
   };
 
   Cell cell;
-  std::int64_t num_bond_types = 1;
+  std::int64_t num_bond_types = 1, num_angle_types = 0, num_dihedral_types = 0;
   std::vector<Vector3> positions;        ///< with image flags unwrapped
   std::vector<Vector3> velocities;       ///< empty: the file has none
   std::vector<double> masses;            ///< empty: the file has none
@@ -34,6 +44,8 @@ struct Imported {
   double angstrom = 0.0;                 ///< in the file's unit, where elements are known
   std::vector<Bond> bonds;
   std::vector<Angle> angles;
+  std::vector<Dihedral> dihedrals;
+  Coefficients bond_coefficients, angle_coefficients, dihedral_coefficients;
 };
 
 }  // namespace tanor::scene

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
 #include "scene/overrides.hpp"
@@ -34,6 +36,9 @@ struct Scene {
   std::optional<Cell> cell;  ///< periodic box: of the imported file, else of the first pair forces that have one
   SolverOptions solver;
   CertificatePolicy certificate;
+  EquilibriumOptions equilibrium;            ///< without those of `solver`
+  ModesOptions modes;                        ///< without those of `solver`
+  std::vector<std::string> buckling_loads;   ///< names of forces; empty: no load factor is asked for
   std::vector<std::string> old_names;  ///< that it uses: "/solver/way: its name is linear_solver"
 };
 
