@@ -14,14 +14,14 @@ struct Frame {
   std::size_t number = 0;                                     ///< 0, 1, … in the trajectory
   std::size_t steps = 0;                                      ///< of the method until then
   double time = 0.0;                                          ///< s
-  std::span<const double> positions;                          ///< 3m, m
-  std::span<const double> velocities;                         ///< 3m, m/s
-  std::span<const double> accelerations;                      ///< 3m, m/s^2
-  std::span<const double> forces;                             ///< 3m, N: M w
-  std::span<const double> reactions;                          ///< 3m, N: K lambda
-  std::span<const double> tensions;                           ///< R, N: -lambda
-  std::span<const double> guide_forces;                       ///< 3m, N; empty where no point is held
-  std::vector<Guide> guides;                                  ///< where they stand now
+  std::span<const double> positions{};                        ///< 3m, m
+  std::span<const double> velocities{};                       ///< 3m, m/s
+  std::span<const double> accelerations{};                    ///< 3m, m/s^2
+  std::span<const double> forces{};                           ///< 3m, N: M w
+  std::span<const double> reactions{};                        ///< 3m, N: K lambda
+  std::span<const double> tensions{};                         ///< R, N: -lambda
+  std::span<const double> guide_forces{};                     ///< 3m, N; empty where no point is held
+  std::vector<Guide> guides{};                                ///< where they stand now
   double energy = 0.0;                                        ///< J, kinetic and potential
   double position_violation = 0.0, velocity_violation = 0.0;  ///< largest so far, relative
 };
@@ -37,7 +37,7 @@ class FrameFile {
   virtual void write(const Frame& frame) = 0;
   /// How far it is written, in bytes or in frames; not 0 once there is a frame.
   virtual std::uint64_t mark() const = 0;
-  /// Takes it back to an earlier mark.
+  /// Takes it back to an earlier mark, that before the last frame.
   virtual void cut(std::uint64_t mark) = 0;
   /// Makes all frames outlive the program and, where the format can, the machine. Throws WriteError.
   virtual void synchronize() = 0;

@@ -181,14 +181,21 @@ VtpTrajectory::VtpTrajectory(const std::filesystem::path& directory, const Shown
 
 void VtpTrajectory::write(const Frame& frame) {
   const std::string name = fmt::format("{}/frame_{:06}.vtp", frame_folder, frame.number);
+  last_ = directory_ / name;
+  const std::uint64_t before = mark();
   try {
-    write_vtp(directory_ / name, *shown_, frame, is_compressed_);
+    write_vtp(last_, *shown_, frame, is_compressed_);
     list_.append(fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name));
   } catch (const WriteError&) {
-    std::error_code ignored;
-    std::filesystem::remove(directory_ / name, ignored);
+    cut(before);
     throw;
   }
+}
+
+void VtpTrajectory::cut(std::uint64_t mark) {
+  list_.cut(mark);
+  std::error_code ignored;
+  std::filesystem::remove(last_, ignored);
 }
 
 }  // namespace tanor::report

@@ -29,13 +29,15 @@ class VtpTrajectory : public FrameFile {
 
   void write(const Frame& frame) override;
   std::uint64_t mark() const override { return list_.body_size(); }
-  void cut(std::uint64_t mark) override { list_.cut(mark); }
+  /// Back to the mark before the last frame.
+  void cut(std::uint64_t mark) override;
   void synchronize() override { list_.synchronize(); }
 
  private:
   std::filesystem::path directory_;
   const ShownParts* shown_;
   bool is_compressed_;
+  std::filesystem::path last_;  ///< frame that was written
   GrowingFile list_;
 };
 
