@@ -64,7 +64,8 @@ ROOMS = {
                      "modify.h update.h OpenMM.h openmm/"),
     "mpi":      Sees("system/members.hpp base/groups.hpp cli scene report", "tanor", "mpi.h metis.h omp.h unistd.h fmt/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h zlib.h"),
+    "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
+                     "sys/resource.h zlib.h hdf5.h zip.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("scene report view", "tanor",
                      "nlohmann/ fmt/ CLI/ unistd.h fcntl.h spawn.h sys/file.h sys/stat.h dlfcn.h"),

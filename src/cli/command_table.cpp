@@ -74,6 +74,27 @@ Value list(Word word, std::vector<std::string>* target) {
           }};
 }
 
+/// Words of an enumeration between commas; one that comes twice counts once.
+template <class Enum>
+Value names(std::optional<std::vector<Enum>>* target) {
+  return {Word::Text, [target](const std::string& given) -> std::string {
+            std::vector<std::string> words;
+            if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
+            std::vector<Enum>& values = target->emplace();
+            for (const std::string& word : words) {
+              const std::optional<Enum> value = value_of<Enum>(word);
+              if (!value) {
+                std::string known;
+                for (const auto& [each, name] : enum_names<Enum>)
+                  known += (known.empty() ? "" : ", ") + std::string(name);
+                return "must be names of " + known + " between commas, not '" + word + "'";
+              }
+              if (std::ranges::find(values, *value) == values.end()) values.push_back(*value);
+            }
+            return {};
+          }};
+}
+
 Value yes(bool* target, bool says = true) {
   return {Word::Text, [=](const std::string&) -> std::string {
             *target = says;
@@ -122,6 +143,8 @@ Command describe_run() {
                    {"--max-step", "H", positive(&over->max_step), "no step is longer, s"},
                    {"--t-end", "T", positive(&over->t_end), "end of the simulated time, s"},
                    {"--threads", "P", threads(&over->threads), "threads; 0: all"},
+                   {"--trajectory", "LIST", names(&over->trajectory),
+                    "files of the frames, names between commas: xyz, vtp, lammps, h5md, csv, npz; default xyz,vtp"},
                    {"--resume", "", yes(&options->resume), "go on from the checkpoint of an interrupted run"},
                    {"--report", "", yes(&options->report),
                     "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"}},

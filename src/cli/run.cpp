@@ -69,6 +69,16 @@ void require_memory(const scene::Scene& scene, const Simulation& simulation) {
                   name_of(method), 1e-9 * needed, 1e-9 * there));
 }
 
+/// Frames must have a format that this program can write, and places for them.
+void require_output(const scene::Scene& scene, std::size_t num_points) {
+  const double frames = scene.output_every > 0.0 ? scene.t_end / scene.output_every + 2.0 : 2.0;
+  try {
+    report::require_formats(choose_trajectory(scene), num_points, frames);
+  } catch (const InputError& error) {
+    throw InputError(scene.file.string() + ": " + error.where(), error.what());
+  }
+}
+
 /// Why a run ended; no words when it reached its end.
 struct Ending {
   ExitCode code = ExitCode::Done;
@@ -159,6 +169,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
+  require_output(scene, scene.system.num_points());
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
   naming_file(options.scene, [&] { require_memory(scene, simulation); });

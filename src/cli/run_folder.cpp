@@ -49,8 +49,9 @@ std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
 }
 
 report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, const System& system) {
-  if (plan.before) return {plan.directory, system, scene.output_points, plan.before->trajectory};
-  return {plan.directory, system, scene.output_points};
+  const report::TrajectoryOptions options = choose_trajectory(scene);
+  if (plan.before) return {plan.directory, system, options, plan.before->trajectory};
+  return {plan.directory, system, options};
 }
 
 /// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
@@ -61,6 +62,10 @@ constexpr int page_share = 50;
 constexpr std::chrono::milliseconds shortest_page_interval(1000);
 
 }  // namespace
+
+report::TrajectoryOptions choose_trajectory(const scene::Scene& scene) {
+  return {.points = scene.output_points, .formats = scene.trajectory, .cell = scene.cell, .title = scene.name};
+}
 
 RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation)
     : directory_(plan.directory),
@@ -96,7 +101,10 @@ void RunFolder::show(const Simulation& simulation) {
 
 std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   const auto begin = RunPlan::Clock::now();
-  if (can_go_on && last_frame_ == simulation.time()) publish(simulation);
+  if (can_go_on && last_frame_ == simulation.time())
+    publish(simulation);
+  else
+    trajectory_.synchronize();
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);

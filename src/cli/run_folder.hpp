@@ -29,6 +29,9 @@ struct RunPlan {
   bool has_html_page = false;                ///< report.html is asked for, and this program can make it
 };
 
+/// What a scene wants to be written of its motion.
+report::TrajectoryOptions choose_trajectory(const scene::Scene& scene);
+
 /// The folder of a run: its trajectory, its checkpoint and, at the end, its summary. A run that was resumed is told of
 /// as one, over all its parts.
 class RunFolder {

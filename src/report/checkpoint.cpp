@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int format = 11;
+constexpr int format = 12;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -42,8 +42,6 @@ template <class Checkpoint, class Visit>
 void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("time", checkpoint.time);
   visit("frames", checkpoint.trajectory.frames);
-  visit("xyz_bytes", checkpoint.trajectory.xyz_bytes);
-  visit("pvd_bytes", checkpoint.trajectory.pvd_bytes);
   visit("wall_total", checkpoint.wall.total);
   visit("wall_setup", checkpoint.wall.setup);
   visit("wall_output", checkpoint.wall.output);
@@ -69,8 +67,10 @@ void require_sound(const Checkpoint& checkpoint) {
     if (!(size >= 0.0)) throw InputError("", fmt::format("/{} is {}, not 0 or more", name, in_words(size)));
   }
   const TrajectoryMark& mark = checkpoint.trajectory;
-  if (mark.frames == 0 || mark.frames > mark.xyz_bytes || mark.frames > mark.pvd_bytes) {
-    throw InputError("", fmt::format("/frames is {}, of {} and {} bytes", mark.frames, mark.xyz_bytes, mark.pvd_bytes));
+  if (mark.frames == 0) throw InputError("", "/frames is 0");
+  for (const auto& [name, size] : mark.files) {
+    if (mark.frames > size)
+      throw InputError("", fmt::format("/frames is {}, of which {} has {}", mark.frames, name, size));
   }
 }
 
@@ -97,6 +97,8 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
     const ordered_json head = ordered_json::parse(content.substr(0, end_of_head));
     checkpoint.scene = head.at("scene").get<std::string>();
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head.at(key), key, number); });
+    for (const auto& [name, size] : head.at("files").items())
+      read_number(size, name.c_str(), checkpoint.trajectory.files[name]);
   } catch (const ordered_json::exception& error) {
     throw InputError("", fmt::format("cannot be read: {}", error.what()));
   }
@@ -122,6 +124,7 @@ std::string make_fingerprint(std::span<const fs::path> files, const System& syst
 void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint, Wait wait) {
   ordered_json head{{"scene", checkpoint.scene}};
   for_each_number(checkpoint, [&](const char* name, const auto& number) { head[name] = number; });
+  head["files"] = checkpoint.trajectory.files;
   const std::string lines = first_line() + head.dump() + "\n";
   Checksum sum;
   sum.add(lines);

@@ -171,7 +171,8 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
   write_summary(directory, scene, found, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
-  XyzTrajectory(directory / "equilibrium.xyz").write(scene.equilibrium.at, shown, found.positions, at_rest);
+  XyzTrajectory(directory / "equilibrium.xyz", &shown, scene.cell)
+      .write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
   if (found.status != Stability::None) write_scene(directory / "equilibrium.json", scene, found);
 }
 

@@ -62,6 +62,7 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
   const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
   std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
   std::vector<double> r, v, w;
+  const std::vector<double> tensions = find_tensions(shown, modes.multipliers);
   std::string list = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
   for (int k = 0; k < frames_of_period; ++k) {
     const double phase = 2.0 * std::numbers::pi * k / frames_of_period, time = phase / omega;
@@ -75,7 +76,8 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
     gather_points(shown, velocities, &v);
     gather_points(shown, accelerations, &w);
     const std::string frame = fmt::format("{}/frame_{:03}.vtp", name, k);
-    write_vtp(directory / frame, shown, {time, r, v, w, modes.multipliers});
+    write_vtp(directory / frame, shown,
+              {.time = time, .positions = r, .velocities = v, .accelerations = w, .tensions = tensions});
     list += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, frame);
   }
   replace_file(directory / (name + ".pvd"),

@@ -31,6 +31,10 @@ std::string make_header(std::string_view type, const std::vector<std::size_t>& s
 
 }  // namespace
 
+std::string make_npy(std::string_view type, const std::vector<std::size_t>& shape, std::string_view bytes) {
+  return make_header(type, shape) + std::string(bytes);
+}
+
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns) {
   write_npy(file, numbers, columns == 1 ? std::vector{numbers.size()} : std::vector{numbers.size() / columns, columns});
 }

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "report/output_file.hpp"
@@ -15,6 +17,9 @@ void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t co
 void write_npy(const std::filesystem::path& path, std::span<const double> numbers, std::size_t columns = 1);
 /// The same of any shape.
 void write_npy(OutputFile* file, std::span<const double> numbers, const std::vector<std::size_t>& shape);
+
+/// The bytes of such a file for an array of any shape; `type`: "<f8", "<i4", …
+std::string make_npy(std::string_view type, const std::vector<std::size_t>& shape, std::string_view bytes);
 
 /// Writes a vector of booleans, '|b1'.
 void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values);

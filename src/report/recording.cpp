@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/guide_forces.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -72,33 +74,10 @@ RecordedFrame Recording::record(const Simulation& simulation) {
 }
 
 void Recording::add_reactions(const Simulation& simulation, RecordedFrame* frame) {
-  const std::span<const double> reactions = simulation.reactions(), loads = simulation.support_forces();
-  std::vector<double> rows(3 * shown_.num_points);
-  for (std::size_t k = 0; k < shown_.num_points; ++k) {
-    const std::size_t first = 3 * static_cast<std::size_t>(shown_.points[k]);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      rows[3 * k + axis] = shown_.is_support[k] ? -loads[first + axis] : reactions[first + axis];
-  }
-  // What guides do is K lambda without the pull of the rods, T (r_j - r_i)/|r_j - r_i|.
-  const std::vector<double> positions(frame->positions.begin(), frame->positions.end());
-  const std::vector<double> images = gather_shifted_images(shown_, positions);
-  for (std::size_t k = 0; k < shown_.rods.size(); ++k) {
-    const auto [i, j] = shown_.rods[k];
-    const auto place = [&](std::size_t p) {
-      return p < shown_.num_points ? &positions[3 * p] : &images[3 * (p - shown_.num_points)];
-    };
-    const double *a = place(i), *b = place(j);
-    const double length = std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), pull = frame->tensions[k] / length;
-    if (!std::isfinite(pull)) continue;
-    const std::size_t far = static_cast<std::size_t>(j) < shown_.num_points
-                                ? static_cast<std::size_t>(j)
-                                : static_cast<std::size_t>(shown_.images[j - shown_.num_points].point);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double force = pull * (b[axis] - a[axis]);
-      if (!shown_.is_support[i]) rows[3 * i + axis] -= force;
-      if (!shown_.is_support[far]) rows[3 * far + axis] += force;
-    }
-  }
+  const std::vector<double> positions(frame->positions.begin(), frame->positions.end()),
+      tensions(frame->tensions.begin(), frame->tensions.end());
+  const std::vector<double> rows =
+      find_guide_forces(shown_, positions, tensions, simulation.reactions(), simulation.support_forces());
   std::vector<double> friction;
   if (contacts_) {
     friction.assign(3 * contacts_->num_points(), 0.0);

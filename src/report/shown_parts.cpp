@@ -1,6 +1,7 @@
 #include "report/shown_parts.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <variant>
 
@@ -67,6 +68,14 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
   rows->resize(3 * shown.num_points);
   double* row = rows->data();
   for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
+}
+
+std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers) {
+  std::vector<double> tensions;
+  tensions.reserve(shown.rod_rows.size());
+  for (const std::size_t row : shown.rod_rows)
+    tensions.push_back(row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN());
+  return tensions;
 }
 
 std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows) {

@@ -34,6 +34,9 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen);
 /// Copies the rows of the shown points. `all` has 3n numbers; the result has 3m and reuses `rows`.
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
 
+/// Tensions of the shown rods, N: -lambda. `multipliers` of all constraints (d); a rod that they do not reach has NaN.
+std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers);
+
 /// The rows of the images among those of the shown points (3m).
 std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows);
 /// The same for positions: the images are shifted.

@@ -2,33 +2,55 @@
 
 #include <fmt/format.h>
 
-#include <string>
+#include <algorithm>
 #include <string_view>
 #include <system_error>
 
+#include "report/compression.hpp"
+#include "report/csv_trajectory.hpp"
+#include "report/guide_forces.hpp"
+#include "report/lammps_dump.hpp"
 #include "report/output_file.hpp"
 #include "report/vtp_frame.hpp"
+#include "report/xyz_trajectory.hpp"
+#if TANOR_HAS_HDF5
+#include "report/h5md_trajectory.hpp"
+#endif
+#if TANOR_HAS_ZIP
+#include "report/npz_trajectory.hpp"
+#endif
 
 namespace tanor::report {
 
 namespace fs = std::filesystem;
+using scene::TrajectoryFormat;
 
 namespace {
 
-constexpr const char* xyz_name = "trajectory.xyz";
-constexpr const char* collection_name = "trajectory.pvd";
-constexpr const char* frame_folder = "trajectory";
-constexpr std::string_view list_head =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
-constexpr std::string_view list_tail = "</Collection>\n</VTKFile>\n";
+constexpr std::size_t most_guides = 64;
 
-std::string frame_name(std::size_t frame) {
-  return fmt::format("{}/frame_{:06}.vtp", frame_folder, frame);
-}
+constexpr const char *xyz_name = "trajectory.xyz", *dump_name = "trajectory.dump", *rods_name = "trajectory_rods.dump",
+                     *csv_name = "trajectory.csv", *h5md_name = "trajectory.h5", *npz_name = "trajectory.npz",
+                     *packed = ".gz";
 
-fs::path make_frame_folder(const fs::path& directory) {
-  make_folder(directory / frame_folder);
-  return directory;
+/// The file that tells how far a format is written; of `lammps` the one of the points.
+std::string name_file(TrajectoryFormat format, bool is_compressed) {
+  const std::string suffix = is_compressed ? packed : "";
+  switch (format) {
+    case TrajectoryFormat::Xyz:
+      return xyz_name + suffix;
+    case TrajectoryFormat::Vtp:
+      return VtpTrajectory::list_name;
+    case TrajectoryFormat::Lammps:
+      return dump_name + suffix;
+    case TrajectoryFormat::H5md:
+      return h5md_name;
+    case TrajectoryFormat::Csv:
+      return csv_name + suffix;
+    case TrajectoryFormat::Npz:
+      break;
+  }
+  return npz_name;
 }
 
 void require_size(const fs::path& path, std::uint64_t size) {
@@ -39,20 +61,65 @@ void require_size(const fs::path& path, std::uint64_t size) {
   }
 }
 
+/// Names of the files that a run with these options writes.
+std::vector<std::string> list_files(const TrajectoryOptions& options, const ShownParts& shown) {
+  std::vector<std::string> names;
+  for (const TrajectoryFormat format : options.formats.files) {
+    names.push_back(name_file(format, options.formats.compression));
+    if (format == TrajectoryFormat::Lammps && !shown.rods.empty())
+      names.push_back(rods_name + std::string(options.formats.compression ? packed : ""));
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
 /// Checks that the files of a folder hold all that the mark promises. Nothing there is touched before that is known.
-fs::path require_marked(const fs::path& directory, const TrajectoryMark& mark) {
-  require_size(directory / xyz_name, mark.xyz_bytes);
-  require_size(directory / collection_name, mark.pvd_bytes);
-  return make_frame_folder(directory);
+void require_marked(const fs::path& directory, const std::vector<std::string>& names, const TrajectoryMark& mark) {
+  std::vector<std::string> marked;
+  for (const auto& [name, size] : mark.files) marked.push_back(name);
+  if (marked != names)
+    throw InputError(directory.string(), fmt::format("holds a run that writes {}, and goes on with these alone, not {}",
+                                                     fmt::join(marked, ", "), fmt::join(names, ", ")));
+  // Counts of frames are below those of bytes.
+  for (const auto& [name, size] : mark.files) require_size(directory / name, size);
+}
+
+/// What a format that keeps frames in memory needs for one.
+double bytes_of_a_frame(std::size_t num_points) {
+  return 9.0 * sizeof(double) * static_cast<double>(num_points);
 }
 
 }  // namespace
 
+void require_formats(const TrajectoryOptions& options, std::size_t num_points, double expected_frames) {
+  const auto refuse = [](TrajectoryFormat format, const char* library) {
+    throw InputError("/motion/trajectory",
+                     fmt::format("found {}, which this tanor was built without ({})", name_of(format), library));
+  };
+  for (const TrajectoryFormat format : options.formats.files) {
+    if (format == TrajectoryFormat::H5md && !TANOR_HAS_HDF5) refuse(format, "libhdf5-dev");
+    if (format == TrajectoryFormat::Npz && !TANOR_HAS_ZIP) refuse(format, "libzip-dev");
+    constexpr double most = 2e9;
+    const std::size_t shown = options.points.empty() ? num_points : options.points.size();
+    const double needed = expected_frames * bytes_of_a_frame(shown);
+    if (format == TrajectoryFormat::Npz && needed > most)
+      throw InputError("/motion/trajectory",
+                       fmt::format("found npz, which keeps all frames in memory, {:.1f} GB here; wanted at most {:.0f} "
+                                   "GB: fewer output_points, or h5md",
+                                   1e-9 * needed, 1e-9 * most));
+  }
+  if (options.formats.compression && !has_compression())
+    throw InputError("/motion/compression", "found true, which this tanor was built without (zlib1g-dev)");
+}
+
 void remove_trajectory(const fs::path& directory) {
-  remove_file(directory / xyz_name);
-  remove_file(directory / collection_name);
+  for (const char* name : {xyz_name, dump_name, rods_name, csv_name}) {
+    remove_file(directory / name);
+    remove_file(directory / (std::string(name) + packed));
+  }
+  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) remove_file(directory / name);
   std::error_code error;  // without a folder there are no frames
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory / frame_folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory / VtpTrajectory::frame_folder, error)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part"))) {
       remove_file(entry.path());
@@ -60,44 +127,119 @@ void remove_trajectory(const fs::path& directory) {
   }
 }
 
-Trajectory::Trajectory(const fs::path& directory, const System& system, std::span<const Index> chosen)
-    : directory_(make_frame_folder(directory)),
-      shown_(choose_parts(system, chosen)),
-      list_(directory / collection_name, list_head, list_tail),
-      xyz_(directory / xyz_name) {}
+Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options)
+    : Trajectory(directory, system, options, {}) {}
 
-Trajectory::Trajectory(const fs::path& directory, const System& system, std::span<const Index> chosen,
+Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options,
                        const TrajectoryMark& mark)
-    : directory_(require_marked(directory, mark)),
-      shown_(choose_parts(system, chosen)),
-      frames_(mark.frames),
-      list_(directory / collection_name, mark.pvd_bytes, list_tail),
-      xyz_(directory / xyz_name, mark.xyz_bytes) {}
+    : shown_(std::make_unique<ShownParts>(choose_parts(system, options.points))), frames_(mark.frames) {
+  for (const Index point : shown_->points)
+    masses_.push_back(system.masses.empty() ? 1.0 : system.masses[static_cast<std::size_t>(point)]);
+  const std::vector<bool> is_held = find_held_points(system);
+  has_held_points_ =
+      std::ranges::any_of(shown_->points, [&](Index point) { return is_held[static_cast<std::size_t>(point)]; });
+  if (mark.frames > 0) require_marked(directory, list_files(options, *shown_), mark);
+  open_files(directory, options, mark);
+}
+
+void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& options, const TrajectoryMark& mark) {
+  const bool is_compressed = options.formats.compression;
+  const auto before = [&](const std::string& name) {
+    const auto found = mark.files.find(name);
+    return found == mark.files.end() ? 0 : found->second;
+  };
+  for (const TrajectoryFormat format : options.formats.files) {
+    const std::string name = name_file(format, is_compressed);
+    const fs::path path = directory / name;
+    const std::uint64_t size = before(name);
+    std::unique_ptr<FrameFile>& file = files_[name];
+    switch (format) {
+      case TrajectoryFormat::Xyz:
+        file = std::make_unique<XyzTrajectory>(path, shown_.get(), options.cell, size);
+        break;
+      case TrajectoryFormat::Vtp:
+        file = std::make_unique<VtpTrajectory>(directory, shown_.get(), is_compressed, size);
+        break;
+      case TrajectoryFormat::Lammps:
+        file = std::make_unique<LammpsDump>(path, shown_.get(), options.cell, size);
+        if (!shown_->rods.empty()) {
+          const std::string rods = rods_name + std::string(is_compressed ? packed : "");
+          files_[rods] = std::make_unique<LammpsRodDump>(directory / rods, shown_.get(), options.cell, before(rods));
+        }
+        break;
+      case TrajectoryFormat::Csv:
+        file = std::make_unique<CsvTrajectory>(path, *shown_, size);
+        break;
+      case TrajectoryFormat::H5md:
+#if TANOR_HAS_HDF5
+        file = size > 0 ? std::make_unique<H5mdTrajectory>(path, shown_.get(), size)
+                        : std::make_unique<H5mdTrajectory>(
+                              path, shown_.get(),
+                              H5mdTrajectory::Sample{options.title, masses_, options.cell, is_compressed});
+#endif
+        break;
+      case TrajectoryFormat::Npz:
+#if TANOR_HAS_ZIP
+        file = std::make_unique<NpzTrajectory>(path, shown_.get(), is_compressed, size);
+#endif
+        break;
+    }
+    if (!file) throw std::logic_error("a format that require_formats refuses");
+  }
+}
+
+/// Takes the rows of the shown points and rods out of the simulation.
+void Trajectory::gather(const Simulation& simulation) {
+  gather_points(*shown_, simulation.positions(), &positions_);
+  gather_points(*shown_, simulation.velocities(), &velocities_);
+  gather_points(*shown_, simulation.accelerations(), &accelerations_);
+  gather_points(*shown_, simulation.reactions(), &reactions_);
+  forces_ = accelerations_;
+  for (std::size_t k = 0; k < forces_.size(); ++k) forces_[k] *= masses_[k / 3];
+  tensions_ = find_tensions(*shown_, simulation.multipliers());
+  if (has_held_points_)
+    guide_forces_ =
+        find_guide_forces(*shown_, positions_, tensions_, simulation.reactions(), simulation.support_forces());
+}
 
 void Trajectory::write_frame(const Simulation& simulation) {
-  gather_points(shown_, simulation.positions(), &positions_);
-  gather_points(shown_, simulation.velocities(), &velocities_);
-  gather_points(shown_, simulation.accelerations(), &accelerations_);
-
-  const double time = simulation.time();
-  const std::string name = frame_name(frames_);
+  gather(simulation);
+  if (start_.positions.empty())
+    start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
+  const MotionReport& report = simulation.report();
+  const Frame frame{.number = frames_,
+                    .steps = report.steps,
+                    .time = simulation.time(),
+                    .positions = positions_,
+                    .velocities = velocities_,
+                    .accelerations = accelerations_,
+                    .forces = forces_,
+                    .reactions = reactions_,
+                    .tensions = tensions_,
+                    .guide_forces = guide_forces_,
+                    .guides = place_guides(simulation.system(), simulation.time(), start_, most_guides),
+                    .energy = report.energy.now,
+                    .position_violation = report.position_violation,
+                    .velocity_violation = report.velocity_violation};
   const TrajectoryMark before = mark();
   try {
-    write_vtp(directory_ / name, shown_, {time, positions_, velocities_, accelerations_, simulation.multipliers()});
-    xyz_.write(time, shown_, positions_, velocities_);
-    list_.append(fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, name));
+    for (const auto& [name, file] : files_) file->write(frame);
   } catch (const WriteError&) {
-    if (xyz_.size() > before.xyz_bytes) xyz_.cut(before.xyz_bytes);
-    std::error_code ignored;
-    fs::remove(directory_ / name, ignored);
+    for (const auto& [name, file] : files_)
+      if (file->mark() > before.files.at(name)) file->cut(before.files.at(name));
     throw;
   }
   ++frames_;
 }
 
 void Trajectory::synchronize() {
-  xyz_.synchronize();
-  list_.synchronize();
+  for (const auto& [name, file] : files_) file->synchronize();
+}
+
+TrajectoryMark Trajectory::mark() const {
+  TrajectoryMark mark{frames_, {}};
+  for (const auto& [name, file] : files_) mark.files[name] = file->mark();
+  return mark;
 }
 
 }  // namespace tanor::report

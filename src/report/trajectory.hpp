@@ -3,54 +3,75 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <tanor/motion.hpp>
 
-#include "report/growing_file.hpp"
+#include "report/frame_file.hpp"
 #include "report/shown_parts.hpp"
-#include "report/xyz_trajectory.hpp"
+#include "scene/periodic_cell.hpp"
+#include "scene/trajectory.hpp"
 
 namespace tanor::report {
 
 /// How far a trajectory was written. A checkpoint keeps it, so that a resumed run goes on behind it.
 struct TrajectoryMark {
   std::size_t frames = 0;
-  std::uint64_t xyz_bytes = 0;
-  std::uint64_t pvd_bytes = 0;  ///< of the list of frames, without its end
+  std::map<std::string, std::uint64_t> files;  ///< FrameFile::mark of each, by its name
 };
 
-/// Removes the trajectory of an earlier run.
+/// What a trajectory shows, and in which files.
+struct TrajectoryOptions {
+  std::vector<Index> points;  ///< empty: all
+  scene::TrajectoryFormats formats;
+  std::optional<scene::Cell> cell;  ///< periodic box
+  std::string title;                ///< name of the scene
+};
+
+/// Throws InputError, naming /motion/trajectory or /motion/compression, where this program cannot write the formats, or
+/// where `expected_frames` of a format that is kept in memory do not fit there.
+void require_formats(const TrajectoryOptions& options, std::size_t num_points, double expected_frames);
+
+/// Removes the trajectory of an earlier run, whatever its formats.
 void remove_trajectory(const std::filesystem::path& directory);
 
-/// The frames of a run in a folder: `trajectory.xyz`, and `trajectory.pvd` with `trajectory/frame_*.vtp`.
+/// The frames of a run in a folder, in one or several formats (`trajectory.xyz`, …).
 ///
-/// Everything there is readable whenever the program stops: a frame is complete before the list names it, and a frame
-/// that could not be written is in none of the files.
+/// Everything there is readable whenever the program stops, and a frame that could not be written is in none of the
+/// files.
 class Trajectory {
  public:
-  /// Starts anew in a folder without a trajectory. `chosen` names the points to show; empty: all points.
-  Trajectory(const std::filesystem::path& directory, const System& system, std::span<const Index> chosen);
+  /// Starts anew in a folder without a trajectory.
+  Trajectory(const std::filesystem::path& directory, const System& system, const TrajectoryOptions& options);
   /// Goes on behind a mark and removes what was written after it. Throws InputError where the files are not those of
   /// the mark.
-  Trajectory(const std::filesystem::path& directory, const System& system, std::span<const Index> chosen,
+  Trajectory(const std::filesystem::path& directory, const System& system, const TrajectoryOptions& options,
              const TrajectoryMark& mark);
 
   /// Appends the simulation's present state. Throws WriteError; the files are then what they were before.
   void write_frame(const Simulation& simulation);
-  /// Waits until the disk has both lists of frames.
+  /// Makes all frames outlive the program and the machine.
   void synchronize();
 
-  TrajectoryMark mark() const { return {frames_, xyz_.size(), list_.body_size()}; }
+  TrajectoryMark mark() const;
 
  private:
-  std::filesystem::path directory_;
-  ShownParts shown_;
+  void open_files(const std::filesystem::path& directory, const TrajectoryOptions& options, const TrajectoryMark& mark);
+  void gather(const Simulation& simulation);
+
+  std::unique_ptr<ShownParts> shown_;  ///< stays where it is: the files look at it
+  std::vector<double> masses_;         ///< m, of the shown points
+  bool has_held_points_ = false;
+  GuideStart start_;
   std::size_t frames_ = 0;
-  GrowingFile list_;  ///< trajectory.pvd
-  XyzTrajectory xyz_;
-  std::vector<double> positions_, velocities_, accelerations_;  ///< of the shown points, one instant
+  std::map<std::string, std::unique_ptr<FrameFile>> files_;
+  std::vector<double> positions_, velocities_, accelerations_, forces_, reactions_, tensions_,
+      guide_forces_;  ///< of the shown points, one instant
 };
 
 }  // namespace tanor::report

@@ -5,11 +5,14 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
+#include "report/compression.hpp"
 #include "report/output_file.hpp"
 
 namespace tanor::report {
@@ -19,12 +22,16 @@ namespace {
 /// The XML of a frame, and the arrays that follow it in the order in which it names them.
 class Document {
  public:
+  explicit Document(bool is_compressed) : is_compressed_(is_compressed) {}
+
   void open(std::string_view element) { xml_ += fmt::format("<{}>\n", element); }
   void close(std::string_view element) { xml_ += fmt::format("</{}>\n", element); }
 
-  void add_text(std::string_view name, double value) {
-    xml_ += fmt::format(
-        "<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n", name, value);
+  /// Numbers that stand in the XML itself.
+  void add_text(std::string_view name, std::span<const double> numbers) {
+    xml_ +=
+        fmt::format("<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
+                    escape(name), numbers.size(), fmt::join(numbers, " "));
   }
   /// One array of two pieces.
   void add(std::string_view name, int components, std::span<const double> first, std::span<const double> second = {}) {
@@ -33,13 +40,16 @@ class Document {
   void add(std::string_view name, std::span<const std::int32_t> numbers) {
     add("Int32", name, 1, {bytes_of(numbers), {}});
   }
+  void add(std::string_view name, std::span<const std::uint8_t> numbers) {
+    add("UInt8", name, 1, {bytes_of(numbers), {}});
+  }
 
   void write(OutputFile* file) const {
     file->write(xml_);
     file->write("<AppendedData encoding=\"raw\">\n_");
     for (const Pieces& pieces : arrays_) {
       const std::uint64_t size = size_of(pieces);
-      file->write({reinterpret_cast<const char*>(&size), sizeof size});
+      if (!is_compressed_) file->write({reinterpret_cast<const char*>(&size), sizeof size});
       for (const std::string_view bytes : pieces) file->write(bytes);
     }
     file->write("\n</AppendedData>\n</VTKFile>\n");
@@ -57,31 +67,63 @@ class Document {
     xml_ += fmt::format(
         "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type,
         name, components, offset_);
-    offset_ += sizeof(std::uint64_t) + size_of(pieces);
-    arrays_.push_back(pieces);
+    if (is_compressed_) {
+      compressed_.push_back(compress_for_vtk(std::string(pieces[0]) + std::string(pieces[1])));
+      arrays_.push_back({compressed_.back(), {}});
+      offset_ += compressed_.back().size();
+    } else {
+      offset_ += sizeof(std::uint64_t) + size_of(pieces);
+      arrays_.push_back(pieces);
+    }
+  }
+
+  static std::string escape(std::string_view text) {
+    std::string result;
+    for (const char c : text)
+      result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+    return result;
   }
 
   std::string xml_ = "<?xml version=\"1.0\"?>\n";
-  std::vector<Pieces> arrays_;  ///< not ours
-  std::size_t offset_ = 0;      ///< of the next array, from the byte behind the underscore
+  bool is_compressed_;
+  std::vector<Pieces> arrays_;          ///< not ours, or of `compressed_`
+  std::deque<std::string> compressed_;  ///< stay where they are
+  std::size_t offset_ = 0;              ///< of the next array, from the byte behind the underscore
 };
 
 constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
 /// Tensions of the cells in VTK's order: vertices, then lines.
-std::vector<double> collect_tensions(const ShownParts& shown, std::size_t num_vertices,
-                                     std::span<const double> multipliers) {
+std::vector<double> collect_tensions(std::size_t num_vertices, std::span<const double> of_rods) {
   std::vector<double> tensions(num_vertices, std::numeric_limits<double>::quiet_NaN());
-  // tension = -lambda
-  for (const std::size_t row : shown.rod_rows) tensions.push_back(-multipliers[row]);
+  tensions.insert(tensions.end(), of_rods.begin(), of_rods.end());
   return tensions;
+}
+
+std::vector<std::uint8_t> collect_supports(const ShownParts& shown) {
+  std::vector<std::uint8_t> is_support(shown.is_support.begin(), shown.is_support.end());
+  for (const auto& [point, offset] : shown.images)
+    is_support.push_back(shown.is_support[static_cast<std::size_t>(point)]);
+  return is_support;
+}
+
+constexpr std::string_view list_head =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+constexpr std::string_view list_tail = "</Collection>\n</VTKFile>\n";
+
+void add_field(const Frame& frame, Document* document) {
+  document->open("FieldData");
+  document->add_text("TimeValue", {&frame.time, 1});
+  for (const Guide& guide : frame.guides)
+    document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);
+  document->close("FieldData");
 }
 
 }  // namespace
 
-void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const VtpFrame& frame) {
+void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const Frame& frame, bool is_compressed) {
   const std::size_t num_vertices = shown.loose_points.empty() ? 0 : 1;
-  const std::vector<double> tensions = collect_tensions(shown, num_vertices, frame.multipliers);
+  const std::vector<double> tensions = collect_tensions(num_vertices, frame.tensions);
   const std::vector<std::int32_t> vertex_ends(num_vertices, static_cast<std::int32_t>(shown.loose_points.size()));
   std::vector<std::int32_t> rod_ends(shown.rods.size());  // 2, 4, 6, … in the list of all lines' points
   for (std::size_t k = 0; k < rod_ends.size(); ++k) rod_ends[k] = static_cast<std::int32_t>(2 * (k + 1));
@@ -91,23 +133,25 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   const std::vector<double> image_positions = gather_shifted_images(shown, frame.positions);
   const std::vector<double> image_velocities = gather_images(shown, frame.velocities);
   const std::vector<double> image_accelerations = gather_images(shown, frame.accelerations);
+  const std::vector<double> image_forces(frame.guide_forces.empty() ? 0 : 3 * shown.images.size());
+  const std::vector<std::uint8_t> supports = collect_supports(shown);
 
-  Document document;
-  document.open(
-      fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64")", byte_order));
+  Document document(is_compressed);
+  document.open(fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64"{})",
+                            byte_order, is_compressed ? R"( compressor="vtkZLibDataCompressor")" : ""));
   document.open("PolyData");
-  document.open("FieldData");
-  document.add_text("TimeValue", frame.time);
-  document.close("FieldData");
+  add_field(frame, &document);
   document.open(fmt::format(
       R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
       shown.num_points + shown.images.size(), num_vertices, shown.rods.size()));
   document.open(R"(PointData Vectors="velocity")");
   document.add("velocity", 3, frame.velocities, image_velocities);
   document.add("acceleration", 3, frame.accelerations, image_accelerations);
+  document.add("support", supports);
+  if (!frame.guide_forces.empty()) document.add("guide_force", 3, frame.guide_forces, image_forces);
   document.close("PointData");
   document.open(R"(CellData Scalars="tension")");
-  document.add("tension", 1, tensions);
+  document.add("tension", 1, std::span<const double>(tensions));
   document.close("CellData");
   document.open("Points");
   document.add("position", 3, frame.positions, image_positions);
@@ -123,6 +167,35 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.close("Piece");
   document.close("PolyData");
   replace_file(path, [&](OutputFile* file) { document.write(file); });
+}
+
+VtpTrajectory::VtpTrajectory(const std::filesystem::path& directory, const ShownParts* shown, bool is_compressed,
+                             std::uint64_t mark)
+    : directory_(directory),
+      shown_(shown),
+      is_compressed_(is_compressed),
+      list_(mark > 0 ? GrowingFile(directory / list_name, mark, list_tail)
+                     : GrowingFile(directory / list_name, list_head, list_tail)) {
+  make_folder(directory / frame_folder);
+}
+
+void VtpTrajectory::write(const Frame& frame) {
+  const std::string name = fmt::format("{}/frame_{:06}.vtp", frame_folder, frame.number);
+  last_ = directory_ / name;
+  const std::uint64_t before = mark();
+  try {
+    write_vtp(last_, *shown_, frame, is_compressed_);
+    list_.append(fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name));
+  } catch (const WriteError&) {
+    cut(before);
+    throw;
+  }
+}
+
+void VtpTrajectory::cut(std::uint64_t mark) {
+  list_.cut(mark);
+  std::error_code ignored;
+  std::filesystem::remove(last_, ignored);
 }
 
 }  // namespace tanor::report

@@ -8,25 +8,30 @@ namespace {
 
 constexpr std::size_t bytes_of_a_point = 80;
 
+std::string describe_lattice(const std::optional<scene::Cell>& cell) {
+  if (!cell || !(cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0)) return "";
+  return fmt::format("Lattice=\"{} 0 0 {} {} 0 {} {} {}\" pbc=\"T T T\" ", cell->xx, cell->xy, cell->yy, cell->xz,
+                     cell->yz, cell->zz);
+}
+
 }  // namespace
 
-XyzTrajectory::XyzTrajectory(const std::filesystem::path& path) : file_(path, "", "") {}
-XyzTrajectory::XyzTrajectory(const std::filesystem::path& path, std::uint64_t size) : file_(path, size, "") {}
+XyzTrajectory::XyzTrajectory(const std::filesystem::path& path, const ShownParts* shown,
+                             const std::optional<scene::Cell>& cell, std::uint64_t mark)
+    : TextTrajectory(path, "", mark), shown_(shown), lattice_(describe_lattice(cell)) {}
 
-void XyzTrajectory::write(double time, const ShownParts& shown, std::span<const double> positions,
-                          std::span<const double> velocities) {
-  buffer_.clear();
-  buffer_.reserve(bytes_of_a_point * (shown.num_points + 2));
-  auto out = fmt::appender(buffer_);
-  fmt::format_to(out, "{}\nProperties=species:S:1:pos:R:3:velo:R:3 Time={}\n", shown.num_points, time);
-  for (std::size_t k = 0; k < shown.num_points; ++k) {
-    const double* r = &positions[3 * k];
-    const double* v = &velocities[3 * k];
+void XyzTrajectory::print(const Frame& frame, fmt::memory_buffer* text) const {
+  text->reserve(bytes_of_a_point * (shown_->num_points + 2));
+  auto out = fmt::appender(*text);
+  fmt::format_to(out, "{}\n{}Properties=species:S:1:pos:R:3:velo:R:3 Time={}\n", shown_->num_points, lattice_,
+                 frame.time);
+  for (std::size_t k = 0; k < shown_->num_points; ++k) {
+    const double* r = &frame.positions[3 * k];
+    const double* v = &frame.velocities[3 * k];
     // About 0.4 us a point.
     fmt::format_to(out, FMT_COMPILE("{} {:.10g} {:.10g} {:.10g} {:.10g} {:.10g} {:.10g}\n"),
-                   shown.is_support[k] ? 'X' : 'C', r[0], r[1], r[2], v[0], v[1], v[2]);
+                   shown_->is_support[k] ? 'X' : 'C', r[0], r[1], r[2], v[0], v[1], v[2]);
   }
-  file_.append({buffer_.data(), buffer_.size()});
 }
 
 }  // namespace tanor::report

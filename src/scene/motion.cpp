@@ -26,6 +26,7 @@ void apply(const Overrides& overrides, Scene* scene) {
   options.rtol = overrides.rtol.value_or(options.rtol);
   options.atol = overrides.atol.value_or(options.atol);
   scene->t_end = overrides.t_end.value_or(scene->t_end);
+  scene->trajectory.files = overrides.trajectory.value_or(scene->trajectory.files);
 }
 
 std::string describe_limit(double t_end, double most, std::string_view what) {
@@ -78,7 +79,7 @@ LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
   motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_end", "output_every",
-                 "output_points", "stabilisation", "start"});
+                 "output_points", "stabilisation", "start", "trajectory", "compression"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
     const std::string& name = method.string();
@@ -97,6 +98,8 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   scene->output_every = motion["output_every"].positive(0.0);
   if (const Cursor points = motion["output_points"]; points && !points.says("all"))
     scene->output_points = context.points(points);
+  if (const Cursor formats = motion["trajectory"]) scene->trajectory.files = read_trajectory_formats(formats);
+  scene->trajectory.compression = motion["compression"].boolean(scene->trajectory.compression);
 
   apply(overrides, scene);
   check_counts(motion, overrides, *scene);

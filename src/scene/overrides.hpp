@@ -2,6 +2,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "scene/trajectory.hpp"
 
 namespace tanor::scene {
 
@@ -16,6 +19,7 @@ struct Overrides {
   std::optional<double> rtol, atol;   ///< --rtol, --atol, > 0; with "auto" they choose an adaptive method
   std::optional<double> t_end;        ///< --t-end, s, > 0
   std::optional<int> threads;         ///< --threads, 0 (all) to most_threads
+  std::optional<std::vector<TrajectoryFormat>> trajectory{};  ///< --trajectory
 };
 
 }  // namespace tanor::scene

@@ -112,6 +112,19 @@ class PlaceTranslator {
   std::size_t num_own_supports_, num_own_constraints_, num_scene_forces_;
 };
 
+/// What is drawn as the box around a sample.
+std::optional<Cell> find_cell(const PointSet& points, const std::vector<Force>& forces) {
+  const auto is_periodic = [](const Cell& cell) { return cell.xx > 0.0 || cell.yy > 0.0 || cell.zz > 0.0; };
+  if (points.cell && is_periodic(*points.cell)) return points.cell;
+  for (const Force& force : forces) {
+    const auto* pairs = std::get_if<PairForces>(&force);
+    if (!pairs) continue;
+    const Cell cell{.xx = pairs->box[0], .yy = pairs->box[1], .zz = pairs->box[2]};
+    if (is_periodic(cell)) return cell;
+  }
+  return {};
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const Overrides& overrides) {
@@ -163,6 +176,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   append(std::move(points.forces), &forces);
 
   scene.source = points.source;
+  scene.cell = find_cell(points, forces);
   scene.system = {.name = scene.name,
                   .positions = std::move(points.positions),
                   .velocities = std::move(points.velocities),

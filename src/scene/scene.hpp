@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@
 #include <tanor/motion.hpp>
 
 #include "scene/overrides.hpp"
+#include "scene/periodic_cell.hpp"
+#include "scene/trajectory.hpp"
 
 namespace tanor::scene {
 
@@ -29,6 +32,8 @@ struct Scene {
   double t_end = 0.0;                ///< s; 0: not given
   double output_every = 0.0;         ///< s; 0: start and end only
   std::vector<Index> output_points;  ///< empty: all
+  TrajectoryFormats trajectory;
+  std::optional<Cell> cell;  ///< periodic box: of the imported file, else of the first pair forces that have one
   SolverOptions solver;
   CertificatePolicy certificate;
   EquilibriumOptions equilibrium;            ///< without those of `solver`

@@ -63,9 +63,9 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
   positions[4] = -1.0 / 3.0 * 1e-20;
   const std::vector<double> velocities = count_up(15, 1.0 / 7.0);
 
-  XyzTrajectory file(folder / "x.xyz");
-  file.write(0.0, shown, positions, velocities);
-  file.write(0.1 + 0.2, shown, velocities, positions);
+  XyzTrajectory file(folder / "x.xyz", &shown, {});
+  file.write({.time = 0.0, .positions = positions, .velocities = velocities});
+  file.write({.time = 0.1 + 0.2, .positions = velocities, .velocities = positions});
 
   // Nothing is closed: a frame is complete as soon as it is written.
   const std::vector<XyzFrame> frames = read_xyz(folder / "x.xyz");
@@ -76,7 +76,7 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
     EXPECT_NEAR(frames[0].positions[k], positions[k], 5e-10 * std::abs(positions[k]));
     EXPECT_NEAR(frames[0].velocities[k], velocities[k], 5e-10 * std::abs(velocities[k]));
   }
-  EXPECT_EQ(file.size(), std::filesystem::file_size(folder / "x.xyz"));
+  EXPECT_EQ(file.mark(), std::filesystem::file_size(folder / "x.xyz"));
 }
 
 bool contains(const std::string& text, const std::string& part) {
@@ -132,9 +132,9 @@ TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
   const Folder folder;
   const ShownParts shown = choose_parts(make_scene(), {});
   const std::vector<double> r = count_up(15, 0.1), v = count_up(15, 1.0 / 3.0), w = count_up(15, -7.7);
-  const std::vector<double> lambda{10.0, 11.0, 12.0, -13.0, 14.0};
+  const std::vector<double> T{-12.0, 13.0, -14.0};
 
-  write_vtp(folder / "x.vtp", shown, {0.3, r, v, w, lambda});
+  write_vtp(folder / "x.vtp", shown, {.time = 0.3, .positions = r, .velocities = v, .accelerations = w, .tensions = T});
 
   const VtpFile file(read_text(folder / "x.vtp"));
   EXPECT_EQ(file.array<double>("Points/position"), r);
@@ -144,7 +144,7 @@ TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
   EXPECT_EQ(file.array<std::int32_t>("Verts/offsets"), (std::vector<std::int32_t>{1}));
   EXPECT_EQ(file.array<std::int32_t>("Lines/connectivity"), (std::vector<std::int32_t>{0, 1, 1, 2, 2, 3}));
   EXPECT_EQ(file.array<std::int32_t>("Lines/offsets"), (std::vector<std::int32_t>{2, 4, 6}));
-  // One number a cell, vertices first: the loose bead has no tension, rods have -lambda.
+  // One number a cell, vertices first: the loose bead has no tension.
   const auto tension = file.array<double>("CellData/tension");
   ASSERT_EQ(tension.size(), 4u);
   EXPECT_TRUE(std::isnan(tension[0]));
@@ -163,9 +163,10 @@ TEST(VtpTest, ARodToAPeriodicImageIsDrawnBesideItsPoint) {
   rods.pairs.push_back({2, 0});
   rods.offsets = {{}, {}, {0.3, 0.0, 0.0}};
   const ShownParts shown = choose_parts(system, {});
-  const std::vector<double> v = count_up(9, 1.0), lambda{1.0, 2.0, 3.0};
+  const std::vector<double> v = count_up(9, 1.0), T{-1.0, -2.0, -3.0};
 
-  write_vtp(folder / "x.vtp", shown, {0.0, system.positions, v, v, lambda});
+  write_vtp(folder / "x.vtp", shown,
+            {.positions = system.positions, .velocities = v, .accelerations = v, .tensions = T});
 
   const VtpFile file(read_text(folder / "x.vtp"));
   EXPECT_TRUE(contains(file.header(), R"(NumberOfPoints="4")"));
@@ -180,9 +181,10 @@ TEST(VtpTest, ARodToAPeriodicImageIsDrawnBesideItsPoint) {
 TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
   const Folder folder;
   const ShownParts shown = choose_parts(scenes::make_chain(2), {});
-  const std::vector<double> numbers = count_up(9, 0.0), lambda{1.0, 2.0};
+  const std::vector<double> numbers = count_up(9, 0.0), T{1.0, 2.0};
 
-  write_vtp(folder / "x.vtp", shown, {0.1 + 0.2, numbers, numbers, numbers, lambda});
+  write_vtp(folder / "x.vtp", shown,
+            {.time = 0.1 + 0.2, .positions = numbers, .velocities = numbers, .accelerations = numbers, .tensions = T});
 
   const std::string header = VtpFile(read_text(folder / "x.vtp")).header();
   for (const char* part : {R"(<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">)",

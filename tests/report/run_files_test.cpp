@@ -101,7 +101,9 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
   }
   const std::string text = read_text(folder / "trajectory.xyz"), list = read_text(folder / "trajectory.pvd");
 
-  for (const TrajectoryMark& mark : {TrajectoryMark{1, text.size() + 1, 1}, TrajectoryMark{2, 10, list.size() + 1}}) {
+  for (const TrajectoryMark& mark : {TrajectoryMark{1, {{"trajectory.pvd", 1}, {"trajectory.xyz", text.size() + 1}}},
+                                     TrajectoryMark{2, {{"trajectory.pvd", list.size() + 1}, {"trajectory.xyz", 10}}},
+                                     TrajectoryMark{1, {{"trajectory.xyz", 10}}}}) {
     EXPECT_THROW(Trajectory(folder.path(), simulation.system(), {}, mark), InputError);
     EXPECT_EQ(read_text(folder / "trajectory.xyz"), text);
     EXPECT_EQ(read_text(folder / "trajectory.pvd"), list);
@@ -112,7 +114,7 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
 Checkpoint make_checkpoint() {
   Checkpoint checkpoint;
   checkpoint.scene = "0123456789abcdef";
-  checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901, .pvd_bytes = 567};
+  checkpoint.trajectory = {.frames = 7, .files = {{"trajectory.pvd", 567}, {"trajectory.xyz", 12345678901}}};
   checkpoint.wall = {.total = 1.0, .setup = 0.25, .output = 0.125};
   checkpoint.time = 0.1 + 0.2;
   for (int k = 0; k < 500; ++k) checkpoint.state.push_back(static_cast<std::byte>(k * k));
@@ -136,8 +138,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
 
   const Checkpoint read = read_checkpoint(folder.path(), written.scene).value();
   EXPECT_EQ(read.trajectory.frames, 7u);
-  EXPECT_EQ(read.trajectory.xyz_bytes, 12345678901u);
-  EXPECT_EQ(read.trajectory.pvd_bytes, 567u);
+  EXPECT_EQ(read.trajectory.files, written.trajectory.files);
   EXPECT_EQ(read.wall.output, 0.125);
   EXPECT_EQ(read.wall.total, 1.0);
   EXPECT_EQ(read.time, 0.1 + 0.2);
@@ -210,7 +211,7 @@ TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
   };
   ASSERT_FALSE(refuses("frames", "8")) << "the forger knows his trade";
 
-  for (const std::string key : {"frames", "xyz_bytes", "pvd_bytes"}) {
+  for (const std::string key : {"frames", "trajectory.xyz", "trajectory.pvd"}) {
     for (const std::string value : {"-1", "1.5", "null", "\"1\"", "1e999", "18446744073709551616", "[]", "true"})
       EXPECT_TRUE(refuses(key, value)) << key << ": " << value;
   }

@@ -360,7 +360,7 @@ const BadInput bad_inputs[] = {
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
      R"(scene.json: /import/format: found string "xyz", wanted one of lammps-data, obj, ply, gro, pdb)"},
     {"ImportedBondsAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "bonds": "glue"}})",
-     R"(scene.json: /import/bonds: found string "glue", wanted one of rods, distance, none)"},
+     R"(scene.json: /import/bonds: found string "glue", wanted one of rods, distance, none, energies)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
      R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid, energies)"},
 };

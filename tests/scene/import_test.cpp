@@ -194,7 +194,7 @@ TEST(ImportLammps, NamesAtomsAndBondsThatDoNotFit) {
 }
 
 TEST(ImportLammps, RefusesAFileWithoutAtoms) {
-  EXPECT_EQ(data_error("comment\n"), "found string \"a.data\", wanted a file with at least one atom");
+  EXPECT_EQ(data_error("comment\n"), "found string \"a.data\", wanted a file with at least one atom or vertex");
 }
 
 }  // namespace

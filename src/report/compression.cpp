@@ -1,0 +1,81 @@
+#include "report/compression.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#if TANOR_HAS_ZLIB
+#include <zlib.h>
+#endif
+
+namespace tanor::report {
+
+#if TANOR_HAS_ZLIB
+
+namespace {
+
+constexpr int with_gzip_head = 15 + 16, with_zlib_head = 15;  // window bits of deflateInit2
+constexpr int level = 6;
+
+/// Throws where memory ends: nothing else can fail.
+std::string deflate_all(std::string_view bytes, int window_bits) {
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
+  std::string result(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(result.data());
+  stream.avail_out = static_cast<uInt>(result.size());
+  const int end = deflate(&stream, Z_FINISH);
+  deflateEnd(&stream);
+  if (end != Z_STREAM_END) throw std::runtime_error("zlib could not compress");
+  result.resize(stream.total_out);
+  return result;
+}
+
+}  // namespace
+
+bool has_compression() {
+  return true;
+}
+
+std::string gzip(std::string_view bytes) {
+  constexpr std::size_t most = std::size_t{1} << 30;  // zlib counts in 32 bits; one member more costs 18 bytes
+  std::string members;
+  do {
+    members += deflate_all(bytes.substr(0, most), with_gzip_head);
+    bytes.remove_prefix(std::min(most, bytes.size()));
+  } while (!bytes.empty());
+  return members;
+}
+
+std::string compress_for_vtk(std::string_view bytes) {
+  constexpr std::size_t block_size = 1 << 20;
+  // Number of blocks, their size, that of the last one where it is shorter, and the compressed size of each.
+  std::vector<std::uint64_t> head{0, block_size, bytes.size() % block_size};
+  std::string blocks;
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(block_size, bytes.size()))) {
+    const std::string block = deflate_all(bytes.substr(0, block_size), with_zlib_head);
+    blocks += block;
+    head.push_back(block.size());
+    ++head[0];
+  }
+  return std::string(reinterpret_cast<const char*>(head.data()), head.size() * sizeof head[0]) + blocks;
+}
+
+#else
+
+bool has_compression() {
+  return false;
+}
+std::string gzip(std::string_view) {
+  throw std::runtime_error("this tanor was built without zlib");
+}
+std::string compress_for_vtk(std::string_view) {
+  throw std::runtime_error("this tanor was built without zlib");
+}
+
+#endif
+
+}  // namespace tanor::report

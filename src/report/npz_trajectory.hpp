@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "report/frame_file.hpp"
+#include "report/shown_parts.hpp"
+
+namespace tanor::report {
+
+/// Arrays of all frames for numpy.load: `time` (F), `position`, `velocity`, `acceleration` (F x m x 3), `tension`
+/// (F x R), `points` (m), `rods` (R x 2, numbers of points). Frames are kept in memory; the file is replaced as a
+/// whole, from the first frame on, whenever `synchronize` is called.
+class NpzTrajectory : public FrameFile {
+ public:
+  /// `shown` must outlive it. `frames`: 0 for a new file, else those of an existing one to go on behind; throws
+  /// InputError where it has fewer.
+  NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
+                std::uint64_t frames = 0);
+
+  void write(const Frame& frame) override;
+  std::uint64_t mark() const override { return times_.size(); }
+  void cut(std::uint64_t frames) override;
+  void synchronize() override;
+
+ private:
+  void save() const;
+
+  std::filesystem::path path_;
+  const ShownParts* shown_;
+  bool is_compressed_;
+  std::vector<double> times_;
+  std::array<std::vector<double>, 4> rows_;  ///< position, velocity, acceleration, tension
+};
+
+}  // namespace tanor::report

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include <tanor/enum_names.hpp>
+
+#include "scene/cursor.hpp"
+
+namespace tanor::scene {
+
+/// The files that a run can write its frames to.
+enum class TrajectoryFormat { Xyz, Vtp, Lammps, H5md, Csv, Npz };
+
+/// What is written of a motion ("trajectory", "compression" of the contract).
+struct TrajectoryFormats {
+  std::vector<TrajectoryFormat> files{TrajectoryFormat::Xyz, TrajectoryFormat::Vtp};
+  bool compression = false;
+};
+
+/// One word of a scene, or a list of words. An empty list: nothing is written.
+std::vector<TrajectoryFormat> read_trajectory_formats(const Cursor& words);
+
+}  // namespace tanor::scene
+
+template <>
+inline constexpr std::array<tanor::EnumName<tanor::scene::TrajectoryFormat>, 6>
+    tanor::enum_names<tanor::scene::TrajectoryFormat>{{{tanor::scene::TrajectoryFormat::Xyz, "xyz"},
+                                                       {tanor::scene::TrajectoryFormat::Vtp, "vtp"},
+                                                       {tanor::scene::TrajectoryFormat::Lammps, "lammps"},
+                                                       {tanor::scene::TrajectoryFormat::H5md, "h5md"},
+                                                       {tanor::scene::TrajectoryFormat::Csv, "csv"},
+                                                       {tanor::scene::TrajectoryFormat::Npz, "npz"}}};

@@ -1,0 +1,158 @@
+#!/usr/bin/python3
+"""Runs a scene with all formats of a trajectory and reads each back with another program's reader: h5py, numpy, ASE.
+
+    read_trajectories.py TANOR FOLDER
+
+A run in two parts must give the files of one run, and compressed ones those of plain ones. h5py and ASE are left out where
+they cannot be imported; the last line names who has read.
+"""
+
+import csv
+import gzip
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+
+try:
+    import h5py
+except ImportError:
+    h5py = None
+try:
+    import ase.io
+except ImportError:
+    ase = None
+
+FORMATS = "xyz,vtp,lammps,h5md,csv,npz"
+
+# Beads on a chain that hangs on a support, and one on a sphere; point 4 is not shown.
+SCENE = {
+    "tanor_scene": 1,
+    "name": "all formats",
+    "points": {"positions": [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 1, 0], [5, 5, 5]],
+               "masses": [1, 0.1, 0.2, 0.3, 1]},
+    "supports": [{"points": [0]}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0, 1], [1, 2]]},
+                    {"name": "ball", "kind": "sphere", "points": [3], "center": [0, 0.5, 0]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+    "motion": {"method": "dop853", "t_end": 1.0, "output_every": 0.125, "output_points": [0, 1, 2, 3],
+               "trajectory": FORMATS.split(",")}}
+
+
+def run(tanor: str, folder: pathlib.Path, *options: str) -> None:
+    subprocess.run([tanor, "run", "scene.json", "--quiet", *options], cwd=folder, check=True)
+
+
+def read_npz(out: pathlib.Path) -> dict:
+    with np.load(out / "trajectory.npz") as arrays:
+        return {key: arrays[key] for key in arrays.files}
+
+
+def check_npz(out: pathlib.Path) -> dict:
+    arrays = read_npz(out)
+    assert arrays["time"].tolist() == [0.125 * k for k in range(9)]
+    assert arrays["position"].shape == (9, 4, 3) and arrays["tension"].shape == (9, 2)
+    assert arrays["points"].tolist() == [0, 1, 2, 3] and arrays["rods"].tolist() == [[0, 1], [1, 2]]
+    # Rods keep their lengths, and the ball its radius: what is read is the motion.
+    r = arrays["position"]
+    assert abs(np.linalg.norm(r[:, 2] - r[:, 1], axis=1) - 0.1).max() < 1e-10
+    assert abs(np.linalg.norm(r[:, 3] - [0, 0.5, 0], axis=1) - 0.5).max() < 1e-10
+    # Newton along the last bead: m w = gravity + T (r_1 - r_2)/l
+    pull = arrays["tension"][:, 1, None] * (r[:, 1] - r[:, 2]) / 0.1
+    assert abs(0.2 * arrays["acceleration"][:, 2] - pull - [0, 0, -0.2 * 9.81]).max() < 1e-9
+    return arrays
+
+
+def check_csv(out: pathlib.Path, arrays: dict, suffix: str = "") -> None:
+    path = out / f"trajectory.csv{suffix}"
+    with (gzip.open(path, "rt") if suffix else open(path, encoding="utf-8")) as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["t"]) for row in rows] == arrays["time"].tolist()
+    assert [float(row["z2"]) for row in rows] == arrays["position"][:, 2, 2].tolist()
+    assert [float(row["vy3"]) for row in rows] == arrays["velocity"][:, 3, 1].tolist()
+    assert [float(row["tension1_2"]) for row in rows] == arrays["tension"][:, 1].tolist()
+
+
+def check_h5md(out: pathlib.Path, arrays: dict) -> None:
+    with h5py.File(out / "trajectory.h5", "r") as file:
+        assert file["h5md"].attrs["version"].tolist() == [1, 1]
+        assert file["h5md/creator"].attrs["name"].decode() == "tanor"
+        particles = file["particles/all"]
+        assert particles["box"].attrs["dimension"] == 3
+        assert [word.decode() for word in particles["box"].attrs["boundary"]] == ["none"] * 3
+        for element, key in (("position", "position"), ("velocity", "velocity")):
+            assert np.array_equal(particles[element]["value"][:], arrays[key]), element
+            assert np.array_equal(particles[element]["time"][:], arrays["time"])
+            assert particles[element]["step"] == particles["position/step"], "one array for all"
+        steps = particles["position/step"][:]
+        assert steps[0] == 0 and (np.diff(steps) > 0).all()
+        assert particles["species"][:].tolist() == [1, 0, 0, 0] and particles["id"][:].tolist() == [0, 1, 2, 3]
+        mass = particles["mass"][:]
+        assert np.array_equal(particles["force/value"][:], mass[None, :, None] * arrays["acceleration"])
+        # On the last bead: force = gravity + constraint force.
+        left = particles["force/value"][:, 2] - particles["constraint_force/value"][:, 2] - [0, 0, -0.2 * 9.81]
+        assert abs(left).max() < 1e-9
+        rods = file["connectivity/rods"]
+        assert rods[:].tolist() == [[0, 1], [1, 2]] and file[rods.attrs["particles_group"]] == particles
+        assert np.array_equal(file["observables/tension/value"][:], arrays["tension"])
+        energy = file["observables/total_energy/value"][:]
+        assert abs(energy - energy[0]).max() < 1e-6
+
+
+def check_ase(out: pathlib.Path, arrays: dict) -> None:
+    for name, style in (("trajectory.xyz", "extxyz"), ("trajectory.dump", "lammps-dump-text")):
+        frames = ase.io.read(out / name, index=":", format=style)
+        assert len(frames) == 9, name
+        for k, frame in enumerate(frames):
+            assert np.allclose(frame.positions, arrays["position"][k], rtol=1e-9, atol=1e-9), name
+    frames = ase.io.read(out / "trajectory.xyz", index=":")
+    assert all(frame.get_chemical_symbols() == ["X", "C", "C", "C"] for frame in frames)
+
+
+def check_rods(out: pathlib.Path, arrays: dict) -> None:
+    lines = (out / "trajectory_rods.dump").read_text(encoding="utf-8").splitlines()
+    starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ENTRIES")]
+    assert lines[starts[0]].split()[2:] == ["index", "batom1", "batom2", "length", "tension"]
+    for k, start in enumerate(starts):
+        rows = np.array([[float(word) for word in line.split()] for line in lines[start + 1:start + 3]])
+        assert rows[:, :3].tolist() == [[1, 1, 2], [2, 2, 3]]
+        assert np.allclose(rows[:, 4], arrays["tension"][k], rtol=1e-9) and np.allclose(rows[:, 3], 0.1)
+    assert len(starts) == 9
+
+
+def main() -> int:
+    tanor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "scene.json").write_text(json.dumps(SCENE), encoding="utf-8")
+    run(tanor, folder, "--out", "whole")
+    run(tanor, folder, "--out", "parts", "--t-end", "0.5")
+    run(tanor, folder, "--out", "parts", "--resume")
+    packed = dict(SCENE, motion=dict(SCENE["motion"], compression=True))
+    (folder / "scene.json").write_text(json.dumps(packed), encoding="utf-8")
+    run(tanor, folder, "--out", "packed")
+
+    for name in ("whole", "parts", "packed"):
+        out = folder / name
+        arrays = check_npz(out)
+        if h5py:
+            check_h5md(out, arrays)
+        check_csv(out, arrays, ".gz" if name == "packed" else "")
+        if name == "packed":
+            for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump"):
+                (out / file).write_bytes(gzip.decompress((out / f"{file}.gz").read_bytes()))
+                assert (out / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
+        check_rods(out, arrays)
+        if ase:
+            check_ase(out, arrays)
+    for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
+        assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
+    print("read back:", "numpy, csv, gzip" + (", h5py" if h5py else "") + (", ASE" if ase else ""))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
