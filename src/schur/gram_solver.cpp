@@ -32,16 +32,37 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
   return result;
 }
 
+/// The points of rows from `first_row` on; `incidences` are theirs, grouped by point.
+RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, Index end_row,
+                        const PointPlaces& places) {
+  if (places.positions.empty()) return {};
+  RowsInSpace result;
+  std::vector<int> number(incidences.size());  // of the incidence's point
+  for (std::size_t k = 0; k < incidences.size(); ++k) {
+    const Index point = incidences[k].point;
+    if (k == 0 || point != incidences[k - 1].point) {
+      const auto user = static_cast<std::size_t>(places.user_point[static_cast<std::size_t>(point)]);
+      const auto position = places.positions.subspan(3 * user, 3);
+      result.positions.insert(result.positions.end(), position.begin(), position.end());
+    }
+    number[k] = static_cast<int>(result.num_points()) - 1;
+  }
+  result.points_of_row = Groups<int>(static_cast<std::size_t>(end_row - first_row), [&](const auto& add) {
+    for (std::size_t k = 0; k < incidences.size(); ++k) add(incidences[k].row - first_row, number[k]);
+  });
+  return result;
+}
+
 }  // namespace
 
 GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
-                       Ordering ordering, std::span<const double> squared_norms)
+                       Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places)
     : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   const auto by_part = incidences_of_parts(incidences, weights, part_start);
   for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
     add_part(list_products(by_part[p], weights, part_start[p]), part_start[p], part_start[p + 1], ordering,
-             squared_norms);
+             squared_norms, [&] { return find_points(by_part[p], part_start[p], part_start[p + 1], places); });
   }
 }
 
@@ -58,16 +79,16 @@ GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows
       product.row -= first;
       product.column -= first;
     }
-    add_part(part, first, last, ordering, {});
+    add_part(part, first, last, ordering, {}, {});
     begin = end;
   }
 }
 
 void GramSolver::add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
-                          std::span<const double> squared_norms) {
+                          std::span<const double> squared_norms, const FindPoints& find_points) {
   const auto num_rows = static_cast<std::size_t>(end_row - first_row);
   const GatherPlan unordered(products, num_rows, {}, Triangle::Lower);
-  SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted);
+  SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted, find_points);
 
   std::vector<int> place(analysis.permutation.size());
   for (std::size_t k = 0; k < place.size(); ++k)
