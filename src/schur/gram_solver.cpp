@@ -174,10 +174,9 @@ std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_co
 }
 
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
-  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
-    Part& part = parts_[p];
+  for_parts(parallel, [&](Part& part, int threads) {
     double* const values = part.values();
-    part.plan.assemble(blocks, values);
+    part.plan.assemble(blocks, values, Parallel(threads));
     for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
       double& value = values[part.may_be_zero[k]];
       const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[part.row_that_may_be_zero[k]];
@@ -250,10 +249,15 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
     const auto row = [&](std::size_t k) {
       return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k;
     };
-    for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    const Parallel own(threads);
+    own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    });
     for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
     part.solve(part.x.data(), threads);
-    for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
+    own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) x_rows[row(k)] = scale[k] * part.x[k];
+    });
   });
 }
 
