@@ -38,6 +38,18 @@ if(TANOR_BUILD_PROGRAM)
   set_target_properties(tanor_commands PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS tanor_commands LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT program)
   install(TARGETS tanor_cli RUNTIME COMPONENT program)
+  if(TARGET tanor_view)
+    install(TARGETS tanor_view LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT program)
+  endif()
+  if(TARGET tanor_manual)
+    set(manual ${PROJECT_BINARY_DIR}/manual)
+    install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program
+      FILES_MATCHING PATTERN "*.1")
+    install(FILES ${manual}/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tanor
+      COMPONENT program)
+    install(FILES ${manual}/completion.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions RENAME _tanor
+      COMPONENT program)
+  endif()
 endif()
 
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)

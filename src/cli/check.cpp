@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
+#include "report/shared_parts.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
 
@@ -17,19 +20,63 @@ namespace tanor::cli {
 namespace {
 
 using report::in_words;
+using report::Json;
 
-void print_start(Dynamics* dynamics, const std::vector<double>& positions, const std::vector<double>& velocities) {
+/// What was found before something failed, if something did.
+struct Findings {
+  std::string scene, friction;  ///< no friction: empty
+  Form form = Form::Normal;
+  std::size_t equations = 0;
+  double position_violation = 0.0, velocity_violation = 0.0;
+  std::optional<StartReport> start;
+  std::optional<SolveReport> solved;
+  std::optional<RankReport> rank;
+  std::optional<Certificate> certificate;
+  std::string trouble;  ///< why there is no complete answer
+};
+
+Findings find(scene::Scene* scene) {
+  Findings found;
+  found.scene = scene->name;
+  std::vector<double> positions = scene->system.positions, velocities = scene->system.velocities;
+  velocities.resize(positions.size(), 0.0);
+  Dynamics dynamics(std::move(scene->system), scene->solver);
+  if (!dynamics.system().friction.empty()) found.friction = report::describe_friction(dynamics.system());
+  found.form = dynamics.plan().form;
+  found.equations = dynamics.num_equations();
+  found.position_violation = dynamics.position_violation({.time = 0.0, .positions = positions});
+  found.velocity_violation =
+      dynamics.velocity_violation({.time = 0.0, .positions = positions, .velocities = velocities});
+
+  const StartReport start =
+      dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene->motion.start);
+  found.trouble = start.outcome.what;
+  if (!start.outcome.ok()) return found;
+  found.start = start;
+  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
+  const SolveReport solved = dynamics.solve(state);
+  found.trouble = solved.outcome.what;
+  if (!solved.outcome.ok()) return found;
+  found.solved = solved;
+  found.rank = dynamics.rank(state, true);
+  found.certificate = dynamics.certify(state);
+  if (!found.certificate->passed()) found.trouble = found.certificate->line();
+  return found;
+}
+
+void print_start(const Findings& found) {
+  print_heading("Start");
   print("positions violate",
-        fmt::format("{} (largest |xi|/|gradient|/length)",
-                    in_words(dynamics->position_violation({.time = 0.0, .positions = positions}), "{:.2e}")));
-  print("velocities violate",
-        fmt::format(
-            "{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
-            in_words(dynamics->velocity_violation({.time = 0.0, .positions = positions, .velocities = velocities}),
-                     "{:.2e}")));
+        fmt::format("{} (largest |xi|/|gradient|/length)", in_words(found.position_violation, "{:.2e}")));
+  print("velocities violate", fmt::format("{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
+                                          in_words(found.velocity_violation, "{:.2e}")));
+  if (!found.start) return;
+  print("start", fmt::format("corrected by {} m and {} m/s", in_words(found.start->position_correction, "{:.2g}"),
+                             in_words(found.start->velocity_correction, "{:.2g}")));
 }
 
 void print_rank(const RankReport& rank, std::size_t num_equations) {
+  print_heading("Rank");
   if (rank.is_known) print("rank", fmt::format("{} of {} equations", rank.rank, num_equations));
   print("degrees of freedom", fmt::format("{}", rank.degrees_of_freedom));
   if (rank.smallest_singular_value > 0.0)
@@ -50,7 +97,18 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
               rank.prestress_rigid_points.size()));
 }
 
+void print_answer(const Findings& found) {
+  print_heading("Answer at t = 0");
+  print("reciprocal condition",
+        fmt::format("{} (of the scaled {})", in_words(found.solved->reciprocal_condition, "{:.2e}"),
+                    found.form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
+  if (!found.friction.empty()) print("friction found", report::describe_friction(found.solved->friction));
+  print("residual",
+        fmt::format("{} ({} refinements)", in_words(found.solved->residual, "{:.1e}"), found.solved->refinements));
+}
+
 void print_certificate(const Certificate& certificate) {
+  print_heading("Certificate");
   for (const CertificateCheck& check : certificate.checks) {
     print("identity", fmt::format("{:<40} {} (rounding explains {}){}", check.identity, in_words(check.error, "{:.1e}"),
                                   in_words(check.allowed, "{:.1e}"),
@@ -60,41 +118,55 @@ void print_certificate(const Certificate& certificate) {
   print("certificate", certificate.line());
 }
 
+Json describe(const RankReport& rank) {
+  Json redundant = Json::array();
+  for (const RowDependence& dependence : rank.dependences) redundant.push_back(dependence.what);
+  return {{"rank", rank.is_known ? Json(rank.rank) : Json()},
+          {"degrees_of_freedom", rank.degrees_of_freedom},
+          {"redundant", redundant},
+          {"smallest_singular_value", rank.smallest_singular_value > 0.0 ? Json(rank.smallest_singular_value) : Json()},
+          {"prestress_rigid_points", rank.prestress_rigid_points}};
+}
+
+Json describe(const Findings& found) {
+  const auto solved = [&](auto number) { return found.solved ? Json((*found.solved).*number) : Json(); };
+  const auto start = [&](auto number) { return found.start ? Json((*found.start).*number) : Json(); };
+  Json json{{"scene", found.scene},
+            {"friction", report::json_or_null(found.friction)},
+            {"equations", found.equations},
+            {"start",
+             {{"position_violation", found.position_violation},
+              {"velocity_violation", found.velocity_violation},
+              {"position_correction", start(&StartReport::position_correction)},
+              {"velocity_correction", start(&StartReport::velocity_correction)}}}};
+  json["rank"] = found.rank ? describe(*found.rank) : Json();
+  json["reciprocal_condition"] = solved(&SolveReport::reciprocal_condition);
+  json["residual"] = solved(&SolveReport::residual);
+  json["refinements"] = solved(&SolveReport::refinements);
+  json["friction_report"] = report::describe_friction_report(
+      found.solved && !found.friction.empty() ? std::optional(found.solved->friction) : std::nullopt);
+  json["certificate"] = report::describe_certificate(found.certificate);
+  json["trouble"] = report::json_or_null(found.trouble);
+  return json;
+}
+
+void print_findings(const Findings& found) {
+  print("scene", found.scene);
+  if (!found.friction.empty()) print("friction", found.friction);
+  print_start(found);
+  if (found.rank) print_rank(*found.rank, found.equations);
+  if (found.solved) print_answer(found);
+  if (found.certificate) print_certificate(*found.certificate);
+  if (!found.certificate && !found.trouble.empty()) print("result", found.trouble);
+}
+
 }  // namespace
 
 ExitCode execute(const CheckOptions& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
-  std::vector<double> positions = scene.system.positions;
-  std::vector<double> velocities = scene.system.velocities;
-  velocities.resize(positions.size(), 0.0);
-  Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
-  print("scene", scene.name);
-  const bool has_friction = !dynamics.system().friction.empty();
-  if (has_friction) print("friction", report::describe_friction(dynamics.system()));
-  print_start(&dynamics, positions, velocities);
-  const StartReport start = naming_file(options.scene, [&] {
-    return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
-  });
-  const auto fail = [&](const Outcome& outcome) {
-    print("result", outcome.what);
-    return tell(options.scene, outcome.what);
-  };
-  if (!start.outcome.ok()) return fail(start.outcome);
-  print("start", fmt::format("corrected by {} m and {} m/s", in_words(start.position_correction, "{:.2g}"),
-                             in_words(start.velocity_correction, "{:.2g}")));
-
-  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
-  const SolveReport solved = dynamics.solve(state);
-  if (!solved.outcome.ok()) return fail(solved.outcome);
-  print_rank(dynamics.rank(state, true), dynamics.num_equations());
-  print("reciprocal condition", fmt::format("{} (of the scaled {})", in_words(solved.reciprocal_condition, "{:.2e}"),
-                                            dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
-  if (has_friction) print("friction found", report::describe_friction(solved.friction));
-  print("residual", fmt::format("{} ({} refinements)", in_words(solved.residual, "{:.1e}"), solved.refinements));
-  const Certificate certificate = dynamics.certify(state);
-  print_certificate(certificate);
-  if (certificate.passed()) return ExitCode::Done;
-  return tell(options.scene, certificate.line());
+  const Findings found = naming_file(options.scene, [&] { return find(&scene); });
+  options.json ? print_json(describe(found)) : print_findings(found);
+  return found.trouble.empty() ? ExitCode::Done : tell(options.scene, found.trouble);
 }
 
 }  // namespace tanor::cli

@@ -3,52 +3,72 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
+#include <algorithm>
 #include <cstdio>
-#include <system_error>
+#include <map>
 
 #include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
 #include <tanor/motion.hpp>
 
+#include "cli/command_table.hpp"
+#include "cli/suggestion.hpp"
+
 namespace tanor::cli {
 
 namespace {
 
-template <class Number>
-std::optional<Number> read_number(const std::string& text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+template <class Entries>
+std::vector<std::string> list_names(const Entries& entries) {
+  std::vector<std::string> names;
+  for (const auto& each : entries) names.push_back(each.name);
+  return names;
 }
 
-// Rules for values: an empty answer is a yes.
-
-std::string require_positive(const std::string& text) {
-  const std::optional<double> number = read_number<double>(text);
-  return number && *number > 0.0 && *number < HUGE_VAL ? "" : "must be a finite number > 0, not '" + text + "'";
+/// Reads the words of one place; a wrong one is told with the place.
+CLI::callback_t make_reader(const std::string& place, const Value& value) {
+  return [place, value](const CLI::results_t& words) {
+    for (const std::string& word : words) {
+      if (const std::string wrong = value.take(word); !wrong.empty()) throw CLI::ValidationError(place, wrong);
+    }
+    return true;
+  };
 }
 
-std::string require_threads(const std::string& text) {
-  const std::optional<int> number = read_number<int>(text);
-  const std::string range = "0 (= all) to " + std::to_string(scene::most_threads);
-  return number && *number >= 0 && *number <= scene::most_threads
-             ? ""
-             : "must be a whole number " + range + ", not '" + text + "'";
+/// Tells CLI11 of a command. What is left over or missing is told by ourselves, in our words.
+void add_command(const Command& command, CLI::App* app) {
+  CLI::App* const added = app->add_subcommand(command.name, command.summary)->allow_extras();
+  std::map<std::string, CLI::Option*> options;
+  for (const Argument& each : command.arguments) added->add_option(each.name, make_reader(each.name, each.value));
+  for (const Option& each : command.options) {
+    options[each.name] = each.place.empty()
+                             ? added->add_flag_callback(each.name, [take = each.value.take] { take(""); })
+                             : added->add_option(each.name, make_reader(each.name, each.value));
+  }
+  for (const Option& each : command.options) {
+    for (const std::string& other : each.excludes) options[each.name]->excludes(options[other]);
+  }
 }
 
-std::string require_text(const std::string& text) {
-  return text.empty() ? "must not be empty" : "";
-}
-
-void add_scene(CLI::App* command, std::filesystem::path* scene) {
-  command->add_option("SCENE", *scene, "scene file (JSON)")->required();
-}
-
-/// Options of both commands that move a scene.
-void add_motion(CLI::App* command, scene::Overrides* overrides) {
-  command->add_option("--t-end", overrides->t_end, "end of the simulated time, s")->check(require_positive);
-  command->add_option("--threads", overrides->threads, "threads; 0: all")->check(require_threads);
+/// Refuses what nobody knows, and asks for what is missing.
+void require_complete(const Command& command, const CLI::App& found) {
+  const std::string help = "; see tanor " + command.name + " --help";
+  if (const std::vector<std::string> extras = found.remaining(); !extras.empty()) {
+    const std::string& word = extras.front();
+    if (!word.starts_with("-"))
+      throw InputError("", "'" + word + "' is one word too many for tanor " + command.name + help);
+    throw InputError(
+        "", "tanor " + command.name + " has no option " + word + suggest(word, list_names(command.options)) + help);
+  }
+  const auto require = [&](const std::string& name, const std::string& what) {
+    if (found.count(name) == 0) throw InputError("", name + " is required: " + what + help);
+  };
+  for (const Argument& each : command.arguments) {
+    if (each.is_required) require(each.name, each.what);
+  }
+  for (const Option& each : command.options) {
+    if (each.is_required) require(each.name, each.what);
+  }
 }
 
 /// A line each: name, order, kind of steps, what it is.
@@ -62,111 +82,48 @@ std::string list_methods() {
   return text;
 }
 
-void add_run(CLI::App* app, RunOptions* options) {
-  CLI::App* command = app->add_subcommand("run", "Simulate a scene and write its trajectory and summary");
-  add_scene(command, &options->scene);
-  command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
-  scene::Overrides* over = &options->overrides;
-  command->add_option("--method", over->method, "one of those that tanor --methods lists");
-  CLI::Option* step =
-      command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
-  CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
-  CLI::Option* atol = command->add_option("--atol", over->atol, "absolute tolerance, m; default: 1e-10 of the size")
-                          ->check(require_positive);
-  step->check(require_positive)->excludes(rtol, atol);
-  command->add_option("--max-step", over->max_step, "no step is longer, s")->check(require_positive);
-  add_motion(command, over);
-  command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
-  command->add_flag("--quiet", options->quiet, "no progress on stderr");
-  command->add_flag("--report", options->report, "write report.html too: the motion in 3-D, histories, certificate");
-}
-
-void add_solve(CLI::App* app, SolveOptions* options) {
-  CLI::App* command = app->add_subcommand("solve", "Solve the dynamics once at t = 0");
-  add_scene(command, &options->scene);
-  command->add_option("--out", options->out, "JSON file; default standard output")->check(require_text);
-}
-
-void add_forces(CLI::App* app, ForcesOptions* options) {
-  CLI::App* command = app->add_subcommand("forces", "Reactions and control forces of a given motion");
-  add_scene(command, &options->scene);
-  command->add_option("--motion", options->motion, ".csv or .npy, rows t, x1, y1, z1, x2, …")
-      ->required()
-      ->check(require_text);
-  command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
-}
-
-void add_info(CLI::App* app, InfoOptions* options) {
-  CLI::App* command = app->add_subcommand("info", "Tell what a scene needs and what a step will cost; solves nothing");
-  add_scene(command, &options->scene);
-}
-
-void add_check(CLI::App* app, CheckOptions* options) {
-  CLI::App* command = app->add_subcommand("check", "Consistency of the start, rank, redundant constraints, identities");
-  add_scene(command, &options->scene);
-}
-
-void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
-  CLI::App* command = app->add_subcommand("error-time", "Error against run time: tables and plots");
-  add_scene(command, &options->scene);
-  command->add_option("--methods", options->methods, "default rattle rk4 dopri5 dop853 taylor auto (the scene's own)")
-      ->delimiter(',');
-  command->add_option("--out", options->out, "folder of tables and plots; default <name>.out")->check(require_text);
-  command->add_option("--reference", options->reference, "file with the state at the end; default: another method")
-      ->check(require_text);
-  command->add_option("--step", options->overrides.step, "coarsest fixed step, s")->check(require_positive);
-  add_motion(command, &options->overrides);
-  command->add_flag("--quiet", options->quiet, "no progress on stderr");
-}
-
-void add_selftest(CLI::App* app) {
-  app->add_subcommand("selftest", "Published and closed-form problems: digits won, in seconds");
+std::function<ExitCode()> say(const std::string& text) {
+  return [text] {
+    std::fputs(text.c_str(), stdout);
+    return ExitCode::Done;
+  };
 }
 
 }  // namespace
 
-Command parse_command_line(int argc, const char* const* argv) {
-  RunOptions run;
-  SolveOptions solve;
-  ForcesOptions forces;
-  InfoOptions info;
-  CheckOptions check;
-  ErrorTimeOptions error_time;
-  CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
+std::function<ExitCode()> parse_command_line(int argc, const char* const* argv) {
+  const std::vector<Command> commands = make_commands();
+  CLI::App app(std::string(program_summary), "tanor");
   app.set_version_flag("--version", describe(build_info()));
   bool lists_methods = false;
-  app.add_flag("--methods", lists_methods, "list the methods: name, order, steps, what it is");
-  app.require_subcommand(0, 1);  // none is our complaint: CLI11 would not name an unknown one
-  add_run(&app, &run);
-  add_solve(&app, &solve);
-  add_forces(&app, &forces);
-  add_info(&app, &info);
-  add_check(&app, &check);
-  add_error_time(&app, &error_time);
-  add_selftest(&app);
+  app.add_flag("--methods", lists_methods);
+  app.require_subcommand(0, 1)->allow_extras();
+  for (const Command& each : commands) add_command(each, &app);
+  const auto asked = [&] {
+    return std::ranges::find_if(commands, [&](const auto& c) { return app.got_subcommand(c.name); });
+  };
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return TextRequest{app.help()};
+    return [command = asked() == commands.end() ? std::string() : asked()->name] {
+      return execute(HelpOptions{.command = command});
+    };
   } catch (const CLI::CallForVersion& version) {
-    return TextRequest{version.what() + std::string("\n")};
+    return say(version.what() + std::string("\n"));
   } catch (const CLI::ParseError& error) {
-    throw InputError("", std::string(error.what()) + "; see tanor --help");
+    throw InputError("", std::string(error.what()) + "; see tanor " +
+                             (asked() == commands.end() ? "" : asked()->name + " ") + "--help");
   }
-  if (lists_methods) return TextRequest{list_methods()};
-  if (app.get_subcommands().empty()) throw InputError("", "a subcommand is required; see tanor --help");
-  if (app.got_subcommand("run")) return run;
-  if (app.got_subcommand("solve")) return solve;
-  if (app.got_subcommand("forces")) return forces;
-  if (app.got_subcommand("check")) return check;
-  if (app.got_subcommand("error-time")) return error_time;
-  if (app.got_subcommand("selftest")) return SelftestOptions{};
-  return info;
-}
-
-ExitCode execute(const TextRequest& request) {
-  std::fputs(request.text.c_str(), stdout);
-  return ExitCode::Done;
+  if (asked() != commands.end()) {
+    require_complete(*asked(), *app.get_subcommand(asked()->name));
+    return asked()->execute;
+  }
+  if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
+    throw InputError("", "there is no command " + extras.front() + suggest(extras.front(), list_names(commands)) +
+                             "; see tanor --help");
+  }
+  if (lists_methods) return say(list_methods());
+  throw InputError("", "a command is required, such as tanor run SCENE; see tanor --help");
 }
 
 }  // namespace tanor::cli

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "cli/exit_code.hpp"
@@ -11,62 +11,93 @@
 
 namespace tanor::cli {
 
+/// What every command is asked.
+struct CommonOptions {
+  bool quiet = false;  ///< nothing but the result and what went wrong
+  bool json = false;   ///< the result as JSON
+};
+
 /// `tanor run`
-struct RunOptions {
+struct RunOptions : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
-  bool quiet = false;
   bool report = false;  ///< a page for a browser, report.html
 };
 
 /// `tanor solve`
-struct SolveOptions {
+struct SolveOptions : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< file; default: standard output
 };
 
 /// `tanor forces`
-struct ForcesOptions {
+struct ForcesOptions : CommonOptions {
   std::filesystem::path scene;
   std::filesystem::path motion;              ///< .csv or .npy, rows t, x1, y1, z1, x2, … or t, q1, q2, …
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
 };
 
 /// `tanor info`
-struct InfoOptions {
+struct InfoOptions : CommonOptions {
   std::filesystem::path scene;
 };
 
 /// `tanor check`: consistency of the start, rank, redundant constraints, conditioning, identities.
-struct CheckOptions {
+struct CheckOptions : CommonOptions {
   std::filesystem::path scene;
 };
 
 /// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
-struct ErrorTimeOptions {
+struct ErrorTimeOptions : CommonOptions {
   std::filesystem::path scene;
   std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor, auto
   std::optional<std::filesystem::path> out;        ///< folder; default: `<name>.out`
   std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the reference run
   scene::Overrides overrides;                      ///< the coarsest step, t_end, threads
-  bool quiet = false;
+};
+
+/// `tanor equilibrium`
+struct EquilibriumCommand : CommonOptions {
+  std::filesystem::path scene;
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+};
+
+/// `tanor modes`: small vibrations about the scene's positions.
+struct ModesCommand : CommonOptions {
+  std::filesystem::path scene;
+  std::optional<std::size_t> count;          ///< over the scene's own; ModesOptions::all: all
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  bool pictures = false;                     ///< of each mode, for ParaView
 };
 
 /// `tanor selftest`: problems with known answers, digits won.
-struct SelftestOptions {};
+struct SelftestOptions : CommonOptions {};
 
-/// A text that was asked for: --help, --version.
-struct TextRequest {
-  std::string text;
+/// `tanor view`: the page of a run in a browser.
+struct ViewOptions : CommonOptions {
+  std::filesystem::path folder;
+  int port = 0;  ///< on 127.0.0.1; 0: any that is free
+  bool no_open = false;
 };
 
-using Command = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
-                             SelftestOptions, TextRequest>;
+/// `tanor help`, `tanor manual`, `tanor completion`: what the table of commands says.
+struct HelpOptions {
+  std::string command;  ///< empty: all
+  bool json = false;
+};
+struct ManualOptions {
+  std::string command;                       ///< empty: the program
+  std::optional<std::filesystem::path> out;  ///< folder of all pages; default: one on standard output
+};
+struct CompletionOptions {
+  std::string shell;
+};
 
-/// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
-Command parse_command_line(int argc, const char* const* argv);
+/// Reads the command line and returns what it asks for. Throws InputError for wrong usage, the option in its `where()`
+/// where there is one.
+std::function<ExitCode()> parse_command_line(int argc, const char* const* argv);
 
 // One for each command, in the file of its name.
 ExitCode execute(const RunOptions& options);
@@ -75,7 +106,12 @@ ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
 ExitCode execute(const CheckOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
+ExitCode execute(const EquilibriumCommand& command);
+ExitCode execute(const ModesCommand& command);
 ExitCode execute(const SelftestOptions& options);
-ExitCode execute(const TextRequest& request);
+ExitCode execute(const ViewOptions& options);
+ExitCode execute(const HelpOptions& options);
+ExitCode execute(const ManualOptions& options);
+ExitCode execute(const CompletionOptions& options);
 
 }  // namespace tanor::cli

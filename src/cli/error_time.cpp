@@ -81,7 +81,7 @@ ExitCode execute(const ErrorTimeOptions& options) {
   });
   if (!table.rows.empty()) {
     const std::string no_picture = report::write_error_time(destination.path(), table);
-    fmt::print("{}", report::format_error_time(table));
+    options.json ? print_json(report::describe_error_time(table)) : fmt::print("{}", report::format_error_time(table));
     if (!no_picture.empty()) say(no_picture);
   }
   if (table.outcome.ok()) return ExitCode::Done;

@@ -145,11 +145,15 @@ ExitCode execute(const ForcesOptions& options) {
   const Violation& violated = forces.samples[worst].position;
   const std::string where =
       violated.where.empty() ? "" : fmt::format(" ({}, t = {} s)", violated.where, forces.times[worst]);
-  fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
-             report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point, forces.times[largest],
-             report::in_words(violated.largest, "{:.3g}"), where, directory.string());
+  if (options.json) {
+    print_json_file(directory / report::forces_name);
+  } else {
+    fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
+               report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point,
+               forces.times[largest], report::in_words(violated.largest, "{:.3g}"), where, directory.string());
+  }
   if (const std::string doubt = find_doubt(forces); !doubt.empty())
-    print_message(options.scene.string() + ": warning: " + doubt);
+    print_message(options.scene.string() + ": warning: " + doubt, Tone::Warning);
   const std::string trouble = find_trouble(forces, worst);
   if (trouble.empty()) return ExitCode::Done;
   return tell(options.scene, trouble);

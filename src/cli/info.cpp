@@ -1,20 +1,47 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <tanor/dynamics.hpp>
+#include <tanor/enum_names.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
+#include "report/terminal.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What a method would take.
+struct Prediction {
+  std::string_view method;
+  RunCost cost;
+};
+
+/// What is known of a scene that was planned.
+struct Needs {
+  const scene::Scene& scene;
+  std::string constraints, coordinates, forces, friction;
+  const PlanSummary& plan;
+  ChosenMethod chosen;
+  std::vector<Prediction> predictions;  ///< the chosen method first
+
+  std::ptrdiff_t degrees_of_freedom() const {
+    if (plan.coordinates > 0) return static_cast<std::ptrdiff_t>(plan.coordinates);
+    return 3 * static_cast<std::ptrdiff_t>(plan.points - plan.supports) - static_cast<std::ptrdiff_t>(plan.equations);
+  }
+};
 
 /// "rods (rod), rail (line)"
 template <class Entries>
@@ -28,11 +55,21 @@ std::string list_entries(const Entries& entries) {
   return list.empty() ? "none" : list;
 }
 
-std::string describe_bytes(double bytes) {
-  constexpr std::array units{"B", "kB", "MB", "GB", "TB"};
+/// "1.2 ms": three digits and a unit that keeps them short.
+std::string with_unit(double number, double step, std::span<const char* const> units) {
   std::size_t unit = 0;
-  for (; bytes >= 1000.0 && unit + 1 < units.size(); ++unit) bytes /= 1000.0;
-  return fmt::format("{:.3g} {}", bytes, units[unit]);
+  for (; number >= step && unit + 1 < units.size(); ++unit) number /= step;
+  return fmt::format("{:.3g} {}", number, units[unit]);
+}
+
+std::string describe_bytes(double bytes) {
+  static constexpr std::array units{"B", "kB", "MB", "GB", "TB"};
+  return with_unit(bytes, 1000.0, units);
+}
+
+std::string describe_seconds(double seconds) {
+  static constexpr std::array units{"ns", "us", "ms"};
+  return seconds < 1.0 ? with_unit(1e9 * seconds, 1000.0, units) : fmt::format("{:.3g} s", seconds);
 }
 
 /// "tangent: 1.2e+03 flops an instant; normal 4.5e+06"
@@ -57,9 +94,95 @@ std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chose
   return fmt::format("{}{}, {}{}", name_of(chosen.method), reason, step, end);
 }
 
-std::string describe_step(const RunCost& cost) {
-  return fmt::format("{} solves, {} factorizations, about {:.2g} s on one thread", cost.solves, cost.factorizations,
-                     cost.seconds);
+std::vector<Prediction> predict(const scene::Scene& scene, const PlanSummary& plan, std::size_t num_points,
+                                Method chosen) {
+  const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
+  const PlannedRun run{plan, num_points, is_certified, scene.motion};
+  std::vector<Prediction> predictions{{name_of(chosen), predict_run(run, chosen)}};
+  for (const MethodTraits& each : methods()) {
+    if (each.method != Method::Auto && each.method != chosen)
+      predictions.push_back({each.name, predict_run(run, each.method)});
+  }
+  return predictions;
+}
+
+void print_system(const Needs& needs) {
+  const PlanSummary& plan = needs.plan;
+  print_heading("System");
+  print("points", fmt::format("{}", plan.points));
+  print("supports", fmt::format("{}", plan.supports));
+  print("equations", fmt::format("{}", plan.equations));
+  print("degrees of freedom",
+        fmt::format("{}, {}", needs.degrees_of_freedom(),
+                    plan.coordinates > 0 ? "as many as coordinates" : "if all equations are independent"));
+  print("constraints", needs.constraints);
+  if (plan.coordinates > 0) print("coordinates", needs.coordinates);
+  print("forces", needs.forces);
+  print("friction", needs.friction);
+  print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
+}
+
+void print_solution(const Needs& needs) {
+  const PlanSummary& plan = needs.plan;
+  print_heading("How it is solved");
+  print("form", describe_form(plan, needs.scene.solver.form));
+  print("linear solver", plan.linear_solver_reason.empty()
+                             ? plan.linear_solver()
+                             : fmt::format("{} ({})", plan.linear_solver(), plan.linear_solver_reason));
+  print("ordering", plan.ordering());
+  print("factorization", fmt::format("{}, {:.3g} flops", plan.factorization(), plan.factor_flops));
+  print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
+                                plan.factor_nonzeros));
+  print("motion", describe_motion(needs.scene, needs.chosen));
+}
+
+void print_costs(const Needs& needs) {
+  const report::Terminal terminal = report::Terminal::of(stdout);
+  print_heading("What it will cost (within a factor of 2, one thread of a 2.6 GHz machine)");
+  fmt::print("{:<20}{:>12}{:>10}{:>16}{:>12}\n", "method", "a step", "solves", "factorizations", "memory");
+  for (const auto& [method, cost] : needs.predictions) {
+    const bool is_chosen = &cost == &needs.predictions[0].cost;
+    const std::string row = fmt::format("{:<20}{:>12}{:>10}{:>16}{:>12}", method, describe_seconds(cost.seconds),
+                                        cost.solves, cost.factorizations, describe_bytes(cost.bytes));
+    fmt::print("{}{}\n", is_chosen ? terminal.bold(row) : row, is_chosen ? "  this run" : "");
+  }
+}
+
+Json as_json(const Needs& needs) {
+  const PlanSummary& plan = needs.plan;
+  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
+  Json predicted = Json::object();
+  for (const auto& [method, cost] : needs.predictions) {
+    predicted[std::string(method)] = {{"solves", cost.solves},
+                                      {"factorizations", cost.factorizations},
+                                      {"seconds", cost.seconds},
+                                      {"bytes", cost.bytes}};
+  }
+  return {{"scene", needs.scene.name},
+          {"source", needs.scene.source},
+          {"points", plan.points},
+          {"supports", plan.supports},
+          {"equations", plan.equations},
+          {"coordinates", plan.coordinates},
+          {"degrees_of_freedom", needs.degrees_of_freedom()},
+          {"constraints", needs.constraints},
+          {"forces", needs.forces},
+          {"friction", needs.friction},
+          {"islands", plan.islands},
+          {"parts", plan.parts},
+          {"form", name_of(plan.form)},
+          {"linear_solver", plan.linear_solver()},
+          {"linear_solver_reason", text_or_null(plan.linear_solver_reason)},
+          {"ordering", plan.ordering()},
+          {"factorization", plan.factorization()},
+          {"pattern_nonzeros", plan.pattern_nonzeros},
+          {"factor_nonzeros", plan.factor_nonzeros},
+          {"factor_flops", plan.factor_flops},
+          {"method", name_of(needs.chosen.method)},
+          {"method_reason", text_or_null(needs.chosen.reason)},
+          {"t_end", needs.scene.t_end > 0.0 ? Json(needs.scene.t_end) : Json()},
+          {"predicted", predicted},
+          {"left_out", plan.left_out}};
 }
 
 }  // namespace
@@ -69,51 +192,27 @@ ExitCode execute(const InfoOptions& options) {
   const std::string constraints = list_entries(scene.system.constraints);
   const std::string coordinates = list_entries(scene.system.coordinates);
   const std::string forces = list_entries(scene.system.forces);
-  const Form wanted = scene.solver.form;
   const Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
-  const PlanSummary& plan = dynamics.plan();
-  const std::size_t num_points = dynamics.num_points();
   const ChosenMethod chosen = choose_method(scene.motion, dynamics);
-  const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
-  const PlannedRun run{plan, num_points, is_certified, scene.motion};
-  const RunCost cost = predict_run(run, chosen.method);
-
+  const Needs needs{.scene = scene,
+                    .constraints = constraints,
+                    .coordinates = coordinates,
+                    .forces = forces,
+                    .friction = report::describe_friction(dynamics.system()),
+                    .plan = dynamics.plan(),
+                    .chosen = chosen,
+                    .predictions = predict(scene, dynamics.plan(), dynamics.num_points(), chosen.method)};
+  if (options.json) {
+    print_json(as_json(needs));
+    return ExitCode::Done;
+  }
   print("scene", scene.name);
   print("source", scene.source);
-  print("points", fmt::format("{}", num_points));
-  print("supports", fmt::format("{}", plan.supports));
-  print("equations", fmt::format("{}", plan.equations));
-  if (plan.coordinates > 0) {
-    print("degrees of freedom", fmt::format("{}, as many as coordinates", plan.coordinates));
-  } else {
-    print("degrees of freedom", fmt::format("{}, if all equations are independent",
-                                            3 * static_cast<std::ptrdiff_t>(num_points - plan.supports) -
-                                                static_cast<std::ptrdiff_t>(plan.equations)));
-  }
-  print("constraints", constraints);
-  if (plan.coordinates > 0) print("coordinates", coordinates);
-  print("forces", forces);
-  print("friction", report::describe_friction(dynamics.system()));
-  print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
-  print("form", describe_form(plan, wanted));
-  print("linear solver", plan.linear_solver_reason.empty()
-                             ? plan.linear_solver()
-                             : fmt::format("{} ({})", plan.linear_solver(), plan.linear_solver_reason));
-  print("ordering", plan.ordering());
-  print("factorization", plan.factorization());
-  print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
-                                plan.factor_nonzeros));
-  print("motion", describe_motion(scene, chosen));
-  print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
-  print("predicted memory", describe_bytes(cost.bytes));
-  print("predicted step", describe_step(cost));
-  for (const MethodTraits& each : methods()) {
-    if (each.method == Method::Auto || each.method == chosen.method) continue;
-    const RunCost other = predict_run(run, each.method);
-    print(fmt::format("predicted {}", each.name),
-          fmt::format("{}, {}", describe_step(other), describe_bytes(other.bytes)));
-  }
-  for (const std::string& what : plan.left_out) print("left out", what);
+  print_system(needs);
+  print_solution(needs);
+  print_costs(needs);
+  if (!needs.plan.left_out.empty()) print_heading("What this scene does not need");
+  for (const std::string& what : needs.plan.left_out) print("left out", what);
   return ExitCode::Done;
 }
 

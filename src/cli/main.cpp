@@ -5,7 +5,6 @@
 #include <exception>
 #include <string>
 #include <system_error>
-#include <variant>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
@@ -18,18 +17,17 @@ namespace {
 [[noreturn]] void end_with_last_words() {
   const Failure failure =
       std::current_exception() ? describe_current_exception() : Failure{ExitCode::MachineFailure, "ended by a library"};
-  print_message(failure.message);
+  print_message(failure.message, Tone::Error);
   _exit(static_cast<int>(ExitCode::MachineFailure));
 }
 
 /// Executes what the command line asks for; any trouble is one line on stderr.
 ExitCode run_command(int argc, const char* const* argv) {
   try {
-    const Command command = parse_command_line(argc, argv);
-    return std::visit([](const auto& options) { return execute(options); }, command);
+    return parse_command_line(argc, argv)();
   } catch (...) {
     const Failure failure = describe_current_exception();
-    print_message(failure.message);
+    print_message(failure.message, Tone::Error);
     return failure.code;
   }
 }
@@ -40,7 +38,7 @@ bool close_output() {
   errno = 0;
   if (std::fflush(stdout) == 0 && !had_error) return true;
   const std::string reason = errno != 0 ? ": " + std::generic_category().message(errno) : "";
-  print_message("cannot write standard output" + reason);
+  print_message("cannot write standard output" + reason, Tone::Error);
   return false;
 }
 

@@ -5,25 +5,57 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
 
 #include "cli/machine.hpp"
+#include "report/terminal.hpp"
 
 namespace tanor::cli {
 
-void print_message(const std::string& message) {
-  std::string line = "tanor: " + message;
+using report::Terminal;
+
+void print_message(const std::string& message, Tone tone) {
+  const Terminal terminal = Terminal::of(stderr);
+  const std::string name = tone == Tone::Error     ? terminal.error("tanor:")
+                           : tone == Tone::Warning ? terminal.warning("tanor:")
+                                                   : terminal.bold("tanor:");
+  std::string line = message;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fputs((line + '\n').c_str(), stderr);
+  std::fputs((name + " " + line + "\n").c_str(), stderr);
 }
 
 void print(std::string_view key, const std::string& value) {
-  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
+  constexpr std::size_t column = 25;
+  const Terminal terminal = Terminal::of(stdout);
+  const std::size_t taken = report::count_columns(key) + 1;
+  const std::string gap(taken < column ? column - taken : 1, ' ');
+  fmt::print("{}{}{}\n", terminal.key(fmt::format("{}:", key)), gap,
+             report::wrap(value, std::max(column, taken + 1), terminal.width()));
+}
+
+void print_heading(std::string_view title) {
+  fmt::print("\n{}\n", Terminal::of(stdout).bold(title));
+}
+
+void print_json(const nlohmann::ordered_json& json) {
+  fmt::print("{}\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void print_json_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw std::runtime_error("cannot read " + file.string());
+  std::fputs(text.str().c_str(), stdout);
 }
 
 ExitCode tell(const std::filesystem::path& scene, const std::string& why) {
-  print_message(scene.string() + ": " + why);
+  print_message(scene.string() + ": " + why, Tone::Error);
   return ExitCode::NoAnswer;
 }
 

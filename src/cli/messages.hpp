@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -11,11 +12,20 @@
 
 namespace tanor::cli {
 
-/// One line on stderr, "tanor: <message>", whatever the message holds.
-void print_message(const std::string& message);
+/// How grave a line is; on a terminal it shows.
+enum class Tone { Note, Warning, Error };
 
-/// "<key>:   <value>" on standard output.
+/// One line on stderr, "tanor: <message>", whatever the message holds.
+void print_message(const std::string& message, Tone tone = Tone::Note);
+
+/// "<key>:   <value>" on standard output, in as many lines as a terminal needs; one elsewhere.
 void print(std::string_view key, const std::string& value);
+/// The title of some rows, after an empty line.
+void print_heading(std::string_view title);
+/// JSON that somebody asked for, on standard output.
+void print_json(const nlohmann::ordered_json& json);
+/// The same from a file that was just written.
+void print_json_file(const std::filesystem::path& file);
 
 /// Says on stderr why a scene has no complete answer.
 ExitCode tell(const std::filesystem::path& scene, const std::string& why);

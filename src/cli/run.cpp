@@ -145,8 +145,10 @@ void tell_redundancy(const RunOptions& options, Simulation& simulation) {
 std::string describe_end(const Ending& ending, const Simulation& simulation, double t_end, const fs::path& directory) {
   const MotionReport& report = simulation.report();
   if (ending.code != ExitCode::Done) {
-    return fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}", simulation.time(), t_end,
-                       ending.why, directory.string());
+    const bool can_go_on = caught_interrupt().has_value();
+    return fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}{}", simulation.time(),
+                       t_end, ending.why, directory.string(),
+                       can_go_on ? "; the same command with --resume goes on" : "");
   }
   return fmt::format("t = {} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
                      name_of(report.method), directory.string());
@@ -165,7 +167,8 @@ ExitCode execute(const RunOptions& options) {
   RunFolder folder(plan, scene, simulation);
   if (options.resume && !plan.before) print_message("no checkpoint in " + plan.directory.string() + "; starts anew");
   if (options.report && !plan.has_html_page)
-    print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers");
+    print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers",
+                  Tone::Warning);
   catch_interrupts();
   report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
   const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);
@@ -173,13 +176,18 @@ ExitCode execute(const RunOptions& options) {
   if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
   if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty())
-    print_message(options.scene.string() + ": warning: " + warning);
+    print_message(options.scene.string() + ": warning: " + warning, Tone::Warning);
 
   if (const std::string several = report::describe_several(simulation.report().friction); !several.empty())
-    print_message(options.scene.string() + ": " + several);
-  if (!options.quiet) fmt::print("{}", page);
+    print_message(options.scene.string() + ": " + several, Tone::Warning);
+  if (options.json) {
+    print_json_file(plan.directory / report::summary_name);
+  } else if (!options.quiet) {
+    fmt::print("{}", page);
+  }
   if (ending.code != ExitCode::Done || !options.quiet) {
-    print_message(describe_end(ending, simulation, scene.t_end, plan.directory));
+    print_message(describe_end(ending, simulation, scene.t_end, plan.directory),
+                  ending.code == ExitCode::Done ? Tone::Note : Tone::Error);
   }
   return ending.code;
 }

@@ -1,5 +1,7 @@
 #include "cli/run_folder.hpp"
 
+#include <algorithm>
+
 #include "cli/machine.hpp"
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
@@ -54,6 +56,9 @@ report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scen
 /// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
 /// would be most of the time of a small system with many frames.
 constexpr int publishing_share = 20;  // one twentieth
+/// The page of a run that goes on is for somebody who looks, and need not be newer than a second.
+constexpr int page_share = 50;
+constexpr std::chrono::milliseconds shortest_page_interval(1000);
 
 }  // namespace
 
@@ -72,10 +77,21 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
 void RunFolder::write_frame(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   trajectory_.write_frame(simulation);
-  if (recording_) recording_->take_frame(simulation);
+  if (recording_) {
+    recording_->take_frame(simulation);
+    if (begin >= next_page_) show(simulation);
+  }
   last_frame_ = simulation.time();
   if (begin >= next_publication_) publish(simulation);
   output_ += seconds_since(begin);
+}
+
+void RunFolder::show(const Simulation& simulation) {
+  const auto begin = RunPlan::Clock::now();
+  facts_.wall = measure_wall();
+  report::write_running_page(directory_, facts_, simulation, *recording_);
+  const auto end = RunPlan::Clock::now();
+  next_page_ = end + std::max<RunPlan::Clock::duration>(page_share * (end - begin), shortest_page_interval);
 }
 
 std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {

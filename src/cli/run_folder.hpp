@@ -51,6 +51,8 @@ class RunFolder {
  private:
   /// Replaces the checkpoint.
   void publish(const Simulation& simulation);
+  /// Replaces the page, for somebody who watches.
+  void show(const Simulation& simulation);
   report::WallTimes measure_wall() const;
 
   std::filesystem::path directory_;
@@ -61,7 +63,8 @@ class RunFolder {
   report::Trajectory trajectory_;
   std::optional<report::Recording> recording_;  ///< of this part of the run, for report.html
   report::Checkpoint checkpoint_;
-  RunPlan::Clock::time_point next_publication_;  ///< not before
+  RunPlan::Clock::time_point next_publication_;  ///< of the checkpoint, not before
+  RunPlan::Clock::time_point next_page_;         ///< likewise
   std::optional<double> last_frame_;             ///< its time, s, where no checkpoint has it yet
   double setup_ = 0.0, output_ = 0.0;            ///< s, of this part
 };

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/known_problems.hpp"
@@ -23,15 +24,15 @@ report::DigitsRow solve(const KnownProblem& problem) {
 
 }  // namespace
 
-ExitCode execute(const SelftestOptions&) {
+ExitCode execute(const SelftestOptions& options) {
   std::vector<report::DigitsRow> rows;
   for (const auto& list : {list_known_motions, list_known_mechanisms, list_known_friction, list_known_forces}) {
     for (const KnownProblem& problem : list()) rows.push_back(solve(problem));
   }
-  fmt::print("{}", report::format_digits(rows));
+  options.json ? print_json(report::describe_digits(rows)) : fmt::print("{}", report::format_digits(rows));
   const Outcome outcome = report::verify_digits(rows);
   if (outcome.ok()) return ExitCode::Done;
-  print_message("selftest: " + outcome.what);
+  print_message("selftest: " + outcome.what, Tone::Error);
   return ExitCode::NoAnswer;
 }
 

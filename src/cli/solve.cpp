@@ -13,7 +13,8 @@ namespace tanor::cli {
 namespace {
 
 void write(const SolveOptions& options, const report::Solution& solution) {
-  options.out ? report::write_solution(*options.out, solution) : report::print_solution(solution);
+  if (options.out) report::write_solution(*options.out, solution);
+  if (!options.out || options.json) report::print_solution(solution);
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ ExitCode execute(const SolveOptions& options) {
   solution.accelerations = accelerations;
   if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
   solution.rank = dynamics.rank(state);
-  if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty())
+  if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty() && !options.quiet)
     print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;

@@ -26,6 +26,21 @@ std::string format_digits(const std::vector<DigitsRow>& rows) {
   return text + fmt::format("{} of {} keep their promise, {:.2f} s\n", kept, rows.size(), seconds);
 }
 
+Json describe_digits(const std::vector<DigitsRow>& rows) {
+  Json list = Json::array();
+  for (const DigitsRow& row : rows) {
+    list.push_back({{"problem", row.name},
+                    {"known_from", row.known},
+                    {"method", row.method},
+                    {"digits", row.won()},
+                    {"promised", row.promised},
+                    {"keeps_promise", row.keeps_promise()},
+                    {"wall_s", row.wall_s},
+                    {"trouble", json_or_null(row.outcome.what)}});
+  }
+  return list;
+}
+
 Outcome verify_digits(const std::vector<DigitsRow>& rows) {
   std::string missed;
   for (const DigitsRow& row : rows) {

@@ -5,6 +5,8 @@
 
 #include <tanor/error.hpp>
 
+#include "report/json_text.hpp"
+
 namespace tanor::report {
 
 /// A problem whose answer is known, and the answer that was found.
@@ -24,6 +26,9 @@ struct DigitsRow {
 
 /// Returns the table as text, one line for each problem.
 std::string format_digits(const std::vector<DigitsRow>& rows);
+
+/// The same as JSON.
+Json describe_digits(const std::vector<DigitsRow>& rows);
 
 /// Returns Ok, or names the problems that miss what they promise, with the reasons.
 Outcome verify_digits(const std::vector<DigitsRow>& rows);

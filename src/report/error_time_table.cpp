@@ -110,6 +110,26 @@ std::string format_error_time(const ErrorTimeTable& table) {
   return text;
 }
 
+Json describe_error_time(const ErrorTimeTable& table) {
+  const auto if_any = [](double number) { return number != 0.0 ? Json(number) : Json(); };
+  Json rows = Json::array();
+  for (const ErrorTimeRow& row : table.rows) {
+    rows.push_back({{"method", name_of(row.method)},
+                    {"step_s", if_any(row.step)},
+                    {"rtol", if_any(row.tolerance)},
+                    {"steps", row.steps},
+                    {"factorizations", row.factorizations},
+                    {"wall_s", row.wall_s},
+                    {"error_m", row.trouble.empty() ? Json(row.error) : Json()},
+                    {"reference_error_m", row.reference_error},
+                    {"order", if_any(row.order)},
+                    {"violation", row.violation},
+                    {"energy_drift", row.energy_drift},
+                    {"trouble", json_or_null(row.trouble)}});
+  }
+  return {{"scene", table.scene}, {"t_end", table.t_end}, {"rows", rows}, {"remarks", list_remarks(table)}};
+}
+
 std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {
   make_folder(directory);
   const auto write = [&](const char* name, const std::string& text) {

@@ -4,11 +4,15 @@
 #include <string>
 
 #include "report/error_time.hpp"
+#include "report/json_text.hpp"
 
 namespace tanor::report {
 
 /// The table as text, for a screen.
 std::string format_error_time(const ErrorTimeTable& table);
+
+/// The same as JSON, with the names of the columns of `error_time.csv`.
+Json describe_error_time(const ErrorTimeTable& table);
 
 /// `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png` in a
 /// folder. Says why there is no PNG; empty: there is one.

@@ -152,7 +152,8 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
   return events;
 }
 
-Json describe_run(const RunFacts& facts, Simulation& simulation) {
+/// `text`: the run in words; empty where it goes on.
+Json describe_run(const RunFacts& facts, const Simulation& simulation, const std::string& text) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
   const PhaseTimes& times = report.times;
@@ -160,7 +161,8 @@ Json describe_run(const RunFacts& facts, Simulation& simulation) {
   if (!facts.has_started) warnings.push_back("No consistent start was found: " + simulation.outcome().what);
   if (!report.accuracy_warning.empty()) warnings.push_back(report.accuracy_warning);
   if (facts.certificate && !facts.certificate->passed()) warnings.push_back(facts.certificate->line());
-  if (facts.has_started && simulation.time() < facts.t_end)
+  const bool is_running = text.empty();
+  if (facts.has_started && simulation.time() < facts.t_end && !is_running)
     warnings.push_back(fmt::format("The motion ended at t = {:g} s of {:g} s.", simulation.time(), facts.t_end));
   if (const std::string several = describe_several(report.friction); !several.empty()) warnings.push_back(several);
   return {{"scene", facts.scene},
@@ -185,6 +187,8 @@ Json describe_run(const RunFacts& facts, Simulation& simulation) {
           {"left_out", plan.left_out},
           {"friction", describe_friction(simulation.system())},
           {"drift", report.energy.drift_relative()},
+          {"position_violation", report.position_violation},
+          {"velocity_violation", report.velocity_violation},
           {"wall",
            {{"total", facts.wall.total},
             {"set-up", facts.wall.setup},
@@ -194,7 +198,8 @@ Json describe_run(const RunFacts& facts, Simulation& simulation) {
             {"solve", times.solve},
             {"friction", times.friction},
             {"output", facts.wall.output}}},
-          {"text", format_page(facts, simulation)}};
+          {"is_running", is_running},
+          {"text", text}};
 }
 
 /// The table of `tanor error-time` in the same folder; empty: there is none.
@@ -205,12 +210,10 @@ std::string read_error_time(const std::filesystem::path& directory) {
   return text.str();
 }
 
-}  // namespace
-
-void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
-                     const Recording& recording) {
+void write(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+           const Recording& recording, const std::string& text) {
   PackedBytes bytes;
-  const Json data{{"run", describe_run(facts, simulation)},
+  const Json data{{"run", describe_run(facts, simulation, text)},
                   {"motion", describe_motion(simulation, recording, &bytes)},
                   {"history", describe_history(recording)},
                   {"events", describe_events(simulation.report(), recording)},
@@ -226,6 +229,18 @@ void write_html_page(const std::filesystem::path& directory, const RunFacts& fac
     file->write("</script>\n");
     file->write(page.substr(place + place_of_data.size()));
   });
+}
+
+}  // namespace
+
+void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
+                     const Recording& recording) {
+  write(directory, facts, simulation, recording, format_page(facts, simulation));
+}
+
+void write_running_page(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+                        const Recording& recording) {
+  write(directory, facts, simulation, recording, "");
 }
 
 }  // namespace tanor::report

@@ -20,5 +20,8 @@ inline constexpr const char* html_page_name = "report.html";
 /// `error_time.csv` that lies there already is shown too.
 void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
                      const Recording& recording);
+/// The same of a run that goes on. It asks the simulation for nothing that is not known yet.
+void write_running_page(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+                        const Recording& recording);
 
 }  // namespace tanor::report

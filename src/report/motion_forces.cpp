@@ -40,7 +40,7 @@ std::vector<double> stack(const ForcesOfMotion& forces, std::vector<double> Moti
 
 void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces) {
   make_folder(directory);
-  replace_file(directory / "forces.json", [&](OutputFile* file) {
+  replace_file(directory / forces_name, [&](OutputFile* file) {
     JsonObjectFile json(file);
     const ArrayWriter arrays(&json, directory / "forces_", forces.num_points * forces.samples.size());
     json.add("scene", forces.scene);

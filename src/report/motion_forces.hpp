@@ -29,6 +29,8 @@ struct ForcesOfMotion {
   }
 };
 
+inline constexpr const char* forces_name = "forces.json";
+
 /// Writes `forces.json` into a folder, which is made. Arrays over time (samples x 3 points, samples x equations) stand
 /// in it, or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
 void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces);

@@ -7,6 +7,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "report/terminal.hpp"
+#include "report/words.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -33,6 +36,15 @@ std::string draw_bar(double part) {
   return "[" + std::string(filled, '=') + std::string(width - filled, ' ') + "]";
 }
 
+/// One line of the terminal and no more: what is wider would stay when the next one comes. The words count more than
+/// the bar.
+std::string draw_line(const std::string& words, double part, const Terminal& terminal) {
+  const std::size_t room = terminal.width().value_or(200) - 1;
+  const std::string bar = draw_bar(part);
+  if (bar.size() + 1 + words.size() > room) return std::string(first_columns(words, room));
+  return terminal.key(bar) + " " + words;
+}
+
 }  // namespace
 
 Progress::Style Progress::choose_style(bool is_quiet) {
@@ -55,7 +67,7 @@ void Progress::update(const MotionReport& report) {
 
   const double part = std::clamp((report.time - t_start_) / (t_end_ - t_start_), 0.0, 1.0);
   if (style_ == Style::Bar) {
-    print("\r\x1b[K" + draw_bar(part) + " " + describe(report, part, now));
+    print("\r\x1b[K" + draw_line(describe(report, part, now), part, Terminal::of(stderr)));
     shows_bar_ = true;
     next_ = now + bar_interval;
   } else if (const int tenths = static_cast<int>(10.0 * part); tenths > tenths_) {
@@ -74,8 +86,9 @@ void Progress::end() {
 std::string Progress::describe(const MotionReport& report, double part, Clock::time_point now) const {
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const std::string left = part > 0.0 ? describe_duration(elapsed * (1.0 - part) / part) : "?";
-  return fmt::format("{:3.0f} %  t = {:.4g} of {:.4g} s  {} steps  {} left", 100.0 * part, report.time, t_end_,
-                     report.steps, left);
+  const double violation = std::max(report.position_violation, report.velocity_violation);
+  return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {:.4g} s  {} steps", 100.0 * part, left,
+                     in_words(violation, "{:.1e}"), report.time, t_end_, report.steps);
 }
 
 }  // namespace tanor::report

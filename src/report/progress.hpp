@@ -29,6 +29,7 @@ class Progress {
   void end();
 
  private:
+  /// Percent, time left, the worst violation so far, and more where there is room for it.
   std::string describe(const MotionReport& report, double part, Clock::time_point now) const;
 
   Style style_;

@@ -30,7 +30,7 @@ TEST_P(WrongUsageTest, IsOneLineThatNamesTheWord) {
 INSTANTIATE_TEST_SUITE_P(
     CommandLine, WrongUsageTest,
     testing::Values(
-        WrongUsage{{}, "subcommand is required"}, WrongUsage{{"fly"}, "fly"}, WrongUsage{{"run"}, "SCENE is required"},
+        WrongUsage{{}, "a command is required"}, WrongUsage{{"fly"}, "fly"}, WrongUsage{{"run"}, "SCENE is required"},
         WrongUsage{{"run", "s.json", "--fast"}, "--fast"}, WrongUsage{{"run", "s.json", "t.json"}, "t.json"},
         WrongUsage{{"run", "s.json", "--step"}, "--step"},
         WrongUsage{{"run", "s.json", "--step", "0"}, "--step: must be a finite number > 0, not '0'"},
@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{{"run", "s.json", "--method", "magic"}, "--method: "},
         WrongUsage{{"run", "s.json", "--method", "rk4"}, "s.json: /motion/step: "},
         WrongUsage{{"run", "s.json", "--out", ""}, "--out: must not be empty"},
-        WrongUsage{{"solve", "s.json", "--quiet"}, "--quiet"}, WrongUsage{{"info", "s.json", "--out", "x"}, "--out"},
+        WrongUsage{{"solve", "s.json", "--resume"}, "--resume"}, WrongUsage{{"info", "s.json", "--out", "x"}, "--out"},
         WrongUsage{{"selftest", "s.json"}, "s.json"}));
 
 TEST(HelpTest, VersionSaysWhichCodeUnderTheGplIsCalled) {

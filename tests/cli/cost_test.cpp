@@ -18,16 +18,10 @@ json make_scene(const json& generate, const json& motion) {
           {"solver", {{"threads", 1}}}};
 }
 
-/// What follows a key of `info`.
-std::string said(const std::string& info, const std::string& key) {
-  const std::size_t at = info.find(key + ":");
-  return at == std::string::npos ? "" : info.substr(at + key.size() + 1);
-}
-
-double read_megabytes(const std::string& text) {
-  std::size_t end = 0;
-  const double number = std::stod(text, &end);
-  return number * (text.compare(end, 3, " kB") == 0 ? 1e-3 : text.compare(end, 3, " GB") == 0 ? 1e3 : 1.0);
+/// What `info` predicts of the method that it names.
+json predict(const Ended& info) {
+  const json told = json::parse(info.out);
+  return told.at("predicted").at(told.at("method").get<std::string>());
 }
 
 struct CostCase {
@@ -48,14 +42,14 @@ TEST(CostTest, PredictedMemoryIsThatOfTheRun) {
   for (const CostCase& given : large) {
     const Folder folder;
     write_text(folder / "s.json", make_scene(given.generate, {{"t_end", 0.002}}).dump());
-    const Ended info = run_program(folder, {"info", "s.json"});
+    const Ended info = run_program(folder, {"info", "s.json", "--json"});
     ASSERT_EQ(info.code, 0) << info.err;
 
     rusage usage{};
     const Ended run = Program(folder, {"run", "s.json", "--quiet", "--out", "o"}).wait(&usage);
 
     ASSERT_EQ(run.code, 0) << run.err;
-    const double predicted = read_megabytes(said(info.out, "predicted memory"));
+    const double predicted = 1e-6 * predict(info).at("bytes").get<double>();
     const double taken = 1e-6 * 1024.0 * static_cast<double>(usage.ru_maxrss);
     EXPECT_LT(predicted, 2.0 * taken) << given.name;
     EXPECT_GT(predicted, 0.5 * taken) << given.name;
@@ -87,7 +81,7 @@ TEST(CostTest, PredictedSolvesAreThoseOfTheRun) {
       json motion = {{"t_end", 0.1}, {"method", method}};
       if (std::string(method) == "rk4") motion["step"] = 0.002;
       write_text(folder / "s.json", make_scene(generate, motion).dump());
-      const double predicted = std::stod(said(run_program(folder, {"info", "s.json"}).out, "predicted step"));
+      const double predicted = predict(run_program(folder, {"info", "s.json", "--json"})).at("solves");
 
       ASSERT_EQ(run_program(folder, {"run", "s.json", "--quiet", "--out", "o"}).code, 0);
 

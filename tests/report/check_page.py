@@ -1,14 +1,17 @@
 #!/usr/bin/python3
 """check_page.py PROGRAM FOLDER NODE: runs scenes with --report and tries each page in headless Chromium (page.mjs).
 
-Texts that would break out of the page are tried too. 77, a skip, where Chromium is missing.
+Texts that would break out of the page are tried too, and a page that follows its run (follow.mjs), where this tanor has a
+server. 77, a skip, where Chromium is missing.
 """
 
 import json
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOSTILE = "</script><script>throw new Error('broke out')</script><!--<script>"
@@ -23,6 +26,48 @@ def hostile_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def endless_scene(folder: pathlib.Path) -> pathlib.Path:
+    """The pendulum in small steps, for hours."""
+    scene = json.loads((ROOT / "examples/pendulum.json").read_text())
+    scene["motion"] = {"method": "rk4", "step": 1e-4, "t_end": 1e6, "output_every": 0.1}
+    path = folder / "endless.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
+def try_page(program: str, folder: pathlib.Path, node: str, chromium: str, scene: pathlib.Path) -> bool:
+    out = folder / scene.stem
+    shorter = ["--t-end", "0.1"] if scene.stem == "melt_generated" else []
+    subprocess.run([program, "run", str(scene), "--out", str(out), "--quiet", "--report", *shorter], check=True)
+    print(scene.stem, flush=True)
+    tried = subprocess.run([node, str(ROOT / "tests/report/page.mjs"), str(out / "report.html"), str(out / "summary.json"),
+                            chromium], check=False)
+    return tried.returncode == 0
+
+
+def try_following(program: str, folder: pathlib.Path, node: str, chromium: str) -> bool:
+    """Watches a run that is interrupted when the page has shown that it goes on."""
+    out = folder / "endless"
+    shutil.rmtree(out, ignore_errors=True)
+    print("a run that goes on", flush=True)
+    run = subprocess.Popen([program, "run", str(endless_scene(folder)), "--out", str(out), "--quiet", "--report"])
+    view = None
+    try:
+        while not (out / "report.html").exists() and run.poll() is None:
+            time.sleep(0.05)
+        view = subprocess.Popen([program, "view", str(out), "--no-open", "--quiet"], stdout=subprocess.PIPE, text=True)
+        url = view.stdout.readline().split(" ")[0]
+        tried = subprocess.Popen([node, str(ROOT / "tests/report/follow.mjs"), url, chromium], stdout=subprocess.PIPE, text=True)
+        if tried.stdout.readline().strip() == "running":
+            run.send_signal(signal.SIGINT)
+        return tried.wait() == 0 and run.wait() == 130
+    finally:
+        for process in (run, view):
+            if process and process.poll() is None:
+                process.kill()
+                process.wait()
+
+
 def main() -> int:
     program, folder, node = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -32,15 +77,10 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     scenes = [ROOT / "examples" / f"{name}.json" for name in ("pendulum", "net", "rough_hoop", "melt_generated")]
     for scene in [*scenes, hostile_scene(folder)]:
-        out = folder / scene.stem
-        subprocess.run([program, "run", str(scene), "--out", str(out), "--quiet", "--report",
-                        *(["--t-end", "0.1"] if scene.stem == "melt_generated" else [])], check=True)
-        print(scene.stem, flush=True)
-        tried = subprocess.run([node, str(ROOT / "tests/report/page.mjs"), str(out / "report.html"),
-                                str(out / "summary.json"), chromium], check=False)
-        if tried.returncode:
+        if not try_page(program, folder, node, chromium, scene):
             return 1
-    return 0
+    has_server = (pathlib.Path(program).parent / "tanor_view.so").exists()
+    return 0 if not has_server or try_following(program, folder, node, chromium) else 1
 
 
 if __name__ == "__main__":

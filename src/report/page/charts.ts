@@ -7,6 +7,7 @@ const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b"];
 /** Histories over the time of the motion. All share the time of the view, and a click goes there. */
 export class Charts {
   private plots: uPlot[] = [];
+  private watches: ResizeObserver[] = [];
   private time = 0;
 
   constructor(private host: HTMLElement, private data: PageData, private seek: (time: number) => void) {
@@ -18,6 +19,12 @@ export class Charts {
     this.add("Step", [["step", "step"]], "s", true);
     if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction", [["iterations an instant", "friction_iterations"]], "", false);
     this.addErrorTime(data.error_time);
+  }
+
+  dispose(): void {
+    for (const watch of this.watches) watch.disconnect();
+    for (const plot of this.plots) plot.destroy();
+    this.host.replaceChildren();
   }
 
   stand(time: number): void {
@@ -33,6 +40,12 @@ export class Charts {
     card.append(head);
     this.host.append(card);
     return card;
+  }
+
+  private fit(plot: uPlot, card: HTMLElement): void {
+    const watch = new ResizeObserver(() => plot.setSize({ width: card.clientWidth - 34, height: 190 }));
+    watch.observe(card);
+    this.watches.push(watch);
   }
 
   private axes(isLog: boolean): uPlot.Axis[] {
@@ -59,7 +72,7 @@ export class Charts {
     }, [times, ...columns] as uPlot.AlignedData, card);
     plot.over.addEventListener("click", (event) => this.seek(plot.posToVal(event.offsetX, "x")));
     this.plots.push(plot);
-    new ResizeObserver(() => plot.setSize({ width: card.clientWidth - 34, height: 190 })).observe(card);
+    this.fit(plot, card);
   }
 
   /** Events, and where the view stands. */

@@ -61,15 +61,16 @@ export interface Arrays {
   tangent: Rows;
 }
 
-export function readData(): PageData {
-  return JSON.parse(document.getElementById("data")!.textContent!);
+export function readPage(page: Document): { data: PageData; packed: string } {
+  const text = (id: string) => page.getElementById(id)!.textContent!;
+  return { data: JSON.parse(text("data")), packed: text("motion").trim() };
 }
 
 /** Unpacks what src/report/packed_bytes.cpp packed. */
-export async function unpack(motion: Motion): Promise<Arrays> {
-  const text = atob(document.getElementById("motion")!.textContent!.trim());
-  const packed = Uint8Array.from(text, (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
+  const text = atob(packed), letters = new Uint8Array(text.length);
+  for (let k = 0; k < text.length; ++k) letters[k] = text.charCodeAt(k);
+  const stream = new Blob([letters]).stream().pipeThrough(new DecompressionStream("deflate"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   const find = (name: string) => motion.arrays.find((array) => array.name === name)!;
   const whole = (name: string) => {

@@ -1,189 +1,249 @@
 import { Charts } from "./charts";
-import { readData, unpack, words, type PageData } from "./data";
-import { View, chooseTheme } from "./view";
+import { readPage, unpack, words, type Arrays, type PageData } from "./data";
+import { find, fillList, make } from "./dom";
+import { fillDetails, fillHeadline } from "./facts";
+import { follow } from "./follow";
+import { Stage, View, chooseTheme } from "./view";
 
-const find = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
-const make = (tag: string, text = "", className = "") => Object.assign(document.createElement(tag), { textContent: text, className });
+const most_listed = 40;
+const parts = ["points", "rods", "guides", "normal", "tangent"] as const;
 
-function fillHeadline({ run, motion }: PageData): void {
-  document.title = `${run.scene} – tanor`;
-  find("scene").textContent = run.scene;
-  find("what").textContent = `${run.points} points, ${motion.rods} rods, ${run.equations} equations, ${run.islands} islands · ${run.method} · tanor ${run.version}`;
-  const digits = run.certified_to > 0 ? Math.min(16, -Math.log10(run.certified_to)) : null;
-  const passed = run.certified_to !== null && run.certificate_line.startsWith("certified");
-  const facts: [string, string][] = [
-    ["certified", passed ? `${digits === null ? "exact" : digits.toFixed(1) + " digits"}` : run.certified_to === null ? "not asked for" : "failed"],
-    ["run time", words(run.wall.total, "s")],
-    ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
-    ["simulated", words(run.t_reached, "s")],
-    ["energy drift", words(run.drift)],
-    ["threads", String(run.threads)],
-  ];
-  for (const [name, text] of facts) {
-    const pair = make("div");
-    pair.append(make("dt", name), make("dd", text));
-    find("headline").append(pair);
+/** One run, shown; shown again where a newer state of it comes. */
+class Page {
+  private stage: Stage | null = null; // null: the browser draws nothing
+  private view: View | null = null;
+  private charts: Charts | null = null;
+  private data!: PageData;
+  private arrays!: Arrays;
+  private begin = 0;
+  private end = 0;
+  private time = 0;
+  private timeOfNumbers = NaN; // which the words beside the picture tell
+  private plays = false;
+  private speed = 1;
+  private before = 0; // ms, of the last picture while it plays
+  private isDirty = true;
+  private frames = 0;
+  firstPicture = 0; // ms
+
+  constructor() {
+    try {
+      this.stage = new Stage(find("view"), () => (this.isDirty = true));
+    } catch {
+      find("view").append(make("p", "This browser offers no WebGL 2, so the motion cannot be drawn here. All numbers below are complete; trajectory.pvd beside this page opens in ParaView, trajectory.xyz in OVITO.", "missing"));
+    }
+    this.listen();
   }
-  find("warnings").hidden = run.warnings.length === 0;
-  for (const warning of run.warnings) find("warnings").append(make("p", warning));
-}
 
-function fillDetails({ run }: PageData): void {
-  const phases = Object.entries(run.wall as Record<string, number>).filter(([name, time]) => name !== "total" && time > 0);
-  const most = Math.max(...phases.map(([, time]) => time));
-  for (const [name, time] of phases) {
-    const row = make("div", "", "phase"), bar = make("i");
-    bar.style.width = `${(100 * time) / most}%`;
-    row.append(make("span", name), bar, make("span", words(time, "s")));
-    find("phases").append(row);
+  /** Shows a state of the run. The eye, the choice and the time stay; who looked at the end sees the new end. */
+  async show(data: PageData, packed: string): Promise<void> {
+    const isFirst = !this.data, wasAtEnd = !isFirst && this.time >= this.end && !this.plays;
+    const arrays = await unpack(data.motion, packed);
+    const { times } = data.motion;
+    this.data = data;
+    this.arrays = arrays;
+    [this.begin, this.end] = times.length ? [times[0], times[times.length - 1]] : [0, 0];
+    fillHeadline(data);
+    fillDetails(data, (time) => this.seek(time));
+    if (times.length === 0) { find("view").append(make("p", "No state of the motion is known.", "missing")); return; }
+    if (this.stage) {
+      const chosen = this.view?.chosen;
+      this.view?.dispose();
+      this.view = new View(this.stage, data.motion, arrays, chooseTheme(matchMedia("(prefers-color-scheme: dark)").matches), isFirst);
+      this.view.chosen = chosen ?? this.view.findStrongest(this.end);
+      for (const part of parts) this.view.shows[part] = find<HTMLInputElement>(`show-${part}`).checked;
+      this.fillLegend();
+    }
+    this.fillAside();
+    this.fillMarks();
+    this.charts?.dispose();
+    this.charts = null;
+    this.choose(this.view?.chosen ?? 0, isFirst ? (data.run.is_running ? this.end : this.begin) : wasAtEnd ? this.end : this.time);
+    this.view?.render();
+    if (isFirst) this.firstPicture = performance.now();
+    this.charts = new Charts(find("charts"), data, (time) => this.seek(time));
+    this.charts.stand(this.time);
   }
-  find("certificate").textContent = run.certificate_line || "No certificate was asked for.";
-  for (const check of run.certificate?.checks ?? []) {
-    const row = make("tr");
-    row.append(make("td", check.identity), make("td", words(check.error)));
-    find("checks").append(row);
+
+  /** Draws what is due; called for every picture of the screen. */
+  tick(now: number): void {
+    if (this.plays) {
+      const passed = this.before > 0 ? now - this.before : 0;
+      this.before = now;
+      this.stand(this.time + (this.natural() * this.speed * passed) / 1000);
+      if (Math.abs(this.time - this.timeOfNumbers) > 0.15 * this.natural() * this.speed) this.settle();
+      if (this.time >= this.end) this.play(false);
+    }
+    if (!this.isDirty) return;
+    this.isDirty = false;
+    this.view?.render();
+    ++this.frames;
   }
-  for (const what of run.left_out) find("left-out").append(make("li", what));
-  if (!run.left_out.length) find("left-out").append(make("li", "nothing"));
-  find("text").textContent = run.text;
-}
 
-function fillLegend(view: View, hasRods: boolean): void {
-  if (!hasRods) return;
-  const stops = Array.from({ length: 21 }, (_, k) => `rgb(${view.colourOf((k / 10 - 1) * view.scale).map((x) => Math.round(255 * x)).join(",")})`);
-  const bar = make("div", "", "bar"), ends = make("div", "", "ends");
-  bar.style.background = `linear-gradient(to right, ${stops.join(",")})`;
-  ends.append(make("span", `−${words(view.scale)}`), make("span", "0"), make("span", `${words(view.scale)} N`));
-  find("legend").append(make("div", "tension of rods: pushed … pulled"), bar, ends);
-}
+  seek(time: number): void { this.stand(time); this.settle(); }
 
-async function start(): Promise<void> {
-  const data = readData(), { motion } = data;
-  fillHeadline(data);
-  fillDetails(data);
-  if (motion.times.length === 0) { find("view").append(make("p", "No state of the motion is known.", "missing")); return; }
-  const arrays = await unpack(motion);
-  const begin = motion.times[0], end = motion.times[motion.times.length - 1];
-  let time = begin, plays = false, speed = 1, before = 0, isDirty = true, firstPicture = 0;
-
-  let view: View;
-  try {
-    view = new View(find("view"), motion, arrays, chooseTheme(matchMedia("(prefers-color-scheme: dark)").matches), () => (isDirty = true));
-  } catch {
-    find("view").append(make("p", "This browser offers no WebGL 2, so the motion cannot be drawn here. All numbers below are complete; trajectory.pvd beside this page opens in ParaView, trajectory.xyz in OVITO.", "missing"));
-    new Charts(find("charts"), data, () => {});
-    return;
+  choose(rod: number, time = this.time): void {
+    const chosen = Math.min(Math.max(0, Math.floor(rod) || 0), Math.max(0, this.data.motion.rods - 1));
+    if (this.view) this.view.chosen = chosen;
+    find<HTMLInputElement>("rod").value = String(chosen);
+    this.seek(time);
   }
-  fillLegend(view, motion.rods > 0);
-  let charts: Charts | null = null;
 
-  const showNumbers = () => {
-    find("clock").textContent = `${words(time)} s of ${words(end)} s`;
-    find<HTMLInputElement>("time").value = String(end > begin ? (time - begin) / (end - begin) : 0);
-    const k = view.chosen;
-    find("tension").textContent = motion.rods ? words(view.tensions[k], "N") : "no rods";
-    const pushed: number[] = [];
+  play(on: boolean): void {
+    if (on && this.time >= this.end) this.stand(this.begin);
+    this.plays = on;
+    this.before = 0;
+    find("play").textContent = on ? "Pause" : "Play";
+    if (!on) this.settle();
+  }
+
+  /** What a test asks for. */
+  get hooks() {
+    const page = this;
+    return {
+      get begin() { return page.begin; },
+      get end() { return page.end; },
+      get time() { return page.time; },
+      get firstPicture() { return page.firstPicture; },
+      get frames() { return page.frames; },
+      get run() { return page.data.run; },
+      seek: (time: number) => page.seek(time),
+      choose: (rod: number) => page.choose(rod),
+      play: (on: boolean) => page.play(on),
+      render: () => page.view?.render(),
+      tension: (rod: number) => page.view?.tensions[rod],
+    };
+  }
+
+  /** s of the motion in a second at "1": all of it in 6 to 20 seconds. */
+  private natural(): number {
+    return (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
+  }
+
+  private stand(time: number): void {
+    this.time = Math.min(this.end, Math.max(this.begin, time));
+    this.view?.stand(this.time);
+    this.isDirty = true;
+  }
+
+  private settle(): void {
+    this.timeOfNumbers = this.time;
+    find("clock").textContent = `${words(this.time)} s of ${words(this.end)} s`;
+    find<HTMLInputElement>("time").value = String(this.end > this.begin ? (this.time - this.begin) / (this.end - this.begin) : 0);
+    if (this.view) this.tellRods(this.view);
+    this.charts?.stand(this.time);
+  }
+
+  private tellRods({ tensions, chosen }: View): void {
+    const { motion } = this.data, { rods } = this.arrays;
+    if (!motion.rods) return;
+    find("tension").textContent = words(tensions[chosen], "N");
     const noise = 3e-5 * (motion.ranges.tensions[1] - motion.ranges.tensions[0]);
-    for (let rod = 0; rod < view.tensions.length; ++rod) if (view.tensions[rod] < -noise) pushed.push(rod);
-    find("pushed-count").textContent = motion.rods ? `${pushed.length} of ${motion.rods} rods are pushed.` : "There are no rods.";
-    pushed.sort((p, q) => view.tensions[p] - view.tensions[q]);
-    find("pushed").replaceChildren(...pushed.slice(0, 40).map((rod) => {
+    const pushed: number[] = [];
+    for (let rod = 0; rod < tensions.length; ++rod) if (tensions[rod] < -noise) pushed.push(rod);
+    const count = pushed.length, most = count > most_listed ? `; the ${most_listed} that are pushed most:` : "";
+    find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods ${count === 1 ? "is" : "are"} pushed${most}` : "No rod is pushed.";
+    pushed.sort((p, q) => tensions[p] - tensions[q]);
+    const point = (k: number) => (k < motion.points ? k : motion.images[k - motion.points][0]);
+    fillList("pushed", pushed.slice(0, most_listed).map((rod) => {
       const row = make("li");
-      row.append(make("span", `rod ${rod} (${arrays.rods[2 * rod]}–${arrays.rods[2 * rod + 1] < motion.points ? arrays.rods[2 * rod + 1] : motion.images[arrays.rods[2 * rod + 1] - motion.points][0]})`), make("span", words(view.tensions[rod], "N")));
-      row.onclick = () => choose(rod);
+      row.append(make("span", `rod ${rod} (${point(rods[2 * rod])}–${point(rods[2 * rod + 1])})`), make("span", words(tensions[rod], "N")));
+      row.onclick = () => this.choose(rod);
       return row;
     }));
-  };
-  let numbersShown = -1;
-  const stand = (now: number) => { time = Math.min(end, Math.max(begin, now)); view.stand(time); isDirty = true; };
-  const settle = () => { numbersShown = time; showNumbers(); charts?.stand(time); };
-  const seek = (now: number) => { stand(now); settle(); };
-  const choose = (rod: number) => {
-    view.chosen = Math.min(Math.max(0, Math.floor(rod) || 0), Math.max(0, motion.rods - 1));
-    find<HTMLInputElement>("rod").value = String(view.chosen);
-    seek(time);
-  };
-  const play = (on: boolean) => {
-    if (on && time >= end) stand(begin);
-    plays = on;
-    before = 0;
-    find("play").textContent = on ? "Pause" : "Play";
-    if (!on) settle();
-  };
+  }
 
-  // A tenth of the motion a second or so, at "1".
-  const natural = (end - begin) / Math.min(20, Math.max(6, motion.times.length / 12));
-  for (const factor of [0.1, 0.25, 0.5, 1, 2, 4]) find<HTMLSelectElement>("speed").append(new Option(`${words(natural * factor)} s/s`, String(factor), factor === 1, factor === 1));
-  find("speed").onchange = (event) => (speed = Number((event.target as HTMLSelectElement).value));
-  find("play").onclick = () => play(!plays);
-  const reset = () => { play(false); view.lookFrom(); seek(begin); };
-  find("reset").onclick = reset;
-  find("time").oninput = (event) => {
-    const part = Number((event.target as HTMLInputElement).value);  // before the slider is put where the view stands
-    play(false);
-    seek(begin + part * (end - begin));
-  };
-  find("rod").oninput = (event) => choose(Number((event.target as HTMLInputElement).value));
-  find<HTMLInputElement>("rod").max = String(Math.max(0, motion.rods - 1));
-  for (const what of ["points", "rods", "guides", "normal", "tangent"] as const)
-    find(`show-${what}`).onchange = (event) => { view.shows[what] = (event.target as HTMLInputElement).checked; isDirty = true; };
-  if (!motion.has_friction) find("show-tangent").parentElement!.hidden = true;
-  if (!arrays.held.length) for (const what of ["normal", "tangent"]) find(`show-${what}`).parentElement!.hidden = true;
-  else find("arrow-scale").textContent = `Arrows: ${words(view.newtonsPerSize, "N")} is a sixth of the picture. Normal: what guides and supports do; tangent: friction. Rods are left out.`;
-  if (!motion.rods) {
-    find("rods-part").hidden = true;
-    find("show-rods").parentElement!.hidden = true;
+  private fillLegend(): void {
+    const { view } = this, { rods } = this.data.motion;
+    if (!view || !rods) return;
+    const stops = Array.from({ length: 21 }, (_, k) => `rgb(${view.colourOf((k / 10 - 1) * view.scale).map((x) => Math.round(255 * x)).join(",")})`);
+    const bar = make("div", "", "bar"), ends = make("div", "", "ends");
+    bar.style.background = `linear-gradient(to right, ${stops.join(",")})`;
+    ends.append(make("span", `−${words(view.scale)}`), make("span", "0"), make("span", `${words(view.scale)} N`));
+    find("legend").replaceChildren(make("div", "tension of rods: pushed … pulled"), bar, ends);
   }
-  if (!motion.guides.length) find("show-guides").parentElement!.hidden = true;
-  const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
-  if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);
-  find("view-notes").textContent = notes.join(" ");
-  for (const event of data.events) {
-    const mark = make("i");
-    mark.style.left = `${(100 * (event.t - begin)) / Math.max(1e-300, end - begin)}%`;
-    mark.title = `t = ${words(event.t, "s")}: ${event.what}`;
-    find("marks").append(mark);
+
+  private fillAside(): void {
+    const { motion } = this.data, held = this.arrays.held.length > 0;
+    const hide = (part: string, isHidden: boolean) => (find(`show-${part}`).parentElement!.hidden = isHidden);
+    hide("tangent", !held || !motion.has_friction);
+    hide("normal", !held);
+    hide("rods", !motion.rods);
+    hide("guides", !motion.guides.length);
+    find("rods-part").hidden = !motion.rods;
+    find<HTMLInputElement>("rod").max = String(Math.max(0, motion.rods - 1));
+    find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N")}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
+    const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
+    if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);
+    find("view-notes").textContent = notes.join(" ");
+    const natural = this.natural(), speed = find<HTMLSelectElement>("speed");
+    speed.replaceChildren(...[0.1, 0.25, 0.5, 1, 2, 4].map((factor) =>
+      new Option(`${words(natural * factor)} s/s`, String(factor), factor === 1, factor === this.speed)));
   }
-  let down = [0, 0];
-  find("view").addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
-  find("view").addEventListener("pointerup", (event) => {
-    if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
-    const box = find("view").getBoundingClientRect(), rod = view.pick(event.clientX - box.left, event.clientY - box.top);
-    if (rod !== null) choose(rod);
-  });
-  addEventListener("keydown", (event) => {
+
+  private fillMarks(): void {
+    find("marks").replaceChildren(...this.data.events.map((event) => {
+      const mark = make("i", "", event.kind);
+      mark.style.left = `${(100 * (event.t - this.begin)) / Math.max(1e-300, this.end - this.begin)}%`;
+      mark.title = `t = ${words(event.t, "s")}: ${event.what}`;
+      mark.onclick = () => this.seek(event.t);
+      return mark;
+    }));
+  }
+
+  private reset(): void {
+    this.play(false);
+    this.view?.lookFrom();
+    this.seek(this.begin);
+  }
+
+  private listen(): void {
+    find("speed").onchange = (event) => (this.speed = Number((event.target as HTMLSelectElement).value));
+    find("play").onclick = () => this.play(!this.plays);
+    find("reset").onclick = () => this.reset();
+    find("time").oninput = (event) => {
+      const part = Number((event.target as HTMLInputElement).value); // before the slider is put where the view stands
+      this.play(false);
+      this.seek(this.begin + part * (this.end - this.begin));
+    };
+    find("rod").oninput = (event) => this.choose(Number((event.target as HTMLInputElement).value));
+    for (const part of parts)
+      find(`show-${part}`).onchange = (event) => {
+        if (this.view) this.view.shows[part] = (event.target as HTMLInputElement).checked;
+        this.isDirty = true;
+      };
+    let down = [0, 0];
+    find("view").addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
+    find("view").addEventListener("pointerup", (event) => {
+      if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
+      const box = find("view").getBoundingClientRect(), rod = this.view?.pick(event.clientX - box.left, event.clientY - box.top);
+      if (rod !== null && rod !== undefined) this.choose(rod);
+    });
+    addEventListener("keydown", (event) => this.hear(event));
+  }
+
+  private hear(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (target.matches("input[type=number], select") || event.ctrlKey || event.metaKey || event.altKey) return;
-    const step = (end - begin) / (event.shiftKey ? 20 : 200);
-    const actions: Record<string, () => void> = { " ": () => play(!plays), ArrowLeft: () => { play(false); seek(time - step); }, ArrowRight: () => { play(false); seek(time + step); }, r: reset };
+    const step = (this.end - this.begin) / (event.shiftKey ? 20 : 200);
+    const scrub = (by: number) => { this.play(false); this.seek(this.time + by); };
+    const actions: Record<string, () => void> = {
+      " ": () => this.play(!this.plays), ArrowLeft: () => scrub(-step), ArrowRight: () => scrub(step),
+      Home: () => scrub(-Infinity), End: () => scrub(Infinity), r: () => this.reset(),
+    };
     if (!actions[event.key]) return;
     event.preventDefault();
     actions[event.key]();
-  });
+  }
+}
 
-  let frames = 0;
-  const tick = (now: number) => {
-    if (plays) {
-      if (before > 0) stand(time + (natural * speed * (now - before)) / 1000);
-      before = now;
-      if (Math.abs(time - numbersShown) > natural * speed * 0.15) settle();
-      if (time >= end) play(false);
-    }
-    if (isDirty) { isDirty = false; view.render(); ++frames; }
-    requestAnimationFrame(tick);
-  };
-  let strongest = 0;
-  view.stand(end);
-  for (let rod = 1; rod < motion.rods; ++rod) if (Math.abs(view.tensions[rod]) > Math.abs(view.tensions[strongest])) strongest = rod;
-  choose(strongest);
-  seek(begin);
-  view.render();
-  firstPicture = performance.now();
-  // What a test asks for.
-  (window as any).tanorPage = { seek, choose, play, begin, end, firstPicture, render: () => view.render(), frames: () => frames, tension: (rod: number) => view.tensions[rod] };
+async function start(): Promise<void> {
+  const page = new Page(), { data, packed } = readPage(document);
+  await page.show(data, packed);
+  (window as any).tanorPage = page.hooks;
+  const tick = (now: number) => { page.tick(now); requestAnimationFrame(tick); };
   requestAnimationFrame(tick);
-  charts = new Charts(find("charts"), data, seek);
-  charts.stand(time);
+  await follow(data.run.is_running, (next) => page.show(next.data, next.packed));
 }
 
 start().catch((error) => {

@@ -32,6 +32,31 @@ function typicalLargest(read: (k: number) => number, count: number): number {
   return sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] : 0;
 }
 
+/** Where it is drawn, and from where it is seen; it outlives the views of one run. */
+export class Stage {
+  readonly renderer: WebGLRenderer;
+  readonly camera = new PerspectiveCamera(35, 1, 0.01, 1000);
+  readonly controls: OrbitControls;
+  resized: (width: number, height: number) => void = () => {};
+
+  constructor(readonly host: HTMLElement, changed: () => void) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    host.appendChild(this.renderer.domElement);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", changed);
+    new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
+  }
+
+  resize(): void {
+    const width = this.host.clientWidth, height = this.host.clientHeight, ratio = this.renderer.getPixelRatio();
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.resized(width * ratio, height * ratio);
+  }
+}
+
 /** The motion in 3-D. */
 export class View {
   readonly scale: number; // N, the end of the colours
@@ -39,10 +64,7 @@ export class View {
   readonly tensions: Float32Array; // now
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
-  private renderer: WebGLRenderer;
   private scene = new Scene();
-  private camera = new PerspectiveCamera(35, 1, 0.01, 1000);
-  private controls: OrbitControls;
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
@@ -56,10 +78,7 @@ export class View {
   private size = 1;
   private frame = 0;
 
-  constructor(private host: HTMLElement, private motion: Motion, private arrays: Arrays, private theme: Theme, changed: () => void) {
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    host.appendChild(this.renderer.domElement);
+  constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private theme: Theme, looksAnew: boolean) {
     this.places = new Float32Array(arrays.positions.columns);
     this.tensions = new Float32Array(arrays.tensions.columns);
     this.normal = new Float32Array(arrays.normal.columns);
@@ -77,11 +96,22 @@ export class View {
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
     this.scene.add(this.guides, this.rods.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
     this.paint();
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", changed);
-    this.lookFrom();
-    new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
-    this.resize();
+    if (looksAnew) this.lookFrom();
+    stage.resized = (width, height) => {
+      for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width, height);
+      this.beads.resize(height);
+    };
+    stage.resize();
+  }
+
+  dispose(): void {
+    this.scene.traverse((child: any) => { child.geometry?.dispose(); child.material?.dispose(); });
+  }
+
+  /** The rod that pulls or pushes most at a time. */
+  findStrongest(time: number): number {
+    this.stand(time);
+    return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > Math.abs(this.tensions[best]) ? rod : best), 0);
   }
 
   /** The middle and the size of all that is shown over the whole motion. */
@@ -108,12 +138,13 @@ export class View {
     const from = flat === undefined || Math.abs(up.getComponent(flat)) > 0.7
       ? front.clone().multiplyScalar(1).addScaledVector(right, 0.55).addScaledVector(up, 0.4)
       : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
-    this.camera.up.copy(up);
-    this.camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.55 * this.size);
-    this.camera.near = 0.002 * this.size;
-    this.camera.far = 40 * this.size;
-    this.controls.target.copy(this.middle);
-    this.controls.update();
+    const { camera, controls } = this.stage;
+    camera.up.copy(up);
+    camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.55 * this.size);
+    camera.near = 0.002 * this.size;
+    camera.far = 40 * this.size;
+    controls.target.copy(this.middle);
+    controls.update();
   }
 
   private paint(): void {
@@ -124,16 +155,6 @@ export class View {
       this.normalArrows.tint.set(this.theme.normal, 3 * k);
       this.tangentArrows.tint.set(this.theme.tangent, 3 * k);
     }
-  }
-
-  private resize(): void {
-    const width = this.host.clientWidth, height = this.host.clientHeight;
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    const ratio = this.renderer.getPixelRatio();
-    for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width * ratio, height * ratio);
-    this.beads.resize(height * ratio);
   }
 
   /** Stands at a time between the frames: curves between positions, straight lines between forces. */
@@ -205,14 +226,14 @@ export class View {
     this.guides.visible = this.shows.guides;
     this.normalArrows.mesh.visible = this.shows.normal;
     this.tangentArrows.mesh.visible = this.shows.tangent;
-    this.renderer.render(this.scene, this.camera);
+    this.stage.renderer.render(this.scene, this.stage.camera);
   }
 
   /** The rod nearest to a place of the picture, at most 12 pixels away. */
   pick(x: number, y: number): number | null {
-    const width = this.host.clientWidth, height = this.host.clientHeight, p = new Vector3();
+    const width = this.stage.host.clientWidth, height = this.stage.host.clientHeight, p = new Vector3();
     const onScreen = (array: Float32Array, k: number) => {
-      p.set(array[3 * k], array[3 * k + 1], array[3 * k + 2]).project(this.camera);
+      p.set(array[3 * k], array[3 * k + 1], array[3 * k + 2]).project(this.stage.camera);
       return [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height, p.z];
     };
     let best = 12, depth = Infinity, found: number | null = null;

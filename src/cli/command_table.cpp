@@ -1,0 +1,366 @@
+#include "cli/command_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <tanor/error.hpp>
+#include <tanor/modes.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/suggestion.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+template <class Number>
+std::optional<Number> read_number(const std::string& text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+/// A text of any kind but an empty one. `Target` is a string, a path, or one that need not be there.
+template <class Target>
+Value text(Word word, Target* target) {
+  return {word, [target](const std::string& given) -> std::string {
+            if (given.empty()) return "must not be empty";
+            *target = given;
+            return {};
+          }};
+}
+
+Value positive(std::optional<double>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<double> number = read_number<double>(given);
+            if (!number || !(*number > 0.0) || !(*number < HUGE_VAL))
+              return "must be a finite number > 0, not '" + given + "'";
+            *target = number;
+            return {};
+          }};
+}
+
+template <class Target>
+Value whole(int least, int most, const std::string& range, Target* target) {
+  return {Word::Number, [=](const std::string& given) -> std::string {
+            const std::optional<int> number = read_number<int>(given);
+            if (!number || *number < least || *number > most)
+              return "must be a whole number " + range + ", not '" + given + "'";
+            *target = *number;
+            return {};
+          }};
+}
+
+Value threads(std::optional<int>* target) {
+  return whole(0, scene::most_threads, "0 (= all) to " + std::to_string(scene::most_threads), target);
+}
+
+/// Words between commas; each use of the option adds some.
+Value list(Word word, std::vector<std::string>* target) {
+  return {word, [target](const std::string& given) -> std::string {
+            for (std::size_t begin = 0; begin <= given.size();) {
+              const std::size_t end = std::min(given.find(',', begin), given.size());
+              if (end == begin) return "must be names between commas, not '" + given + "'";
+              target->push_back(given.substr(begin, end - begin));
+              begin = end + 1;
+            }
+            return {};
+          }};
+}
+
+Value yes(bool* target, bool says = true) {
+  return {Word::Text, [=](const std::string&) -> std::string {
+            *target = says;
+            return {};
+          }};
+}
+
+template <class Options>
+Argument scene_argument(const std::shared_ptr<Options>& options) {
+  return {"SCENE", text(Word::Scene, &options->scene), "scene file (JSON)"};
+}
+
+/// Adds what every command has.
+template <class Options>
+Command complete(const std::shared_ptr<Options>& options, Command command) {
+  command.options.push_back(
+      {"--quiet", "", yes(&options->quiet), "no progress and no notes; warnings and errors stay"});
+  command.options.push_back({"--json", "", yes(&options->json), "print the result as JSON"});
+  command.execute = [options] { return execute(*options); };
+  return command;
+}
+
+Command describe_run() {
+  const auto options = std::make_shared<RunOptions>();
+  scene::Overrides* over = &options->overrides;
+  return complete(
+      options,
+      {.name = "run",
+       .summary = "simulate a scene; trajectory, summary, page",
+       .text = "Moves the scene from t = 0 to t_end. Writes summary.json, report.txt, trajectory.xyz (OVITO), "
+               "trajectory.pvd (ParaView) and a checkpoint into the folder of results.\n"
+               "Ctrl-C ends the step and leaves all files whole; --resume goes on there. Options win over the scene. "
+               "With --quiet the page of numbers is in report.txt alone.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
+                   {"--method", "METHOD", text(Word::Method, &over->method),
+                    "how to step, one of those that tanor --methods lists; default auto"},
+                   {"--step",
+                    "H",
+                    positive(&over->step),
+                    "fixed step, or the first one to try with adaptive methods, s",
+                    false,
+                    {"--rtol", "--atol"}},
+                   {"--rtol", "R", positive(&over->rtol), "relative tolerance of a step; default 1e-8"},
+                   {"--atol", "A", positive(&over->atol), "absolute tolerance, m; default 1e-10 of the size"},
+                   {"--max-step", "H", positive(&over->max_step), "no step is longer, s"},
+                   {"--t-end", "T", positive(&over->t_end), "end of the simulated time, s"},
+                   {"--threads", "P", threads(&over->threads), "threads; 0: all"},
+                   {"--resume", "", yes(&options->resume), "go on from the checkpoint of an interrupted run"},
+                   {"--report", "", yes(&options->report),
+                    "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"}},
+       .examples = {{"tanor run net.json --report", "simulate, and make a page for the browser"},
+                    {"tanor run net.json --method rattle --step 1e-3", "another method, fixed steps"},
+                    {"tanor run net.json --resume", "go on after Ctrl-C or a power cut"}}});
+}
+
+Command describe_solve() {
+  const auto options = std::make_shared<SolveOptions>();
+  return complete(
+      options, {.name = "solve",
+                .summary = "accelerations, reactions and multipliers at t = 0",
+                .text = "Solves the dynamics once, at the start of the scene, and prints the answer as JSON.",
+                .arguments = {scene_argument(options)},
+                .options = {{"--out", "FILE", text(Word::File, &options->out), "JSON file; default: standard output"}},
+                .examples = {{"tanor solve net.json | jq .certificate", "is the answer proven?"},
+                             {"tanor solve net.json --out start.json", "keep it"}}});
+}
+
+Command describe_forces() {
+  const auto options = std::make_shared<ForcesOptions>();
+  return complete(
+      options,
+      {.name = "forces",
+       .summary = "reactions and control forces of a given motion",
+       .text = "Inverse dynamics: the motion is given, the forces that it takes are found. Writes forces.json and "
+               "tables into the folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--motion", "FILE", text(Word::File, &options->motion),
+                    "the motion, .csv or .npy, rows t, x1, y1, z1, x2, …", true},
+                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+       .examples = {{"tanor forces crane.json --motion drive.csv", "what the drives of the crane must do"}}});
+}
+
+Command describe_info() {
+  const auto options = std::make_shared<InfoOptions>();
+  return complete(options, {.name = "info",
+                            .summary = "what a scene holds, how it is solved, what a step will cost",
+                            .text = "Reads and plans the scene. It solves nothing and writes nothing.",
+                            .arguments = {scene_argument(options)},
+                            .examples = {{"tanor info net.json", "before a long run"},
+                                         {"tanor info net.json --json | jq .predicted", "the cost of each method"}}});
+}
+
+Command describe_check() {
+  const auto options = std::make_shared<CheckOptions>();
+  return complete(
+      options,
+      {.name = "check",
+       .summary = "is the start consistent, are constraints redundant, is the answer proven",
+       .text = "Tries the start against the constraints, finds the rank and names redundant constraints, and certifies "
+               "the answer at t = 0. It writes nothing.",
+       .arguments = {scene_argument(options)},
+       .examples = {{"tanor check bridge.json", "why does a run complain?"}}});
+}
+
+Command describe_error_time() {
+  const auto options = std::make_shared<ErrorTimeOptions>();
+  scene::Overrides* over = &options->overrides;
+  return complete(
+      options,
+      {.name = "error-time",
+       .summary = "error against run time of each method: tables and plots",
+       .text = "Runs the scene with each method at four steps or tolerances, against a finer run of another method.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--methods", "LIST", list(Word::Methods, &options->methods),
+                    "names between commas; default rattle,rk4,dopri5,dop853,taylor,auto (the scene's own)"},
+                   {"--out", "DIR", text(Word::Folder, &options->out),
+                    "folder of tables and plots; default <name>.out"},
+                   {"--reference", "FILE", text(Word::File, &options->reference),
+                    "file with the state at the end; default: another method"},
+                   {"--step", "H", positive(&over->step), "coarsest fixed step, s"},
+                   {"--t-end", "T", positive(&over->t_end), "end of the simulated time, s"},
+                   {"--threads", "P", threads(&over->threads), "threads; 0: all"}},
+       .examples = {{"tanor error-time net.json", "which method is best for this scene?"},
+                    {"tanor error-time net.json --methods taylor,dop853", "two of them"}}});
+}
+
+Command describe_equilibrium() {
+  const auto options = std::make_shared<EquilibriumCommand>();
+  return complete(
+      options,
+      {.name = "equilibrium",
+       .summary = "where a scene rests, and whether it is stable there",
+       .text = "Finds positions and reactions at rest from the positions of the scene, which need not satisfy the "
+               "constraints. Writes summary.json, equilibrium.xyz and equilibrium.json, the scene at rest, into the "
+               "folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+       .examples = {{"tanor equilibrium net.json", "where does it hang?"},
+                    {"tanor run net.out/equilibrium.json --t-end 1", "does it stay there?"}}});
+}
+
+Value count_of_modes(std::optional<std::size_t>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<std::size_t> number =
+                given == "all" ? std::optional(ModesOptions::all) : read_number<std::size_t>(given);
+            if (!number || *number == 0) return "must be a whole number > 0, or all, not '" + given + "'";
+            *target = number;
+            return {};
+          }};
+}
+
+Command describe_modes() {
+  const auto options = std::make_shared<ModesCommand>();
+  return complete(
+      options,
+      {.name = "modes",
+       .summary = "frequencies and shapes of small vibrations about an equilibrium",
+       .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
+               "summary.json and the shapes into the folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--count", "N", count_of_modes(&options->count),
+                    "modes, the lowest ones; all; default: that of the scene, or 10"},
+                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
+                   {"--pictures", "", yes(&options->pictures),
+                    "write the vibration in each mode for ParaView, mode_<k>.pvd"}},
+       .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
+}
+
+Command describe_selftest() {
+  const auto options = std::make_shared<SelftestOptions>();
+  return complete(options,
+                  {.name = "selftest",
+                   .summary = "published and closed-form problems: digits won, in seconds",
+                   .text = "Solves problems whose answers are known and compares. It reads and writes nothing.",
+                   .examples = {{"tanor selftest", "does tanor work on this machine?"}}});
+}
+
+Command describe_view() {
+  const auto options = std::make_shared<ViewOptions>();
+  return complete(
+      options,
+      {.name = "view",
+       .summary = "show the page of a run in the browser, also while it goes on",
+       .text = "Serves the folder of a run that was started with --report, to this machine alone and read-only, and "
+               "opens the browser. The page of a run that goes on follows it. Ctrl-C ends the server.",
+       .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
+       .options = {{"--port", "PORT", whole(0, 65535, "0 (= any that is free) to 65535", &options->port),
+                    "port on 127.0.0.1; default: any that is free"},
+                   {"--no-open", "", yes(&options->no_open), "start no browser"}},
+       .examples = {{"tanor view net.out", "look at a run"},
+                    {"tanor view net.out --no-open --port 8080", "on a machine without a screen"}}});
+}
+
+Command describe_help() {
+  const auto options = std::make_shared<HelpOptions>();
+  return {.name = "help",
+          .summary = "this overview, or all about one command",
+          .text = "The same as tanor --help and tanor COMMAND --help.",
+          .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: all of them", false}},
+          .options = {{"--json", "", yes(&options->json), "print the table of commands as JSON"}},
+          .examples = {{"tanor help run", "all options of run"}},
+          .execute = [options] { return execute(*options); }};
+}
+
+Command describe_completion() {
+  const auto options = std::make_shared<CompletionOptions>();
+  return {.name = "completion",
+          .summary = "a script with which bash or zsh completes commands, options and files",
+          .text = "Debian packages of tanor install it. Elsewhere the shell's start file reads it.",
+          .arguments = {{"SHELL", text(Word::Shell, &options->shell), "bash or zsh"}},
+          .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
+                       {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
+          .execute = [options] { return execute(*options); }};
+}
+
+Command describe_manual() {
+  const auto options = std::make_shared<ManualOptions>();
+  return {.name = "manual",
+          .summary = "the manual page of tanor or of a command, for man",
+          .text = "Prints roff. Debian packages of tanor install the pages.",
+          .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: tanor itself", false}},
+          .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"}},
+          .examples = {{"tanor manual run | man -l -", "read one that is not installed"}},
+          .execute = [options] { return execute(*options); }};
+}
+
+}  // namespace
+
+std::vector<Command> make_commands() {
+  std::vector<Command> commands;
+  for (const auto& describe : {describe_run, describe_view, describe_info, describe_check, describe_solve,
+                               describe_forces, describe_error_time, describe_equilibrium, describe_modes,
+                               describe_selftest, describe_help, describe_completion, describe_manual})
+    commands.push_back(describe());
+  return commands;
+}
+
+Command find_command(const std::string& name) {
+  std::vector<std::string> names;
+  for (Command& each : make_commands()) {
+    if (each.name == name) return each;
+    names.push_back(each.name);
+  }
+  throw InputError("", "there is no command " + name + suggest(name, names) + "; see tanor --help");
+}
+
+std::span<const ProgramOption> program_options() {
+  static constexpr std::array options{
+      ProgramOption{"-h, --help", "this overview; behind a command: all about it"},
+      ProgramOption{"--version", "the version, and what this program was built of"},
+      ProgramOption{"--methods", "the methods: name, order, steps, what it is"},
+  };
+  return options;
+}
+
+std::span<const ExitMeaning> exit_meanings() {
+  static constexpr std::array meanings{
+      ExitMeaning{"0", "done; redundant but consistent constraints are no fault"},
+      ExitMeaning{"2", "bad input or usage: one line says what and where, nothing was written"},
+      ExitMeaning{"3", "no answer, no unique one, not certified, or not within the tolerance"},
+      ExitMeaning{"4", "memory, disk, standard output or another failure of the machine"},
+      ExitMeaning{"129, 130, 143", "SIGHUP, SIGINT, SIGTERM came; files are whole, run --resume goes on"},
+  };
+  return meanings;
+}
+
+std::span<const Example> first_examples() {
+  static const std::array examples{
+      Example{"tanor info net.json", "what is in it, and what will a step cost?"},
+      Example{"tanor run net.json --report", "simulate; results go to net.out"},
+      Example{"tanor check net.json", "is the start consistent, what is redundant?"},
+      Example{"tanor help run", "all options of a command"},
+  };
+  return examples;
+}
+
+std::string usage(const Command& command) {
+  std::string line = "tanor " + command.name;
+  for (const Argument& each : command.arguments) line += each.is_required ? " " + each.name : " [" + each.name + "]";
+  std::size_t optional = command.options.size();
+  for (const Option& each : command.options) {
+    if (!each.is_required) continue;
+    line += " " + each.name + " " + each.place;
+    --optional;
+  }
+  return line + (optional > 0 ? " [OPTION...]" : "");
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include <tanor/error.hpp>
+#include <tanor/motion.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/command_table.hpp"
+
+// Scripts with which shells complete commands, options, methods and files.
+namespace tanor::cli {
+
+namespace {
+
+std::string list_methods() {
+  std::string names;
+  for (const MethodTraits& each : methods()) names += (names.empty() ? "" : " ") + std::string(each.name);
+  return names;
+}
+
+std::string list_commands(const std::vector<Command>& commands) {
+  std::string names;
+  for (const Command& each : commands) names += (names.empty() ? "" : " ") + each.name;
+  return names;
+}
+
+/// What bash does for a kind of word; `words` are the commands.
+std::string complete_in_bash(Word word, const std::string& words) {
+  switch (word) {
+    case Word::File:
+      return "_tanor_files";
+    case Word::Folder:
+      return "compopt -o filenames; COMPREPLY=($(compgen -d -- \"$cur\"))";
+    case Word::Scene:
+      return "_tanor_files json";
+    case Word::Method:
+      return "COMPREPLY=($(compgen -W '" + list_methods() + "' -- \"$cur\"))";
+    case Word::Methods:
+      return "_tanor_list '" + list_methods() + "'";
+    case Word::Command:
+      return "COMPREPLY=($(compgen -W '" + words + "' -- \"$cur\"))";
+    case Word::Shell:
+      return "COMPREPLY=($(compgen -W 'bash zsh' -- \"$cur\"))";
+    case Word::Text:
+    case Word::Number:
+      break;
+  }
+  return ":";
+}
+
+/// Behind a command: the value of an option, an option, or the command's first argument.
+std::string complete_command_in_bash(const Command& command, const std::string& words) {
+  std::string options = "--help", values;
+  for (const Option& each : command.options) {
+    options += " " + each.name;
+    if (!each.place.empty())
+      values += fmt::format("        {}) {}; return ;;\n", each.name, complete_in_bash(each.value.word, words));
+  }
+  const std::string argument =
+      command.arguments.empty() ? ":" : complete_in_bash(command.arguments[0].value.word, words);
+  return fmt::format(R"(    {})
+      case $prev in
+{}      esac
+      if [[ $cur == -* ]]; then COMPREPLY=($(compgen -W '{}' -- "$cur")); else {}; fi ;;
+)",
+                     command.name, values, options, argument);
+}
+
+std::string write_bash() {
+  const std::vector<Command> commands = make_commands();
+  const std::string words = list_commands(commands);
+  std::string cases;
+  for (const Command& each : commands) cases += complete_command_in_bash(each, words);
+  return R"(# Completion of tanor for bash, made by `tanor completion bash`.
+_tanor_files() {  # files, where an ending is given only those that have it, and folders
+  compopt -o filenames
+  local IFS=$'\n'
+  COMPREPLY=($(compgen -f -X "${1:+!*.$1}" -- "$cur") $(compgen -d -- "$cur"))
+}
+_tanor_list() {  # the last of some names between commas
+  local before=
+  [[ $cur == *,* ]] && before=${cur%,*},
+  COMPREPLY=($(compgen -P "$before" -W "$1" -- "${cur##*,}"))
+  compopt -o nospace
+}
+_tanor() {
+  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD - 1]}
+  COMPREPLY=()
+  if ((COMP_CWORD == 1)); then
+    COMPREPLY=($(compgen -W ')" +
+         words + R"( --help --version --methods' -- "$cur"))
+    return
+  fi
+  case ${COMP_WORDS[1]} in
+)" + cases +
+         R"(  esac
+}
+complete -F _tanor tanor
+)";
+}
+
+/// A text inside single quotes and brackets of _arguments.
+std::string quote_in_zsh(std::string_view text) {
+  std::string quoted;
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      if (c == '[' || c == ']' || c == ':' || c == '\\') quoted += '\\';
+      quoted += c;
+    }
+  }
+  return quoted;
+}
+
+std::string complete_in_zsh(Word word, const std::string& words) {
+  switch (word) {
+    case Word::File:
+      return "_files";
+    case Word::Folder:
+      return "_files -/";
+    case Word::Scene:
+      return "_files -g \"*.json\"";
+    case Word::Method:
+      return "(" + list_methods() + ")";
+    case Word::Methods:
+      return "_values -s , method " + list_methods();
+    case Word::Command:
+      return "(" + words + ")";
+    case Word::Shell:
+      return "(bash zsh)";
+    case Word::Text:
+    case Word::Number:
+      break;
+  }
+  return " ";
+}
+
+std::string complete_command_in_zsh(const Command& command, const std::string& words) {
+  std::string rules;
+  for (const Option& each : command.options) {
+    const std::string value =
+        each.place.empty() ? "" : fmt::format(":{}:{}", each.place, complete_in_zsh(each.value.word, words));
+    rules += fmt::format(" \\\n        '{}[{}]{}'", each.name, quote_in_zsh(each.what), value);
+  }
+  rules += " \\\n        '(- *)'{-h,--help}'[all about this command]'";
+  for (const Argument& each : command.arguments)
+    rules += fmt::format(" \\\n        '{}{}:{}'", each.is_required ? ":" : "::", quote_in_zsh(each.what),
+                         complete_in_zsh(each.value.word, words));
+  return fmt::format("    {})\n      _arguments{} ;;\n", command.name, rules);
+}
+
+std::string write_zsh() {
+  const std::vector<Command> commands = make_commands();
+  const std::string words = list_commands(commands);
+  std::string list, cases;
+  for (const Command& each : commands) {
+    list += fmt::format("    '{}:{}'\n", each.name, quote_in_zsh(each.summary));
+    cases += complete_command_in_zsh(each, words);
+  }
+  return R"(#compdef tanor
+# Completion of tanor for zsh, made by `tanor completion zsh`.
+_tanor() {
+  local -a commands
+  commands=(
+)" + list +
+         R"(  )
+  if ((CURRENT == 2)); then
+    _describe command commands
+    compadd -- --help --version --methods
+    return
+  fi
+  local command=${words[2]}
+  shift words
+  ((CURRENT--))
+  case $command in
+)" + cases +
+         R"(  esac
+}
+if [[ $zsh_eval_context[-1] == loadautofunc ]]; then _tanor "$@"; else compdef _tanor tanor; fi
+)";
+}
+
+}  // namespace
+
+ExitCode execute(const CompletionOptions& options) {
+  if (options.shell != "bash" && options.shell != "zsh")
+    throw InputError("SHELL", "must be bash or zsh, not '" + options.shell + "'");
+  fmt::print("{}", options.shell == "bash" ? write_bash() : write_zsh());
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

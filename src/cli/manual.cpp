@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include <tanor/version.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/command_table.hpp"
+#include "report/output_file.hpp"
+
+// Manual pages in the macros of man(7).
+namespace tanor::cli {
+
+namespace {
+
+/// A text in which nothing is a command of roff.
+std::string escape(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\') {
+      escaped += "\\e";
+    } else if (c == '-') {
+      escaped += "\\-";
+    } else {
+      if ((c == '.' || c == '\'') && (escaped.empty() || escaped.back() == '\n')) escaped += "\\&";
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string in_upper_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+std::string begin_page(const std::string& name, std::string_view summary) {
+  return fmt::format(".TH {} 1 \"\" \"tanor {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n", in_upper_case(name),
+                     TANOR_VERSION, escape(name), escape(summary));
+}
+
+/// A term and what it means.
+std::string item(std::string_view term, std::string_view what) {
+  return fmt::format(".TP\n.B {}\n{}\n", escape(term), escape(what));
+}
+
+std::string list_examples(std::span<const Example> examples) {
+  std::string text = ".SH EXAMPLES\n";
+  for (const Example& each : examples) text += item(each.line, each.what);
+  return text;
+}
+
+std::string list_exit_codes() {
+  std::string text = ".SH EXIT STATUS\n";
+  for (const ExitMeaning& each : exit_meanings()) text += item(each.codes, each.what);
+  return text;
+}
+
+std::string list_environment() {
+  return ".SH ENVIRONMENT\n" +
+         item("NO_COLOR", "where it is set and not empty, nothing is coloured; colours appear on terminals only") +
+         item("OMP_NUM_THREADS", "threads, where neither the scene nor --threads says how many");
+}
+
+std::string write_page(const Command& command) {
+  std::string page = begin_page("tanor-" + command.name, command.summary);
+  page += ".SH SYNOPSIS\n.B " + escape(usage(command)) + "\n.SH DESCRIPTION\n";
+  std::string text = escape(command.text);
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 5))
+    text.replace(at, 1, "\n.PP\n");
+  page += text + "\n";
+  if (!command.arguments.empty()) page += ".SH ARGUMENTS\n";
+  for (const Argument& each : command.arguments) page += item(each.name, each.what);
+  page += ".SH OPTIONS\n";
+  for (const Option& each : command.options)
+    page += item(each.place.empty() ? each.name : each.name + " " + each.place, each.what);
+  page += item("-h, --help", "print a summary of this page");
+  return page + list_examples(command.examples) + list_exit_codes() + list_environment() +
+         ".SH SEE ALSO\n.BR tanor (1)\n";
+}
+
+std::string write_page_of_program() {
+  std::string page = begin_page("tanor", program_summary);
+  page += ".SH SYNOPSIS\n.B tanor\n.I COMMAND\n[\\fIARGUMENT\\fR...] [\\fIOPTION\\fR...]\n.SH DESCRIPTION\n";
+  page +=
+      "A scene is a JSON file. The commands read one and tell what it holds, move it, or solve it at one instant.\n";
+  page += ".SH COMMANDS\n";
+  const std::vector<Command> commands = make_commands();
+  for (const Command& each : commands) page += item(each.name, each.summary);
+  page += ".SH OPTIONS\n";
+  for (const ProgramOption& each : program_options()) page += item(each.names, each.what);
+  page += list_examples(first_examples()) + list_exit_codes() + list_environment() + ".SH SEE ALSO\n";
+  for (const Command& each : commands)
+    page += fmt::format(".BR {} (1){}\n", escape("tanor-" + each.name), &each == &commands.back() ? "" : ",");
+  return page;
+}
+
+}  // namespace
+
+ExitCode execute(const ManualOptions& options) {
+  if (!options.out) {
+    fmt::print("{}", options.command.empty() ? write_page_of_program() : write_page(find_command(options.command)));
+    return ExitCode::Done;
+  }
+  report::make_folder(*options.out);
+  const auto write = [&](const std::string& name, const std::string& page) {
+    report::replace_file(*options.out / (name + ".1"), [&](report::OutputFile* file) { file->write(page); });
+  };
+  write("tanor", write_page_of_program());
+  for (const Command& each : make_commands()) write("tanor-" + each.name, write_page(each));
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,130 @@
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "cli/command_line.hpp"
+#include "cli/messages.hpp"
+#include "report/html_page.hpp"
+#include "view/serve.hpp"
+
+namespace tanor::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* module_name = "tanor_view.so";  // src/view/CMakeLists.txt
+
+/// The server, out of the module that lies beside this one.
+view::ServeFunction* load_server() {
+  Dl_info here{};
+  const fs::path folder =
+      dladdr(reinterpret_cast<void*>(&load_server), &here) != 0 ? fs::path(here.dli_fname).parent_path() : fs::path();
+  const fs::path module = folder / module_name;
+  if (!fs::exists(module)) {
+    throw InputError("",
+                     fmt::format("this tanor was built without cpp-httplib and has no server; {} opens in a browser "
+                                 "by itself",
+                                 report::html_page_name));
+  }
+  void* const library = dlopen(module.c_str(), RTLD_NOW);
+  void* const function = library ? dlsym(library, view::serve_symbol) : nullptr;
+  if (!function) throw std::runtime_error(dlerror());
+  return reinterpret_cast<view::ServeFunction*>(function);
+}
+
+/// The folder of a run that has a page, or the reason why there is none to see.
+fs::path require_page(const fs::path& given) {
+  const fs::path folder = given.filename() == report::html_page_name ? fs::absolute(given).parent_path() : given;
+  if (!fs::exists(folder)) throw InputError(given.string(), "there is no such folder");
+  if (!fs::is_directory(folder))
+    throw InputError(given.string(), "is a file; wanted the folder of a run, such as net.out");
+  if (fs::exists(folder / report::html_page_name)) return folder;
+  const std::string name = folder.string();
+  if (fs::exists(folder / ".run.lock"))
+    throw InputError(name, "the run that goes on there makes no page; it began without --report");
+  throw InputError(
+      name, fmt::format("there is no {}; tanor run SCENE --out {} --report makes it", report::html_page_name, name));
+}
+
+/// Whether there is a window in which a browser could open: elsewhere one that writes into the terminal might.
+bool has_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
+    const char* const value = std::getenv(name);
+    if (value && *value != '\0') return true;
+  }
+  return false;
+}
+
+/// How a browser starts: Ctrl-C is not for it, and signals do there what they always do.
+struct BrowserAttributes {
+  posix_spawnattr_t all;
+  BrowserAttributes() {
+    posix_spawnattr_init(&all);
+    sigset_t none, piped;
+    sigemptyset(&none);
+    sigemptyset(&piped);
+    for (const int signal : {SIGPIPE, SIGXFSZ}) sigaddset(&piped, signal);
+    posix_spawnattr_setflags(&all, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    posix_spawnattr_setpgroup(&all, 0);
+    posix_spawnattr_setsigmask(&all, &none);
+    posix_spawnattr_setsigdefault(&all, &piped);
+  }
+  ~BrowserAttributes() { posix_spawnattr_destroy(&all); }
+};
+
+/// Opens the user's browser, as xdg-utils find it; false where they are not there.
+bool open_browser(const std::string& url) {
+  std::string program = "xdg-open", place = url;
+  std::array<char*, 3> words{program.data(), place.data(), nullptr};
+  const BrowserAttributes attributes;
+  posix_spawn_file_actions_t silence;
+  posix_spawn_file_actions_init(&silence);
+  for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&silence, descriptor, "/dev/null", O_WRONLY, 0);
+  pid_t process = 0;
+  const bool is_started = posix_spawnp(&process, words[0], &silence, &attributes.all, words.data(), environ) == 0;
+  posix_spawn_file_actions_destroy(&silence);
+  return is_started;
+}
+
+void announce(const ViewOptions& options, const fs::path& folder, int port) {
+  const std::string url = fmt::format("http://127.0.0.1:{}/", port);
+  if (options.json) {
+    print_json({{"url", url}, {"port", port}, {"folder", folder.string()}});
+  } else {
+    fmt::print("{} shows {}; Ctrl-C ends it\n", url, folder.string());
+  }
+  std::fflush(stdout);
+  if (options.no_open || (has_display() && open_browser(url)) || options.quiet) return;
+  print_message(fmt::format(
+      "open it in a browser; from another machine: ssh -L {}:127.0.0.1:{} and the name of this one", port, port));
+}
+
+}  // namespace
+
+ExitCode execute(const ViewOptions& options) {
+  const fs::path folder = require_page(options.folder);
+  view::ServeFunction* const serve = load_server();
+  std::string trouble;
+  serve({.folder = folder,
+         .first = report::html_page_name,
+         .port = options.port,
+         .begins = [&](int port) { announce(options, folder, port); }},
+        &trouble);
+  if (!trouble.empty()) throw InputError("--port", trouble);
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,71 @@
+import type { PageData } from "./data";
+import { words } from "./data";
+import { fillList, find, make } from "./dom";
+
+/** What was proven, in a word or two. */
+function describeCertificate(run: any): string {
+  if (run.is_running) return "at the end";
+  if (run.certified_to === null) return "not asked for";
+  if (!run.certificate_line.startsWith("certified")) return "failed";
+  return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
+}
+
+/** Warnings first, then what ran, how well and how fast, and what was left out. */
+export function fillHeadline({ run, motion }: PageData): void {
+  const done = run.t_end > 0 ? run.t_reached / run.t_end : 1;
+  document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
+  find("scene").textContent = run.scene;
+  find("what").textContent = `${run.points} points, ${motion.rods} rods, ${run.equations} equations, ${run.islands} islands · ${run.method} · tanor ${run.version}`;
+  find("running").hidden = !run.is_running;
+  find("done").style.width = `${100 * done}%`;
+  find("done-words").textContent = `The run goes on: ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${words(run.wall.total, "s")}. This is its state when the page was written.`;
+  const facts: [string, string][] = [
+    ["certified", describeCertificate(run)],
+    ["run time", words(run.wall.total, "s")],
+    ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
+    ["simulated", words(run.t_reached, "s")],
+    ["violation", words(Math.max(run.position_violation, run.velocity_violation))],
+    ["energy drift", words(run.drift)],
+    ["threads", String(run.threads)],
+  ];
+  find("headline").replaceChildren(...facts.map(([name, text]) => {
+    const pair = make("div");
+    pair.append(make("dt", name), make("dd", text));
+    return pair;
+  }));
+  find("warnings").hidden = run.warnings.length === 0;
+  find("warnings").replaceChildren(...run.warnings.map((warning: string) => make("p", warning)));
+  find("left-out-line").textContent = run.left_out.length ? `Left out, since the scene does not need it: ${run.left_out.map((what: string) => what.split(":")[0]).join(", ")}.` : "";
+  find("left-out-line").title = run.left_out.join("\n");
+}
+
+function fillPhases(run: any): void {
+  const phases = Object.entries(run.wall as Record<string, number>).filter(([name, time]) => name !== "total" && time > 0);
+  const most = Math.max(...phases.map(([, time]) => time));
+  find("phases").replaceChildren(...phases.map(([name, time]) => {
+    const row = make("div", "", "phase"), bar = make("i");
+    bar.style.width = `${(100 * time) / most}%`;
+    row.append(make("span", name), bar, make("span", words(time, "s")));
+    return row;
+  }));
+}
+
+export function fillDetails({ run, events }: PageData, seek: (time: number) => void): void {
+  fillPhases(run);
+  find("certificate").textContent = run.certificate_line || (run.is_running ? "It is made at the end." : "No certificate was asked for.");
+  find("checks").replaceChildren(...(run.certificate?.checks ?? []).map((check: any) => {
+    const row = make("tr");
+    row.append(make("td", check.identity), make("td", words(check.error)));
+    return row;
+  }));
+  fillList("left-out", run.left_out.map((what: string) => make("li", what)), "nothing");
+  find("events-card").hidden = events.length === 0;
+  fillList("events", events.map((event) => {
+    const row = make("li");
+    row.append(make("i", "", `mark ${event.kind}`), make("span", event.what), make("span", words(event.t, "s")));
+    row.onclick = () => seek(event.t);
+    return row;
+  }));
+  find("text").textContent = run.text;
+  find("text").parentElement!.hidden = !run.text;
+}

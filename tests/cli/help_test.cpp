@@ -1,0 +1,220 @@
+/// Help, completions and manual pages, all of which the table of commands makes.
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#include "cli/shell.hpp"
+#include "cli/terminal.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+json read_table() {
+  const Ended ended = run_program(Folder(), {"help", "--json"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  return json::parse(ended.out);
+}
+
+Words split(const std::string& text) {
+  std::istringstream stream(text);
+  Words words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+std::size_t count_columns(const std::string& line) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(line, [](unsigned char byte) { return (byte & 0xc0u) != 0x80u; }));
+}
+
+TEST(HelpTest, TellsEveryCommandAndEveryOptionWithAnExample) {
+  const std::string overview = run_program(Folder(), {"--help"}).out;
+  const json table = read_table();
+  ASSERT_GE(table.size(), 10u);
+  for (const json& command : table) {
+    const std::string name = command["name"];
+    EXPECT_TRUE(contains(overview, "\n  " + name + " ")) << name;
+    const std::string help = run_program(Folder(), {name, "--help"}).out;
+    EXPECT_EQ(help, run_program(Folder(), {"help", name}).out);
+    EXPECT_TRUE(contains(help, "Usage\n  tanor " + name)) << help;
+    for (const json& option : command["options"])
+      EXPECT_TRUE(contains(help, "\n  " + option["name"].get<std::string>())) << name << option;
+    EXPECT_TRUE(contains(help, "Examples\n  ")) << help;
+  }
+}
+
+TEST(HelpTest, ExamplesUseWhatThereIs) {
+  for (const json& command : read_table()) {
+    std::set<std::string> options;
+    for (const json& option : command["options"]) options.insert(option["name"]);
+    ASSERT_FALSE(command["examples"].empty()) << command;
+    for (const json& example : command["examples"]) {
+      const std::string line = example["line"];
+      EXPECT_TRUE(contains(line, "tanor " + command["name"].get<std::string>())) << line;
+      for (const std::string& word : split(line.substr(0, line.find('|'))))
+        EXPECT_TRUE(!word.starts_with("--") || options.contains(word)) << line << ": " << word;
+    }
+  }
+}
+
+TEST(HelpTest, TheSceneFormatPageTellsEveryCommandAndEveryOption) {
+  const std::string page = read_text(std::filesystem::path(TANOR_DOCS) / "scene-format.md");
+  const std::size_t begin = page.find("## Command line");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string part = page.substr(begin, page.find("\n## ", begin + 1) - begin);
+  for (const json& command : read_table()) {
+    EXPECT_TRUE(contains(part, "tanor " + command["name"].get<std::string>())) << command["name"];
+    for (const json& option : command["options"])
+      EXPECT_TRUE(contains(part, option["name"].get<std::string>())) << command["name"] << option["name"];
+  }
+}
+
+TEST(HelpTest, LinesFitIntoTheWindow) {
+  for (const unsigned short columns : {40, 80, 200}) {
+    for (const Words& arguments : {Words{"--help"}, Words{"run", "--help"}, Words{"error-time", "-h"}}) {
+      const Ended ended = run_on_terminal(Folder(), arguments,
+                                          {.columns = columns, .environment = {{"TERM", "xterm"}, {"NO_COLOR", "1"}}});
+      std::istringstream lines(ended.out);
+      for (std::string line; std::getline(lines, line);) {
+        std::erase(line, '\r');
+        const bool is_one_word = line.find_last_of(' ') < line.find_first_not_of(' ');
+        const bool is_to_be_copied = line.starts_with("  tanor ") || line.starts_with("  source ");
+        if (!is_one_word && !is_to_be_copied) EXPECT_LE(count_columns(line), columns) << line;
+      }
+    }
+  }
+}
+
+TEST(HelpTest, AWordThatIsNearlyOneIsRecognized) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+
+  EXPECT_TRUE(contains(complaint(folder, {"rnu", "s.json"}), "no command rnu; did you mean run?"));
+  EXPECT_TRUE(contains(complaint(folder, {"help", "chek"}), "no command chek; did you mean check?"));
+  EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--reprot"}),
+                       "tanor run has no option --reprot; did you mean --report?"));
+  EXPECT_FALSE(contains(complaint(folder, {"run", "s.json", "--xyz"}), "did you mean"));
+}
+
+TEST(ColourTest, IsOnATerminalOnlyAndNotWhereItIsUnwanted) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  const std::string escape = "\x1b[";
+  for (const Words& arguments : {Words{"--help"}, Words{"info", "s.json"}, Words{"check", "s.json"}, Words{"fly"}}) {
+    EXPECT_TRUE(contains(run_on_terminal(folder, arguments).out, escape)) << arguments[0];
+    const std::map<std::string, std::string> silent{{"TERM", "xterm"}, {"NO_COLOR", "1"}}, dumb{{"TERM", "dumb"}},
+        empty{{"TERM", "xterm"}, {"NO_COLOR", ""}};
+    EXPECT_FALSE(contains(run_on_terminal(folder, arguments, {.environment = silent}).out, escape)) << arguments[0];
+    EXPECT_FALSE(contains(run_on_terminal(folder, arguments, {.environment = dumb}).out, escape)) << arguments[0];
+    EXPECT_TRUE(contains(run_on_terminal(folder, arguments, {.environment = empty}).out, escape)) << arguments[0];
+    const Ended piped = run_program(folder, arguments);
+    EXPECT_FALSE(contains(piped.out + piped.err, escape)) << arguments[0];
+  }
+}
+
+TEST(JsonTest, EveryCommandThatFindsSomethingPrintsIt) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
+  const auto ask = [&](Words arguments) {
+    arguments.push_back("--json");
+    const Ended ended = run_program(folder, arguments);
+    EXPECT_EQ(ended.code, 0) << arguments[0] << ended.err;
+    EXPECT_TRUE(json::accept(ended.out)) << ended.out;
+    return json::parse(ended.out);
+  };
+
+  EXPECT_EQ(ask({"run", "s.json"}), read_json(folder / "pendulum.out/summary.json"));
+  EXPECT_EQ(ask({"info", "s.json"})["degrees_of_freedom"], 4);
+  EXPECT_EQ(ask({"check", "s.json"})["rank"]["rank"], 2);
+  EXPECT_EQ(ask({"solve", "s.json", "--out", "a.json"}), read_json(folder / "a.json"));
+  EXPECT_EQ(ask({"forces", "s.json", "--motion", "m.csv"}), read_json(folder / "pendulum.out/forces.json"));
+  EXPECT_EQ(ask({"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01", "--quiet"})["rows"].size(), 4u);
+  EXPECT_TRUE(ask({"selftest"})[0]["keeps_promise"]);
+}
+
+/// What bash offers behind words of which the last one is begun.
+std::set<std::string> complete(const Folder& folder, const Words& words) {
+  std::string line = "tanor";
+  for (const std::string& word : words) line += " '" + word + "'";
+  write_text(folder / "complete.sh", "source ./completion\ncompopt() { :; }\nCOMP_WORDS=(" + line +
+                                         ")\nCOMP_CWORD=" + std::to_string(words.size()) +
+                                         "\n_tanor\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n");
+  const Ended ended = run_script(folder, "tanor completion bash > completion && bash --norc complete.sh");
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.err, "");
+  std::set<std::string> offers;
+  for (const std::string& each : split(ended.out)) offers.insert(each);
+  return offers;
+}
+
+TEST(CompletionTest, BashOffersCommandsOptionsMethodsAndFiles) {
+  using Offers = std::set<std::string>;
+  const Folder folder;
+  for (const char* name : {"net.json", "notes.txt", "a.csv"}) write_text(folder / name, "{}");
+  std::filesystem::create_directory(folder / "nets");
+
+  EXPECT_EQ(complete(folder, {"s"}), (Offers{"solve", "selftest"}));
+  EXPECT_EQ(complete(folder, {"run", "n"}), (Offers{"net.json", "nets"}));
+  EXPECT_EQ(complete(folder, {"run", "--re"}), (Offers{"--report", "--resume"}));
+  EXPECT_EQ(complete(folder, {"run", "net.json", "--method", "radau"}), (Offers{"radau5"}));
+  EXPECT_EQ(complete(folder, {"run", "net.json", "--out", "ne"}), (Offers{"nets"}));
+  EXPECT_EQ(complete(folder, {"forces", "net.json", "--motion", "a"}), (Offers{"a.csv"}));
+  EXPECT_EQ(complete(folder, {"error-time", "net.json", "--methods", "rk4,ratt"}),
+            (Offers{"rk4,rattle", "rk4,rattle4", "rk4,rattle6"}));
+  EXPECT_EQ(complete(folder, {"help", "run"}), (Offers{"run"}));
+  EXPECT_EQ(complete(folder, {"completion", ""}), (Offers{"bash", "zsh"}));
+}
+
+TEST(CompletionTest, TellsTheShellsThatItKnows) {
+  EXPECT_TRUE(run_program(Folder(), {"completion", "zsh"}).out.starts_with("#compdef tanor\n"));
+  EXPECT_TRUE(contains(complaint(Folder(), {"completion", "fish"}), "bash or zsh, not 'fish'"));
+}
+
+TEST(ManualTest, HasAPageForEachCommandWithItsOptions) {
+  const Folder folder;
+  ASSERT_EQ(run_program(folder, {"manual", "--out", "man"}).code, 0);
+
+  EXPECT_TRUE(contains(read_text(folder / "man/tanor.1"), ".TH TANOR 1"));
+  for (const json& command : read_table()) {
+    const std::string page = read_text(folder / "man" / ("tanor-" + command["name"].get<std::string>() + ".1"));
+    for (const char* part : {".SH NAME\n", ".SH SYNOPSIS\n", ".SH EXAMPLES\n", ".SH EXIT STATUS\n"})
+      EXPECT_TRUE(contains(page, part)) << page;
+    for (const json& option : command["options"]) {
+      std::string name = option["name"];
+      for (std::size_t at = 0; (at = name.find('-', at)) != std::string::npos; at += 2) name.insert(at, "\\");
+      EXPECT_TRUE(contains(page, "\n.B " + name)) << name << page;
+    }
+  }
+}
+
+/// Words that a run shows while it goes on; then somebody presses Ctrl-C.
+TEST(ProgressOnATerminal, FitsIntoTheWindowAndGivesWayToCtrlC) {
+  for (const unsigned short columns : {30, 70, 120}) {
+    const Folder folder;
+    write_text(folder / "s.json",
+               pendulum(R"("t_end": 100000, "method": "rk4", "step": 1e-4, "output_every": 100000)"));
+    bool has_typed = false;
+    const Ended ended = run_on_terminal(folder, {"run", "s.json"},
+                                        {.columns = columns, .environment = {{"TERM", "xterm"}, {"NO_COLOR", "1"}}},
+                                        [&](const std::string& shown) {
+                                          if (has_typed || count(shown, "\r\x1b[K") < 3) return std::string();
+                                          has_typed = true;
+                                          return std::string("\x03");
+                                        });
+
+    EXPECT_EQ(ended.code, 130) << ended.out;
+    EXPECT_TRUE(contains(ended.out, " left  violation ")) << ended.out;
+    EXPECT_EQ(contains(ended.out, "[ "), columns > 60) << ended.out;
+    EXPECT_TRUE(contains(ended.out, "stopped at t = ")) << ended.out;
+    EXPECT_TRUE(contains(ended.out, "--resume goes on")) << ended.out;
+    const std::size_t begin = ended.out.find("\r\x1b[K") + 4, end = ended.out.find('\r', begin);
+    EXPECT_LT(end - begin, columns) << ended.out;
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cli
