@@ -47,7 +47,7 @@ struct Times {
 
 void measure(const std::string& kind, int side, int most_threads, int rounds) {
   const Rods rods = kind == "net" ? make_net(side, side) : make_lattice(side);
-  const SymbolicAnalysis analysis = analyze(pattern_of(rods), Ordering::Auto);
+  const SymbolicAnalysis analysis = analyze(pattern_of(rods), Ordering::Auto, [&] { return points_of(rods, 0.1); });
   const TrianglePattern lower = pattern_of(rods, analysis.permutation);
   const std::vector<double> values = values_of(gradients_of(rods, 1), lower, analysis.permutation);
   Multifrontal factor(lower);

@@ -20,6 +20,7 @@ install(FILES
   cmake/FindCHOLMOD.cmake
   cmake/FindSPQR.cmake
   cmake/FindKLU.cmake
+  cmake/FindMETIS.cmake
   DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH libdir_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})

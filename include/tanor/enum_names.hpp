@@ -35,11 +35,13 @@ inline constexpr std::array<EnumName<Status>, 8> enum_names<Status>{{{Status::Ok
                                                                      {Status::NotUnique, "not_unique"}}};
 
 template <>
-inline constexpr std::array<EnumName<Ordering>, 5> enum_names<Ordering>{{{Ordering::Auto, "auto"},
+inline constexpr std::array<EnumName<Ordering>, 7> enum_names<Ordering>{{{Ordering::Auto, "auto"},
                                                                          {Ordering::Amd, "amd"},
                                                                          {Ordering::Metis, "metis"},
                                                                          {Ordering::Nesdis, "nesdis"},
-                                                                         {Ordering::Natural, "natural"}}};
+                                                                         {Ordering::Natural, "natural"},
+                                                                         {Ordering::Axes, "axes"},
+                                                                         {Ordering::Points, "points"}}};
 
 template <>
 inline constexpr std::array<EnumName<Form>, 4> enum_names<Form>{

@@ -5,7 +5,15 @@ namespace tanor {
 // The words of all these in scenes, reports and messages stand in <tanor/enum_names.hpp>.
 
 /// Order in which S = K'M^-1K is eliminated.
-enum class Ordering { Auto, Amd, Metis, Nesdis, Natural };
+enum class Ordering {
+  Auto,     ///< the one of fewest flops, as far as looking for it repays
+  Amd,      ///< approximate minimum degree
+  Metis,    ///< nested dissection of the rows, by METIS
+  Nesdis,   ///< likewise, by CHOLMOD
+  Natural,  ///< as the rows stand, along the islands
+  Axes,     ///< nested dissection by planes between the points, from their first positions
+  Points    ///< nested dissection of the graph of points, by METIS
+};
 
 /// Which of the paper's two forms answers: constraints K (19), (21), (23), or coordinates A (20), (22), (24).
 enum class Form {

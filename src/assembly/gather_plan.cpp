@@ -118,24 +118,32 @@ void GatherPlan::scale_weights() {
   weights_are_scaled_ = true;
 }
 
-void GatherPlan::assemble(const double* blocks, double* values) {
+void GatherPlan::assemble(const double* blocks, double* values, const Parallel& parallel) {
   const auto value = [&](const Term& term) {
     return term.weight * dot(load(blocks, term.block_a), load(blocks, term.block_b));
   };
-  for (std::size_t slot = 0; slot < terms_.size(); ++slot) values[slot] = value(terms_[slot]);
-  for (const auto& [slot, term] : extras_) values[slot] += value(term);
+  parallel.for_ranges(terms_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot) values[slot] = value(terms_[slot]);
+    const auto slot_of = [](const ExtraTerm& extra) { return static_cast<std::size_t>(extra.slot); };
+    for (auto extra = std::ranges::lower_bound(extras_, begin, {}, slot_of);
+         extra != extras_.end() && slot_of(*extra) < end; ++extra)
+      values[extra->slot] += value(extra->term);
+  });
   if (weights_are_scaled_) return;
 
   // A row without gradient keeps its 0: the factorization stops there.
-  for (std::size_t j = 0; j < scale_.size(); ++j) {
-    const double diagonal = values[diagonal_[j]];
-    scale_[j] = diagonal == 0.0 ? 1.0 : 1.0 / std::sqrt(diagonal);
-  }
-  for (std::size_t column = 0; column < scale_.size(); ++column) {
-    for (int slot = start_[column]; slot < start_[column + 1]; ++slot) {
-      values[slot] *= scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
+  parallel.for_ranges(scale_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) {
+      const double diagonal = values[diagonal_[j]];
+      scale_[j] = diagonal == 0.0 ? 1.0 : 1.0 / std::sqrt(diagonal);
     }
-  }
+  });
+  parallel.for_ranges(scale_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t column = begin; column < end; ++column) {
+      for (int slot = start_[column]; slot < start_[column + 1]; ++slot)
+        values[slot] *= scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
+    }
+  });
 }
 
 }  // namespace tanor

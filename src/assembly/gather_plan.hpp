@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "evaluate/family.hpp"
 #include "evaluate/product.hpp"
 
@@ -37,8 +38,9 @@ class GatherPlan {
   const std::vector<int>& column_start() const { return start_; }
   const std::vector<int>& rows() const { return rows_; }
 
-  /// Cost a slot: 6 numbers read, 1 written, 6 flops; without constant norms 2 more reads and flops.
-  void assemble(const double* blocks, double* values);
+  /// Cost a slot: 6 numbers read, 1 written, 6 flops; without constant norms 2 more reads and flops. Every number of
+  /// threads gives the same bits.
+  void assemble(const double* blocks, double* values, const Parallel& parallel = Parallel(1));
 
   /// scale_i of the last `assemble`, by place in the elimination.
   const std::vector<double>& scale() const { return scale_; }

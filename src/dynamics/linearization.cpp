@@ -13,7 +13,8 @@ namespace {
 
 SchurProblem problem_of(const Workspace& work) {
   const Model& model = work.model();
-  return {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass};
+  return {work.constraints, model.gather,       model.incidences,
+          model.numbering,  model.inverse_mass, model.system.positions};
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ System validated(System system, double t) {
 void check_solver_options(const SolverOptions& options) {
   check_enum(options.form, Form::Both, "/solver/form");
   check_enum(options.linear_solver, LinearSolver::ClosedForm, "/solver/linear_solver");
-  check_enum(options.ordering, Ordering::Natural, "/solver/ordering");
+  check_enum(options.ordering, Ordering::Points, "/solver/ordering");
   check_enum(options.friction, FrictionMethod::Enumeration, "/solver/friction");
 }
 

@@ -63,6 +63,8 @@ class Model : public NumberedSystem {
   std::size_t num_rows() const { return numbering.num_rows(); }
   /// Moving points that constraints join; they come first.
   std::size_t num_constrained() const { return num_constrained_; }
+  /// Where the points were at the start: an order of elimination may follow from it.
+  PointPlaces places() const { return {system.positions, numbering.user_point}; }
   bool has_friction() const { return num_contacts_ > 0; }
   bool has_moving_supports() const { return !moving_supports_.empty(); }
   /// Reactions may do work.

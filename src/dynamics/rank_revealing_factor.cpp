@@ -30,7 +30,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, con
 GramSolver& RankRevealingFactor::gram() {
   if (gram_ == nullptr) {
     gram_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
-                                         work_.constraints.squared_gradient_norms());
+                                         work_.constraints.squared_gradient_norms(), model_.places());
     gram_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
   }
   return *gram_;

@@ -39,7 +39,7 @@ NormalSpace::NormalSpace(Workspace& work, Linearization* one_mass)
       points_(3 * model_.num_points(), 0.0) {
   if (one_mass_ != nullptr || model_.num_rows() == 0) return;
   solver_ = std::make_unique<GramSolver>(model_.incidences, unit_, model_.numbering, Ordering::Auto,
-                                         work.constraints.squared_gradient_norms());
+                                         work.constraints.squared_gradient_norms(), model_.places());
   solver_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
 }
 

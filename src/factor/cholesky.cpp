@@ -56,17 +56,19 @@ cholmod_sparse view(const TrianglePattern& pattern, double* values, bool lower) 
   return a;
 }
 
-SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering) {
+/// `given`: [place] -> row, for orderings that CHOLMOD does not know.
+SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering, std::vector<int> given = {}) {
   Common common;
   cholmod_common& c = common.c;
   c.supernodal = CHOLMOD_SIMPLICIAL;
   c.postorder = ordering != Ordering::Natural;
-  c.method[0].ordering = ordering == Ordering::Amd      ? CHOLMOD_AMD
-                         : ordering == Ordering::Metis  ? CHOLMOD_METIS
-                         : ordering == Ordering::Nesdis ? CHOLMOD_NESDIS
-                                                        : CHOLMOD_NATURAL;
+  c.method[0].ordering = ordering == Ordering::Amd       ? CHOLMOD_AMD
+                         : ordering == Ordering::Metis   ? CHOLMOD_METIS
+                         : ordering == Ordering::Nesdis  ? CHOLMOD_NESDIS
+                         : ordering == Ordering::Natural ? CHOLMOD_NATURAL
+                                                         : CHOLMOD_GIVEN;
   cholmod_sparse a = view(lower, nullptr, true);
-  cholmod_factor* factor = cholmod_analyze(&a, &c);
+  cholmod_factor* factor = cholmod_analyze_p(&a, given.empty() ? nullptr : given.data(), nullptr, 0, &c);
   common.check();
   SymbolicAnalysis result;
   result.ordering = ordering;
@@ -80,23 +82,53 @@ SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering) {
   return result;
 }
 
+SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering wanted, const RowsInSpace& points) {
+  const bool needs_points = wanted == Ordering::Axes || wanted == Ordering::Points;
+  if (!needs_points) return analyze_with(lower, wanted);
+  if (points.num_rows() != lower.size()) return analyze_with(lower, Ordering::Metis);
+  const bool along_axes = wanted == Ordering::Axes;
+  return analyze_with(lower, wanted, along_axes ? dissect_along_axes(points).order : dissect_graph(points).order);
+}
+
+/// Of orderings with fill, that of fewest flops among those that are worth their time.
+SymbolicAnalysis find_best(const TrianglePattern& lower, const FindPoints& find_points) {
+  SymbolicAnalysis best = analyze_with(lower, Ordering::Amd);
+  const auto keep_better = [&](SymbolicAnalysis other) {
+    if (other.flops < best.flops) best = std::move(other);
+  };
+  if (best.flops <= plan::flops_for_dissection * best.factor_nonzeros) return best;
+  const RowsInSpace points = find_points ? find_points() : RowsInSpace{};
+  const auto is_worth = [&](double flops_a_nonzero) {
+    return best.flops > flops_a_nonzero * static_cast<double>(lower.rows.size());
+  };
+  if (points.num_rows() != lower.size()) {
+    keep_better(analyze_with(lower, Ordering::Metis));
+    return best;
+  }
+  const Dissection along_axes = dissect_along_axes(points);
+  keep_better(analyze_with(lower, Ordering::Axes, along_axes.order));
+  if (!is_worth(plan::flops_worth_metis)) return best;
+  if (first_cut_of_graph(points) >= plan::clearly_better_cut * along_axes.first_cut) return best;
+  keep_better(analyze_with(lower, Ordering::Points, points));
+  if (is_worth(plan::flops_worth_metis_on_rows)) keep_better(analyze_with(lower, Ordering::Metis));
+  return best;
+}
+
 }  // namespace
 
-SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
-  SymbolicAnalysis best = analyze_with(lower, wanted == Ordering::Auto ? Ordering::Natural : wanted);
-  if (wanted == Ordering::Auto && best.factor_nonzeros > static_cast<double>(lower.rows.size())) {
-    const auto try_ordering = [&](Ordering ordering) {
-      SymbolicAnalysis other = analyze_with(lower, ordering);
-      if (other.flops < best.flops) best = std::move(other);
-    };
-    try_ordering(Ordering::Amd);
-    if (best.flops > plan::flops_for_metis * best.factor_nonzeros) try_ordering(Ordering::Metis);
+SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points) {
+  const bool is_free = wanted == Ordering::Auto;
+  SymbolicAnalysis result = is_free ? analyze_with(lower, Ordering::Natural)
+                                    : analyze_with(lower, wanted, find_points ? find_points() : RowsInSpace{});
+  if (is_free && result.factor_nonzeros > static_cast<double>(lower.rows.size())) {
+    SymbolicAnalysis best = find_best(lower, find_points);
+    if (best.flops < result.flops) result = std::move(best);
   }
-  best.supernodal = best.flops > plan::flops_for_fronts * best.factor_nonzeros;
+  result.supernodal = result.flops > plan::flops_for_fronts * result.factor_nonzeros;
   // Fronts count what they store by size_t, CHOLMOD the entries of a simplicial L by int.
-  if (!best.supernodal)
-    check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
-  return best;
+  if (!result.supernodal)
+    check_count(result.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
+  return result;
 }
 
 std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values) {

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include <tanor/solver_options.hpp>
+
+#include "factor/dissection.hpp"
 
 namespace tanor {
 
@@ -26,10 +29,16 @@ struct SymbolicAnalysis {
   bool supernodal = false;
 };
 
+/// The points of all rows, or none where nobody knows where they are. Asked at most once.
+using FindPoints = std::function<RowsInSpace()>;
+
 /// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill. Else it
-/// takes AMD, and METIS where AMD predicts more than 50 flops a nonzero of L and METIS saves some of them. Throws
-/// std::bad_alloc, and std::length_error where a simplicial L has more than 2^31 - 1 nonzeros.
-SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
+/// takes the one of fewest flops that it tries: AMD; cuts along axes, where AMD predicts more than 50 flops a nonzero
+/// of L; METIS on the points and then on the rows, where one cut of METIS parts clearly fewer rows than those cuts do
+/// and a factorization is dear beside METIS (`plan::flops_worth_metis`). Orderings that need points are METIS on the
+/// rows where there are none. Throws std::bad_alloc, and std::length_error where a simplicial L has more than 2^31 - 1
+/// nonzeros.
+SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
 
 /// Factorizes L L' = S, where the rows of S already stand in the order of elimination: the symbolic analysis is made
 /// once, the numeric factorization many times. This class is the door to CHOLMOD. Each object has a cholmod_common of

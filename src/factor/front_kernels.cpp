@@ -130,6 +130,17 @@ template <std::size_t columns>
   }
 }
 
+/// Adds the rows of column j, run by run.
+[[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
+                                              const double* column, double* sum) {
+  for (std::size_t i = std::max(part.low, j); i < part.high;) {
+    const std::size_t stop = std::min(part.high, static_cast<std::size_t>(in_parent.run_end[i]));
+    double* const run = sum + in_parent.rows[i] - i;
+    for (; i + front_width <= stop; i += front_width) eight_to(run + i) += eight_at(column + i);
+    for (; i < stop; ++i) run[i] += column[i];
+  }
+}
+
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
 /// false where a pivot is not positive, with its number in `failed`.
 template <std::size_t columns>
@@ -186,11 +197,15 @@ std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t s
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride, double* update,
-                         std::size_t update_stride) {
-  subtract_terms<true>(rows, rows, std::min(depth, terms), a, stride, update, update_stride);
-  for (std::size_t k = depth; k < terms; k += depth)
-    subtract_terms<false>(rows, rows, std::min(depth, terms - k), a + k * stride, stride, update, update_stride);
+void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
+                         const Triangle& update) {
+  for (std::size_t j = 0; j < rows; j += Triangle::width) {
+    const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
+    double* const c = update.column(j) + j;
+    subtract_terms<true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
+    for (std::size_t k = depth; k < terms; k += depth)
+      subtract_terms<false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c, c_stride);
+  }
 }
 
 TANOR_EACH_INSTRUCTION_SET
@@ -229,12 +244,18 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void add_columns(std::size_t first, std::size_t end, std::size_t low, std::size_t high, const int* rows,
-                 const double* from, std::size_t from_stride, double* to, std::size_t to_stride) {
-  for (std::size_t j = first; j < end; ++j) {
-    const double* const column = from + j * from_stride;
-    double* const sum = to + static_cast<std::size_t>(rows[j]) * to_stride;
-    for (std::size_t i = std::max(low, j); i < high; ++i) sum[rows[i]] += column[i];
+void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
+                  std::size_t to_stride) {
+  for (std::size_t j = part.first; j < part.end; ++j)
+    add_column(j, part, in_parent, from.column(j), to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
+                   const Triangle& to) {
+  for (std::size_t j = part.first; j < part.end; ++j) {
+    double* const sum = to.column(static_cast<std::size_t>(in_parent.rows[j]) - columns);
+    add_column(j, part, in_parent, from.column(j), sum - columns);
   }
 }
 

@@ -13,9 +13,34 @@ inline constexpr std::size_t front_width = 8;
 /// is above the diagonal becomes 0. Returns the first column without a positive pivot, or `columns`.
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel);
 
-/// update = -a a', lower triangle; a [rows, terms], update [rows, rows].
-void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride, double* update,
-                         std::size_t update_stride);
+/// The lower triangle of an update. Blocks of columns that begin at the diagonal take half of a square, and little
+/// more.
+struct Triangle {
+  static constexpr std::size_t width = 32;  ///< columns of a block, whole lanes
+
+  double* numbers;
+  std::size_t stride;  ///< of the first block; that of each is `width` less than that of the one before
+
+  static std::size_t size(std::size_t columns, std::size_t stride) {
+    const std::size_t first = columns / width * width;
+    return start(first, stride) + (columns - first) * (stride - first);
+  }
+  std::size_t stride_of(std::size_t j) const { return stride - j / width * width; }
+  /// Column j, whose row i stands at [i], from the first row of its block on.
+  double* column(std::size_t j) const {
+    const std::size_t first = j / width * width;
+    return numbers + start(first, stride) + (j - first) * (stride - first) - first;
+  }
+
+ private:
+  static std::size_t start(std::size_t first, std::size_t stride) {  // sum of the sizes of the blocks before
+    return first * stride - first * first / 2 + first * width / 2;
+  }
+};
+
+/// update = -a a'; a [rows, terms], update [rows, rows].
+void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
+                         const Triangle& update);
 
 /// A block of a large front: whole lanes of rows.
 struct FrontBlock {
@@ -29,9 +54,20 @@ void subtract_block(const FrontBlock& block, std::size_t terms, const double* a,
 /// x := x L11'^-1; x [rows, columns], L11 in `diagonal`.
 void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x);
 
-/// to[rows[i], rows[j]] += from[i, j] of the columns [first, end) and, of each, the rows [low, high) from j on.
-void add_columns(std::size_t first, std::size_t end, std::size_t low, std::size_t high, const int* rows,
-                 const double* from, std::size_t from_stride, double* to, std::size_t to_stride);
+/// Where the rows of a child are in its parent. Rows up to run_end[i] follow the i-th one there as they do here.
+struct RowsInParent {
+  const int *rows, *run_end;
+};
+/// Part of a triangle: the columns [first, end) and, of each, the rows [low, high) from the diagonal on.
+struct TrianglePart {
+  std::size_t first, end, low, high;
+};
+/// to[rows[i], rows[j]] += from[i, j]
+void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
+                  std::size_t to_stride);
+/// to[rows[i] - columns, rows[j] - columns] += from[i, j]
+void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
+                   const Triangle& to);
 
 /// y := L11^-1 y of the first columns, y -= L21 y of the rows below; y [rows], zeros behind what counts.
 void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,

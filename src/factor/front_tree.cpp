@@ -137,7 +137,7 @@ void FrontTree::place_updates() {
       Front& front = fronts[static_cast<std::size_t>(order[k])];
       const std::size_t here = front.depth % 2;
       if (!front.is_shared) {
-        front.update = std::exchange(top[here], top[here] + front.update_stride * front.below());
+        front.update = std::exchange(top[here], top[here] + front.update_size());
         stack_size[here] = std::max(stack_size[here], top[here]);
       }
       // The updates of the children go; the one that was placed first stands lowest.
@@ -158,7 +158,7 @@ void FrontTree::place_in_arenas(const std::vector<int>& all) {
     const Front& front = fronts[static_cast<std::size_t>(s)];
     Room& room = rooms[static_cast<std::size_t>(s)];
     std::size_t& own = room.size[front.depth % 2];
-    if (front.is_shared) own = std::max(own, front.update_stride * front.below());
+    if (front.is_shared) own = std::max(own, front.update_size());
     for (std::size_t k = 0; k < 2 && front.parent >= 0; ++k)
       rooms[static_cast<std::size_t>(front.parent)].size[k] += room.size[k];
   }

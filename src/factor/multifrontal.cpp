@@ -26,6 +26,7 @@ Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, 
 
 void Multifrontal::find_rows_in_parents() {
   rows_in_parent_.resize(supernodes_.rows.size());
+  run_end_.resize(supernodes_.rows.size());
   for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
     if (tree_.fronts[s].parent < 0) continue;
     const auto parent = static_cast<std::size_t>(tree_.fronts[s].parent);
@@ -34,6 +35,11 @@ void Multifrontal::find_rows_in_parents() {
       while (at < supernodes_.rows_start[parent + 1] && supernodes_.rows[at] != supernodes_.rows[k]) ++at;
       ensure(at < supernodes_.rows_start[parent + 1], "a parent's front has all rows of its children's updates");
       rows_in_parent_[k] = static_cast<int>(at - supernodes_.rows_start[parent]);
+    }
+    const std::size_t first = supernodes_.rows_start[s] + tree_.fronts[s].columns, end = supernodes_.rows_start[s + 1];
+    for (std::size_t k = end; k-- > first;) {
+      const bool goes_on = k + 1 < end && rows_in_parent_[k + 1] == rows_in_parent_[k] + 1;
+      run_end_[k] = goes_on ? run_end_[k + 1] : static_cast<int>(k + 1 - first);
     }
   }
 }
@@ -82,12 +88,13 @@ void Multifrontal::assemble(const Front& front, const Entries& entries, const Ti
     }
   }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const int *const rows = rows_in_parent(c), *const last = rows + child.below();
+    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const int *const rows = in_parent.rows, *const last = rows + child.below();
     const auto place = [&](std::size_t row) {
       return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
     };
-    tanor_kernels::add_columns(place(tile.first_column), place(end_column), place(tile.first_row), place(end_row), rows,
-                               update(child, workspace), child.update_stride, panel, front.stride);
+    tanor_kernels::add_to_panel({place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)},
+                                in_parent, update(child, workspace), panel, front.stride);
   });
 }
 
@@ -118,16 +125,14 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   if (done < front.columns) return fail(front.first_column + done);
   keep_pivots(front, 0, front.columns);
   if (front.below() == 0) return;
-  double* const rest = update(front, workspace);
-  tanor_kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest,
-                                     front.update_stride);
+  const tanor_kernels::Triangle rest = update(front, workspace);
+  tanor_kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const int* const rows = rows_in_parent(c);
-    const auto first =
-        static_cast<std::size_t>(std::lower_bound(rows, rows + child.below(), static_cast<int>(front.columns)) - rows);
-    tanor_kernels::add_columns(first, child.below(), 0, child.below(), rows, update(child, workspace),
-                               child.update_stride, rest - front.columns * (front.update_stride + 1),
-                               front.update_stride);
+    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const int *const rows = in_parent.rows, *const last = rows + child.below();
+    const auto first = static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns)) - rows);
+    tanor_kernels::add_to_update({first, child.below(), 0, child.below()}, in_parent, update(child, workspace),
+                                 front.columns, rest);
   });
 }
 
@@ -163,18 +168,21 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
   const std::size_t end_row = std::min(first_row + FrontTree::tile, front.update_stride);
   const std::size_t end_column = std::min(first_column + FrontTree::tile, front.below());
   const double* const below = panels_.data() + front.panel + front.columns;
-  double* const rest = update(front, workspace);
-  tanor_kernels::subtract_block({end_row - first_row, end_column - first_column, task.row == task.column, true},
-                                front.columns, below + first_row, below + first_column, front.stride,
-                                rest + first_column * front.update_stride + first_row, front.update_stride);
+  const tanor_kernels::Triangle rest = update(front, workspace);
+  for (std::size_t j = first_column; j < end_column; j += tanor_kernels::Triangle::width) {
+    const std::size_t from = task.row == task.column ? j : first_row;  // no row above the block's diagonal stands there
+    const std::size_t columns = std::min(tanor_kernels::Triangle::width, end_column - j);
+    tanor_kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
+                                  below + j, front.stride, rest.column(j) + from, rest.stride_of(j));
+  }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const int *const rows = rows_in_parent(c), *const last = rows + child.below();
+    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const int *const rows = in_parent.rows, *const last = rows + child.below();
     const auto place = [&](std::size_t row) {
       return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns + row)) - rows);
     };
-    tanor_kernels::add_columns(place(first_column), place(end_column), place(first_row), place(end_row), rows,
-                               update(child, workspace), child.update_stride,
-                               rest - front.columns * (front.update_stride + 1), front.update_stride);
+    tanor_kernels::add_to_update({place(first_column), place(end_column), place(first_row), place(end_row)}, in_parent,
+                                 update(child, workspace), front.columns, rest);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "factor/front_kernels.hpp"
 #include "factor/front_tree.hpp"
 #include "factor/supernodes.hpp"
 
@@ -74,12 +75,13 @@ class Multifrontal {
   int threads_of_solve(int threads);
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
-  double* update(const Front& front, Workspace& workspace) {
-    return (front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update;
+  tanor_kernels::Triangle update(const Front& front, Workspace& workspace) {
+    return {(front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update, front.update_stride};
   }
   const int* rows_of(std::size_t s) const { return supernodes_.rows.data() + supernodes_.rows_start[s]; }
-  const int* rows_in_parent(std::size_t s) const {
-    return rows_in_parent_.data() + supernodes_.rows_start[s] + tree_.fronts[s].columns;
+  tanor_kernels::RowsInParent rows_in_parent(std::size_t s) const {
+    const std::size_t first = supernodes_.rows_start[s] + tree_.fronts[s].columns;
+    return {rows_in_parent_.data() + first, run_end_.data() + first};
   }
 
   void run(const FrontTask& task, const Entries& entries, Workspace& workspace);
@@ -101,7 +103,7 @@ class Multifrontal {
   Supernodes supernodes_;
   std::size_t num_kept_;
   FrontTree tree_;
-  std::vector<int> rows_in_parent_;              // beside supernodes_.rows
+  std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
   std::vector<double> panels_;                   // L

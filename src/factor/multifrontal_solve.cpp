@@ -51,7 +51,7 @@ void Multifrontal::start_vector(const Front& front, const double* x) {
   std::copy_n(x + front.first_column, front.columns, y);
   std::fill(y + front.columns, y + front.stride, 0.0);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const int* const rows = rows_in_parent(c);
+    const int* const rows = rows_in_parent(c).rows;
     const double* const left = vectors + child.vector + child.columns;
     for (std::size_t i = 0; i < child.below(); ++i) y[rows[i]] += left[i];
   });

@@ -39,8 +39,17 @@ inline constexpr double most_sparse_rows = 3.0, most_sparse_products = 300.0;
 /// Parts that are factorized side by side, and the rows below which a part is not worth its overhead (bench/phases).
 inline constexpr int most_parts = 16, least_rows_of_part = 512;
 
-/// Flops per nonzero of L from which dense fronts repay their overhead, and METIS its own (bench/phases: nets).
-inline constexpr double flops_for_fronts = 8.0, flops_for_metis = 50.0;
+/// Flops per nonzero of L from which dense fronts repay their overhead, and nested dissection its own (bench/phases:
+/// nets).
+inline constexpr double flops_for_fronts = 8.0, flops_for_dissection = 50.0;
+
+/// Flops per nonzero of S from which METIS may repay its time, on the points and on the rows: it takes as long as 1e4
+/// and 4e4 of them. A hundred factorizations are expected, and a gain of half and of a tenth (bench/orderings).
+inline constexpr double flops_worth_metis = 500.0, flops_worth_metis_on_rows = 5000.0;
+/// METIS cuts the points once, in a thirtieth of its time; it goes on where that parts fewer rows than so many times
+/// those of the first cut along an axis: 0.7 and 0.8 in clouds of rods, where METIS then needs half the flops, 1 and
+/// more in nets, tubes and lattices, also such with holes, where it needs more (bench/orderings).
+inline constexpr double clearly_better_cut = 0.9;
 
 /// Fronts of which tiles are tasks: rows^2 columns (bench/fronts: lattices).
 inline constexpr double products_of_tiled_front = 2e7;

@@ -48,7 +48,8 @@ std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, con
   const auto num_left = static_cast<double>(group.rows.size());
   const double num_special = static_cast<double>(problem.numbering.num_rows()) - num_left;
   if (num_left > plan::most_sparse_rows * num_special) return nullptr;
-  auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences);
+  auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences,
+                                               PointPlaces{problem.positions, problem.numbering.user_point});
   if (result->factor().products > plan::most_sparse_products * num_special) return nullptr;
   return result;
 }

@@ -32,16 +32,37 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
   return result;
 }
 
+/// The points of rows from `first_row` on; `incidences` are theirs, grouped by point.
+RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, Index end_row,
+                        const PointPlaces& places) {
+  if (places.positions.empty()) return {};
+  RowsInSpace result;
+  std::vector<int> number(incidences.size());  // of the incidence's point
+  for (std::size_t k = 0; k < incidences.size(); ++k) {
+    const Index point = incidences[k].point;
+    if (k == 0 || point != incidences[k - 1].point) {
+      const auto user = static_cast<std::size_t>(places.user_point[static_cast<std::size_t>(point)]);
+      const auto position = places.positions.subspan(3 * user, 3);
+      result.positions.insert(result.positions.end(), position.begin(), position.end());
+    }
+    number[k] = static_cast<int>(result.num_points()) - 1;
+  }
+  result.points_of_row = Groups<int>(static_cast<std::size_t>(end_row - first_row), [&](const auto& add) {
+    for (std::size_t k = 0; k < incidences.size(); ++k) add(incidences[k].row - first_row, number[k]);
+  });
+  return result;
+}
+
 }  // namespace
 
 GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
-                       Ordering ordering, std::span<const double> squared_norms)
+                       Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places)
     : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   const auto by_part = incidences_of_parts(incidences, weights, part_start);
   for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
     add_part(list_products(by_part[p], weights, part_start[p]), part_start[p], part_start[p + 1], ordering,
-             squared_norms);
+             squared_norms, [&] { return find_points(by_part[p], part_start[p], part_start[p + 1], places); });
   }
 }
 
@@ -58,16 +79,16 @@ GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows
       product.row -= first;
       product.column -= first;
     }
-    add_part(part, first, last, ordering, {});
+    add_part(part, first, last, ordering, {}, {});
     begin = end;
   }
 }
 
 void GramSolver::add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
-                          std::span<const double> squared_norms) {
+                          std::span<const double> squared_norms, const FindPoints& find_points) {
   const auto num_rows = static_cast<std::size_t>(end_row - first_row);
   const GatherPlan unordered(products, num_rows, {}, Triangle::Lower);
-  SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted);
+  SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted, find_points);
 
   std::vector<int> place(analysis.permutation.size());
   for (std::size_t k = 0; k < place.size(); ++k)
@@ -153,10 +174,9 @@ std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_co
 }
 
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
-  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
-    Part& part = parts_[p];
+  for_parts(parallel, [&](Part& part, int threads) {
     double* const values = part.values();
-    part.plan.assemble(blocks, values);
+    part.plan.assemble(blocks, values, Parallel(threads));
     for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
       double& value = values[part.may_be_zero[k]];
       const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[part.row_that_may_be_zero[k]];
@@ -229,10 +249,15 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
     const auto row = [&](std::size_t k) {
       return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k;
     };
-    for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    const Parallel own(threads);
+    own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    });
     for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
     part.solve(part.x.data(), threads);
-    for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
+    own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) x_rows[row(k)] = scale[k] * part.x[k];
+    });
   });
 }
 

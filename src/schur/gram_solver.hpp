@@ -30,9 +30,9 @@ struct RowIslands {
 class GramSolver {
  public:
   /// `incidences` of all points, `weights` [point]: 0 where it takes no part (supports). `squared_norms` [block] as
-  /// GatherPlan takes them.
+  /// GatherPlan takes them. The order of elimination may follow from `places`.
   GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
-             Ordering ordering, std::span<const double> squared_norms);
+             Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places = {});
   /// From the products themselves, sorted by their rows' islands.
   GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering);
 
@@ -108,7 +108,7 @@ class GramSolver {
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
-                std::span<const double> squared_norms);
+                std::span<const double> squared_norms, const FindPoints& find_points);
 
   /// Calls body(part, threads): parts that would keep the others waiting one after the other with all threads, the
   /// rest side by side.

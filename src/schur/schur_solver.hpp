@@ -84,6 +84,7 @@ struct SchurProblem {
   std::span<const Incidence> incidences;  ///< of K
   const Numbering& numbering;
   std::span<const double> inverse_mass;  ///< [point], 1/kg; 0 for supports
+  std::span<const double> positions;     ///< [3n] at the start, in the user's order
 };
 
 /// A factor of S = K'M^-1K, the Schur complement of the mass matrix (Delassus operator), and what is done with it at

@@ -10,7 +10,7 @@ namespace tanor {
 namespace {
 
 /// Of the group's rows, one after the other.
-GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> incidences) {
+GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> incidences, const PointPlaces& places) {
   std::vector<Incidence> own;
   for (Incidence incidence : incidences) {
     const auto row = static_cast<std::size_t>(incidence.row);
@@ -18,15 +18,19 @@ GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> inci
     incidence.row = static_cast<Index>(group.rows.count_below(row));
     own.push_back(incidence);
   }
-  return {own, group.inverse_mass, RowIslands(group.island_start, group.rows.size()), Ordering::Auto,
-          group.constraints.squared_gradient_norms()};
+  return {own,
+          group.inverse_mass,
+          RowIslands(group.island_start, group.rows.size()),
+          Ordering::Auto,
+          group.constraints.squared_gradient_norms(),
+          places};
 }
 
 }  // namespace
 
-SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> incidences)
+SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> incidences, const PointPlaces& places)
     : IslandSolver(std::move(given)),
-      solver_(make_solver(group(), incidences)),
+      solver_(make_solver(group(), incidences, places)),
       has_constant_gradients_(group().constraints.gradients_are_constant(group().members)),
       own_rows_(group().rows.size()),
       rows_(group().constraints.num_rows()),

@@ -13,7 +13,7 @@ namespace tanor {
 class SparseSolver final : public IslandSolver {
  public:
   /// `incidences` of K.
-  SparseSolver(IslandGroup group, std::span<const Incidence> incidences);
+  SparseSolver(IslandGroup group, std::span<const Incidence> incidences, const PointPlaces& places);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;

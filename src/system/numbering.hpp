@@ -43,6 +43,12 @@ struct Numbering {
   void scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
 };
 
+/// Where points are: positions [3n] in the user's order, and [inner point] -> user's. Empty: nobody knows.
+struct PointPlaces {
+  std::span<const double> positions;
+  std::span<const Index> user_point;
+};
+
 Numbering number(const System& system);
 
 }  // namespace tanor

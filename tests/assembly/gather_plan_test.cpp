@@ -239,6 +239,22 @@ TEST(GatherPlan, KnownNormsScaleTheWeightsOnceForAll) {
   }
 }
 
+TEST(GatherPlan, EveryNumberOfThreadsWritesTheSameBits) {
+  constexpr int num_rows = 9000;
+  const RandomBlocks random = make_random_blocks(1500, num_rows, 11);
+  const std::vector<Product> products = list_products(random.incidences, random.inverse_masses, 0);
+  GatherPlan plan(products, num_rows, any_permutation(num_rows, 3), Triangle::Lower);
+  std::vector<double> one(plan.rows().size());
+  plan.assemble(random.blocks.data(), one.data());
+  const std::vector<double> scale = plan.scale();
+  for (const int threads : {2, 4, 16}) {
+    std::vector<double> more(one.size());
+    plan.assemble(random.blocks.data(), more.data(), Parallel(threads));
+    EXPECT_EQ(one, more) << threads;
+    EXPECT_EQ(scale, plan.scale()) << threads;
+  }
+}
+
 TEST(GatherPlan, ForgetsTheStatesThatItHasSeen) {
   const RandomBlocks random = make_random_blocks(5, 9, 3), other = make_random_blocks(5, 9, 4);
   std::vector<double> bad = other.blocks;

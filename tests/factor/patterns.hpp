@@ -16,12 +16,14 @@ namespace tanor::patterns {
 struct Rods {
   int num_points = 0;
   std::vector<std::pair<int, int>> ends;
+  std::vector<double> positions{};  // [3 points] of nets and lattices, 1 apart
 };
 
 inline Rods make_net(int columns, int rows) {
   Rods rods{columns * rows, {}};
   for (int i = 0; i < columns; ++i) {
     for (int j = 0; j < rows; ++j) {
+      rods.positions.insert(rods.positions.end(), {static_cast<double>(i), static_cast<double>(j), 0.0});
       if (i + 1 < columns) rods.ends.emplace_back(i * rows + j, (i + 1) * rows + j);
       if (j + 1 < rows) rods.ends.emplace_back(i * rows + j, i * rows + j + 1);
     }
@@ -35,6 +37,7 @@ inline Rods make_lattice(int side) {
   for (int x = 0; x < side; ++x) {
     for (int y = 0; y < side; ++y) {
       for (int z = 0; z < side; ++z) {
+        for (const int place : {x, y, z}) rods.positions.push_back(place);
         if (x + 1 < side) rods.ends.emplace_back(point(x, y, z), point(x + 1, y, z));
         if (y + 1 < side) rods.ends.emplace_back(point(x, y, z), point(x, y + 1, z));
         if (z + 1 < side) rods.ends.emplace_back(point(x, y, z), point(x, y, z + 1));
@@ -79,6 +82,41 @@ inline Rods make_protein(int residues, std::uint32_t seed) {
       for (std::size_t b = 0; b < a; ++b) ends.emplace_back(around[b], around[a]);
   }
   return {static_cast<int>(bonded.size()), std::move(ends)};
+}
+
+/// Rods between near points of a cloud, about six at each end: a network without any grid.
+inline Rods make_cloud(int num_points, std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  const double side = std::cbrt(static_cast<double>(num_points));
+  std::uniform_real_distribution<double> inside(0.0, side);
+  Rods rods{num_points, {}};
+  for (int k = 0; k < 3 * num_points; ++k) rods.positions.push_back(inside(generator));
+  std::vector<int> along(static_cast<std::size_t>(num_points));  // the first axis
+  for (int k = 0; k < num_points; ++k) along[static_cast<std::size_t>(k)] = k;
+  const auto at = [&](int point, int axis) { return rods.positions[static_cast<std::size_t>(3 * point + axis)]; };
+  std::ranges::sort(along, {}, [&](int point) { return at(point, 0); });
+  constexpr double reach = 1.42;  // twelve of a point's neighbours are nearer
+  for (std::size_t k = 0; k < along.size(); ++k) {
+    for (std::size_t q = k + 1; q < along.size() && at(along[q], 0) - at(along[k], 0) < reach; ++q) {
+      double square = 0.0;
+      for (const int axis : {0, 1, 2}) square += std::pow(at(along[q], axis) - at(along[k], axis), 2);
+      if (square < reach * reach) rods.ends.emplace_back(along[k], along[q]);
+    }
+  }
+  return rods;
+}
+
+/// The points that rods join, moved by up to `noise` along each axis.
+inline RowsInSpace points_of(const Rods& rods, double noise = 0.0) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> any(-noise, noise);
+  RowsInSpace result{{}, rods.positions};
+  for (double& x : result.positions) x += any(generator);
+  for (const auto& [a, b] : rods.ends) {
+    result.points_of_row.entries.insert(result.points_of_row.entries.end(), {a, b});
+    result.points_of_row.end_group();
+  }
+  return result;
 }
 
 /// Lower triangle of S, its rows in the order given.

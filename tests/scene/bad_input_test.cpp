@@ -316,7 +316,7 @@ const BadInput bad_inputs[] = {
     {"LinearSolverIsUnknown", three_points(R"("solver": {"linear_solver": "short"})"),
      R"(scene.json: /solver/linear_solver: found string "short", wanted one of auto, general, paths, trees, batches, closed_form)"},
     {"OrderingIsUnknown", three_points(R"("solver": {"ordering": "random"})"),
-     R"(scene.json: /solver/ordering: found string "random", wanted one of auto, amd, metis, nesdis, natural)"},
+     R"(scene.json: /solver/ordering: found string "random", wanted one of auto, amd, metis, nesdis, natural, axes, points)"},
     {"ThreadsAreNegative", three_points(R"("solver": {"threads": -1})"),
      R"(scene.json: /solver/threads: found number -1, wanted a whole number from 0 to 1024)"},
     {"CertificateIsUnknown", three_points(R"("solver": {"certificate": "sometimes"})"),

@@ -96,13 +96,14 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     take("trees", [&] { return TreeSolver::make(problem, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;
-      part = std::make_unique<SparseSolver>(group(*own), problem.incidences);
+      part = std::make_unique<SparseSolver>(group(*own), problem.incidences,
+                                            PointPlaces{problem.positions, problem.numbering.user_point});
     }
     return part;
   }
 
   SchurProblem problem() const {
-    return {inner_.constraints, gather_, inner_.incidences, inner_.numbering, inner_.inverse_masses};
+    return {inner_.constraints, gather_, inner_.incidences, inner_.numbering, inner_.inverse_masses, system_.positions};
   }
   IslandGroup group(const std::vector<Index>& islands) const {
     return {inner_.constraints, gather_, inner_.incidences, inner_.numbering, inner_.inverse_masses, islands};

@@ -82,7 +82,7 @@ TEST_P(PointSources, MakeNoOtherBits) {
   const System system = make_system(GetParam());
   const Linearised inner(system, 0.0, system.positions, system.velocities);
   const ReactionGather gather(inner.incidences, inner.numbering.num_points());
-  const SchurProblem problem{inner.constraints, gather, inner.incidences, inner.numbering, inner.inverse_masses};
+  const SchurProblem problem{inner.constraints, gather, inner.incidences, inner.numbering, inner.inverse_masses, {}};
   const std::size_t size = inner.r.size(), d = inner.constraints.num_rows(), num_blocks = inner.blocks.size();
   const std::size_t num_constrained = inner.numbering.num_moving - 1;
   std::vector<double> r = inner.r, v = inner.v, w0 = inner.v;

@@ -1,0 +1,189 @@
+#include "factor/dissection.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t most_points_of_leaf = 4;
+/// Axes along which the points reach less far are seldom the better ones to cut across.
+constexpr double least_extent = 0.75;
+
+/// Cuts the points again and again, and numbers the nodes of the tree of cuts, children before parents.
+class AxisCuts {
+ public:
+  explicit AxisCuts(const RowsInSpace& rows)
+      : rows_(rows),
+        rows_of_point_(list_rows_of_points(rows)),
+        open_(rows.num_rows()),
+        is_first_(rows.num_points()),
+        second_half_(rows.num_points()),
+        node_of_row_(rows.num_rows(), -1) {
+    for (std::size_t row = 0; row < open_.size(); ++row)
+      open_[row].points = static_cast<int>(rows.points_of_row[row].size());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sorted_[axis].resize(rows.num_points());
+      std::iota(sorted_[axis].begin(), sorted_[axis].end(), 0);
+      // Points of equal coordinates follow the other ones, so that grids are cut straight.
+      std::ranges::sort(sorted_[axis], [&](int a, int b) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const double x = coordinate(a, (axis + k) % 3), y = coordinate(b, (axis + k) % 3);
+          if (x != y) return x < y;
+        }
+        return a < b;
+      });
+    }
+  }
+
+  Dissection dissect() {
+    dissect(0, rows_.num_points());
+    return {order_by_nodes(rows_, sorted_[0], node_of_row_, num_nodes_), first_cut_};
+  }
+
+ private:
+  struct Cut {
+    std::size_t axis = 0, place = 0;
+    double badness = std::numeric_limits<double>::infinity();  // rows over the product of the points on both sides
+  };
+  /// A row's points in a sweep: those met, and all of them; 0 where a cut has parted it.
+  struct Open {
+    int met = 0, points = 0;
+  };
+
+  double coordinate(int point, std::size_t axis) const {
+    return rows_.positions[3 * static_cast<std::size_t>(point) + axis];
+  }
+  std::span<const int> rows_of(std::size_t place) const {
+    return rows_of_point_[static_cast<std::size_t>(sorted_[0][place])];
+  }
+
+  /// Orders the points [begin, end) and the rows that no cut has parted so far.
+  void dissect(std::size_t begin, std::size_t end) {
+    if (end - begin <= most_points_of_leaf) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (const int row : rows_of(k)) {
+          if (open_[static_cast<std::size_t>(row)].points > 0) node_of_row_[static_cast<std::size_t>(row)] = num_nodes_;
+        }
+      }
+    } else {
+      const Cut cut = find_cut(begin, end);
+      if (end - begin == rows_.num_points()) first_cut_ = cut.badness;
+      move_apart(begin, end, cut);
+      const std::vector<int> separator = take_separator(begin, cut.place);
+      dissect(begin, cut.place);
+      dissect(cut.place, end);
+      for (const int row : separator) node_of_row_[static_cast<std::size_t>(row)] = num_nodes_;
+    }
+    ++num_nodes_;
+  }
+
+  Cut find_cut(std::size_t begin, std::size_t end) {
+    std::array<double, 3> extent{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      extent[axis] = coordinate(sorted_[axis][end - 1], axis) - coordinate(sorted_[axis][begin], axis);
+    const double longest = std::ranges::max(extent);
+    Cut best;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (extent[axis] >= least_extent * longest) sweep(begin, end, axis, &best);
+    return best;
+  }
+
+  /// Tries all places across an axis that leave a third of the points on each side.
+  void sweep(std::size_t begin, std::size_t end, std::size_t axis, Cut* best) {
+    const auto count = static_cast<double>(end - begin);
+    std::size_t num_parted = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      for (const int row : rows_of_point_[static_cast<std::size_t>(sorted_[axis][k])]) {
+        Open& open = open_[static_cast<std::size_t>(row)];
+        if (open.points < 2) continue;
+        if (open.met++ == 0) ++num_parted;
+        if (open.met < open.points) continue;
+        open.met = 0;
+        --num_parted;
+      }
+      const auto first = static_cast<double>(k + 1 - begin), second = count - first;
+      if (3.0 * first < count || 3.0 * second < count) continue;
+      const double badness = static_cast<double>(num_parted) / (first * second);
+      if (badness < best->badness) *best = {axis, k + 1, badness};
+    }
+  }
+
+  /// Sorts each axis's points anew: those of the first half, then those of the second.
+  void move_apart(std::size_t begin, std::size_t end, const Cut& cut) {
+    for (std::size_t k = begin; k < end; ++k)
+      is_first_[static_cast<std::size_t>(sorted_[cut.axis][k])] = k < cut.place ? 1 : 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (axis == cut.axis) continue;
+      std::size_t first = begin, second = 0;
+      for (std::size_t k = begin; k < end; ++k) {
+        const int point = sorted_[axis][k];
+        (is_first_[static_cast<std::size_t>(point)] != 0 ? sorted_[axis][first++] : second_half_[second++]) = point;
+      }
+      std::copy_n(second_half_.begin(), second, sorted_[axis].begin() + static_cast<std::ptrdiff_t>(first));
+    }
+  }
+
+  /// Lists the rows that join the points [begin, end) of the first half to others, and closes them.
+  std::vector<int> take_separator(std::size_t begin, std::size_t end) {
+    std::vector<int> separator;
+    for (std::size_t k = begin; k < end; ++k) {
+      for (const int row : rows_of(k)) {
+        Open& open = open_[static_cast<std::size_t>(row)];
+        const std::span<const int> points = rows_.points_of_row[static_cast<std::size_t>(row)];
+        const auto is_first = [&](int point) { return is_first_[static_cast<std::size_t>(point)] != 0; };
+        if (open.points < 2 || std::ranges::all_of(points, is_first)) continue;
+        open.points = 0;
+        separator.push_back(row);
+      }
+    }
+    return separator;
+  }
+
+  const RowsInSpace& rows_;
+  const Groups<int> rows_of_point_;
+  std::array<std::vector<int>, 3> sorted_;  // [axis] points along it, half by half
+  std::vector<Open> open_;                  // [row]
+  std::vector<char> is_first_;              // [point] of the last cut
+  std::vector<int> second_half_;            // scratch
+  std::vector<int> node_of_row_;
+  int num_nodes_ = 0;
+  double first_cut_ = 0.0;
+};
+
+}  // namespace
+
+Groups<int> list_rows_of_points(const RowsInSpace& rows) {
+  return {rows.num_points(), [&](const auto& add) {
+            for (std::size_t row = 0; row < rows.num_rows(); ++row) {
+              for (const int point : rows.points_of_row[row]) add(point, static_cast<int>(row));
+            }
+          }};
+}
+
+std::vector<int> order_by_nodes(const RowsInSpace& rows, const std::vector<int>& points,
+                                const std::vector<int>& node_of_row, int num_nodes) {
+  const Groups<int> rows_of_point = list_rows_of_points(rows);
+  std::vector<char> is_listed(rows.num_rows(), 0);
+  std::vector<int> along_points;
+  along_points.reserve(rows.num_rows());
+  for (const int point : points) {
+    for (const int row : rows_of_point[static_cast<std::size_t>(point)])
+      if (std::exchange(is_listed[static_cast<std::size_t>(row)], 1) == 0) along_points.push_back(row);
+  }
+  return Groups<int>(static_cast<std::size_t>(num_nodes),
+                     [&](const auto& add) {
+                       for (const int row : along_points) add(node_of_row[static_cast<std::size_t>(row)], row);
+                     })
+      .entries;
+}
+
+Dissection dissect_along_axes(const RowsInSpace& rows) {
+  return AxisCuts(rows).dissect();
+}
+
+}  // namespace tanor
