@@ -2,6 +2,8 @@ import uPlot from "uplot";
 import { words, type PageData } from "./data";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+/** As page.css has them on the time line of the view. */
+const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent" };
 const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b"];
 
 /** Histories over the time of the motion. All share the time of the view, and a click goes there. */
@@ -17,7 +19,7 @@ export class Charts {
     this.add("Violation, largest so far", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
     this.add("Conditioning, smallest so far", [["reciprocal condition", "reciprocal_condition"]], "", true);
     this.add("Step", [["step", "step"]], "s", true);
-    if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction", [["iterations an instant", "friction_iterations"]], "", false);
+    if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction iterations", [["an instant", "friction_iterations"]], "", false);
     this.addErrorTime(data.error_time);
   }
 
@@ -27,9 +29,16 @@ export class Charts {
     this.host.replaceChildren();
   }
 
+  /** Puts the bar of the view there, and the values of that time into the legends. */
   stand(time: number): void {
     this.time = time;
-    for (const plot of this.plots) plot.redraw(false, false);
+    const times = this.data.history.t as number[];
+    let idx = 0;
+    while (idx + 1 < times.length && times[idx + 1] <= time) ++idx;
+    for (const plot of this.plots) {
+      plot.redraw(false, false);
+      plot.setLegend({ idx });
+    }
   }
 
   private card(title: string): HTMLElement {
@@ -52,7 +61,10 @@ export class Charts {
     const common = { stroke: style("--soft"), grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, font: "11px system-ui, sans-serif" };
     // Lines at powers of ten alone.
     const filter = (_: uPlot, splits: number[]) => splits.map((y) => (!isLog || (y > 0 && Number.isInteger(+Math.log10(y).toFixed(9))) ? y : null));
-    return [{ ...common }, { ...common, grid: { ...common.grid, filter },  size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : isLog ? tick.toExponential(0) : String(+tick.toPrecision(6)))) }];
+    // 0.1 is not 0.30000000000000004, and 0.0000025 would not fit beside the axis.
+    const isLong = (tick: number) => tick !== 0 && (Math.abs(tick) < 1e-3 || Math.abs(tick) >= 1e5);
+    const short = (tick: number) => (isLog || isLong(tick) ? (+tick.toPrecision(3)).toExponential() : String(+tick.toPrecision(6)));
+    return [{ ...common, size: 30 }, { ...common, grid: { ...common.grid, filter }, size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) }];
   }
 
   private add(title: string, series: [string, string][], unit: string, isLog: boolean): void {
@@ -85,7 +97,7 @@ export class Charts {
       ctx.fillRect(x - width / 2, bbox.top + bbox.height - height, width, height);
     };
     ctx.save();
-    for (const event of this.data.events) bar(event.t, style("--warn"), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
+    for (const event of this.data.events) bar(event.t, style(colourOfEvent[event.kind]), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
     bar(this.time, style("--accent"), 1.5 * devicePixelRatio, bbox.height);
     ctx.restore();
   }
