@@ -42,6 +42,9 @@ System shuffled(System given) {
     i = place[static_cast<std::size_t>(i)];
     j = place[static_cast<std::size_t>(j)];
   }
+  for (Support& support : system.supports) {
+    for (Index& point : support.points) point = place[static_cast<std::size_t>(point)];
+  }
   std::shuffle(pairs.begin(), pairs.end(), generator);
   return system;
 }
@@ -126,6 +129,111 @@ System branched(int count, bool is_ring) {
   return copies(1, points, rods);
 }
 
+/// Arms from one point, each rod of which ends where two others begin, `depth` rods long.
+System dendrimer(int arms, int depth) {
+  std::mt19937 generator(6);
+  std::normal_distribution<double> normal;
+  std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
+  std::vector<std::array<int, 2>> rods;
+  std::size_t first = 0;
+  for (int level = 0; level < depth; ++level) {
+    const std::size_t end = points.size();
+    for (std::size_t from = first; from < end; ++from) {
+      for (int branch = 0; branch < (level == 0 ? arms : 2); ++branch) {
+        rods.push_back({static_cast<int>(from), static_cast<int>(points.size())});
+        const Eigen::Vector3d along(normal(generator), normal(generator), normal(generator));
+        points.push_back(points[from] + along.normalized());
+      }
+    }
+    first = end;
+  }
+  return copies(1, points, rods);
+}
+
+/// Masses between 0.5 and 2 kg.
+System with_unequal_masses(System system) {
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (double& mass : system.masses) mass = std::exp2(any(generator));
+  return system;
+}
+
+/// Points in a grid on a surface, and rods between neighbours that `joins(column, row, to_next_row, columns_on)` names.
+template <class Place, class Joins>
+System grid(int columns, int rows, bool closes, const Place& place, const Joins& joins) {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 2>> rods;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      points.push_back(place(column, row));
+      for (const auto [to_row, to_column] : {std::array{0, 1}, std::array{1, 0}, std::array{1, 1}}) {
+        if (row + to_row == rows || (!closes && column + to_column == columns)) continue;
+        if (joins(column, row, to_row, to_column))
+          rods.push_back({row * columns + column, (row + to_row) * columns + (column + to_column) % columns});
+      }
+    }
+  }
+  return with_unequal_masses(copies(1, points, rods));
+}
+
+/// Rods as the joints between the bricks of a wall, crumpled; the points of the first row are supports.
+System brick_sheet(int size) {
+  std::mt19937 generator(8);
+  std::uniform_real_distribution<double> any(-0.2, 0.2);
+  System sheet = grid(
+      size, size, false,
+      [&](int column, int row) {
+        return Eigen::Vector3d(column + any(generator), row + any(generator), any(generator));
+      },
+      [](int column, int row, int to_row, int to_column) {
+        return to_row + to_column == 1 && (to_row == 0 ? row > 0 : (column + row) % 2 == 0);
+      });
+  Support edge;
+  for (Index k = 0; k < size; ++k) edge.points.push_back(k);
+  sheet.supports = {edge};
+  std::fill_n(sheet.velocities.begin(), 3 * size, 0.0);
+  return sheet;
+}
+
+/// Rings of points, each joined to the next ring by an oblique rod.
+System tube(int around, int along) {
+  std::mt19937 generator(9);
+  std::uniform_real_distribution<double> any(-0.1, 0.1);
+  const double radius = around / (2.0 * std::numbers::pi);
+  return grid(
+      around, along, true,
+      [&](int column, int row) {
+        const double angle = 2.0 * std::numbers::pi * column / around, from_axis = radius + any(generator);
+        return Eigen::Vector3d(from_axis * std::cos(angle), from_axis * std::sin(angle), row + any(generator));
+      },
+      [](int, int, int to_row, int to_column) { return to_column == 1 && to_row <= 1; });
+}
+
+/// A cubic lattice of which one rod in five is missing.
+System lattice_with_holes(int size) {
+  System system = with_unequal_masses(lattice(size));
+  std::mt19937 generator(10);
+  std::erase_if(std::get<Rods>(system.constraints.front()).pairs, [&](const auto&) { return generator() % 5 == 0; });
+  return system;
+}
+
+/// Rings of six, from every second point of which a tail of two rods hangs.
+System rings_with_tails(int count) {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 2>> rods;
+  for (int k = 0; k < 6; ++k) {
+    points.emplace_back(std::cos(k * std::numbers::pi / 3.0), std::sin(k * std::numbers::pi / 3.0), 0.3 * (k % 2));
+    rods.push_back({k, (k + 1) % 6});
+  }
+  for (int k = 0; k < 6; k += 2) {
+    const auto first = static_cast<int>(points.size());
+    points.push_back(2.0 * points[static_cast<std::size_t>(k)]);
+    points.emplace_back(points.back() + Eigen::Vector3d(0.3, 0.1 * k, 0.8));
+    rods.insert(rods.end(), {{k, first}, {first, first + 1}});
+  }
+  return with_unequal_masses(copies(count, points, rods));
+}
+
 System triangles(int count) {
   return copies(count, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1}, {0, 2}, {1, 2}});
 }
@@ -187,6 +295,11 @@ const std::vector<BenchScene>& bench_scenes() {
       {"tetrahedra 1e4", [] { return tetrahedra(10000); }, 8.0, 0.0},
       {"tree 1e3", [] { return branched(1000, false); }, 0.0, 0.0},
       {"tree 1e5", [] { return branched(100000, false); }, 0.0, 0.0},
+      {"dendrimer 9", [] { return dendrimer(3, 9); }, 10.0, 0.0},
+      {"dendrimer 14", [] { return dendrimer(3, 14); }, 10.0, 0.0},
+      {"dendrimer 16", [] { return dendrimer(3, 16); }, 10.0, 0.0},
+      {"shuffled dendrimer 14", [] { return shuffled(dendrimer(3, 14)); }, 10.0, 0.0},
+      {"binary tree 14", [] { return dendrimer(2, 14); }, 10.0, 0.0},
       {"ring 1e3", [] { return branched(1000, true); }, 0.0, 0.0},
       {"ring 1e5", [] { return branched(100000, true); }, 0.0, 0.0},
       {"spheres 1e3", [] { return on_spheres(1000); }, 13.0, 260.0},
@@ -200,6 +313,17 @@ const std::vector<BenchScene>& bench_scenes() {
       {"net 300", [] { return net(300); }, 2.0, 6700.0},
       {"lattice 10", [] { return lattice(10); }, 1.6, 8200.0},
       {"lattice 20", [] { return lattice(20); }, 22.0, 230000.0},
+      {"polymers 320 x 99", [] { return with_unequal_masses(melt(320, 99)); }, 10.0, 0.0},
+      {"shuffled polymers 320 x 99", [] { return shuffled(with_unequal_masses(melt(320, 99))); }, 10.0, 0.0},
+      {"shuffled polymers 20 x 4999", [] { return shuffled(with_unequal_masses(melt(20, 4999))); }, 10.0, 0.0},
+      {"rings with tails 3000", [] { return shuffled(rings_with_tails(3000)); }, 10.0, 0.0},
+      {"sheet 60", [] { return shuffled(brick_sheet(60)); }, 5.0, 0.0},
+      {"sheet 200", [] { return shuffled(brick_sheet(200)); }, 6.0, 0.0},
+      {"sheet 500", [] { return shuffled(brick_sheet(500)); }, 10.0, 0.0},
+      {"tube 12 x 400", [] { return shuffled(tube(12, 400)); }, 6.0, 0.0},
+      {"tube 60 x 60", [] { return shuffled(tube(60, 60)); }, 8.0, 0.0},
+      {"lattice with holes 12", [] { return shuffled(lattice_with_holes(12)); }, 15.0, 0.0},
+      {"lattice with holes 18", [] { return shuffled(lattice_with_holes(18)); }, 40.0, 0.0},
       {"mixed clusters 1e4 + net 30", [] { return beside(melt(10000, 10), net(30)); }, 0.0, 0.0},
   };
   return scenes;

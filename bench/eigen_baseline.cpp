@@ -53,9 +53,13 @@ struct EigenBaseline::Step {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;
 
   Step(const std::vector<double>& masses, const Triple& gravity, Eigen::Index num_rows)
-      : inverse_masses(3 * masses.size()), f(3 * masses.size()), phi(num_rows), K(f.size(), num_rows) {
+      : inverse_masses(3 * masses.size()),
+        f(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * masses.size()))),
+        phi(num_rows),
+        K(f.size(), num_rows) {
     for (std::size_t i = 0; i < masses.size(); ++i) {
       inverse_masses.segment<3>(static_cast<Eigen::Index>(3 * i)).setConstant(1.0 / masses[i]);
+      if (!std::isfinite(masses[i])) continue;
       f.segment<3>(static_cast<Eigen::Index>(3 * i)) = masses[i] * Eigen::Map<const Eigen::Vector3d>(gravity.data());
     }
   }

@@ -14,8 +14,8 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
-                  "system",
-                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem",
+                  "system", "ranks",
+                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
                   "motion", "enum_names", "tanor"]
 
 
@@ -53,13 +53,16 @@ ROOMS = {
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
+    "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
-    "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "enum_names", "Eigen/"),
+    "simulation": Sees("base system evaluate assembly schur friction dynamics ranks certificate motion", "enum_names", "Eigen/"),
     "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
+    "mpi":      Sees("system/members.hpp base/groups.hpp cli scene report", "tanor", "mpi.h metis.h omp.h unistd.h fmt/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h zlib.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),

@@ -88,8 +88,12 @@ inline constexpr std::array<EnumName<Event::Direction>, 3> enum_names<Event::Dir
     {{Event::Direction::Both, "both"}, {Event::Direction::Rising, "rising"}, {Event::Direction::Falling, "falling"}}};
 
 template <>
-inline constexpr std::array<EnumName<PairLaw>, 3> enum_names<PairLaw>{
-    {{PairLaw::Wca, "wca"}, {PairLaw::Lj, "lj"}, {PairLaw::Log, "log"}}};
+inline constexpr std::array<EnumName<PairLaw>, 6> enum_names<PairLaw>{{{PairLaw::Wca, "wca"},
+                                                                       {PairLaw::Lj, "lj"},
+                                                                       {PairLaw::Log, "log"},
+                                                                       {PairLaw::Coulomb, "coulomb"},
+                                                                       {PairLaw::Yukawa, "yukawa"},
+                                                                       {PairLaw::Morse, "morse"}}};
 
 template <>
 inline constexpr std::array<EnumName<BondLaw>, 3> enum_names<BondLaw>{

@@ -67,25 +67,28 @@ struct CoordinateKernel {
   std::shared_ptr<const Expression> expression{};
 };
 
-/// A force f(r, v, t) on single points, at one time.
+/// Forces f(r, v, t) on the p points of a tuple, at one time.
 struct ForceBatch {
   std::size_t count;
   double t;                      ///< s
-  const double* r;               ///< [count][3] m
-  const double* v;               ///< [count][3] m/s
-  double* f;                     ///< [count][3] N
-  double* derivative = nullptr;  ///< [count][3][6] of f in r, then in v; null: not wanted
+  const double* r;               ///< [count][3p] m
+  const double* v;               ///< [count][3p] m/s
+  double* f;                     ///< [count][3p] N
+  double* derivative = nullptr;  ///< [count][3p][6p] of f in r, then in v; null: not wanted
 };
 
 struct ForceKernel {
+  int num_points = 1;  ///< p, 1 to 8
   bool thread_safe = true;
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
   bool knows_derivatives =
       false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
-  /// The same three functions of x, y, z, vx, vy, vz and t, for series in time; null: only `evaluate` knows them.
+  /// The same 3p functions of r, v and t, for series in time; null: only `evaluate` knows them.
   std::shared_ptr<const Expression> expression{};
+
+  static constexpr int most_points = 8;
 };
 
 /// Members of an energy U(r_1 … r_p, t) of p points, at one time.
@@ -152,5 +155,9 @@ TANOR_API PotentialKernel formula_potential(std::string_view energy, int num_poi
 /// or
 /// "/z".
 TANOR_API ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants = {});
+
+/// The forces on a tuple of points, x1, y1, z1, x2, … (3p texts) in x1, y1, z1, …, vx1, vy1, vz1, …, t, pi and the
+/// constants, N. Throws InputError whose where() is "/x1" and so on.
+TANOR_API ForceKernel formula_tuple_force(std::span<const std::string> components, const Constants& constants = {});
 
 }  // namespace tanor

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <tanor/dynamics.hpp>
+#include <tanor/ranks.hpp>
 
 namespace tanor {
 
@@ -77,10 +78,12 @@ TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamic
 /// Kinetic and potential energy, J, and the work done since the start.
 struct TANOR_API EnergyReport {
   double start = 0.0, now = 0.0;
+  double kinetic = 0.0, potential = 0.0;  ///< now
   double potential_at_start = 0.0;
-  double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
-  double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
-  double work_of_friction = 0.0;  ///< at contacts; on moving guides it may be positive
+  double work_of_supports = 0.0;    ///< by moving supports and time-dependent constraints
+  double work_of_forces = 0.0;      ///< by forces without potential: drag, damping, time-dependent ones
+  double work_of_potentials = 0.0;  ///< of energies that depend on time: the integral of their explicit dU/dt
+  double work_of_friction = 0.0;    ///< at contacts; on moving guides it may be positive
   /// Largest at any step of the kinetic energy, of the change of the potential energy since the start and of each of
   /// the works; at least 1e8 roundings of the energies themselves, since less cannot be told from them.
   double scale = 0.0;
@@ -160,6 +163,13 @@ class TANOR_API Simulation {
  public:
   /// Makes the start consistent (StartMode); throws InputError for bad input. A numerical failure is in `outcome()`.
   explicit Simulation(System system, MotionOptions motion = {}, SolverOptions solver = {}, double t_start = 0.0);
+  /// One rank's part of a system that is spread over several (see ranks.hpp). Every rank has the same options and makes
+  /// every call, in the same order: all make the same steps, and the report's steps, violations and energies are those
+  /// of the whole. Arrays are of the part; those of guests follow their owners. An event's value is the sum of what the
+  /// functions of all ranks return. Certificates and ranks of K are of the part alone; where islands lie on several
+  /// ranks there are none.
+  Simulation(System system, const Part& part, MotionOptions motion = {}, SolverOptions solver = {},
+             double t_start = 0.0);
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
@@ -194,6 +204,13 @@ class TANOR_API Simulation {
   /// to rounding, since ranks are decided anew). Throws InputError for bytes that are damaged, cut off, of another
   /// format or of another system; the state is then what it was.
   void restore(std::span<const std::byte> saved);
+  /// What a motion needs to go on beside positions and velocities, however its points are spread over ranks then; the
+  /// same on every rank but for counts of work and times. Later numbers agree to the tolerance, not bit by bit, and
+  /// contacts with friction choose anew whether they stick.
+  [[nodiscard]] std::vector<std::byte> save_progress() const;
+  /// `positions`, `velocities` [3n] of this simulation's points. Throws as `restore` does.
+  void restore_progress(std::span<const std::byte> saved, std::span<const double> positions,
+                        std::span<const double> velocities);
   [[deprecated("its name is save")]] std::vector<std::byte> snapshot() const { return save(); }
 
   const System& system() const;  ///< as it was given

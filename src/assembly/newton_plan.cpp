@@ -122,7 +122,8 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
     add(ij, -1.0, by_position, by_velocity);
     add(ji, -1.0, by_position, by_velocity);
   }
-  for (const auto& [points, number, at] : influences_) add(at, 1.0, values.influence_positions[number], Block3{});
+  for (const auto& [points, number, at] : influences_)
+    add(at, 1.0, values.influence_positions[number], values.influence_velocities[number]);
   const double compliance = rows_may_depend_ ? 1e-10 : 0.0;  // over what the row's points have by themselves
   const std::size_t num_stiff = diagonal_.size() - compliances_.size();
   for (const auto& [point, row, block, sign, below, transposed] : entries_) {

@@ -41,10 +41,10 @@ class NewtonPlan {
     T mass, velocity, position;  // a, b, c
   };
   struct Values {
-    const Block3 *point_positions, *point_velocities;        // [moving point]
-    const Block3 *coupling_positions, *coupling_velocities;  // [coupling]
-    const Block3* influence_positions;                       // [influence]
-    const double* blocks;                                    // of K
+    const Block3 *point_positions, *point_velocities;          // [moving point]
+    const Block3 *coupling_positions, *coupling_velocities;    // [coupling]
+    const Block3 *influence_positions, *influence_velocities;  // [influence]
+    const double* blocks;                                      // of K
   };
   /// T = double or std::complex<double>.
   template <class T>

@@ -14,6 +14,10 @@ struct Block3 {
 
   double operator()(int row, int column) const { return entries[static_cast<std::size_t>(3 * row + column)]; }
 
+  Block3& operator+=(const Block3& other) {
+    for (std::size_t k = 0; k < 9; ++k) entries[k] += other.entries[k];
+    return *this;
+  }
   /// += s a b'
   void add_product(double s, Vec3 a, Vec3 b) {
     const std::array<double, 3> column{a.x, a.y, a.z}, row{b.x, b.y, b.z};

@@ -90,6 +90,7 @@ class Verifier {
     return static_cast<std::size_t>(model_.numbering.user_row[inner_row]);
   }
 
+  void verify_energies();
   void verify_free();
 
   // ---- constraints, in verify_constraints.cpp ----

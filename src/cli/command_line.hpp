@@ -58,6 +58,20 @@ struct ErrorTimeOptions : CommonOptions {
   scene::Overrides overrides;                      ///< the coarsest step, t_end, threads
 };
 
+/// `tanor equilibrium`
+struct EquilibriumCommand : CommonOptions {
+  std::filesystem::path scene;
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+};
+
+/// `tanor modes`: small vibrations about the scene's positions.
+struct ModesCommand : CommonOptions {
+  std::filesystem::path scene;
+  std::optional<std::size_t> count;          ///< over the scene's own; ModesOptions::all: all
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  bool pictures = false;                     ///< of each mode, for ParaView
+};
+
 /// `tanor selftest`: problems with known answers, digits won.
 struct SelftestOptions : CommonOptions {};
 
@@ -92,6 +106,8 @@ ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
 ExitCode execute(const CheckOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
+ExitCode execute(const EquilibriumCommand& command);
+ExitCode execute(const ModesCommand& command);
 ExitCode execute(const SelftestOptions& options);
 ExitCode execute(const ViewOptions& options);
 ExitCode execute(const HelpOptions& options);

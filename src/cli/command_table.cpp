@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <tanor/error.hpp>
+#include <tanor/modes.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/suggestion.hpp"
@@ -200,6 +201,48 @@ Command describe_error_time() {
                     {"tanor error-time net.json --methods taylor,dop853", "two of them"}}});
 }
 
+Command describe_equilibrium() {
+  const auto options = std::make_shared<EquilibriumCommand>();
+  return complete(
+      options,
+      {.name = "equilibrium",
+       .summary = "where a scene rests, and whether it is stable there",
+       .text = "Finds positions and reactions at rest from the positions of the scene, which need not satisfy the "
+               "constraints. Writes summary.json, equilibrium.xyz and equilibrium.json, the scene at rest, into the "
+               "folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+       .examples = {{"tanor equilibrium net.json", "where does it hang?"},
+                    {"tanor run net.out/equilibrium.json --t-end 1", "does it stay there?"}}});
+}
+
+Value count_of_modes(std::optional<std::size_t>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<std::size_t> number =
+                given == "all" ? std::optional(ModesOptions::all) : read_number<std::size_t>(given);
+            if (!number || *number == 0) return "must be a whole number > 0, or all, not '" + given + "'";
+            *target = number;
+            return {};
+          }};
+}
+
+Command describe_modes() {
+  const auto options = std::make_shared<ModesCommand>();
+  return complete(
+      options,
+      {.name = "modes",
+       .summary = "frequencies and shapes of small vibrations about an equilibrium",
+       .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
+               "summary.json and the shapes into the folder of results.",
+       .arguments = {scene_argument(options)},
+       .options = {{"--count", "N", count_of_modes(&options->count),
+                    "modes, the lowest ones; all; default: that of the scene, or 10"},
+                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
+                   {"--pictures", "", yes(&options->pictures),
+                    "write the vibration in each mode for ParaView, mode_<k>.pvd"}},
+       .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
+}
+
 Command describe_selftest() {
   const auto options = std::make_shared<SelftestOptions>();
   return complete(options,
@@ -262,9 +305,9 @@ Command describe_manual() {
 
 std::vector<Command> make_commands() {
   std::vector<Command> commands;
-  for (const auto& describe :
-       {describe_run, describe_view, describe_info, describe_check, describe_solve, describe_forces,
-        describe_error_time, describe_selftest, describe_help, describe_completion, describe_manual})
+  for (const auto& describe : {describe_run, describe_view, describe_info, describe_check, describe_solve,
+                               describe_forces, describe_error_time, describe_equilibrium, describe_modes,
+                               describe_selftest, describe_help, describe_completion, describe_manual})
     commands.push_back(describe());
   return commands;
 }

@@ -162,11 +162,13 @@ void Drives::add_force(const Force& force, std::span<const double> inverse_mass)
   } else if (const auto* formula = std::get_if<FormulaForce>(&force)) {
     // A black box tells nothing of its functions of time.
     if (formula->kernel.expression == nullptr || !depends_on_time(*formula->kernel.expression)) return;
-    for_some(formula->points.size(), [&](std::size_t k) {
-      const Index point = formula->points[k];
-      if (lightness(point) > 0.0)
-        add(*formula->kernel.expression, Program::As::AForce, lightness(point), 0, std::span(&point, 1));
-    });
+    const auto watch = [&](std::span<const Index> points) {
+      double largest = 0.0;
+      for (const Index point : points) largest = std::max(largest, lightness(point));
+      if (largest > 0.0) add(*formula->kernel.expression, Program::As::AForce, largest, 0, points);
+    };
+    for_some(formula->points.size(), [&](std::size_t k) { watch({&formula->points[k], 1}); });
+    for_some(formula->tuples.size(), [&](std::size_t k) { watch(formula->tuples[k]); });
   }
 }
 
@@ -303,9 +305,10 @@ double Drives::run(const Program& each, const Place& place) {
     if (each.as == Program::As::SomeCoordinates) {
       value = place.q[each.first_coordinate + i];
     } else {
-      const double* const from = each.as == Program::As::AForce && i >= 3 ? place.v : place.r;
-      const std::size_t member = each.as == Program::As::AForce ? 0 : i / 3;
-      value = from[3 * static_cast<std::size_t>(each.points[member]) + i % 3];
+      // of a force: 3p coordinates, then as many velocities
+      const std::size_t num_coordinates = each.as == Program::As::AForce ? time / 2 : time;
+      const double* const from = i < num_coordinates ? place.r : place.v;
+      value = from[3 * static_cast<std::size_t>(each.points[i % num_coordinates / 3]) + i % 3];
     }
     *program.variable(lanes, 0, i) = SeriesLane{} + value;
   }

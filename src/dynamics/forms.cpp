@@ -1,14 +1,23 @@
 #include "dynamics/forms.hpp"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
+#include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "dynamics/split.hpp"
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t)
+Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make)
     : work(std::move(system), options, t), start_time_(t) {
+  if (make) {
+    given = make(work);
+    main = given.get();
+    make_plan();
+    return;
+  }
   const bool has_coordinates = !work.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
@@ -34,6 +43,31 @@ void Forms::choose(Form wanted) {
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
 }
 
+namespace {
+
+/// Bonds along rods whose lengths stand do nothing: a warning, since something else may have been meant.
+void note_rigid_bonds(const System& system, std::vector<std::string>* left_out) {
+  if (std::ranges::none_of(system.forces, [](const Force& force) { return std::holds_alternative<Bonds>(force); }))
+    return;
+  std::set<std::pair<Index, Index>> rigid;
+  for (const Constraint& constraint : system.constraints) {
+    const auto* const rods = std::get_if<Rods>(&constraint);
+    if (rods == nullptr || !std::ranges::all_of(rods->length.functions, &ScalarFunction::is_constant)) continue;
+    for (const auto& [i, j] : rods->pairs) rigid.insert(std::minmax(i, j));
+  }
+  for (std::size_t g = 0; g < system.forces.size(); ++g) {
+    const auto* const bonds = std::get_if<Bonds>(&system.forces[g]);
+    if (bonds == nullptr) continue;
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(
+        bonds->pairs, [&](const auto& pair) { return rigid.contains(std::minmax(pair[0], pair[1])); }));
+    if (count > 0)
+      left_out->push_back(force_name(system, g) + ": the energy of " + text_of_count(count, "bond") +
+                          " along rods is constant");
+  }
+}
+
+}  // namespace
+
 void Forms::make_plan() {
   plan.points = model.num_points();
   plan.supports = plan.points - model.num_moving();
@@ -49,7 +83,7 @@ void Forms::make_plan() {
   if (!model.has_friction()) left_out.push_back("friction stage: constraints are ideal");
   if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
-  if (normal == nullptr) left_out.push_back("normal form: no constraints are given");
+  if (normal == nullptr && given == nullptr) left_out.push_back("normal form: no constraints are given");
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
@@ -59,6 +93,7 @@ void Forms::make_plan() {
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!work.forces.has_springs()) left_out.push_back("spring forces: none");
   if (!work.forces.has_pairs()) left_out.push_back("pair forces: none");
+  note_rigid_bonds(model.system, &left_out);
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
@@ -92,6 +127,7 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
 
 Outcome Forms::reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta) {
   if (eta != nullptr) main->write_reactions(at.own, found, eta);
+  if (given != nullptr) std::copy(found.lambda.begin(), found.lambda.end(), lambda);
   if (normal == nullptr) return {};
   if (is_tangent()) {
     scratch_.resize(3 * model.num_points());
@@ -115,9 +151,10 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
     report.prestress_rigid_points = find_prestress_rigid_points(model.system, report);
     return report;
   }
-  // Coordinates alone: as many degrees of freedom as there are coordinates.
   RankReport report;
   report.is_known = false;
+  if (given != nullptr) return report;
+  // Coordinates alone: as many degrees of freedom as there are coordinates.
   report.degrees_of_freedom = work.coordinates.num_coordinates();
   return report;
 }

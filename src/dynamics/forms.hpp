@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dynamics/multiplier_form.hpp"
@@ -15,17 +17,21 @@ class Forms {
  public:
   /// Validates; `t`: where the system is checked and "initial" values are taken. Throws InputError where a form is
   /// wanted that the system cannot have.
-  Forms(System system, const SolverOptions& options, double t = 0.0);
+  Forms(System system, const SolverOptions& options, double t = 0.0) : Forms(std::move(system), options, t, nullptr) {}
+  /// `make`(work) brings the only form; empty: those of this library serve.
+  using MakeForm = std::function<std::unique_ptr<EquationsOfMotion>(Workspace& work)>;
+  Forms(System system, const SolverOptions& options, double t, const MakeForm& make);
 
   Workspace work;
   const Model& model{work.model()};
-  std::unique_ptr<MultiplierForm> normal;  ///< null: coordinates alone are given
-  std::unique_ptr<TangentForm> tangent;    ///< null: no coordinates are given
-  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
+  std::unique_ptr<MultiplierForm> normal;    ///< null: coordinates alone are given
+  std::unique_ptr<TangentForm> tangent;      ///< null: no coordinates are given
+  std::unique_ptr<EquationsOfMotion> given;  ///< somebody else's, in place of both; null: there are none
+  EquationsOfMotion* main = nullptr;         ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< where "initial" values stand
-  bool is_tangent() const { return main == tangent.get(); }
+  bool is_tangent() const { return tangent != nullptr && main == tangent.get(); }
 
   /// Consistent start of `main`. Where both coordinates and constraints are given they must describe the same motion:
   /// the coordinates say where the points are, and the constraints are checked there.

@@ -53,7 +53,7 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
   evaluate(at, request, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
-  if (!std::isfinite(problem_.scale)) return model_.not_finite(at.t);
+  if (!std::isfinite(problem_.scale)) return work_.not_finite(at.t, at.x);
   if (model_.num_rows() == 0) return {};
   if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
     add_reactions(w);
@@ -107,7 +107,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   residuals_.begin_instant();
   report_.residual = 0.0;
   report_.refinements = found->refinements;
-  if (!std::isfinite(scale)) return model_.not_finite(t);
+  if (!std::isfinite(scale)) return work_.not_finite(t, r);
   report_.residual = found->residual / (scale > 0.0 ? scale : 1.0);
   // Little beside each island, or beside the slowest neighbourhood, is little beside each neighbourhood.
   constexpr double little = 1e-12;
@@ -283,7 +283,7 @@ Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
   if (report_.residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(at.t, at.x); !outcome.ok()) return outcome;
   }
-  return std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(at.t);
+  return std::isfinite(report_.residual) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
 /// K'w + phi is not 0 in all rows. Off xi = 0 dependent rows may differ; else the rank changed, or the rows contradict

@@ -35,7 +35,8 @@ ImplicitForm::ImplicitForm(Workspace& work)
       point_velocities_(model_.num_moving()),
       coupling_positions_(num_springs_ + work.constraints.list_rods().size()),
       coupling_velocities_(coupling_positions_.size()),
-      influence_positions_(work.forces.list_influences().size()) {}
+      influence_positions_(work.forces.list_influences().size()),
+      influence_velocities_(influence_positions_.size()) {}
 
 /// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
 NewtonPlan ImplicitForm::make_plan() const {
@@ -79,7 +80,7 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
   const double* const tau = lambda + num_constraints();
   double scale = work_.evaluate_free(t, r, v, w, Forces::Which::WithoutCompliant);
   scale = larger(scale, work_.constraints.evaluate_rates(parallel, r, v, rows));
-  if (!std::isfinite(scale)) return model_.not_finite(t);
+  if (!std::isfinite(scale)) return work_.not_finite(t, r);
   // w = M^-1 (f + K lambda)
   work_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
   work_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
@@ -125,15 +126,17 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   work_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
   work_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
                                           spring_residuals_.data());
-  work_.forces.evaluate_derivatives(parallel, t, r, v, tau,
-                                    {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(),
-                                     coupling_velocities_.data(), influence_positions_.data()});
+  work_.forces.evaluate_derivatives(
+      parallel, t, r, v, tau,
+      {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data(),
+       influence_positions_.data(), influence_velocities_.data()});
   work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
 }
 
 NewtonPlan::Values ImplicitForm::values() const {
   return {point_positions_.data(),     point_velocities_.data(),    coupling_positions_.data(),
-          coupling_velocities_.data(), influence_positions_.data(), linearised_blocks_.data()};
+          coupling_velocities_.data(), influence_positions_.data(), influence_velocities_.data(),
+          linearised_blocks_.data()};
 }
 
 void ImplicitForm::add_stiffness(const double* dr, double* w, double* rows) {

@@ -54,6 +54,11 @@ class Mechanics {
   virtual const Parallel& parallel() const = 0;
   virtual PointTolerances point_tolerances() const = 0;
 
+  /// Of a system that several processes have parts of, the largest number of all and their sum: what is found from
+  /// arrays of the state here and decides about a step is asked for by these. Each process asks.
+  virtual double largest(double own) const { return own; }
+  virtual double sum(double own) const { return own; }
+
   /// Writes the prescribed motion at t into x and v; to be called before anything else is computed at a new t.
   virtual void prescribe(double t, double* x, double* v) = 0;
   virtual Outcome linearise(double t, const double* x) = 0;

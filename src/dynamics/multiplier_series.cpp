@@ -63,7 +63,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
   }
   const double* const last = coefficients.back();
   const bool is_finite = std::all_of(last, last + size, [](double x_i) { return std::isfinite(x_i); });
-  return is_finite ? Outcome{} : model_.not_finite(at.t);
+  return is_finite ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
 /// M^-1 eta = w - M^-1 f

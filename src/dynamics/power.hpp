@@ -4,9 +4,18 @@ namespace tanor {
 
 /// Power that enters a system, W; or work, J.
 struct Power {
-  double supports = 0.0;  ///< through moving supports and time-dependent constraints
-  double forces = 0.0;    ///< through forces without potential
-  double friction = 0.0;  ///< through friction at contacts
+  double supports = 0.0;    ///< through moving supports and time-dependent constraints
+  double forces = 0.0;      ///< through forces without potential
+  double potentials = 0.0;  ///< by the explicit dU/dt of energies
+  double friction = 0.0;    ///< through friction at contacts
+
+  /// += weight other
+  void add(double weight, const Power& other) {
+    supports += weight * other.supports;
+    forces += weight * other.forces;
+    potentials += weight * other.potentials;
+    friction += weight * other.friction;
+  }
 };
 
 struct Energy {

@@ -57,7 +57,7 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
     work_.write_uniform(w);
     return {};
   }
-  return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
+  return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
 /// The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two

@@ -59,7 +59,7 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
     scale = larger(work_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data()),
                    model_.largest_norm(linearization_.psi().data()));
   }
-  if (!std::isfinite(scale)) return model_.not_finite(t);
+  if (!std::isfinite(scale)) return work_.not_finite(t, linearization_.r().data());
   if (Outcome outcome = find_friction(t, request); !outcome.ok()) return outcome;
   add_friction(friction_found_, w0_.data());
   report_.residual = 0.0;
@@ -68,7 +68,7 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
   refine(scale, request.exact, q_ddot);
   remember(at);
   std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
-  return std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(t);
+  return std::isfinite(report_.residual) ? Outcome{} : work_.not_finite(t, linearization_.r().data());
 }
 
 /// rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w). A

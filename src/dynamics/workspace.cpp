@@ -52,8 +52,8 @@ std::vector<Coupling> list_joints(const Forces& forces) {
 }
 
 template <class Mask>
-[[gnu::always_inline]] inline bool are_all(Mask mask) {
-  mask &= __builtin_shufflevector(mask, mask, 4, 5, 6, 7, 0, 1, 2, 3);
+[[gnu::always_inline]] inline bool are_all(const Mask& given) {
+  Mask mask = given & __builtin_shufflevector(given, given, 4, 5, 6, 7, 0, 1, 2, 3);
   mask &= __builtin_shufflevector(mask, mask, 2, 3, 0, 1, 6, 7, 4, 5);
   return (mask[0] & mask[1]) != 0;
 }
@@ -254,8 +254,17 @@ Power Workspace::power(const double* reaction_accelerations, const double* r, co
       return model_.mass[i] * dot(load(reaction_accelerations, i), load(v, i));
     }) + forces.elastic_power_of_supports(model_.parallel, r, v);
   }
-  if (forces.has_work()) result.forces = forces.power(model_.parallel, r, v);
+  if (forces.has_work()) {
+    result.forces = forces.power(model_.parallel, r, v);
+    result.potentials = forces.power_of_potentials(model_.parallel);
+  }
   return result;
+}
+
+Outcome Workspace::not_finite(double t, const double* r) const {
+  const std::string energy = forces.find_undefined(model_.parallel, t, r);
+  if (energy.empty()) return model_.not_finite(t);
+  return {Status::NotFinite, energy + " at t = " + text(t)};
 }
 
 double Workspace::position_violation(double t, const double* r) {

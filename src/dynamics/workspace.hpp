@@ -77,6 +77,8 @@ class Workspace : public Families {
   Energy energy(double t, const double* r, const double* v);
   /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
   Power power(const double* reaction_accelerations, const double* r, const double* v);
+  /// Why the state at t and r, or what acts there, is not finite: names the tuple whose energy ends there.
+  Outcome not_finite(double t, const double* r) const;
   /// How well each row of K is known at r for decisions on its rank: to the distance from xi = 0. [d]
   std::vector<double> rank_tolerances(const double* r);
   /// Largest relative violation of positions; of velocities, over the speed of their neighbourhood.

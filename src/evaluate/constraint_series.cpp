@@ -1,5 +1,6 @@
 #include "evaluate/constraint_series.hpp"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 #include <optional>
@@ -144,14 +145,19 @@ void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G
   SeriesProgram program(recorded->expression, !is_linear);
   Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
               .is_linear = is_linear,
+              .is_still = is_linear,
               .turning = turning};
   std::vector<std::size_t> slots;
-  for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
+  const auto add = [&](const ScalarFunction& function) {
+    group.is_still = group.is_still && function.is_constant();
+    slots.push_back(table_.add(function));
+  };
+  for (const ScalarFunction& function : recorded->functions) add(function);
   const std::size_t num_shared = slots.size();
   for (std::size_t k = 0; k < num_members(given); ++k) {
     const Index row = source.numbering.member_row[first_member + k];
     slots.resize(num_shared);
-    if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
+    if (recorded->has_parameter) add(definitions.parameter(g, k));
     std::vector<Index> points;
     for (const Index point : member_points(given, k)) points.push_back(source.inner(point));
     group.family.append_member(points, slots);
@@ -177,6 +183,11 @@ void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std
                                      const double* last, double* blocks, double* rows) {
   ProgramFamily& family = group.family;
   const SeriesProgram& program = family.program();
+  if (group.is_still) {
+    for (std::size_t n = chunk * series_width; n < std::min((chunk + 1) * series_width, family.size()); ++n)
+      std::fill_n(rows + group.rows[n], program.num_results(), 0.0);
+    return;
+  }
   const int order = family.order();
   SeriesLane* const lanes = family.lanes(chunk);
   // What became known: coefficient k + 1 of the points, k - 1 of lambda. Then the next ones as far as they are known.

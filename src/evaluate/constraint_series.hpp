@@ -45,6 +45,7 @@ class ConstraintSeries {
   struct Group {
     ProgramFamily family;
     bool is_linear = false;
+    bool is_still = false;             // linear, and nothing in it depends on time: no coefficient but K_0'r_{k+2}
     std::vector<Index> rows{};         // [member] its first inner row
     std::vector<Index> blocks{};       // [member][point] of its first row
     std::optional<Turning> turning{};  // of lines that turn

@@ -120,6 +120,11 @@ class Constraints {
   std::vector<Coupling> list_rods() const;
   void evaluate_rod_derivatives(const Parallel& parallel, const double* r, const double* lambda, Block3* to) const;
 
+  /// Of all constraints but rods: whose points answer to whose (all ordered pairs of a member's points, row by row), and
+  /// the blocks of -sum of lambda_a Hess xi_a that are theirs, N/m. In constraint_hessians.cpp.
+  std::vector<Influence> list_curved() const;
+  void evaluate_curvatures(const double* r, const double* lambda, Block3* to) const;
+
   /// The lengths that violations are measured by, m [d]; rows of contacts are left alone.
   void write_lengths(double* lengths) const;
   /// Shortest of the lengths that violations are measured by, m; at most `scene_size`.

@@ -62,7 +62,7 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
         const Vec3 unit = (1.0 / length) * a;
         const double along = dot(unit, b), c = spring.damping;
         double tension = spring.stiffness * (length - spring.rest_length) + c * along;
-        if (spring.compliant >= 0) {
+        if (tau != nullptr && spring.compliant >= 0) {
           tension = -tau[spring.compliant];
         } else {
           by_position.add_product(-1.0, unit, spring.stiffness * unit + (c / length) * (b - along * unit));
@@ -93,39 +93,6 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
   });
   evaluate_formula_derivatives(parallel, t, r, v, to);
   add_potential_derivatives(parallel, t, r, to);
-}
-
-/// In chunks, as the forces themselves; one group after the other, so that points in several groups add up.
-void Forces::evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
-                                          const Derivatives& to) const {
-  constexpr std::size_t chunk = 64;
-  for (const FormulaGroup& group : formulas_) {
-    if (!group.kernel.knows_derivatives) continue;
-    const Parallel serial(1);
-    const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
-    loop.for_ranges(group.points.size(), [&](std::size_t first, std::size_t last) {
-      std::array<double, 3 * chunk> r_chunk, v_chunk, f;  // NOLINT: filled before use
-      std::array<double, 18 * chunk> derivative;          // NOLINT: filled before use
-      for (std::size_t begin = first; begin < last; begin += chunk) {
-        const std::size_t count = std::min(chunk, last - begin);
-        for (std::size_t k = 0; k < count; ++k) {
-          store(r_chunk.data(), k, load(r, group.points[begin + k]));
-          store(v_chunk.data(), k, load(v, group.points[begin + k]));
-        }
-        group.kernel.evaluate(group.kernel.context.get(),
-                              {count, t, r_chunk.data(), v_chunk.data(), f.data(), derivative.data()});
-        for (std::size_t k = 0; k < count; ++k) {
-          const auto point = static_cast<std::size_t>(group.points[begin + k]);
-          if (point >= num_moving_) continue;
-          for (std::size_t entry = 0; entry < 9; ++entry) {
-            const double* const row = derivative.data() + 18 * k + 6 * (entry / 3) + entry % 3;
-            to.point_positions[point].entries[entry] += row[0];
-            to.point_velocities[point].entries[entry] += row[3];
-          }
-        }
-      }
-    });
-  }
 }
 
 }  // namespace tanor

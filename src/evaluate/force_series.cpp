@@ -70,10 +70,16 @@ class ForceSeries::Reader {
   }
   bool add(const FormulaForce& formula) {
     if (!formula.kernel.expression) return false;
-    Group& group = add_group(*formula.kernel.expression, list_variables(1, true, 1), 1, 1);
+    const int p = formula.kernel.num_points;
+    Group& group = add_group(*formula.kernel.expression, list_variables(p, true, 1), p, 1);
     const std::size_t time = series_.table_.add(ScalarFunction::formula("t"));
-    for (const Index point : formula.points) add_member(group, {&point, 1}, {&time, 1});
+    for (const Index point : formula.points) add_tuple(group, {&point, 1}, {&time, 1});
+    for (const auto& tuple : formula.tuples) add_tuple(group, tuple, {&time, 1});
     return true;
+  }
+  bool add(const PairForces& pairs) {
+    const EnergyGroup smooth = make_pair_energies(system_, pairs);
+    return !smooth.points.empty() && add_energy(smooth);
   }
   bool add(const Potential& group) { return add_energy(make_energy_group(system_, group)); }
   template <HasEnergy G>
@@ -105,12 +111,14 @@ class ForceSeries::Reader {
  private:
   Group& add_group(Expression expression, std::vector<SeriesVariable> variables, int num_points, int num_functions,
                    bool is_energy = false) {
+    const bool is_of_points = is_energy || expression.results.size() == 3 * static_cast<std::size_t>(num_points);
     series_.groups_.push_back({ProgramFamily(SeriesProgram(std::move(expression), is_energy), std::move(variables),
                                              num_points, num_functions),
-                               series_.num_blocks_, is_energy});
+                               series_.num_blocks_, is_energy,
+                               is_of_points ? static_cast<std::size_t>(num_points) : 1});
     return series_.groups_.back();
   }
-  /// A tuple's constants and time are functions of time; each of its points has a block.
+  /// A tuple's constants and time are functions of time.
   bool add_energy(const EnergyGroup& energy) {
     if (!energy.kernel.expression) return false;
     const int p = energy.kernel.num_points, c = energy.kernel.num_constants;
@@ -122,15 +130,19 @@ class ForceSeries::Reader {
         slots.push_back(
             series_.table_.add(energy.constants[k * static_cast<std::size_t>(c) + static_cast<std::size_t>(i)]));
       slots.push_back(time);
-      std::vector<Index> points;
-      for (int i = 0; i < p; ++i) {
-        const Index user = energy.points[k * static_cast<std::size_t>(p) + static_cast<std::size_t>(i)];
-        points.push_back(numbering_.inner_point[static_cast<std::size_t>(user)]);
-        series_.incidences_.push_back({points.back(), 0, series_.num_blocks_++, 1.0});
-      }
-      group.family.append_member(points, slots);
+      add_tuple(group, std::span(energy.points).subspan(k * static_cast<std::size_t>(p), static_cast<std::size_t>(p)),
+                slots);
     }
     return true;
+  }
+  /// Each of its points has a block.
+  void add_tuple(Group& group, std::span<const Index> users, std::span<const std::size_t> slots) {
+    std::vector<Index> points;
+    for (const Index user : users) {
+      points.push_back(numbering_.inner_point[static_cast<std::size_t>(user)]);
+      series_.incidences_.push_back({points.back(), 0, series_.num_blocks_++, 1.0});
+    }
+    group.family.append_member(points, slots);
   }
   void add_member(Group& group, std::span<const Index> users, std::span<const std::size_t> slots) {
     std::vector<Index> points;
@@ -168,7 +180,8 @@ ForceSeries::ForceSeries(const System& system, const Numbering& numbering, doubl
     if (std::visit([&](const auto& given) { return reader.add(given); }, force)) continue;
     const bool is_pairs = std::holds_alternative<PairForces>(force);
     obstacle_ = "forces[" + text(g) + "] cannot be expanded in time: " +
-                (is_pairs ? "pair forces have no series" : "it is known as a function alone");
+                (is_pairs ? "pair forces have no series"
+                          : "it is known as a function alone");
   }
   if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a force is known as a function of time alone";
   std::erase_if(groups_, [](const Group& group) { return group.family.size() == 0; });
@@ -203,7 +216,7 @@ void ForceSeries::write_forces(const Group& group, std::size_t chunk, int k, dou
   const ProgramFamily& family = group.family;
   const SeriesLane* const lanes = family.lanes(chunk);
   const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
-  const std::size_t blocks_of_member = group.is_energy ? family.points_per_member() : 1;
+  const std::size_t blocks_of_member = group.blocks_of_member;
   const auto force = [&](std::size_t i, std::size_t lane) {
     const SeriesProgram& program = family.program();
     return group.is_energy ? -program.adjoint(lanes, family.order(), i)[k][lane]

@@ -39,6 +39,7 @@ class ForceSeries {
     ProgramFamily family;
     Index first_block;
     bool is_energy;  // blocks are -dU/dr of each point instead of the program's results
+    std::size_t blocks_of_member;
   };
   class Reader;
   static void write_forces(const Group& group, std::size_t chunk, int k, double* blocks);

@@ -26,18 +26,11 @@ Forces::Forces(const System& system, const Numbering& numbering)
   std::vector<std::pair<Index, Index>> given_forces, spring_ends, formula_forces, potential_forces;
   std::vector<std::pair<Index, DragNumbers>> drags;
 
-  const auto add_formula = [&](const FormulaForce& formula) {
-    FormulaGroup group{formula.kernel, {}, formula_forces.size()};
-    for (const Index point : formula.points) {
-      group.points.push_back(numbering.inner_point[point]);
-      formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
-    }
-    formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-    if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
-      formula_passages_.push_back(std::move(passages));
-    if (!group.points.empty()) formulas_.push_back(std::move(group));
-  };
-  for (const Force& force : system.forces) {
+  for (std::size_t g = 0; g < system.forces.size(); ++g) {
+    const auto add_energies = [&](EnergyGroup group) {
+      group.name = force_name(system, g);
+      add_potential(std::move(group), numbering, &potential_forces);
+    };
     std::visit(
         Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
                    [&](const ConstantForce& given) {
@@ -68,15 +61,16 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
                      }
                    },
-                   add_formula,
+                   [&](const FormulaForce& formula) { add_formula(formula, numbering, &formula_forces); },
                    [&](const PairForces& pairs) {
                      pairs_.emplace_back(system, pairs, numbering);
                      PairField of_supports(system, pairs, numbering, PairField::Which::OfSupports);
                      if (!of_supports.empty()) pairs_of_supports_.push_back(std::move(of_supports));
+                     if (EnergyGroup smooth = make_pair_energies(system, pairs); !smooth.points.empty())
+                       pair_energies_.emplace_back(std::move(smooth), numbering);
                    },
                    [&](const Bonds& bonds) {
-                     if (bonds.law != BondLaw::Harmonic)
-                       return add_potential(make_energy_group(system, bonds), numbering, &potential_forces);
+                     if (bonds.law != BondLaw::Harmonic) return add_energies(make_energy_group(system, bonds));
                      // The harmonic bond is a spring without damping.
                      for (std::size_t k = 0; k < bonds.pairs.size(); ++k) {
                        const auto numbers = law_numbers_of(system, bonds, k);
@@ -84,17 +78,14 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        add_spring(numbering, {i, j, numbers[0], 0.0, numbers[1], -1}, &spring_ends);
                      }
                    },
-                   [&](const Potential& group) {
-                     add_potential(make_energy_group(system, group), numbering, &potential_forces);
-                   },
-                   [&]<HasEnergy Group>(const Group& group) {
-                     add_potential(make_energy_group(system, group), numbering, &potential_forces);
-                   },
+                   [&](const Potential& group) { add_energies(make_energy_group(system, group)); },
+                   [&]<HasEnergy Group>(const Group& group) { add_energies(make_energy_group(system, group)); },
                    // A kind that has no loop of its own.
                    [&]<class Group>(const Group& group) {
-                     add_formula({.name = group.name, .points = group.points, .kernel = kernel_of_definition(group)});
+                     add_formula({.name = group.name, .points = group.points, .kernel = kernel_of_definition(group)},
+                                 numbering, &formula_forces);
                    }},
-        force);
+        system.forces[g]);
   }
 
   spring_force_.resize(3 * springs_.size());
@@ -105,6 +96,7 @@ Forces::Forces(const System& system, const Numbering& numbering)
   formula_forces_ = {num_points_, formula_forces};
   potential_force_.resize(3 * potential_forces.size());
   potential_forces_ = {num_points_, potential_forces};
+  list_own_blocks();
 }
 
 /// `spring`: with the user's points.
@@ -168,27 +160,6 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
   for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
 }
 
-/// In chunks: gather, call the kernel, which writes into the slots.
-void Forces::evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v) {
-  constexpr std::size_t chunk = 64;
-  for (const FormulaGroup& group : formulas_) {
-    const Parallel serial(1);
-    const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
-    loop.for_ranges(group.points.size(), [&](std::size_t first, std::size_t last) {
-      std::array<double, 3 * chunk> r_chunk, v_chunk;  // NOLINT: filled before use
-      for (std::size_t begin = first; begin < last; begin += chunk) {
-        const std::size_t count = std::min(chunk, last - begin);
-        for (std::size_t k = 0; k < count; ++k) {
-          store(r_chunk.data(), k, load(r, group.points[begin + k]));
-          store(v_chunk.data(), k, load(v, group.points[begin + k]));
-        }
-        double* const f = formula_force_.data() + 3 * (group.first_slot + begin);
-        group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
-      }
-    });
-  }
-}
-
 double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   constexpr double path_error = 1e-5;
   if (has_pairs()) path->refine(path_error);
@@ -242,7 +213,6 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
       return power;
     });
   }
-  if (potentials_depend_on_time_) result += parallel.sum(rates_.size(), [&](std::size_t k) { return rates_[k]; });
   if (has_damping_) {
     result += parallel.sum(springs_.size(), [&](std::size_t k) {
       const Spring& spring = springs_[k];

@@ -3,6 +3,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -59,6 +60,7 @@ class Forces {
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
   bool has_potentials() const { return !potentials_.empty(); }
+  bool has_formulas() const { return !formulas_.empty(); }
 
   /// M^-1 f of every moving point, where gravity alone acts.
   std::optional<Vec3> uniform_acceleration() const {
@@ -95,7 +97,7 @@ class Forces {
 
   /// All springs, as pairs of points.
   std::vector<Coupling> list_couplings() const;
-  /// Points of a tuple with an energy, on each other: one for each ordered pair of them.
+  /// Points of a tuple with an energy or a formula, on each other: one for each ordered pair of them.
   std::vector<Influence> list_influences() const;
   /// What `evaluate_derivatives` says: of points [moving point], of couplings in the order of `list_couplings`, of
   /// influences in that of `list_influences`.
@@ -103,9 +105,10 @@ class Forces {
     Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
     Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
     Block3* influence_positions;                       ///< of the force on a point in the place of another one
+    Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
   };
-  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau), drag and formulas; those of pair forces are
-  /// left out.
+  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau; null: as all others), drag, formulas,
+  /// energies and pair forces with a smooth law; those of pair forces with a cutoff are left out.
   void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
                             const Derivatives& to);
 
@@ -113,9 +116,14 @@ class Forces {
   /// springs hold them moving points push them: what two supports do to each other by pair forces is a load of theirs
   /// (f), no energy.
   double potential(const Parallel& parallel, double t, const double* r);
-  /// Power of the forces without potential on the moving points and the explicit dU/dt of potentials, W, at the (t, r,
-  /// v) of the last `evaluate`.
+  /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;
+  /// The explicit dU/dt of all energies, W, at the t and r of the last `evaluate`.
+  double power_of_potentials(const Parallel& parallel) const;
+  /// What all tuples do to each point at the last `evaluate`, N [3n].
+  void write_potential_forces(double* f) const;
+  /// Names a tuple whose energy ends at t and r, and why; empty: there is none.
+  std::string find_undefined(const Parallel& parallel, double t, const double* r) const;
   /// Power that moving supports put in through springs, pairs and tuples, W, at the (t, r, v) of the last `evaluate`.
   double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
@@ -130,14 +138,24 @@ class Forces {
   };
   struct FormulaGroup {
     ForceKernel kernel;
-    std::vector<Index> points;
+    std::vector<Index> points;  // [member][p]
     std::size_t first_slot;
+
+    std::size_t points_per_member() const { return static_cast<std::size_t>(kernel.num_points); }
+    std::size_t size() const { return points.size() / points_per_member(); }
   };
+  void add_formula(const FormulaForce& formula, const Numbering& numbering,
+                   std::vector<std::pair<Index, Index>>* slots);
   void evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v);
   void evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
                                     const Derivatives& to) const;
+  struct Member;
+  void add_member_derivatives(const FormulaGroup& group, const Member& member, const Derivatives& to) const;
   void add_spring(const Numbering& numbering, const Spring& spring, std::vector<std::pair<Index, Index>>* ends);
-  void add_potential(const EnergyGroup& group, const Numbering& numbering, std::vector<std::pair<Index, Index>>* slots);
+  void add_potential(EnergyGroup group, const Numbering& numbering, std::vector<std::pair<Index, Index>>* slots);
+  void list_own_blocks();
+  template <class Visit>
+  void for_each_stiff_family(const Visit& visit) const;
   void evaluate_potentials(const Parallel& parallel, double t, const double* r);
   void add_potential_derivatives(const Parallel& parallel, double t, const double* r, const Derivatives& to);
   std::vector<Index> list_moving(std::span<const Index> points) const;
@@ -164,13 +182,14 @@ class Forces {
   ByPoint<Index> formula_forces_;      // slots in formula_force_
   bool formulas_depend_on_velocity_ = false;
   std::vector<PotentialFamily> potentials_;
-  ByPoint<Index> potential_forces_;       // slots in potential_force_
-  std::vector<Index> potential_points_;   // [slot] its point
-  std::vector<double> potential_force_;   // family by family, tuple by tuple, 3 numbers a point
-  std::vector<double> energies_, rates_;  // [tuple] U, and its explicit dU/dt at the last `evaluate`
-  std::vector<Block3> stiffness_;         // [tuple][p][p]; made by the first call that wants it
-  std::vector<std::size_t> own_block_;    // [slot] in stiffness_
-  std::size_t num_stiffness_blocks_ = 0;
+  ByPoint<Index> potential_forces_;             // slots in potential_force_
+  std::vector<Index> potential_points_;         // [slot] its point
+  std::vector<double> potential_force_;         // family by family, tuple by tuple, 3 numbers a point
+  std::vector<double> energies_, rates_;        // [tuple] U, and its explicit dU/dt at the last `evaluate`
+  std::vector<PotentialFamily> pair_energies_;  // of smooth pair forces: their stiffness
+  std::vector<Block3> stiffness_;               // [tuple][p][p]; made by the first call that wants it
+  ByPoint<Index> own_blocks_;                   // in stiffness_
+  std::size_t num_stiffness_blocks_ = 0, num_energy_influences_ = 0;
   bool potentials_depend_on_time_ = false;
 };
 

@@ -41,10 +41,15 @@ struct CompensatedSum {
 }  // namespace
 
 PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering, Which which)
-    : epsilon_(pairs.epsilon),
+    : law_(pairs.law),
+      epsilon_(pairs.epsilon),
       sigma2_(pairs.sigma * pairs.sigma),
       cutoff2_(cutoff_of(pairs) * cutoff_of(pairs)),
       strength_(pairs.strength),
+      length_(pairs.length),
+      depth_(pairs.depth),
+      width_(pairs.width),
+      rest_length_(pairs.rest_length),
       cutoff_(cutoff_of(pairs)),
       box_(pairs.box) {
   std::vector<Index> number_of(numbering.num_points(), -1);  // [inner point]
@@ -59,6 +64,20 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
     if (of_supports || inner < numbering.num_moving) ++num_moving_;
   }
   if (of_supports && points_.size() < 2) points_.clear();
+  if (law_ == PairLaw::Coulomb) {
+    std::vector<double> charge_of(numbering.num_points());  // [inner point]
+    for (std::size_t k = 0; k < (pairs.points.empty() ? charge_of.size() : pairs.points.size()); ++k) {
+      const std::size_t user = pairs.points.empty() ? k : static_cast<std::size_t>(pairs.points[k]);
+      charge_of[static_cast<std::size_t>(numbering.inner_point[user])] =
+          pairs.charges[pairs.charges.size() == 1 ? 0 : k];
+    }
+    double largest = 0.0;
+    for (const Index point : points_) {
+      charges_.push_back(charge_of[static_cast<std::size_t>(point)]);
+      largest = std::max(largest, std::abs(charges_.back()));
+    }
+    largest_product_ = largest * largest;
+  }
   const std::size_t n = points_.size();
   places_.resize(n);
   felt_.resize(n);
@@ -94,25 +113,54 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
       }
     }
   }
-  if (pairs.law == PairLaw::Log) {
+  if (std::isinf(cutoff_)) {
     for (std::size_t i = 0; i < n; ++i) excluded.push_back({static_cast<Index>(i), static_cast<Index>(i)});
     skipped_ = make_lists(n, std::move(excluded));
     far_.emplace(0.0, 0.0, box_, num_moving_, skipped_);
     for (std::vector<double>* coordinate : {&x_, &y_, &z_}) coordinate->resize(n);
   } else {
     constexpr double skin = 0.3;  // of sigma: lists of a melt last some ten steps and are twice as long as needed
+    constexpr double skin_of_cutoff = 0.15;
     const IndexLists skipped = make_lists(n, std::move(excluded));
-    neighbours_.emplace(cutoff_, skin * pairs.sigma, box_, num_moving_, skipped);
+    neighbours_.emplace(cutoff_, is_lennard_jones() ? skin * pairs.sigma : skin_of_cutoff * cutoff_, box_, num_moving_,
+                        skipped);
     far_.emplace(cutoff_, 0.0, box_, num_moving_, skipped);
     const double s6 = std::pow(sigma2_ / cutoff2_, 3);
-    shift_ = 4.0 * epsilon_ * (s6 * s6 - s6);
+    shift_ = is_lennard_jones() ? 4.0 * epsilon_ * (s6 * s6 - s6) : measure_pair(cutoff2_, 1.0).energy;
   }
+}
+
+/// coulomb: u = C q q'/r, f = u/r;  yukawa: u = A exp(-r/l)/r, f = u (1/r + 1/l);
+/// morse: u = D (1 - e)^2, f = -2 D a e (1 - e), e = exp(-a (r - r0))
+PairField::Radial PairField::measure_pair(double r2, double charges) const {
+  const double r = std::sqrt(r2);
+  if (law_ == PairLaw::Coulomb) {
+    const double energy = strength_ * charges / r;
+    return {energy, energy / r2};
+  }
+  if (law_ == PairLaw::Yukawa) {
+    const double energy = strength_ * std::exp(-r / length_) / r;
+    return {energy, energy * (1.0 / r + 1.0 / length_) / r};
+  }
+  const double e = std::exp(-width_ * (r - rest_length_)), part = 1.0 - e;
+  return {depth_ * part * part, -2.0 * depth_ * width_ * e * part / r};
 }
 
 /// u = 4 epsilon (s^12 - s^6) - shift, s = sigma/r;  force = 24 epsilon (2 s^12 - s^6)/r^2 (r_i - r_j)
 PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbours) const {
   const Vec3 here = places_[i];
   Feeling sum{};
+  if (!is_lennard_jones()) {
+    for (const Index j : neighbours) {
+      const Vec3 d = box_.nearest_image(here - places_[j]);
+      const double r2 = dot(d, d);
+      if (r2 >= cutoff2_) continue;
+      const Radial pair = measure_pair(r2, 1.0);
+      sum.force = sum.force + pair.force_over_r * d;
+      sum.potential += 0.5 * (pair.energy - shift_);
+    }
+    return sum;
+  }
   for (const Index j : neighbours) {
     const Vec3 d = box_.nearest_image(here - places_[j]);
     const double r2 = dot(d, d);
@@ -128,13 +176,13 @@ PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbo
 ///
 /// Blocks of 32 pairs are added up in vector lanes, the blocks with compensation: a sum over thousands is good to a few
 /// roundings of its terms. ln of a block's product: r^2 = m 2^e, the m are multiplied and the e added.
-PairField::Feeling PairField::feel_all(std::size_t i) const {
+PairField::Feeling PairField::feel_logarithm(std::size_t i) const {
   constexpr std::size_t block = 32;
   constexpr std::uint64_t mantissa_bits = (std::uint64_t{1} << 52) - 1, exponent_of_one = std::uint64_t{1023} << 52;
   const double hx = x_[i], hy = y_[i], hz = z_[i];
   CompensatedSum fx, fy, fz;
   double logs = 0.0;
-  const auto add_range = [&](std::size_t first, std::size_t last) {
+  for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
     for (std::size_t begin = first; begin < last; begin += block) {
       const std::size_t end = std::min(begin + block, last);
       double sx = 0.0, sy = 0.0, sz = 0.0, product = 1.0;
@@ -155,16 +203,37 @@ PairField::Feeling PairField::feel_all(std::size_t i) const {
       fz.add(sz);
       logs += std::log(product) + M_LN2 * (static_cast<double>(exponents) - 1023.0 * static_cast<double>(end - begin));
     }
-  };
-  // All others, between those that are skipped; of a support those that move.
+  });
+  return {strength_ * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength_ * logs};
+}
+
+/// All others, between those that are skipped; of a support those that move.
+template <class Visit>
+void PairField::for_each_range_of_others(std::size_t i, const Visit& visit) const {
   const std::size_t count = i < num_moving_ ? points_.size() : num_moving_;
   std::size_t begin = 0;
   for (const Index skipped : skipped_[i]) {
-    add_range(begin, std::min(static_cast<std::size_t>(skipped), count));
+    visit(begin, std::min(static_cast<std::size_t>(skipped), count));
     begin = static_cast<std::size_t>(skipped) + 1;
   }
-  add_range(begin, count);
-  return {strength_ * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength_ * logs};
+  visit(begin, count);
+}
+
+PairField::Feeling PairField::feel_all(std::size_t i) const {
+  if (law_ == PairLaw::Log) return feel_logarithm(i);
+  CompensatedSum fx, fy, fz, potential;
+  const double charge = charges_.empty() ? 1.0 : charges_[i];
+  for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
+    for (std::size_t j = first; j < last; ++j) {
+      const Vec3 d{x_[i] - x_[j], y_[i] - y_[j], z_[i] - z_[j]};
+      const Radial pair = measure_pair(dot(d, d), charges_.empty() ? 1.0 : charge * charges_[j]);
+      fx.add(pair.force_over_r * d.x);
+      fy.add(pair.force_over_r * d.y);
+      fz.add(pair.force_over_r * d.z);
+      potential.add(0.5 * pair.energy);
+    }
+  });
+  return {{fx.value(), fy.value(), fz.value()}, potential.value()};
 }
 
 /// Forces and energies at r, unless they are known.

@@ -87,19 +87,34 @@ class PairField {
   void follow(const Parallel& parallel, const double* r);
   Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
   Feeling feel_all(std::size_t i) const;
+  Feeling feel_logarithm(std::size_t i) const;
+  template <class Visit>
+  void for_each_range_of_others(std::size_t i, const Visit& visit) const;
+  bool is_lennard_jones() const { return law_ == PairLaw::Wca || law_ == PairLaw::Lj; }
+
+  // Of laws that know a distance and a product of charges.
+  struct Radial {
+    double energy;        // J
+    double force_over_r;  // N/m, positive where points push each other away
+  };
+  Radial measure_pair(double r2, double charges) const;
 
   std::vector<Index> points_;   // inner ones, those that move first; numbered from 0 on in what follows
   std::size_t num_moving_ = 0;  // the others feel these alone; of supports: all of them
+  PairLaw law_;
   double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
   double strength_;                                  // N m
-  double cutoff_;                                    // m; of log infinite
+  double length_, depth_, width_, rest_length_;      // m, J, 1/m, m
+  std::vector<double> charges_;                      // [point], of law coulomb
+  double largest_product_ = 1.0;                     // of two charges
+  double cutoff_;                                    // m; infinite without one
   PeriodicBox box_;
   std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
-  IndexLists skipped_;                        // log: the point itself and excluded ones, by number
+  IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
 
   bool is_known_ = false;
   std::vector<Vec3> places_;       // [point] of the last evaluation
-  std::vector<double> x_, y_, z_;  // the same, log
+  std::vector<double> x_, y_, z_;  // the same, without a cutoff
   std::vector<Feeling> felt_;      // [point]
 
   // Of `find_passage`.

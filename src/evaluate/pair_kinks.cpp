@@ -9,7 +9,8 @@ namespace tanor {
 
 double PairField::signed_force_at(double r) const {
   if (r >= cutoff_) return 0.0;
-  if (!neighbours_) return strength_ / r;
+  if (law_ == PairLaw::Log) return strength_ / r;
+  if (!is_lennard_jones()) return measure_pair(r * r, largest_product_).force_over_r * r;
   const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
   return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
 }

@@ -288,8 +288,9 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
 double PairField::largest_force(double nearest, double farthest) const {
   if (nearest >= cutoff_) return 0.0;
   double force = std::max(force_at(nearest), force_at(std::min(farthest, std::nextafter(cutoff_, 0.0))));
-  const double most_attraction = std::pow(26.0 / 7.0, 1.0 / 6.0) * std::sqrt(sigma2_);
-  if (neighbours_ && nearest < most_attraction && most_attraction < farthest)
+  const double most_attraction =
+      is_lennard_jones() ? std::pow(26.0 / 7.0, 1.0 / 6.0) * std::sqrt(sigma2_) : rest_length_ + M_LN2 / width_;
+  if ((is_lennard_jones() || law_ == PairLaw::Morse) && nearest < most_attraction && most_attraction < farthest)
     force = std::max(force, force_at(most_attraction));
   return force;
 }

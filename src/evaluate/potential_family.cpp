@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
 
+#include "base/text.hpp"
 #include "base/vec3.hpp"
 
 namespace tanor {
@@ -10,51 +14,67 @@ namespace tanor {
 namespace {
 
 constexpr std::size_t most_numbers = 3 * static_cast<std::size_t>(PotentialKernel::most_points);
+static_assert(series_width == num_lanes);
 
-/// body(first, count) for chunks of `series_width` members.
-template <class Body>
-void for_chunks(const Parallel& parallel, std::size_t size, const Body& body) {
-  const std::size_t num_chunks = (size + series_width - 1) / series_width;
-  parallel.for_ranges(
-      num_chunks,
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          const std::size_t first = chunk * series_width;
-          body(first, std::min(series_width, size - first));
-        }
-      },
-      32);
+/// [member][column] column by column, each filled up with its last entry.
+template <class Number>
+std::vector<Number> transpose_columns(const std::vector<Number>& rows, std::size_t size, std::size_t stride) {
+  const std::size_t width = size > 0 ? rows.size() / size : 0;
+  std::vector<Number> columns(width * stride);
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    columns[k] = rows[std::min(k % stride, size - 1) * width + k / stride];
+  return columns;
 }
 
 }  // namespace
 
-PotentialFamily::PotentialFamily(const EnergyGroup& group, const Numbering& numbering)
-    : kernel_(group.kernel),
-      p_(static_cast<std::size_t>(group.kernel.num_points)),
-      num_constants_(static_cast<std::size_t>(group.kernel.num_constants)),
-      constants_(group.constants) {
-  if (kernel_.expression) program_ = SeriesProgram(*kernel_.expression, true);
-  for (const Index point : group.points) points_.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+PotentialFamily::PotentialFamily(EnergyGroup group, const Numbering& numbering)
+    : group_(std::move(group)),
+      p_(static_cast<std::size_t>(group_.kernel.num_points)),
+      num_constants_(static_cast<std::size_t>(group_.kernel.num_constants)),
+      size_(group_.points.size() / p_),
+      stride_((size_ + series_width - 1) / series_width * series_width),
+      points_(transpose_columns(group_.points, size_, stride_)),
+      constants_(transpose_columns(group_.constants, size_, stride_)),
+      prepared_(transpose_columns(group_.prepared, size_, stride_)) {
+  if (group_.kernel.expression) program_ = SeriesProgram(*group_.kernel.expression, true);
+  for (Index& point : points_) point = numbering.inner_point[static_cast<std::size_t>(point)];
+  for (std::size_t first = 0; first < points_.size(); first += series_width) {
+    bool follow = true;
+    for (std::size_t lane = 1; lane < series_width; ++lane)
+      follow = follow && points_[first + lane] == points_[first] + static_cast<Index>(lane);
+    in_a_row_.push_back(follow ? 1 : 0);
+  }
+}
+
+/// body(first, count) for chunks of `series_width` members.
+template <class Body>
+void PotentialFamily::for_chunks(const Parallel& parallel, const Body& body) const {
+  const Parallel serial(1);
+  (group_.kernel.thread_safe ? parallel : serial)
+      .for_ranges(
+          stride_ / series_width,
+          [&](std::size_t begin, std::size_t end) {
+            for (std::size_t first = begin * series_width; first < end * series_width; first += series_width)
+              body(first, std::min(series_width, size_ - first));
+          },
+          32);
 }
 
 void PotentialFamily::run(const Chunk& chunk) const {
-  if (kernel_.expression)
-    run_program(chunk);
-  else
-    run_kernel(chunk);
+  group_.kernel.expression ? run_program(chunk) : run_kernel(chunk);
 }
 
 void PotentialFamily::run_kernel(const Chunk& chunk) const {
+  const PotentialKernel& kernel = group_.kernel;
   std::array<double, series_width * most_numbers> r;  // NOLINT: filled before use
-  std::array<double, series_width> energies;          // NOLINT
-  for (std::size_t i = 0; i < chunk.count * p_; ++i) store(r.data(), i, load(chunk.r, points_[chunk.first * p_ + i]));
-  kernel_.evaluate(kernel_.context.get(),
-                   {chunk.count, chunk.t, r.data(), constants_.data() + chunk.first * num_constants_, energies.data(),
-                    chunk.gradients, chunk.hessians, chunk.rates});
-  if (chunk.energies != nullptr) std::copy_n(energies.begin(), chunk.count, chunk.energies);
+  for (std::size_t n = 0; n < chunk.count * p_; ++n)
+    store(r.data(), n, load(chunk.r, point(chunk.first + n / p_, n % p_)));
+  kernel.evaluate(kernel.context.get(),
+                  {chunk.count, chunk.t, r.data(), group_.constants.data() + chunk.first * num_constants_,
+                   chunk.energies, chunk.gradients, chunk.hessians, chunk.rates});
 }
 
-/// The last member stands in the lanes that are left.
 SeriesLane* PotentialFamily::load_lanes(const Chunk& chunk, int order) const {
   thread_local std::vector<double> room;  // grows in the first steps only
   room.resize(std::max(room.size(), program_.num_lanes(order) * series_width));
@@ -64,11 +84,11 @@ SeriesLane* PotentialFamily::load_lanes(const Chunk& chunk, int order) const {
     SeriesLane* const variable = program_.variable(lanes, order, i);
     for (int k = 1; k <= order; ++k) variable[k] = SeriesLane{};
     for (std::size_t lane = 0; lane < series_width; ++lane) {
-      const std::size_t member = chunk.first + std::min(lane, chunk.count - 1);
+      const std::size_t member = chunk.first + lane;
       if (i < 3 * p_)
-        variable[0][lane] = chunk.r[3 * static_cast<std::size_t>(points_[member * p_ + i / 3]) + i % 3];
+        variable[0][lane] = chunk.r[3 * static_cast<std::size_t>(point(member, i / 3)) + i % 3];
       else if (i + 1 < num_variables)
-        variable[0][lane] = constants_[member * num_constants_ + i - 3 * p_];
+        variable[0][lane] = constants_[(i - 3 * p_) * stride_ + member];
       else
         variable[0][lane] = chunk.t;
     }
@@ -81,10 +101,8 @@ void PotentialFamily::run_program(const Chunk& chunk) const {
   SeriesLane* const lanes = load_lanes(chunk, order);
   const std::size_t size = 3 * p_;
   program_.evaluate(lanes, order, 0);
-  if (chunk.energies != nullptr) {
-    for (std::size_t lane = 0; lane < chunk.count; ++lane)
-      chunk.energies[lane] = program_.result(lanes, order, 0)[0][lane];
-  }
+  for (std::size_t lane = 0; lane < chunk.count; ++lane)
+    chunk.energies[lane] = program_.result(lanes, order, 0)[0][lane];
   if (chunk.gradients == nullptr && chunk.hessians == nullptr && chunk.rates == nullptr) return;
   const SeriesLane one = SeriesLane{} + 1.0, zero{};
   program_.differentiate(lanes, order, 0, &one);
@@ -107,29 +125,45 @@ void PotentialFamily::run_program(const Chunk& chunk) const {
   }
 }
 
+void PotentialFamily::run_by_hand(const Parallel& parallel, const double* r, double* forces, double* energies) const {
+  parallel.for_ranges(
+      stride_ / series_width,
+      [&](std::size_t begin, std::size_t end) {
+        group_.by_hand.run(group_.by_hand.law.get(),
+                           {begin * series_width, std::min(end * series_width, size_), stride_, r, points_.data(),
+                            in_a_row_.data(), prepared_.data(), forces, energies, size_});
+      },
+      32);
+}
+
 void PotentialFamily::evaluate_forces(const Parallel& parallel, double t, const double* r, double* forces,
                                       double* rates) const {
-  const Parallel serial(1);
-  for_chunks(kernel_.thread_safe ? parallel : serial, size(), [&](std::size_t first, std::size_t count) {
-    double* const f = forces + 3 * p_ * first;
-    run({first, count, t, r, nullptr, f, nullptr, depends_on_time() ? rates + first : nullptr});
-    for (std::size_t i = 0; i < 3 * p_ * count; ++i) f[i] = -f[i];
+  if (group_.by_hand) return run_by_hand(parallel, r, forces, nullptr);
+  for_chunks(parallel, [&](std::size_t first, std::size_t count) {
+    std::array<double, series_width> energies;                  // NOLINT: filled before use
+    std::array<double, series_width * most_numbers> gradients;  // NOLINT
+    run({first, count, t, r, energies.data(), gradients.data(), nullptr, depends_on_time() ? rates + first : nullptr});
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const double sign = std::isfinite(energies[lane]) ? -1.0 : std::numeric_limits<double>::quiet_NaN();
+      for (std::size_t i = 0; i < p_; ++i)
+        store(forces, i * size_ + first + lane, sign * load(gradients.data(), lane * p_ + i));
+    }
   });
 }
 
 void PotentialFamily::evaluate_energies(const Parallel& parallel, double t, const double* r, double* energies) const {
-  const Parallel serial(1);
-  for_chunks(kernel_.thread_safe ? parallel : serial, size(), [&](std::size_t first, std::size_t count) {
+  if (group_.by_hand) return run_by_hand(parallel, r, nullptr, energies);
+  for_chunks(parallel, [&](std::size_t first, std::size_t count) {
     run({first, count, t, r, energies + first, nullptr, nullptr, nullptr});
   });
 }
 
 void PotentialFamily::evaluate_stiffness(const Parallel& parallel, double t, const double* r, Block3* blocks) const {
-  const Parallel serial(1);
   const std::size_t size_of_member = 3 * p_;
-  for_chunks(kernel_.thread_safe ? parallel : serial, size(), [&](std::size_t first, std::size_t count) {
-    std::array<double, series_width * most_numbers * most_numbers> hessians;  // NOLINT: filled before use
-    run({first, count, t, r, nullptr, nullptr, hessians.data(), nullptr});
+  for_chunks(parallel, [&](std::size_t first, std::size_t count) {
+    std::array<double, series_width> energies;                                // NOLINT: filled before use
+    std::array<double, series_width * most_numbers * most_numbers> hessians;  // NOLINT
+    run({first, count, t, r, energies.data(), nullptr, hessians.data(), nullptr});
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t ij = 0; ij < p_ * p_; ++ij) {
         const std::size_t i = ij / p_, j = ij % p_;
@@ -140,6 +174,29 @@ void PotentialFamily::evaluate_stiffness(const Parallel& parallel, double t, con
       }
     }
   });
+}
+
+std::string PotentialFamily::find_undefined(const Parallel& parallel, double t, const double* r) const {
+  std::vector<double> forces(3 * p_ * size_), rates(size_), energies(size_);
+  evaluate_forces(parallel, t, r, forces.data(), rates.data());
+  evaluate_energies(parallel, t, r, energies.data());
+  for (std::size_t k = 0; k < size_; ++k) {
+    double sum = energies[k];
+    std::vector<double> places(3 * p_);
+    for (std::size_t i = 0; i < p_; ++i) {
+      const Vec3 force = load(forces.data(), i * size_ + k);
+      sum += force.x + force.y + force.z;
+      store(places.data(), i, load(r, point(k, i)));
+    }
+    if (std::isfinite(sum)) continue;
+    const bool are_places = std::ranges::all_of(places, [](double x) { return std::isfinite(x); });
+    if (!are_places) return {};
+    std::string reason;
+    if (group_.complaint) reason = group_.complaint(places.data(), group_.constants.data() + k * num_constants_);
+    if (reason.empty()) reason = "the energy or its gradient is not finite";
+    return group_.name + ": " + text(std::span(group_.points).subspan(k * p_, p_)) + ": " + reason;
+  }
+  return {};
 }
 
 }  // namespace tanor

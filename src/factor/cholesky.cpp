@@ -9,6 +9,7 @@
 
 #include "base/check.hpp"
 #include "base/counts.hpp"
+#include "factor/inertia.hpp"
 #include "factor/multifrontal.hpp"
 #include "plan/thresholds.hpp"
 
@@ -96,6 +97,29 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
   if (!best.supernodal)
     check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
   return best;
+}
+
+std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values) {
+  Common common;
+  cholmod_common& c = common.c;
+  c.final_ll = 0;  // L D L', also of an indefinite matrix
+  c.supernodal = CHOLMOD_SIMPLICIAL;
+  c.quick_return_if_not_posdef = 0;
+  c.method[0].ordering = CHOLMOD_NATURAL;
+  c.postorder = 0;
+  cholmod_sparse matrix = view(upper, values.data(), false);
+  cholmod_factor* factor = cholmod_analyze(&matrix, &c);
+  common.check();
+  cholmod_factorize(&matrix, factor, &c);
+  common.check();
+  std::optional<std::size_t> negative = 0;
+  if (c.status == CHOLMOD_NOT_POSDEF || factor->minor < factor->n || factor->is_ll) negative.reset();
+  for (std::size_t j = 0; negative && j < factor->n; ++j) {
+    const double pivot = static_cast<const double*>(factor->x)[static_cast<const int*>(factor->p)[j]];
+    if (pivot < 0.0) ++*negative;
+  }
+  cholmod_free_factor(&factor, &c);
+  return negative;
 }
 
 struct Cholesky::Implementation {

@@ -11,8 +11,8 @@ namespace tanor {
 
 using tanor_kernels::front_width;
 
-Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes)
-    : supernodes_(std::move(supernodes)), tree_(supernodes_) {
+Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept)
+    : supernodes_(std::move(supernodes)), num_kept_(num_kept), tree_(supernodes_) {
   panels_.resize(tree_.panels_size + front_width);
   for (std::size_t k = 0; k < 2; ++k) arenas_[k].resize(tree_.arena_size[k] + front_width);
   pivots_.resize(lower.size());
@@ -112,6 +112,7 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   const Front& front = tree_.fronts[s];
   if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
   assemble(front, entries, {0, front.stride, 0, front.columns}, workspace);
+  if (is_kept(front)) return;
   double* const panel = panels_.data() + front.panel;
   const std::size_t done = tanor_kernels::factorize_panel(front.columns, front.stride, front.stride, panel);
   if (done < front.columns) return fail(front.first_column + done);
@@ -138,6 +139,7 @@ void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries,
                   std::min(FrontTree::tile, front.columns - first_column)};
   if (failed_.load(std::memory_order_relaxed) < front.first_column + first_column + tile.columns) return;
   assemble(front, entries, tile, workspace);
+  if (is_kept(front)) return;
   double* const panel = panels_.data() + front.panel;
   double* const columns = panel + first_column * front.stride;
   const bool is_diagonal = task.row == task.column;

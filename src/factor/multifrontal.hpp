@@ -24,15 +24,30 @@ class Multifrontal {
  public:
   /// `lower` is the lower triangle of S in the order of elimination.
   explicit Multifrontal(const TrianglePattern& lower) : Multifrontal(lower, find_supernodes(lower)) {}
-  Multifrontal(const TrianglePattern& lower, Supernodes supernodes);
+  /// The last `num_kept` rows are one supernode without rows below, which is assembled and not factorized (see
+  /// PartialCholesky).
+  Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept = 0);
 
   /// Factorizes the values that stand beside the pattern's rows. Returns the first column whose pivot is not positive,
   /// or n.
   std::size_t factorize(const TrianglePattern& lower, const double* values, int threads = 1);
   /// Diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }
-  /// x := S^-1 x, [n].
-  void solve(double* x, int threads = 1);
+  /// x := S^-1 x, [n]; nothing is kept.
+  void solve(double* x, int threads = 1) {
+    eliminate(x, threads);
+    substitute(x, threads);
+  }
+  /// Both halves of a solve, one after the other: L y = x from the leaves to the roots, which leaves in the kept rows
+  /// of x what the others make of them; L' x = y back, from the kept rows of x.
+  void eliminate(double* x, int threads = 1);
+  void substitute(double* x, int threads = 1);
+
+  /// The lower triangle of what the others make of the kept rows: column j stands at `kept_column(j)`, from row j on.
+  const double* kept_column(std::size_t j) const {
+    const Front& front = tree_.fronts.back();
+    return panels_.data() + front.panel + j * (front.stride + 1);
+  }
 
   /// Numbers of L as it is stored, and of the updates that stand beside it.
   std::size_t num_stored() const { return panels_.size(); }
@@ -56,7 +71,9 @@ class Multifrontal {
   void find_entries(const TrianglePattern& lower);
   void find_places();
   void reserve(int threads);
+  int threads_of_solve(int threads);
 
+  bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
   double* update(const Front& front, Workspace& workspace) {
     return (front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update;
   }
@@ -82,6 +99,7 @@ class Multifrontal {
   double* partial_sums(const Front& front, std::size_t row, std::size_t column);
 
   Supernodes supernodes_;
+  std::size_t num_kept_;
   FrontTree tree_;
   std::vector<int> rows_in_parent_;              // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`

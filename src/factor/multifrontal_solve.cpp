@@ -78,6 +78,7 @@ void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, W
   for (std::size_t k = begin; k < end; ++k) {
     const auto s = static_cast<std::size_t>(tree_.order[k]);
     const Front& front = tree_.fronts[s];
+    if (is_kept(front)) continue;
     const double* const panel = panels_.data() + front.panel;
     const std::size_t size = front.stride * front.columns;
     prefetch(panel + ahead, size);
@@ -95,6 +96,7 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
   for (std::size_t k = tree_.sequence_start[sequence + 1]; k-- > tree_.sequence_start[sequence];) {
     const auto s = static_cast<std::size_t>(tree_.order[k]);
     const Front& front = tree_.fronts[s];
+    if (is_kept(front)) continue;
     const double* const panel = panels_.data() + front.panel;
     const std::size_t size = front.stride * front.columns;
     if (front.panel > ahead) prefetch(panel - ahead, size);
@@ -123,7 +125,10 @@ void Multifrontal::forwards(const FrontTask& task, const double* x, Workspace& w
   double* const y = z_.data() + pivots_.size() + front.vector;
   const double* const panel = panels_.data() + front.panel;
   const double* const inverse_pivots = inverse_pivots_.data() + front.first_column;
-  if (task.row == 0 && task.column == 0) start_vector(front, x);
+  const bool is_first = task.row == 0 && task.column == 0;
+  if (is_first) start_vector(front, x);
+  if (is_first && is_kept(front)) std::copy_n(y, front.columns, z_.data() + front.first_column);
+  if (is_kept(front)) return;
   if (task.kind == FrontTask::Kind::Whole)
     return tanor_kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
   const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
@@ -142,6 +147,7 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   if (task.kind == FrontTask::Kind::Sequence) return backwards_in_sequence(number, x, workspace);
   if (task.kind == FrontTask::Kind::Join) return fetch_from_above(number);
   const Front& front = tree_.fronts[number];
+  if (is_kept(front)) return;
   double* const y = z_.data() + pivots_.size() + front.vector;
   const double* const panel = panels_.data() + front.panel;
   const double* const inverse_pivots = inverse_pivots_.data() + front.first_column;
@@ -170,15 +176,27 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   keep(first, columns);
 }
 
-void Multifrontal::solve(double* x, int threads) {
+/// Threads that a solve is worth.
+int Multifrontal::threads_of_solve(int threads) {
   if (static_cast<double>(panels_.size()) < plan::numbers_worth_threads) threads = 1;
   reserve(threads);
-  const auto task_of = [&](int task) -> const FrontTask& { return tree_.solve_tasks[static_cast<std::size_t>(task)]; };
-  const auto own = [&](int thread) -> Workspace& { return workspaces_[static_cast<std::size_t>(thread)]; };
-  tree_.solve_graph.run(threads, TaskGraph::Direction::Forwards,
-                        [&](int task, int thread) { forwards(task_of(task), x, own(thread)); });
-  tree_.solve_graph.run(threads, TaskGraph::Direction::Backwards,
-                        [&](int task, int thread) { backwards(task_of(task), x, own(thread)); });
+  return threads;
+}
+
+void Multifrontal::eliminate(double* x, int threads) {
+  tree_.solve_graph.run(threads_of_solve(threads), TaskGraph::Direction::Forwards, [&](int task, int thread) {
+    forwards(tree_.solve_tasks[static_cast<std::size_t>(task)], x, workspaces_[static_cast<std::size_t>(thread)]);
+  });
+  const std::size_t first_kept = pivots_.size() - num_kept_;
+  std::copy_n(z_.data() + first_kept, num_kept_, x + first_kept);
+}
+
+void Multifrontal::substitute(double* x, int threads) {
+  const std::size_t first_kept = pivots_.size() - num_kept_;
+  std::copy_n(x + first_kept, num_kept_, z_.data() + first_kept);
+  tree_.solve_graph.run(threads_of_solve(threads), TaskGraph::Direction::Backwards, [&](int task, int thread) {
+    backwards(tree_.solve_tasks[static_cast<std::size_t>(task)], x, workspaces_[static_cast<std::size_t>(thread)]);
+  });
 }
 
 }  // namespace tanor

@@ -343,8 +343,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     return found;
   }
   scheme.forget();
-  const Power work = functions_->work_of_switch();
-  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) to->work.*part += work.*part;
+  to->work.add(1.0, functions_->work_of_switch());
   slopes_.clear();
   ++count_;
   last_time_ = to->t;

@@ -45,13 +45,13 @@ void Extrapolation::follow(const State& before, const State& from, bool follows_
 }
 
 /// The velocity that the constraints allow is not the one that was expected.
-bool Extrapolation::turns_away(const std::vector<double>& found) const {
+bool Extrapolation::turns_away(const Mechanics& mechanics, const std::vector<double>& found) const {
   double difference = 0.0, size = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     difference += (found[i] - kept_[i]) * (found[i] - kept_[i]);
     size += kept_[i] * kept_[i];
   }
-  return difference > singular::turn * singular::turn * size;
+  return mechanics.sum(difference) > singular::turn * singular::turn * mechanics.sum(size);
 }
 
 /// Puts the end onto the constraints, whose K says again where the motion goes.
@@ -61,7 +61,7 @@ StepResult Extrapolation::stabilize_end(Mechanics& mechanics, const IntegrationO
   if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
   kept_ = to->v;
   result = stabilize(mechanics, options, to, MovedVelocity::IsError);
-  if (result.outcome.ok() && turns_away(to->v)) {
+  if (result.outcome.ok() && turns_away(mechanics, to->v)) {
     result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
                                             ", and no motion goes on smoothly from there"};
   }
@@ -97,9 +97,9 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),
                w_to = (2.0 * h + 3.0 * p) / (6.0 * (p + h));
   to->work = from.work;
-  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) {
-    to->work.*part += h * (w_before * before.power.*part + w_from * from.power.*part + w_to * to->power.*part);
-  }
+  to->work.add(h * w_before, before.power);
+  to->work.add(h * w_from, from.power);
+  to->work.add(h * w_to, to->power);
   return result;
 }
 

@@ -45,8 +45,8 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   if (!result.outcome.ok()) return result;
   if (mechanics_.has_work()) {
     // The trapezoidal rule has the scheme's order.
-    to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
-    to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
+    to->work.add(0.5 * h, from.power);
+    to->work.add(0.5 * h, to->power);
   }
   std::swap(own_, next_own_);
   own_time_ = to->t;

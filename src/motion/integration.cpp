@@ -149,7 +149,7 @@ Integration::Attempt Integration::try_extrapolation(double t, bool takes_least_e
 double Integration::turn() const {
   // Other variables may stand in charts that have moved, and accelerations jump where equations change.
   if (!mechanics_.keeps_variables() || !trial_.is_before) return 0.0;
-  return turns_.angle(mechanics_.parallel(), trial_.state, state, knows_acceleration());
+  return turns_.angle(mechanics_, trial_.state, state, knows_acceleration());
 }
 
 /// Takes an attempt that was accepted. Its length is 0 where equations were switched before it.
@@ -166,7 +166,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
-    if (!scheme_->is_adaptive()) turns_.note(mechanics_.parallel(), trial_.state, state);
+    if (!scheme_->is_adaptive()) turns_.note(mechanics_, trial_.state, state);
     taken(attempt.step);
   }
   singular_.note(*scheme_, trial_.state, state, attempt.step);
@@ -203,9 +203,29 @@ std::string Integration::explain_missed() const {
   return drives_.missed() > small * turns_.fastest() ? drives_.describe() : "";
 }
 
-Outcome Integration::step_too_small(double resolution, const Outcome& reason) const {
+Outcome Integration::step_too_small(double resolution, Outcome reason) {
+  if (reason.ok()) reason = find_end_ahead(resolution);
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
+}
+
+/// Steps that get shorter and shorter may lead to where forces end (a bond at its limit): a little ahead, along the
+/// velocities, these are not finite. The advance is over: what the mechanics knows of the state is lost.
+Outcome Integration::find_end_ahead(double resolution) {
+  constexpr double nearest = 10.0, farthest = 1e7;
+  std::vector<double> x(state.x.size()), v(state.v.size()), a(state.a.size());
+  for (double ahead = nearest * resolution; ahead <= farthest * resolution; ahead *= 10.0) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = state.x[i] + ahead * state.v[i];
+    v = state.v;
+    try {
+      mechanics_.prescribe(state.t + ahead, x.data(), v.data());
+      Outcome found = mechanics_.accelerations({state.t + ahead, x.data(), v.data()}, {}, a.data());
+      if (found.status == Status::NotFinite) return found;
+    } catch (const InputError&) {  // a table ends here
+      return {};
+    }
+  }
+  return {};
 }
 
 /// Makes steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes
@@ -269,7 +289,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
     if (Outcome found = look_for_stiffness(t_end); !found.ok()) return found;
     if (state.t == t) continue;
     tiny_steps = state.t - t < tiny * (t_end - t) ? tiny_steps + 1 : 0;
-    if (tiny_steps == most_tiny_steps) return step_too_small(tiny * (t_end - t), {});
+    if (tiny_steps == most_tiny_steps) return step_too_small(tiny * (t_end - t), refusal_);
     if (observer && !observer(report_)) break;
   }
   return {};
@@ -346,7 +366,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double fitting = reaches ? left : std::min(next_step, nearly_half * left > next_step ? next_step : 0.5 * left);
   const double h = drives_.shorten(state, fitting, resolution);
   const bool last = reaches && h == fitting;
-  if (!last && !(h >= resolution)) return step_too_small(resolution, {});
+  if (!last && !(h >= resolution)) return step_too_small(resolution, refusal_);
   if (h != expected) rounding_.allow(state, h, scheme_->rounding_gain());
   const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
@@ -357,6 +377,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
     if (attempt.has_switched) next_step = std::min(next_step, h);
     rounding_.note_step(state);
     stiff_steps_.note_step();
+    refusal_ = {};
     take_trial(attempt, taken);
     return {};
   }
@@ -374,9 +395,10 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
     control_.limit = next_step = attempt.part * h;
     return {};
   }
+  if (!step.outcome.ok()) refusal_ = step.outcome;
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);
   control_.limit = next_step = h * (has_error ? control_.reject(attempt.error) : 0.25);
-  return next_step < resolution ? step_too_small(resolution, step.outcome) : Outcome{};
+  return next_step < resolution ? step_too_small(resolution, refusal_) : Outcome{};
 }
 
 }  // namespace tanor

@@ -67,6 +67,8 @@ class Integration {
   /// state from its points, where the mechanics solves once; `resume` then puts back what that solve may have changed
   /// in its last bits.
   void write(Snapshot* snapshot);
+  /// The part of it that does not depend on how points are spread over processes.
+  void write_progress(Snapshot* snapshot) const;
   void restore(const Snapshot& snapshot);
   /// Call this when `state` has its points, before that solve.
   void restore_memory(const Snapshot& snapshot);
@@ -102,7 +104,8 @@ class Integration {
   Outcome look_for_stiffness(double t_end);
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
-  Outcome step_too_small(double resolution, const Outcome& reason) const;
+  Outcome step_too_small(double resolution, Outcome reason);
+  Outcome find_end_ahead(double resolution);
   double longest_step() const;
   Attempt try_step(double t, bool may_surprise);
   Attempt try_extrapolation(double t, bool takes_least_error = false);
@@ -118,6 +121,7 @@ class Integration {
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
+  Outcome refusal_;  // why a try since the last step failed, where it did
   DriveControl drives_;
   Events events_;
   SingularConfigurations singular_;

@@ -38,11 +38,15 @@ void give_back(std::span<const double> numbers, const char* where, Part* part) {
 
 }  // namespace
 
-void Integration::write(Snapshot* snapshot) {
+void Integration::write_progress(Snapshot* snapshot) const {
   snapshot->next_step = next_step;
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = last_advance_.begin;
   snapshot->advance_end = last_advance_.end;
+}
+
+void Integration::write(Snapshot* snapshot) {
+  write_progress(snapshot);
   snapshot->drive_memory = numbers_of(drives_);
   snapshot->discrete_state = events_.discrete_state();
   snapshot->event_slopes = events_.slopes();
@@ -101,9 +105,10 @@ void Integration::restore(const Snapshot& snapshot) {
     if (own.size() != snapshot.memory.size()) Memory::refuse();
   }
   singular_.forget();
-  give_back(snapshot.singular_memory, "/snapshot/singular_memory", &singular_);
+  const bool is_whole = !snapshot.memory.empty();  // else only what any division into ranks shares
+  if (is_whole) give_back(snapshot.singular_memory, "/snapshot/singular_memory", &singular_);
   if (!snapshot.rounding_memory.empty()) give_back(snapshot.rounding_memory, "/snapshot/rounding_memory", &rounding_);
-  events_.restore_discrete_state(snapshot.discrete_state);
+  if (is_whole) events_.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
   scheme_ = std::move(scheme);  // which remembers no other motion
   drives_.follow(*scheme_);

@@ -250,8 +250,7 @@ Outcome Radau5::add_work(const State& from, double h, State* to) {
     Outcome found = equations_.evaluate(stage_time(from, h, to->t, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
                                         a_[i].data(), rows_[i].data(), &power);
     if (!found.ok()) return found;
-    to->work.supports += h * radau_.a[2][i] * power.supports;
-    to->work.forces += h * radau_.a[2][i] * power.forces;
+    to->work.add(h * radau_.a[2][i], power);
   }
   return {};
 }

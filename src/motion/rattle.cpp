@@ -99,9 +99,8 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   }
   if (mechanics_.has_work()) {
     // Trapezoidal rule, of the scheme's order.
-    to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
-    to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
-    to->work.friction += 0.5 * h * (from.power.friction + to->power.friction);
+    to->work.add(0.5 * h, from.power);
+    to->work.add(0.5 * h, to->power);
   }
   return result;
 }

@@ -88,6 +88,8 @@ void Rounding::take_sample(const State& from) {
     largest = larger(largest, std::abs(a_[i] - from.a[i]));
     fastest = std::max(fastest, std::abs(from.v[i]));
   }
+  largest = mechanics_.largest(largest);
+  fastest = mechanics_.largest(fastest);
   if (!(largest > 0.0 && std::isfinite(largest))) return;
   const double s = (fastest > 0.0 ? fastest : 1.0) / largest;
   for (std::size_t i = 0; i < n; ++i) v_[i] = from.v[i] + s * (a_[i] - from.a[i]);

@@ -163,12 +163,7 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
 /// Evaluates all stages but the first one, and adds the work that is done on the way.
 Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerations& a, Power* work) {
   const bool has_work = mechanics_.has_work();
-  const auto add_work = [&](std::size_t i, const Power& power) {
-    work->supports += h * tableau_.b[i] * power.supports;
-    work->forces += h * tableau_.b[i] * power.forces;
-    work->friction += h * tableau_.b[i] * power.friction;
-  };
-  if (has_work) add_work(0, from.power);
+  if (has_work) work->add(h * tableau_.b[0], from.power);
   // Fixed steps have no tolerance. They allow little more than rounding.
   constexpr double nearly_rounding = 1e-12;
   constexpr double none = std::numeric_limits<double>::min();
@@ -181,7 +176,7 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
     Outcome found = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, shares_[i] * allowed,
                                    {accelerations_[i - 1].data(), has_work ? &power : nullptr});
     if (!found.ok()) return found;
-    if (has_work) add_work(i, power);
+    if (has_work) work->add(h * tableau_.b[i], power);
   }
   return {};
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "motion/scheme.hpp"
 
@@ -16,11 +17,16 @@ double measure_moved_velocity(Mechanics& mechanics, const IntegrationOptions& op
   const double rounding = put_to / mechanics.reciprocal_condition();
   double fastest = 0.0;
   for (const double each : state.v) fastest = std::max(fastest, std::abs(each));
+  fastest = mechanics.largest(fastest);
   const double *const x = state.x.data(), *const v = state.v.data();
   const StepErrors errors{moved.data(), moved.data(), x, v, x, v, true};
   double atol = options.atol;
-  if (const auto own = mechanics.point_tolerances().velocities; !(atol > 0.0) && !own.empty())
-    atol = *std::min_element(own.begin(), own.end());
+  if (!(atol > 0.0)) {
+    const auto own = mechanics.point_tolerances().velocities;
+    constexpr double none = std::numeric_limits<double>::max();
+    const double least = own.empty() ? none : *std::min_element(own.begin(), own.end());
+    if (const double of_all = -mechanics.largest(-least); of_all < none) atol = of_all;
+  }
   return mechanics.error_ratios(state.t, errors, atol + rounding * fastest, options.rtol).v;
 }
 

@@ -22,8 +22,8 @@ constexpr int least_order = 6, most_order = 24;
 /// 2005): by 0.7 while the series stay in the caches (bench/rivals, chains and nets). In larger systems more terms pay
 /// where each costs little beside the step's factor and projections, and fewer where every term runs through all
 /// memory (bench/taylor_order.py).
-int choose_order(double tolerance, std::size_t n, bool has_cheap_terms) {
-  constexpr std::size_t large = 50000;
+int choose_order(double tolerance, double n, bool has_cheap_terms) {
+  constexpr double large = 50000.0;
   const double order = n < large         ? 4.0 - 0.7 * std::log(tolerance)
                        : has_cheap_terms ? 8.0 - 0.6 * std::log(tolerance)
                                          : 3.0 - 0.5 * std::log(tolerance);
@@ -165,7 +165,8 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
       mechanics_(mechanics),
       series_(series_of(mechanics)),
       order_(options.order > 0 ? options.order
-                               : choose_order(options.rtol, mechanics.size(), series_.has_cheap_terms())) {
+                               : choose_order(options.rtol, mechanics.sum(static_cast<double>(mechanics.size())),
+                                              series_.has_cheap_terms())) {
   const std::size_t n = mechanics.size();
   log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
@@ -270,9 +271,7 @@ Power Taylor::integrate_power(const State& from, double h) {
     evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), inside_.a.data());
     mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
     const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, inside_.a.data());
-    sum.supports += h * weights_[i] * power.supports;
-    sum.forces += h * weights_[i] * power.forces;
-    sum.friction += h * weights_[i] * power.friction;
+    sum.add(h * weights_[i], power);
   }
   return sum;
 }
@@ -284,15 +283,16 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
   constexpr double noise = 1e-11, most_noise = 1e-6;
-  const auto [largest, most_missing] = compare(to.a.data(), inside_.a.data(), to.a.size());
+  const Comparison here = compare(to.a.data(), inside_.a.data(), to.a.size());
   double* const missing = inside_.a.data();
   if (const std::span<const Index> own = series_.neighbourhoods(); !own.empty())
     subtract_from(to.a.data(), noise, own, &noise_, missing);
   else
-    subtract_from(to.a.data(), noise * largest, to.a.size(), missing);
+    subtract_from(to.a.data(), noise * here.size, to.a.size(), missing);
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);
+  const double largest = mechanics_.largest(here.size), most_missing = mechanics_.largest(here.difference);
   // Far from the origin, or where S is ill-conditioned, there is more noise. In half a step terms become less than half
   // as large, and so does what lies behind a kink (of |v| v where a point turns round); noise does not.
   const bool should_fall = rejected_.missing > 0.0 && h < 0.51 * rejected_.h;

@@ -61,16 +61,18 @@ void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std
 
 }  // namespace
 
-void TurnMeter::note(const Parallel& parallel, const State& from, const State& to) {
+void TurnMeter::note(const Mechanics& mechanics, const State& from, const State& to) {
   const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
   std::mutex joining;
   step_ = {};
-  parallel.for_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
+  mechanics.parallel().for_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
     Step part;
     measure_step(ends, 0.5 * (to.t - from.t), begin, end, &part);
     const std::lock_guard lock(joining);
     step_ = {std::max(step_.place, part.place), std::max(step_.speed, part.speed), std::max(step_.missed, part.missed)};
   });
+  for (double Step::*const each : {&Step::place, &Step::speed, &Step::missed})
+    step_.*each = mechanics.largest(step_.*each);
   before_ = fastest_;
   fastest_ = std::max(fastest_, step_.speed);
 }
@@ -78,7 +80,7 @@ void TurnMeter::note(const Parallel& parallel, const State& from, const State& t
 /// Turned by theta in a step, on a circle:
 ///
 ///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
-double TurnMeter::angle(const Parallel& parallel, const State& from, const State& to, bool knows_acceleration) const {
+double TurnMeter::angle(const Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const {
   constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
   // While a motion gathers its speed, as from rest, there is none yet to compare with.
   constexpr double gathering = 1.2;
@@ -87,9 +89,10 @@ double TurnMeter::angle(const Parallel& parallel, const State& from, const State
   if (!(h * fastest_ > least_move * step_.place)) return 0.0;
   const double by_x = 12.0 * step_.missed / (h * fastest_);
   if (!knows_acceleration) return std::sqrt(by_x);
-  const double changed = parallel.max_over_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
-    return largest_change(from.a.data(), to.a.data(), begin, end);
-  });
+  const double changed =
+      mechanics.largest(mechanics.parallel().max_over_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
+        return largest_change(from.a.data(), to.a.data(), begin, end);
+      }));
   return std::sqrt(std::max(by_x, h * changed / fastest_));
 }
 

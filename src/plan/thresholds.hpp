@@ -21,8 +21,11 @@ inline constexpr std::size_t long_path = 32;
 /// … four of five.
 inline constexpr double fullness_of_long_paths = 0.8;
 
-/// Rods that close rings in an island that the tree solver takes (bench/linear_solvers: trees, rings).
-inline constexpr std::size_t most_rings_of_tree = 4;
+/// Rods of the branches of trees that are eliminated in lanes: with fewer, what is done rod by rod is not worth the
+/// lanes, with more they leave the first caches. Of a tree that the tree solver takes, the points in lanes: without them
+/// it gains no more than 1.3 over sparse factors (bench/linear_solvers: trees).
+inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
+inline constexpr double share_of_tree_in_lanes = 0.5;
 
 /// What sparse factors may have to do beside special solvers, for each row of those; beyond, all of the system gets one
 /// sparse factor, which is re-used inside steps (see Reuse). Clusters beside a net of 100 x 100: steps of dop853 take

@@ -193,9 +193,13 @@ void read(const Given& given, ForceKernel* kernel) {
     return;
   }
   const Text text = text_of(given);
-  const std::vector<std::string> texts = texts_of(given, text, "three formulas or a callable (t, r, v)");
-  if (texts.size() != 3) given.fail("three formulas or a callable (t, r, v)");
-  *kernel = locate(given, [&] { return formula_force({texts[0], texts[1], texts[2]}, text.constants); });
+  constexpr const char* wanted = "three formulas (for each point of a tuple) or a callable (t, r, v)";
+  const std::vector<std::string> texts = texts_of(given, text, wanted);
+  if (texts.empty() || texts.size() % 3 != 0) given.fail(wanted);
+  *kernel = locate(given, [&] {
+    return texts.size() == 3 ? formula_force({texts[0], texts[1], texts[2]}, text.constants)
+                             : formula_tuple_force(texts, text.constants);
+  });
 }
 
 void read(const Given& given, int num_points, ConstraintKernel* kernel) {

@@ -36,7 +36,9 @@ struct Extra<UserConstraints> {
 };
 template <>
 struct Extra<FormulaForce> {
-  static constexpr std::tuple fields{FieldOf("kernel", &FormulaForce::kernel, {.is_required = true})};
+  static constexpr bool members_are_optional = true;
+  static constexpr std::tuple fields{FieldOf("kernel", &FormulaForce::kernel, {.is_required = true}),
+                                     FieldOf("tuples", &FormulaForce::tuples)};
 };
 template <>
 struct Extra<Potential> {
@@ -71,7 +73,8 @@ template <>
 struct Extra<PairForces> {
   static constexpr bool members_are_optional = true;
   static constexpr std::tuple fields{FieldOf("law", &PairForces::law), FieldOf("box", &PairForces::box, {.unit = "m"}),
-                                     FieldOf("exclude_rods", &PairForces::exclude_rods)};
+                                     FieldOf("exclude_rods", &PairForces::exclude_rods),
+                                     FieldOf("charges", &PairForces::charges)};
 };
 template <>
 struct Extra<Coulomb> {

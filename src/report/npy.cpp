@@ -1,6 +1,7 @@
 #include "report/npy.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <bit>
 #include <cstdint>
@@ -17,10 +18,10 @@ constexpr std::string_view magic{"\x93NUMPY\x01\x00", 8};
 // Magic, two bytes of length and the text together are a multiple of 64, so that the numbers can be mapped into memory.
 constexpr std::size_t alignment = 64;
 
-std::string make_header(std::string_view type, std::size_t size, std::size_t columns) {
-  const std::string shape =
-      columns == 1 ? fmt::format("({},)", size) : fmt::format("({}, {})", size / columns, columns);
-  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
+std::string make_header(std::string_view type, const std::vector<std::size_t>& shape) {
+  const char* const comma = shape.size() == 1 ? "," : "";
+  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}", type,
+                                 fmt::join(shape, ", "), comma);
   const std::size_t length = magic.size() + 2 + text.size() + 1;
   text.append((alignment - length % alignment) % alignment, ' ');
   text += '\n';
@@ -31,7 +32,11 @@ std::string make_header(std::string_view type, std::size_t size, std::size_t col
 }  // namespace
 
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns) {
-  file->write(make_header("<f8", numbers.size(), columns));
+  write_npy(file, numbers, columns == 1 ? std::vector{numbers.size()} : std::vector{numbers.size() / columns, columns});
+}
+
+void write_npy(OutputFile* file, std::span<const double> numbers, const std::vector<std::size_t>& shape) {
+  file->write(make_header("<f8", shape));
   file->write(numbers);
 }
 
@@ -41,7 +46,7 @@ void write_npy(const std::filesystem::path& path, std::span<const double> number
 
 void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values) {
   replace_file(path, [&](OutputFile* file) {
-    file->write(make_header("|b1", values.size(), 1));
+    file->write(make_header("|b1", {values.size()}));
     file->write(std::string(values.begin(), values.end()));
   });
 }

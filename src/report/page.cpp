@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include <tanor/enum_names.hpp>
+
 #include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"
@@ -21,17 +23,13 @@ std::size_t count_rods(const System& system) {
   return count;
 }
 
-std::string_view name_law(PairLaw law) {
-  return law == PairLaw::Wca ? "wca" : law == PairLaw::Lj ? "lj" : "log";
-}
-
 /// "gravity, pair (wca)"
 std::string list_forces(const System& system) {
   std::string list;
   for (const Force& force : system.forces) {
     list += fmt::format("{}{}", list.empty() ? "" : ", ", kind_name(force));
     if (const auto* pairs = std::get_if<PairForces>(&force)) {
-      list += fmt::format(" ({}", name_law(pairs->law));
+      list += fmt::format(" ({}", name_of(pairs->law));
       if (pairs->box != Vector3{})
         list += fmt::format(", box {} x {} x {} m", pairs->box[0], pairs->box[1], pairs->box[2]);
       list += pairs->exclude_rods ? ", not along rods)" : ")";

@@ -21,12 +21,12 @@ Json if_started(const RunFacts& facts, double number) {
   return facts.has_started ? Json(number) : Json();
 }
 
-void add_sizes(const RunFacts& facts, Simulation& simulation, JsonObjectFile* json) {
-  const PlanSummary& plan = simulation.plan();
-  json->add("points", simulation.system().num_points());
+void add_sizes(const RunEnd& end, JsonObjectFile* json) {
+  const PlanSummary& plan = end.plan;
+  json->add("points", end.system.num_points());
   json->add("supports", plan.supports);
   json->add("equations", plan.equations);
-  add_rank(facts.has_started ? std::optional(simulation.rank()) : std::nullopt, json);
+  add_rank(end.rank, json);
   json->add("islands", plan.islands);
 }
 
@@ -70,21 +70,20 @@ Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_fri
           {"output", facts.wall.output}};
 }
 
-void add_final(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
-               JsonObjectFile* json) {
-  const ArrayWriter arrays(json, directory / arrays_prefix, simulation.system().num_points());
+void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
+  const ArrayWriter arrays(json, directory / arrays_prefix, end.system.num_points());
   const auto add_points = [&](std::string_view key, std::span<const double> numbers) {
     arrays.write_points(key, facts.has_started ? Numbers(numbers) : std::nullopt);
   };
-  const bool knows_multipliers = facts.has_started && has_multipliers(simulation.plan());
+  const bool knows_multipliers = facts.has_started && has_multipliers(end.plan);
   json->begin_object("final");
-  json->add("t", if_started(facts, simulation.time()));
-  add_points("positions", simulation.positions());
-  add_points("velocities", simulation.velocities());
-  add_points("accelerations", simulation.accelerations());
-  arrays.write_list("multipliers", knows_multipliers ? Numbers(simulation.multipliers()) : std::nullopt);
-  add_points("reactions", simulation.reactions());
-  add_points("support_forces", simulation.support_forces());
+  json->add("t", if_started(facts, end.time));
+  add_points("positions", end.positions);
+  add_points("velocities", end.velocities);
+  add_points("accelerations", end.accelerations);
+  arrays.write_list("multipliers", knows_multipliers ? Numbers(end.multipliers) : std::nullopt);
+  add_points("reactions", end.reactions);
+  add_points("support_forces", end.support_forces);
   json->end();
 }
 
@@ -97,17 +96,20 @@ Json describe_violation(const RunFacts& facts, const MotionReport& report) {
 Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has_friction) {
   return {{"start", if_started(facts, report.energy.start)},
           {"end", if_started(facts, report.energy.now)},
+          {"kinetic", if_started(facts, report.energy.kinetic)},
+          {"potential", if_started(facts, report.energy.potential)},
           {"drift_relative", if_started(facts, report.energy.drift_relative())},
           {"work_of_friction", has_friction ? if_started(facts, report.energy.work_of_friction) : Json()},
           {"work_of_supports", if_started(facts, report.energy.work_of_supports)},
-          {"work_of_forces", if_started(facts, report.energy.work_of_forces)}};
+          {"work_of_forces", if_started(facts, report.energy.work_of_forces)},
+          {"work_of_potentials", if_started(facts, report.energy.work_of_potentials)}};
 }
 
 }  // namespace
 
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
-  const MotionReport& report = simulation.report();
-  const bool has_friction = !simulation.system().friction.empty();
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end) {
+  const MotionReport& report = end.report;
+  const bool has_friction = !end.system.friction.empty();
   replace_file(directory / summary_name, [&](OutputFile* file) {
     JsonObjectFile json(file);
     json.add("scene", facts.scene);
@@ -115,11 +117,11 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("tanor_version", TANOR_VERSION);
     json.add("method", name_of(report.method));
     if (!report.method_reason.empty()) json.add("method_reason", report.method_reason);
-    json.add("form", name_of(simulation.plan().form));
+    json.add("form", name_of(end.plan.form));
     json.add("threads", facts.threads);
-    add_sizes(facts, simulation, &json);
+    add_sizes(end, &json);
     json.add("t_end", facts.t_end);
-    json.add("t_reached", simulation.time());
+    json.add("t_reached", end.time);
     json.add("rank_changes", describe_rank_changes(report.rank_changes));
     json.add("singular_passages", describe_singular_passages(report.singular_passages));
     json.add("nearest_to_singular", describe_nearest_to_singular(facts, report));
@@ -130,15 +132,23 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("start", {{"position", if_started(facts, report.start.position_correction)},
                        {"velocity", if_started(facts, report.start.velocity_correction)}});
     json.add("wall_s", describe_times(facts, report.times, has_friction));
-    add_final(directory, facts, simulation, &json);
+    add_final(directory, facts, end, &json);
     json.add("violation", describe_violation(facts, report));
     json.add("energy", describe_energy(facts, report, has_friction));
     json.add("certificate", describe_certificate(facts.certificate));
     json.add("certificates", facts.certificates);
-    json.add("friction", describe_friction_summary(simulation.system(), report.friction));
-    json.add("left_out", simulation.plan().left_out);
+    json.add("friction", describe_friction_summary(end.system, report.friction));
+    json.add("left_out", end.plan.left_out);
     json.finish();
   });
+}
+
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
+  write_summary(directory, facts,
+                {simulation.system(), simulation.plan(), simulation.report(),
+                 facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
+                 simulation.positions(), simulation.velocities(), simulation.accelerations(), simulation.multipliers(),
+                 simulation.reactions(), simulation.support_forces()});
 }
 
 void remove_summary(const std::filesystem::path& directory) {

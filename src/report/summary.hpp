@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include <tanor/motion.hpp>
@@ -26,8 +27,18 @@ struct RunFacts {
 };
 
 inline constexpr const char* summary_name = "summary.json";
+/// What a run ended with, of all its points and equations in the order of the scene.
+struct RunEnd {
+  const System& system;
+  const PlanSummary& plan;
+  const MotionReport& report;
+  std::optional<RankReport> rank;  ///< where a start was found
+  double time;                     ///< s
+  std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;
+};
 
 /// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end);
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 
 /// Removes the summary of an earlier run, with its arrays.

@@ -23,24 +23,77 @@ Vector3 read_box(const Cursor& box, const Context& context) {
 
 }  // namespace
 
+/// Lists of points of one size, 1 to `most` of them.
+std::vector<std::vector<Index>> read_tuples(const Cursor& list, const Context& context, std::size_t most) {
+  std::vector<std::vector<Index>> tuples;
+  std::string wanted = fmt::format("a list of 1 to {} points", most);
+  for (const Cursor tuple : list.list("a list of lists of points")) {
+    std::vector<Index> points;
+    for (const Cursor member : tuple.list(wanted)) points.push_back(context.point(member));
+    if (tuples.empty() && !points.empty() && points.size() <= most)
+      wanted = fmt::format("{} points, as in the first tuple", points.size());
+    else if (tuples.empty() || points.size() != tuples[0].size())
+      tuple.fail(wanted);
+    tuples.push_back(std::move(points));
+  }
+  return tuples;
+}
+
+/// x1, y1, z1, x2, …: the components of forces on tuples.
+constexpr std::array<std::string_view, 3 * ForceKernel::most_points> tuple_components{
+    "x1", "y1", "z1", "x2", "y2", "z2", "x3", "y3", "z3", "x4", "y4", "z4",
+    "x5", "y5", "z5", "x6", "y6", "z6", "x7", "y7", "z7", "x8", "y8", "z8"};
+
 template <>
 struct Extra<FormulaForce> {
-  static constexpr std::array<std::string_view, 5> keys{"name", "points", "x", "y", "z"};
+  static constexpr auto keys = [] {
+    std::array<std::string_view, 6 + tuple_components.size()> all{"name", "points", "x", "y", "z", "tuples"};
+    std::copy(tuple_components.begin(), tuple_components.end(), all.begin() + 6);
+    return all;
+  }();
+  static constexpr bool read_alone = true;
   static void read(const Cursor& entry, const Context& context, FormulaForce* force) {
-    const std::array<std::string, 3> components = {entry["x"].string("0"), entry["y"].string("0"),
-                                                   entry["z"].string("0")};
+    const bool has_tuples = static_cast<bool>(entry["tuples"]);
+    std::vector<std::string_view> components{"x", "y", "z"};
+    if (has_tuples) {
+      force->tuples = read_tuples(entry["tuples"], context, ForceKernel::most_points);
+      if (entry["points"]) entry["points"].complain("found beside \"tuples\"; one of both is right");
+      const std::size_t p = force->tuples.empty() ? 1 : force->tuples[0].size();
+      components.assign(tuple_components.begin(), tuple_components.begin() + static_cast<long>(3 * p));
+    } else {
+      force->points = context.points(entry["points"]);
+    }
+    refuse_other_components(entry, components, has_tuples);
+    std::vector<std::string> texts;
+    for (const std::string_view component : components) texts.push_back(entry[component].string("0"));
     try {
-      force->kernel = formula_force(components, context.parameters);
+      force->kernel = has_tuples ? formula_tuple_force(texts, context.parameters)
+                                 : formula_force({texts[0], texts[1], texts[2]}, context.parameters);
     } catch (const InputError& error) {
       entry[error.where().substr(1)].complain(error.what());  // "/x": the component
     }
+  }
+
+ private:
+  /// A component that the force does not have would be silently without effect.
+  static void refuse_other_components(const Cursor& entry, const std::vector<std::string_view>& own, bool has_tuples) {
+    const auto refuse = [&](std::string_view key) {
+      if (entry[key] && std::ranges::find(own, key) == own.end())
+        entry[key].complain(has_tuples
+                                ? fmt::format("found in a force on tuples of {} points, wanted {} to {}",
+                                              own.size() / 3, own.front(), own.back())
+                                : std::string("found beside \"points\", wanted x, y or z; with \"tuples\" x1, y1, …"));
+    };
+    for (const std::string_view key : {"x", "y", "z"}) refuse(key);
+    for (const std::string_view key : tuple_components) refuse(key);
   }
 };
 
 template <>
 struct Extra<PairForces> {
-  static constexpr std::array<std::string_view, 9> keys{"name",   "points",   "law", "epsilon", "sigma",
-                                                        "cutoff", "strength", "box", "exclude"};
+  static constexpr std::array<std::string_view, 14> keys{"name",   "points",   "law",   "epsilon",    "sigma",
+                                                         "cutoff", "strength", "box",   "exclude",    "charges",
+                                                         "length", "depth",    "width", "rest_length"};
   static constexpr bool members_are_optional = true;
   static void read(const Cursor& entry, const Context& context, PairForces* pairs) {
     pairs->law = entry["law"].choice<PairLaw>();
@@ -50,15 +103,43 @@ struct Extra<PairForces> {
         entry[key].complain(
             fmt::format("found beside the law \"{}\", wanted with {} only", entry["law"].string(), laws));
     };
-    const bool is_log = pairs->law == PairLaw::Log;
-    keep_to(!is_log, "epsilon", "wca or lj");
-    keep_to(!is_log, "sigma", "wca or lj");
-    keep_to(!is_log, "box", "wca or lj");
-    keep_to(pairs->law == PairLaw::Lj, "cutoff", "lj");
-    keep_to(is_log, "strength", "log");
+    const PairLaw law = pairs->law;
+    const bool is_lennard_jones = law == PairLaw::Wca || law == PairLaw::Lj;
+    const bool is_yukawa = law == PairLaw::Yukawa, is_morse = law == PairLaw::Morse,
+               is_coulomb = law == PairLaw::Coulomb;
+    keep_to(is_lennard_jones, "epsilon", "wca or lj");
+    keep_to(is_lennard_jones, "sigma", "wca or lj");
+    if (is_coulomb && entry["box"])
+      entry["box"].complain("found beside the law \"coulomb\", wanted without a box: there is no periodic sum");
+    keep_to(law != PairLaw::Log, "box", "wca, lj, yukawa or morse");
+    keep_to(law == PairLaw::Lj || is_yukawa || is_morse, "cutoff", "lj, yukawa or morse");
+    keep_to(law == PairLaw::Log || is_coulomb || is_yukawa, "strength", "log, coulomb or yukawa");
+    keep_to(is_coulomb, "charges", "coulomb");
+    keep_to(is_yukawa, "length", "yukawa");
+    for (const char* key : {"depth", "width", "rest_length"}) keep_to(is_morse, key, "morse");
+    require_numbers(entry, law);
     if (entry["points"] && pairs->points.empty()) entry["points"].fail("at least one point");
     pairs->box = read_box(entry["box"], context);
     if (entry["exclude"]) pairs->exclude_rods = entry["exclude"].choice<bool>({{"rods", true}});
+    if (const Cursor charges = entry["charges"]) pairs->charges = read_charges(charges, context, *pairs);
+  }
+
+ private:
+  /// Numbers of the newer laws have no default.
+  static void require_numbers(const Cursor& entry, PairLaw law) {
+    const auto require = [&](std::initializer_list<const char*> keys) {
+      for (const char* key : keys)
+        if (!entry[key]) entry[key].fail(std::string_view(key) == "charges" ? "a number, or one a point" : "a number");
+    };
+    if (law == PairLaw::Coulomb) require({"strength", "charges"});
+    if (law == PairLaw::Yukawa) require({"strength", "length"});
+    if (law == PairLaw::Morse) require({"depth", "width", "rest_length"});
+  }
+  static std::vector<double> read_charges(const Cursor& charges, const Context& context, const PairForces& pairs) {
+    const std::size_t num_points = pairs.points.empty() ? context.num_points : pairs.points.size();
+    const std::vector<double> numbers = context.constant_parameter(charges, num_points).constants;
+    if (numbers.empty()) charges.fail("a number, or one a point");
+    return numbers;
   }
 };
 
@@ -89,16 +170,7 @@ struct Extra<Potential> {
       for (const Index point : context.points(list)) potential->points.push_back({point});
       return;
     }
-    std::string wanted = fmt::format("a list of 1 to {} points", PotentialKernel::most_points);
-    for (const Cursor tuple : list.list("a list of lists of points")) {
-      std::vector<Index> points;
-      for (const Cursor member : tuple.list(wanted)) points.push_back(context.point(member));
-      if (potential->points.empty() && !points.empty() && points.size() <= PotentialKernel::most_points)
-        wanted = fmt::format("{} points, as in the first tuple", points.size());
-      else if (potential->points.empty() || points.size() != potential->points[0].size())
-        tuple.fail(wanted);
-      potential->points.push_back(std::move(points));
-    }
+    potential->points = scene::read_tuples(list, context, PotentialKernel::most_points);
   }
 };
 

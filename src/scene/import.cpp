@@ -2,25 +2,86 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "scene/bonds_by_distance.hpp"
+#include "scene/gro.hpp"
+#include "scene/import_energies.hpp"
 #include "scene/lammps_data.hpp"
+#include "scene/obj.hpp"
+#include "scene/pdb.hpp"
+#include "scene/ply.hpp"
+#include "scene/text_file.hpp"
 
 namespace tanor::scene {
 namespace {
 
-/// Rods along the bonds of the wanted types (empty: all); moves atoms so that they are short.
-Rods make_rods(const LammpsData& data, const std::vector<std::int64_t>& types, std::vector<Vector3>* positions) {
+enum class Format { LammpsData, Obj, Ply, Gro, Pdb };
+constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Format::LammpsData},
+                                                           {"obj", Format::Obj},
+                                                           {"ply", Format::Ply},
+                                                           {"gro", Format::Gro},
+                                                           {"pdb", Format::Pdb}};
+
+Imported read_file(const std::filesystem::path& path, Format format) {
+  const std::string name = path.filename().string(), text = read_text(path);
+  switch (format) {
+    case Format::LammpsData:
+      return read_lammps_data(name, text);
+    case Format::Obj:
+      return read_obj(name, text);
+    case Format::Ply:
+      return read_ply(name, text);
+    case Format::Gro:
+      return read_gro(name, text);
+    case Format::Pdb:
+      break;
+  }
+  return read_pdb(name, text);
+}
+
+/// Rods along the bonds of the wanted types; moves atoms so that they are short.
+Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, bool all,
+               std::vector<Vector3>* positions) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
-  for (const LammpsData::Bond& bond : data.bonds)
-    if (types.empty() || std::find(types.begin(), types.end(), bond.type) != types.end())
-      rods.pairs.push_back(bond.atoms);
+  for (const Imported::Bond& bond : data.bonds)
+    if (all || std::find(types.begin(), types.end(), bond.type) != types.end()) rods.pairs.push_back(bond.atoms);
 
   rods.offsets = join_molecules(data.cell, rods.pairs, positions);
   const auto is_zero = [](const Vector3& offset) { return offset == Vector3{}; };
   if (std::all_of(rods.offsets.begin(), rods.offsets.end(), is_zero)) rods.offsets.clear();
   return rods;
+}
+
+/// Every two rods that meet in a point, for files that list no angles.
+std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_points, const Cursor& wanted) {
+  std::vector<std::vector<std::int32_t>> neighbours(num_points);
+  for (const auto& [i, j] : rods.pairs) {
+    neighbours[static_cast<std::size_t>(i)].push_back(j);
+    neighbours[static_cast<std::size_t>(j)].push_back(i);
+  }
+  constexpr std::size_t most_rods = 100;
+  std::vector<Imported::Angle> angles;
+  for (std::size_t corner = 0; corner < num_points; ++corner) {
+    const std::vector<std::int32_t>& ends = neighbours[corner];
+    if (ends.size() > most_rods)
+      wanted.complain(fmt::format("found {} rods at point {}, wanted at most {} where all angles are rigid",
+                                  ends.size(), corner, most_rods));
+    for (std::size_t a = 0; a < ends.size(); ++a)
+      for (std::size_t b = a + 1; b < ends.size(); ++b)
+        angles.push_back({0, 0, {ends[a], static_cast<std::int32_t>(corner), ends[b]}});
+  }
+  return angles;
+}
+
+/// An angle of a file by its number there, another one by its points.
+std::string name_angle(const Imported::Angle& angle) {
+  if (angle.id > 0) return fmt::to_string(angle.id);
+  return fmt::format("{}-{}-{}", angle.atoms[0], angle.atoms[1], angle.atoms[2]);
 }
 
 /// Sine of the angle between two vectors.
@@ -30,15 +91,20 @@ double sine(const Vector3& a, const Vector3& b) {
 }
 
 /// All angles of the file, held as they are. `positions`: of molecules that are joined.
-Angles make_angles(const LammpsData& data, const std::vector<Vector3>& positions, const Cursor& wanted) {
+Angles make_angles(const Imported& data, const std::vector<Vector3>& positions, const Cursor& wanted) {
   // Below, the cosine has no slope to rounding.
   constexpr double least_sine = 1e-7;
   Angles angles{.name = "angles", .triples = {}, .cosine = {}};
   std::string straight, torn;
-  const auto add = [](std::int64_t id, std::string* list) {
-    *list += list->empty() ? fmt::to_string(id) : fmt::format(", {}", id);
+  const auto add = [](const Imported::Angle& angle, std::string* list) {
+    constexpr std::size_t most_named = 200;  // characters
+    if (list->size() > most_named) {
+      if (!list->ends_with("…")) *list += ", …";
+      return;
+    }
+    *list += (list->empty() ? "" : ", ") + name_angle(angle);
   };
-  for (const LammpsData::Angle& angle : data.angles) {
+  for (const Imported::Angle& angle : data.angles) {
     const auto arm = [&](std::int32_t end) {
       const Vector3 &from = positions[static_cast<std::size_t>(angle.atoms[1])],
                     &to = positions[static_cast<std::size_t>(end)];
@@ -47,9 +113,9 @@ Angles make_angles(const LammpsData& data, const std::vector<Vector3>& positions
     const Vector3 a = arm(angle.atoms[0]), b = arm(angle.atoms[2]);
     const std::array<std::int64_t, 3> here{};
     if (data.cell.nearest_images(a) != here || data.cell.nearest_images(b) != here)
-      add(angle.id, &torn);
+      add(angle, &torn);
     else if (!(sine(a, b) > least_sine))
-      add(angle.id, &straight);
+      add(angle, &straight);
     angles.triples.push_back(angle.atoms);
   }
   if (!torn.empty())
@@ -70,28 +136,97 @@ std::vector<double> flatten(const std::vector<Vector3>& vectors) {
   return numbers;
 }
 
+/// One mass for all, or what the file says, or what its elements say, or 1.
+std::vector<double> find_masses(const Imported& data, const Cursor& mass, const Cursor& file) {
+  const std::size_t num_points = data.positions.size();
+  if (mass) return std::vector<double>(num_points, mass.positive());
+  if (!data.masses.empty()) return data.masses;
+  if (data.elements.empty()) return std::vector<double>(num_points, 1.0);
+  if (!data.without_element.empty())
+    file.complain(fmt::format("{} is of no element that its name tells; give one mass for all by /import/mass",
+                              data.without_element));
+  std::vector<double> masses;
+  for (const Element* element : data.elements) masses.push_back(element->mass);
+  return masses;
+}
+
+enum class BondRule { Rods, Distance, None, Energies };
+enum class AngleRule { Free, Rigid, Energies };
+
+/// The bonds that become rods, where the scene wants others than those of the file.
+void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
+  if (rule == BondRule::None) data->bonds.clear();
+  if (rule != BondRule::Distance) return;
+  if (data->elements.empty()) bonds.fail("rods or none: the file knows no elements, whose radii tell bonds");
+  data->bonds = bonds.locate([&] { return find_bonds_by_distance(*data); });
+}
+
+/// Moves atoms so that bonds which are energies are short.
+void join_bonds(Imported* data) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  for (const Imported::Bond& bond : data->bonds) pairs.push_back(bond.atoms);
+  (void)join_molecules(data->cell, pairs, &data->positions);
+}
+
+/// Complains about keys that nothing reads, and energies that the format has no coefficients of.
+void check_energies(const Cursor& import, Format format, const ImportChoices& choices) {
+  const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
+    if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));
+  };
+  keep_to(choices.bonds_are_energies, "bond_style", R"("bonds": "energies")");
+  keep_to(choices.bonds_are_energies, "fene_repulsion", R"("bonds": "energies")");
+  keep_to(choices.angles_are_energies, "angle_style", R"("angles": "energies")");
+  keep_to(choices.dihedrals_are_energies, "dihedral_style", R"("dihedrals": "energies")");
+  if (format == Format::LammpsData) return;
+  for (const auto& [is_wanted, key] :
+       {std::pair(choices.bonds_are_energies, "bonds"), std::pair(choices.angles_are_energies, "angles"),
+        std::pair(choices.dihedrals_are_energies, "dihedrals")})
+    if (is_wanted) import[key].complain("found energies, whose coefficients lammps-data alone has");
+}
+
 }  // namespace
 
 PointSet read_import(const Cursor& import, const Context& context) {
-  import.object({"file", "format", "bonds", "types", "angles"});
-  import["format"].choice<int>({{ "lammps-data", 0 }}, 0, {"obj", "ply", "gro", "pdb"});
-  import["bonds"].choice<int>({{ "rods", 0 }}, 0);
-  const bool rigid_angles = import["angles"].choice<bool>({{"free", false}, {"rigid", true}}, false);
+  import.object({"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
+                 "dihedral_style", "fene_repulsion"});
+  const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)}, Format::LammpsData);
+  const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
+                                                      {"distance", BondRule::Distance},
+                                                      {"none", BondRule::None},
+                                                      {"energies", BondRule::Energies}},
+                                                     BondRule::Rods);
+  const auto angle_rule = import["angles"].choice<AngleRule>(
+      {{"free", AngleRule::Free}, {"rigid", AngleRule::Rigid}, {"energies", AngleRule::Energies}}, AngleRule::Free);
+  ImportChoices choices{
+      .bonds_are_energies = rule == BondRule::Energies,
+      .angles_are_energies = angle_rule == AngleRule::Energies,
+      .dihedrals_are_energies = import["dihedrals"].choice<bool>({{"free", false}, {"energies", true}}, false),
+      .pairs_repel = import["fene_repulsion"].choice<bool>({{"none", false}, {"pair", true}}, false),
+      .rod_types = {}};
+  check_energies(import, format, choices);
 
   const Cursor file = import["file"];
-  LammpsData data = file.locate([path = context.file(file)] { return read_lammps_data(path); });
-  if (data.positions.empty()) file.fail("a file with at least one atom");
-  std::vector<std::int64_t> types;
+  Imported data = file.locate([&, path = context.file(file)] { return read_file(path, format); });
+  if (data.positions.empty()) file.fail("a file with at least one atom or vertex");
   for (const Cursor type : import["types"].optional_list("a list of bond types"))
-    types.push_back(type.integer(1, data.num_bond_types));
+    choices.rod_types.push_back(type.integer(1, data.num_bond_types));
+  choose_bonds(import["bonds"], rule, &data);
 
   PointSet set;
-  set.source = fmt::format("import: {} (lammps-data)", file.string());
-  set.constraints.emplace_back(make_rods(data, types, &data.positions));
-  if (rigid_angles) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
+  const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
+  set.source = fmt::format("import: {} ({}{})", file.string(), name->first,
+                           rule == BondRule::Distance ? ", bonds by distance" : "");
+  set.masses = find_masses(data, import["mass"], file);
+  if (choices.bonds_are_energies) join_bonds(&data);
+  const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();
+  Rods rods = make_rods(data, choices.rod_types, all_are_rods, &data.positions);
+  if (angle_rule == AngleRule::Rigid && format != Format::LammpsData)
+    data.angles = find_angles(rods, data.positions.size(), import["angles"]);
+  if (!choices.bonds_are_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));
+  set.forces = make_energies(data, choices, import);
+  if (angle_rule == AngleRule::Rigid) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
-  set.masses = std::move(data.masses);
   set.cell = data.cell;
   return set;
 }

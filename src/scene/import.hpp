@@ -4,7 +4,7 @@
 
 namespace tanor::scene {
 
-/// "import": {"file", "format", "bonds", "types", "angles"}, points, rods (named `rods`) and rigid
+/// "import": {"file", "format", "bonds", "types", "angles", "mass"}, points, rods (named `rods`) and rigid
 /// angles (named `angles`) of another program's file.
 PointSet read_import(const Cursor& import, const Context& context);
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -37,7 +38,7 @@ class LammpsReader {
  public:
   LammpsReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
 
-  LammpsData read() {
+  Imported read() {
     lines_.next();  // the first line is a comment
     std::string section;
     while (lines_.next()) {
@@ -47,8 +48,9 @@ class LammpsReader {
       const Words words = split_words(content);
       if (is_letter(content[0])) {
         section = content;
-        if (section == "Atoms" && hash != std::string_view::npos)
-          find_style(first_word(lines_.line().substr(hash + 1)));
+        const std::string_view style = hash == std::string_view::npos ? "" : first_word(lines_.line().substr(hash + 1));
+        if (section == "Atoms" && hash != std::string_view::npos) find_style(style);
+        if (Imported::Coefficients* const coefficients = coefficients_of(section)) coefficients->style = style;
       } else if (section.empty()) {
         read_header(words);
       } else if (section == "Masses") {
@@ -60,7 +62,11 @@ class LammpsReader {
       } else if (section == "Bonds") {
         read_bond(words);
       } else if (section == "Angles") {
-        read_angle(words);
+        angles_.push_back(read_tuple<3>(words, "angle", data_.num_angle_types));
+      } else if (section == "Dihedrals") {
+        dihedrals_.push_back(read_tuple<4>(words, "dihedral", data_.num_dihedral_types));
+      } else if (Imported::Coefficients* const coefficients = coefficients_of(section)) {
+        read_coefficients(words, coefficients);
       }
     }
     return finish();
@@ -79,9 +85,10 @@ class LammpsReader {
     std::int64_t type, i, j;  ///< ids
     std::size_t line;
   };
-  struct NamedAngle {
-    std::int64_t id;
-    std::array<std::int64_t, 3> atoms;  ///< ids
+  template <std::size_t size>
+  struct NamedTuple {
+    std::int64_t id, type;
+    std::array<std::int64_t, size> atoms;  ///< ids
     std::size_t line;
   };
 
@@ -129,8 +136,11 @@ class LammpsReader {
     if (words.size() == 2 && ends_with({"atoms"})) num_atoms_ = count();
     if (words.size() == 2 && ends_with({"bonds"})) num_bonds_ = count();
     if (words.size() == 2 && ends_with({"angles"})) num_angles_ = count();
+    if (words.size() == 2 && ends_with({"dihedrals"})) num_dihedrals_ = count();
     if (words.size() == 3 && ends_with({"atom", "types"})) num_atom_types_ = count();
     if (words.size() == 3 && ends_with({"bond", "types"})) data_.num_bond_types = count();
+    if (words.size() == 3 && ends_with({"angle", "types"})) data_.num_angle_types = count();
+    if (words.size() == 3 && ends_with({"dihedral", "types"})) data_.num_dihedral_types = count();
     if (words.size() == 4 && ends_with({"xlo", "xhi"})) cell.xx = edge();
     if (words.size() == 4 && ends_with({"ylo", "yhi"})) cell.yy = edge();
     if (words.size() == 4 && ends_with({"zlo", "zhi"})) cell.zz = edge();
@@ -204,22 +214,48 @@ class LammpsReader {
     if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
   }
 
-  void read_angle(const Words& words) {
-    check_columns(words, {5}, "5: id type atom atom atom");
-    NamedAngle angle{.id = integer(words[0], "an angle id", 1, any), .atoms = {}, .line = lines_.number()};
-    for (std::size_t k = 0; k < 3; ++k) {
-      angle.atoms[k] = integer(words[2 + k], "an atom id", 1, any);
-      if (std::find(angle.atoms.begin(), angle.atoms.begin() + k, angle.atoms[k]) != angle.atoms.begin() + k)
-        lines_.fail(words[2 + k], "three atoms that differ");
+  /// "id type atom …" of angles and dihedrals.
+  template <std::size_t size>
+  NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::int64_t num_types) {
+    std::string columns = fmt::format("{}: id type", size + 2);
+    for (std::size_t k = 0; k < size; ++k) columns += " atom";
+    check_columns(words, {size + 2}, columns);
+    const std::string article = what[0] == 'a' ? "an " : "a ";
+    NamedTuple<size> tuple{.id = integer(words[0], article + what + " id", 1, any),
+                           .type = integer(words[1], article + what + " type", 1, num_types),
+                           .atoms = {},
+                           .line = lines_.number()};
+    for (std::size_t k = 0; k < size; ++k) {
+      tuple.atoms[k] = integer(words[2 + k], "an atom id", 1, any);
+      if (std::find(tuple.atoms.begin(), tuple.atoms.begin() + k, tuple.atoms[k]) != tuple.atoms.begin() + k)
+        lines_.fail(words[2 + k], size == 3 ? "three atoms that differ" : "four atoms that differ");
     }
-    angles_.push_back(angle);
+    return tuple;
+  }
+
+  Imported::Coefficients* coefficients_of(std::string_view section) {
+    return section == "Bond Coeffs"       ? &data_.bond_coefficients
+           : section == "Angle Coeffs"    ? &data_.angle_coefficients
+           : section == "Dihedral Coeffs" ? &data_.dihedral_coefficients
+                                          : nullptr;
+  }
+  /// "type number …"; of hybrid styles the name of each type's own style stands in between.
+  void read_coefficients(const Words& words, Imported::Coefficients* coefficients) {
+    const std::int64_t type = integer(words[0], "a type", 1, most);
+    std::vector<double> numbers;
+    for (const std::string_view word : std::span(words).subspan(1)) {
+      if (is_letter(word[0])) lines_.fail(word, "a finite number (hybrid styles are not read)");
+      numbers.push_back(number(word));
+    }
+    coefficients->of_type[type] = std::move(numbers);
   }
 
   /// Checks the counts, puts the atoms into the order of their ids, and lets bonds and angles name them by it.
-  LammpsData finish() {
+  Imported finish() {
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
     check_count("angles", num_angles_, angles_.size());
+    check_count("dihedrals", num_dihedrals_, dihedrals_.size());
     if (!velocities_.empty()) check_count("velocities", num_atoms_, velocities_.size());
     std::sort(atoms_.begin(), atoms_.end(), [](const Atom& a, const Atom& b) { return a.id < b.id; });
     const auto twin =
@@ -238,10 +274,16 @@ class LammpsReader {
     }
     for (const NamedBond& bond : bonds_)
       data_.bonds.push_back({bond.type, {find(bond.i, "a bond", bond.line), find(bond.j, "a bond", bond.line)}});
-    for (const auto& [id, atoms, line] : angles_)
-      data_.angles.push_back(
-          {id, {find(atoms[0], "an angle", line), find(atoms[1], "an angle", line), find(atoms[2], "an angle", line)}});
+    for (const NamedTuple<3>& angle : angles_) data_.angles.push_back({angle.id, angle.type, find(angle, "an angle")});
+    for (const NamedTuple<4>& dihedral : dihedrals_)
+      data_.dihedrals.push_back({dihedral.id, dihedral.type, find(dihedral, "a dihedral")});
     return std::move(data_);
+  }
+  template <std::size_t size>
+  std::array<std::int32_t, size> find(const NamedTuple<size>& tuple, std::string_view owner) const {
+    std::array<std::int32_t, size> atoms;
+    for (std::size_t k = 0; k < size; ++k) atoms[k] = find(tuple.atoms[k], owner, tuple.line);
+    return atoms;
   }
 
   [[noreturn]] void complain(const std::string& what, std::size_t line = 0) const {
@@ -280,20 +322,20 @@ class LammpsReader {
   LineReader lines_;
   std::optional<AtomStyle> style_;
   std::string atom_columns_, atom_type_, image_flag_;
-  std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_angles_ = 0, num_atom_types_ = 0;
+  std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_angles_ = 0, num_dihedrals_ = 0, num_atom_types_ = 0;
   std::map<std::int64_t, double> masses_;  ///< by atom type
   std::vector<Atom> atoms_;
   std::vector<Velocity> velocities_;
   std::vector<NamedBond> bonds_;
-  std::vector<NamedAngle> angles_;
-  LammpsData data_;
+  std::vector<NamedTuple<3>> angles_;
+  std::vector<NamedTuple<4>> dihedrals_;
+  Imported data_;
 };
 
 }  // namespace
 
-LammpsData read_lammps_data(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
-  return LammpsReader(file.filename().string(), text).read();
+Imported read_lammps_data(const std::string& name, std::string_view text) {
+  return LammpsReader(name, text).read();
 }
 
 }  // namespace tanor::scene

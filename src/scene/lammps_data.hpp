@@ -1,40 +1,17 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <filesystem>
-#include <vector>
+#include <string>
+#include <string_view>
 
-#include <tanor/time_function.hpp>
-
-#include "scene/periodic_cell.hpp"
+#include "scene/imported.hpp"
 
 namespace tanor::scene {
 
-/// Atoms, bonds and angles of a LAMMPS data file. The atoms stand in the order of their ids, so that ids 1 … n become
-/// points 0 … n - 1.
-struct LammpsData {
-  struct Bond {
-    std::int64_t type;
-    std::array<std::int32_t, 2> atoms;
-  };
-  struct Angle {
-    std::int64_t id;
-    std::array<std::int32_t, 3> atoms;  ///< the corner in the middle
-  };
-
-  Cell cell;
-  std::int64_t num_bond_types = 0;
-  std::vector<Vector3> positions;   ///< m, with the file's image flags unwrapped
-  std::vector<Vector3> velocities;  ///< m/s; empty where the file has none
-  std::vector<double> masses;       ///< kg; 1 where the file has no masses
-  std::vector<Bond> bonds;
-  std::vector<Angle> angles;
-};
-
+/// Atoms, bonds, angles and dihedrals of a LAMMPS data file, with the coefficients of their styles. The atoms stand in the order of their ids, so that ids 1 … n become
+/// points 0 … n - 1; masses are 1 where the file has none.
 /// Reads atom styles atomic, bond, angle, molecular, charge and full; the style is the comment behind `Atoms`, or else
 /// guessed from the number of columns (atomic 5 or 8, molecular 6 or 9, full 7 or 10). Other sections are skipped.
-/// Throws InputError (without a place) naming file and line.
-LammpsData read_lammps_data(const std::filesystem::path& file);
+/// `name` of the file, for errors: throws InputError (without a place) naming file and line.
+Imported read_lammps_data(const std::string& name, std::string_view text);
 
 }  // namespace tanor::scene

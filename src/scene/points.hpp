@@ -18,6 +18,7 @@ struct PointSet {
   std::vector<double> masses;      ///< n, kg
   std::vector<Support> supports;
   std::vector<Constraint> constraints;
+  std::vector<Force> forces{};
   std::optional<Cell> cell;  ///< periodic box of an imported file
 
   Index add_point(const Vector3& position) {

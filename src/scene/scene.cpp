@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "scene/entries.hpp"
+#include "scene/equilibrium.hpp"
+#include "scene/modes.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
@@ -46,20 +48,23 @@ void append(std::vector<T> tail, std::vector<T>* list) {
 }
 
 /// Translates places of `validate` into places of the scene. They count in the system's lists, where the supports and
-/// constraints that came with the points stand first.
+/// constraints that came with the points stand first, forces that did last.
 class PlaceTranslator {
  public:
-  PlaceTranslator(const Cursor& root, const PointSet& points)
+  PlaceTranslator(const Cursor& root, std::size_t num_own_supports, std::size_t num_own_constraints,
+                  std::size_t num_scene_forces)
       : root_(root),
         source_(find_point_source(root)),
-        num_own_supports_(points.supports.size()),
-        num_own_constraints_(points.constraints.size()) {}
+        num_own_supports_(num_own_supports),
+        num_own_constraints_(num_own_constraints),
+        num_scene_forces_(num_scene_forces) {}
 
   /// The value of the scene that a JSON pointer of the system speaks of, or the nearest one around it.
   Cursor find(std::string_view place) const {
     std::vector<std::string> steps = split(place);
     if (steps.empty()) return root_;
     if (steps[0] == "points") return follow(source_, steps, 1);
+    if (steps[0] == "forces" && steps.size() > 1 && std::stoul(steps[1]) >= num_scene_forces_) return source_;
     const std::size_t num_own = steps[0] == "supports"      ? num_own_supports_
                                 : steps[0] == "constraints" ? num_own_constraints_
                                                             : 0;
@@ -104,7 +109,7 @@ class PlaceTranslator {
   }
 
   Cursor root_, source_;
-  std::size_t num_own_supports_, num_own_constraints_;
+  std::size_t num_own_supports_, num_own_constraints_, num_scene_forces_;
 };
 
 }  // namespace
@@ -129,7 +134,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   const Document document(text, file.string());
   const Cursor root(document);
   root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
-               "coordinates", "forces", "friction", "motion", "solver"});
+               "coordinates", "forces", "friction", "motion", "solver", "equilibrium", "modes"});
   check_version(root["tanor_scene"]);
 
   Scene scene;
@@ -141,7 +146,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
       .directory = file.parent_path(), .files = &scene.files, .parameters = read_parameters(root["parameters"])};
 
   PointSet points = read_point_source(root, context);
-  const PlaceTranslator places(root, points);
+  const std::size_t num_own_supports = points.supports.size(), num_own_constraints = points.constraints.size();
   context.num_points = points.positions.size() / 3;
   context.cell = points.cell;
   read_motion(root["motion"], context, overrides, &scene);
@@ -154,6 +159,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   append(read_supports(root["supports"], context), &points.supports);
   context.constraints = points.constraints;
   std::vector<Force> forces = read_entries<Force>(root["forces"], "a list of forces", context);
+  const PlaceTranslator places(root, num_own_supports, num_own_constraints, forces.size());
+  append(std::move(points.forces), &forces);
 
   scene.source = points.source;
   scene.system = {.name = scene.name,
@@ -165,6 +172,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .forces = std::move(forces),
                   .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
                   .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
+  read_equilibrium(root["equilibrium"], &scene);
+  read_modes(root["modes"], &scene);
   try {
     validate(scene.system);
   } catch (const InputError& error) {

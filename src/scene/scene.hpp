@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
 #include "scene/overrides.hpp"
@@ -29,6 +31,9 @@ struct Scene {
   std::vector<Index> output_points;  ///< empty: all
   SolverOptions solver;
   CertificatePolicy certificate;
+  EquilibriumOptions equilibrium;            ///< without those of `solver`
+  ModesOptions modes;                        ///< without those of `solver`
+  std::vector<std::string> buckling_loads;   ///< names of forces; empty: no load factor is asked for
   std::vector<std::string> old_names;  ///< that it uses: "/solver/way: its name is linear_solver"
 };
 

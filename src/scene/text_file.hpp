@@ -20,7 +20,8 @@ class LineReader {
 
   bool next();
   std::string_view line() const { return line_; }
-  std::size_t number() const { return number_; }  ///< 1, 2, …
+  std::string_view rest() const { return rest_; }  ///< behind the line
+  std::size_t number() const { return number_; }   ///< 1, 2, …
   /// Throws InputError "<name>, line <number>: found "<found>", wanted <wanted>".
   [[noreturn]] void fail(std::string_view found, std::string_view wanted) const;
   /// Throws InputError "<name>, line <number>: <what>".
@@ -34,6 +35,8 @@ class LineReader {
 
 /// Without blanks at both ends.
 std::string_view trim(std::string_view text);
+/// Columns of a line, counted from 1, without blanks at both ends; what the line is too short for is empty.
+std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
 /// Words between blanks.
 std::vector<std::string_view> split_words(std::string_view line);
 

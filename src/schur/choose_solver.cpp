@@ -37,7 +37,7 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
   add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
   add(LinearSolver::Batches, [&] { return BatchSolver::make(problem, wanted.threads, eagerly, islands); });
   add(LinearSolver::Paths, [&] { return PathSolver::make(problem, islands); });
-  add(LinearSolver::Trees, [&] { return TreeSolver::make(problem, islands); });
+  add(LinearSolver::Trees, [&] { return TreeSolver::make(problem, wanted.threads, eagerly, islands); });
   return solvers;
 }
 

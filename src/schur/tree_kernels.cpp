@@ -8,17 +8,21 @@
 
 namespace tanor_kernels::trees {
 
-using tanor::load, tanor::store, tanor::dot;
+using tanor::load, tanor::store, tanor::dot, tanor::num_lanes;
+
+// ---- the same for numbers and lanes ----
 
 namespace {
 
-[[gnu::always_inline]] inline Vec3 times(const Mobility& W, Vec3 u) {
+template <class Vector>
+[[gnu::always_inline]] inline Vector times(const Mobility<Vector>& W, const Vector& u) {
   return {W.xx * u.x + W.xy * u.y + W.xz * u.z, W.xy * u.x + W.yy * u.y + W.yz * u.z,
           W.xz * u.x + W.yz * u.y + W.zz * u.z};
 }
 
 /// W -= scaled h', symmetric
-[[gnu::always_inline]] inline void subtract(Mobility* W, Vec3 h, Vec3 scaled) {
+template <class Vector>
+[[gnu::always_inline]] inline void subtract(Mobility<Vector>* W, const Vector& h, const Vector& scaled) {
   W->xx -= scaled.x * h.x;
   W->xy -= scaled.x * h.y;
   W->xz -= scaled.x * h.z;
@@ -27,8 +31,140 @@ namespace {
   W->zz -= scaled.z * h.z;
 }
 
-/// Returns |b|.
-[[gnu::always_inline]] inline double evaluate_rod(const Tree& tree, const Motion& motion, std::size_t a) {
+}  // namespace
+
+// ---- branches of one shape ----
+
+namespace {
+
+[[gnu::always_inline]] inline Eight magnitude(const Eight& x) {
+  return x < 0.0 ? -x : x;
+}
+
+[[gnu::always_inline]] inline void evaluate_rod(const Shape& shape, const BranchMotion& motion, std::size_t k,
+                                                BranchRod* rod, BranchRow* row, Largest* right_side) {
+  const auto parent = static_cast<std::size_t>(shape.parent[k]);
+  Eight3 u = motion.r[parent] - motion.r[k];
+  if (motion.offset != nullptr) u = u + motion.offset[k];
+  const Eight3 rate = motion.v[parent] - motion.v[k];
+  // u = a/|a|, phi = (v.v - (u.v)^2)/|a| - l''
+  Eight inverse;
+  tanor::normalise(&u.x, &u.y, &u.z, &inverse);
+  const Eight along = dot(u, rate);
+  Eight b = inverse * (dot(rate, rate) - along * along);
+  if (motion.length_second != nullptr) b -= motion.length_second[k];
+  if (motion.w0 != nullptr) b += dot(u, motion.w0[parent] - motion.w0[k]);
+  u.write(&rod->u);
+  row->b = b;
+  right_side->see(magnitude(b));
+}
+
+[[gnu::always_inline]] inline void eliminate_rod(const Shape& shape, std::size_t k, const BranchPoints& points,
+                                                 BranchRod* rod, Eight* largest) {
+  const auto parent = static_cast<std::size_t>(shape.parent[k]);
+  const Eight3 u = rod->u, h = times(points.mobility[parent], u);
+  const Eight pivot = dot(u, h) + dot(u, times(points.mobility[k], u));
+  const Eight diagonal = dot(u, u) * (points.inverse_mass[parent] + points.inverse_mass[k]);
+  const Eight inverse = 1.0 / pivot, ratio = diagonal * inverse;
+  const Eight checked = ratio > 0.0 ? ratio : Eight{} + HUGE_VAL;
+  *largest = checked > *largest ? checked : *largest;
+  const Eight3 scaled = inverse * h;
+  subtract(&points.mobility[parent], h, scaled);
+  scaled.write(&rod->h);
+  rod->inverse_pivot = inverse;
+}
+
+[[gnu::always_inline]] inline void substitute_rod(const Shape& shape, std::size_t k, const BranchPoints& points,
+                                                  const BranchRod& rod, BranchRow* row) {
+  const auto parent = static_cast<std::size_t>(shape.parent[k]);
+  const Eight3 of_parent = points.s[parent];
+  row->z = row->b + dot(rod.u, of_parent - points.s[k]);
+  (of_parent - row->z * rod.h).write(&points.s[parent]);
+}
+
+[[gnu::always_inline]] inline void prepare_points(const Shape& shape, const BranchPoints& points) {
+  for (std::size_t i = 0; i < shape.num_points(); ++i)
+    points.mobility[i] = Mobility<Eight3>::of_free_point(points.inverse_mass[i]);
+}
+
+[[gnu::always_inline]] inline void clear(const Shape& shape, Eight3* points) {
+  const Eight3 nothing{};
+  for (std::size_t i = 0; i < shape.num_points(); ++i) nothing.write(&points[i]);
+}
+
+[[gnu::always_inline]] inline void see_lanes(const Eight& found, LargestInverse* largest) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) largest->see(found[lane]);
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side) {
+  Largest seen = *right_side;
+  for (std::size_t k = 0; k < shape.num_rods; ++k) evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
+  *right_side = seen;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void eliminate(const Shape& shape, const BranchPoints& points, BranchRod* rods, LargestInverse* largest) {
+  Eight found{};
+  prepare_points(shape, points);
+  for (std::size_t k = 0; k < shape.num_rods; ++k) eliminate_rod(shape, k, points, &rods[k], &found);
+  if (shape.num_rods > 0) see_lanes(found, largest);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_up(const Shape& shape, const BranchPoints& points, const BranchRod* rods, BranchRow* rows) {
+  clear(shape, points.s);
+  for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(shape, k, points, rods[k], &rows[k]);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, const BranchPoints& points, BranchRod* rods,
+                            BranchRow* rows, Largest* right_side, LargestInverse* largest) {
+  Eight found{};
+  Largest seen = *right_side;
+  prepare_points(shape, points);
+  clear(shape, points.s);
+  for (std::size_t k = 0; k < shape.num_rods; ++k) {
+    evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
+    eliminate_rod(shape, k, points, &rods[k], &found);
+    substitute_rod(shape, k, points, rods[k], &rows[k]);
+  }
+  *right_side = seen;
+  see_lanes(found, largest);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F) {
+  for (std::size_t k = shape.num_rods; k-- > 0;) {
+    const auto parent = static_cast<std::size_t>(shape.parent[k]);
+    const Eight3 of_parent = F[parent];
+    const Eight lambda = -rows[k].z * rods[k].inverse_pivot - dot(rods[k].h, of_parent);
+    rows[k].z = lambda;
+    const Eight3 own = lambda * rods[k].u;
+    (of_parent + own).write(&F[parent]);
+    (F[k] - own).write(&F[k]);
+  }
+  for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * F[i]).write(&F[i]);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
+                   Largest* residual) {
+  Largest seen = *residual;
+  for (std::size_t k = 0; k < shape.num_rods; ++k) {
+    const Eight left = dot(rods[k].u, dw[static_cast<std::size_t>(shape.parent[k])] - dw[k]) + rows[k].b;
+    seen.see(magnitude(left));
+  }
+  *residual = seen;
+}
+
+// ---- rod by rod ----
+
+namespace {
+
+[[gnu::always_inline]] inline void evaluate_rod(const Tree& tree, const Motion& motion, std::size_t a) {
   const auto& [row, child, parent] = tree.rods[a];
   Vec3 apart = load(motion.r, parent) - load(motion.r, child);
   if (motion.offset != nullptr) apart = apart + motion.offset[a];
@@ -47,11 +183,10 @@ namespace {
   tree.u[a] = u;
   motion.b[row] = b;
   store(motion.blocks, motion.block[a], static_cast<double>(motion.sign[a]) * u);
-  return std::abs(b);
 }
 
-[[gnu::always_inline]] inline void eliminate_rod(const Tree& tree, std::size_t a, Mobility* mobility,
-                                                 PivotRange* range) {
+[[gnu::always_inline]] inline void eliminate_rod(const Tree& tree, std::size_t a, Mobility<Vec3>* mobility,
+                                                 LargestInverse* largest) {
   const auto& [row, child, parent] = tree.rods[a];
   const Vec3 u = tree.u[a], h = times(mobility[parent], u);
   double pivot = dot(u, h), diagonal = tree.inverse_mass[parent];
@@ -59,9 +194,8 @@ namespace {
     pivot += dot(u, times(mobility[child], u));
     diagonal += tree.inverse_mass[child];
   }
-  const double inverse = 1.0 / pivot, ratio = dot(u, u) * diagonal * inverse;
-  range->smallest = std::min(range->smallest, ratio);
-  range->largest = tanor::larger(range->largest, ratio);
+  const double inverse = 1.0 / pivot;
+  largest->see(dot(u, u) * diagonal * inverse);
   const Vec3 scaled = inverse * h;
   subtract(&mobility[parent], h, scaled);
   tree.h[a] = scaled;
@@ -80,37 +214,32 @@ namespace {
 }  // namespace
 
 TANOR_EACH_INSTRUCTION_SET
-double evaluate(const Tree& tree, const Motion& motion, double largest) {
-  for (std::size_t a = 0; a < tree.num_rods; ++a) {
-    largest = tanor::larger(largest, evaluate_rod(tree, motion, a));
-  }
-  return largest;
+void evaluate(const Tree& tree, const Motion& motion) {
+  for (std::size_t a = 0; a < tree.num_rods; ++a) evaluate_rod(tree, motion, a);
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void eliminate(const Tree& tree, Mobility* mobility, PivotRange* range) {
-  PivotRange found = *range;
+void eliminate(const Tree& tree, Mobility<Vec3>* mobility, LargestInverse* largest) {
+  LargestInverse found = *largest;
   for (std::size_t a = 0; a < tree.num_rods; ++a) eliminate_rod(tree, a, mobility, &found);
-  *range = found;
+  *largest = found;
 }
 
 TANOR_EACH_INSTRUCTION_SET
-double evaluate_and_eliminate(const Tree& tree, const Motion& motion, double largest, Mobility* mobility, double* s,
-                              double* z, PivotRange* range) {
-  PivotRange found = *range;
+void evaluate_and_eliminate(const Tree& tree, const Motion& motion, Mobility<Vec3>* mobility, double* s, double* z,
+                            LargestInverse* largest) {
+  LargestInverse found = *largest;
   for (std::size_t a = 0; a < tree.num_rods; ++a) {
-    largest = tanor::larger(largest, evaluate_rod(tree, motion, a));
+    evaluate_rod(tree, motion, a);
     eliminate_rod(tree, a, mobility, &found);
     substitute_rod(tree, a, motion.b[tree.rods[a].row], s, z);
   }
-  *range = found;
-  return largest;
+  *largest = found;
 }
 
 TANOR_EACH_INSTRUCTION_SET
 void substitute_up(const Tree& tree, const double* b, double* s, double* z) {
-  for (std::size_t a = 0; a < tree.num_rods; ++a)
-    substitute_rod(tree, a, b != nullptr ? b[tree.rods[a].row] : 0.0, s, z);
+  for (std::size_t a = 0; a < tree.num_rods; ++a) substitute_rod(tree, a, b[tree.rods[a].row], s, z);
 }
 
 TANOR_EACH_INSTRUCTION_SET

@@ -1,122 +1,308 @@
 #include "schur/tree_solver.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "plan/thresholds.hpp"
+#include "schur/batch_kernels.hpp"
 
 namespace tanor {
 
-namespace {
+// ---- the plan ----
 
-/// Scaled to a unit diagonal, pivots lie between 1/largest and 1.
-double reciprocal_condition(const trees::PivotRange& range) {
-  return range.smallest > 0.0 && range.largest > 0.0 ? 1.0 / range.largest : 0.0;
-}
-
-}  // namespace
-
-std::unique_ptr<TreeSolver> TreeSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
+std::unique_ptr<TreeSolver> TreeSolver::make(const SchurProblem& problem, int threads, bool eagerly,
+                                             std::vector<Index>* islands) {
   if (islands->empty()) return nullptr;
-  const Numbering& numbering = problem.numbering;
   const std::vector<Index> before = *islands;
-  std::unique_ptr<TreeSolver> result(new TreeSolver);
-  const RodRows rods(problem.constraints, numbering.num_rows());
+  const RodRows rods(problem.constraints, problem.numbering.num_rows());
+  std::vector<RodTree> all;
+  std::vector<Index> numbers;
+  for (const Index island : before) {
+    std::optional<RodTree> tree = RodTree::read(rods, problem.numbering, island);
+    if (!tree.has_value()) continue;
+    all.push_back(std::move(*tree));
+    numbers.push_back(island);
+  }
+  if (!eagerly) {
+    const EqualBranches branches(all);
+    std::size_t kept = 0;
+    for (std::size_t tree = 0; tree < all.size(); ++tree) {
+      if (branches.share_in_lanes(tree) < plan::share_of_tree_in_lanes) continue;
+      std::swap(all[kept], all[tree]);
+      numbers[kept++] = numbers[tree];
+    }
+    all.resize(kept);
+    numbers.resize(kept);
+  }
+  if (all.empty()) return nullptr;
+
+  std::unique_ptr<TreeSolver> result(new TreeSolver(std::move(all)));
+  result->num_moving_ = static_cast<Index>(problem.numbering.num_moving);
   result->inverse_mass_ = problem.inverse_mass;
-  result->num_moving_ = static_cast<Index>(numbering.num_moving);
-  std::erase_if(*islands, [&](Index island) { return result->add_island(numbering, island, rods); });
-  if (result->islands_.empty()) return nullptr;
-  result->finish(rods);
+  result->read_rods(rods);
+  result->read_branches(rods, problem.inverse_mass);
+  result->prepare_workspaces(threads);
+  result->summarize();
+  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(numbers, island); });
   result->serve(problem, before, *islands);
   return result;
 }
 
-/// The first rod of a point towards the root is the tree's: its row is the first one with this point as the lower one.
-/// False where the island has other constraints or too many rings.
-bool TreeSolver::add_island(const Numbering& numbering, Index number, const RodRows& given) {
-  const auto first_row = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(number)]);
-  const auto end_row = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(number) + 1]);
-  Island island{};
-  island.first_rod = order_.size();
-  std::vector<trees::Rod> rings;
-  Index before = -1, lowest = num_moving_, highest = -1;
-  const auto refuse = [&] {
-    order_.resize(island.first_rod);
-    return false;
-  };
-  for (std::size_t row = first_row; row < end_row; ++row) {
-    const auto [i, j] = given.ends[row];
-    if (i < 0) return refuse();
-    const Index low = std::min(i, j), high = std::max(i, j);
-    const bool to_support = high >= num_moving_;
-    const trees::Rod rod{static_cast<Index>(row), to_support ? high : low, to_support ? low : high};
-    lowest = std::min(lowest, low);
-    highest = std::max(highest, to_support ? low : high);
-    // A second rod of the same lower point closes a ring; one to a support is a leaf. Lower points ascend, but where
-    // the island is a ring: its last rod comes back to the first one.
-    if (!to_support && low <= before) {
-      rings.push_back(rod);
-      if (rings.size() > plan::most_rings_of_tree) return refuse();
-      continue;
-    }
-    if (!to_support) before = low;
-    order_.push_back(rod);
-  }
-  island.end_rod = order_.size();
-  order_.insert(order_.end(), rings.begin(), rings.end());
-  island.end = order_.size();
-  island.first_point = static_cast<std::size_t>(lowest);
-  island.end_point = static_cast<std::size_t>(highest) + 1;
-  islands_.push_back(island);
-  return true;
+TreeSolver::TreeSolver(std::vector<RodTree> all) : branches_(all) {
+  list_islands(all);
 }
 
-void TreeSolver::finish(const RodRows& given) {
-  const std::size_t num_rods = order_.size(), num_points = inverse_mass_.size();
-  for (const auto& [inner_row, child, parent] : order_) {
+/// Rods, points and roots of branches by island.
+void TreeSolver::list_islands(std::span<const RodTree> all) {
+  std::vector<Branch> in_order;
+  for (std::size_t batch = 0; batch < branches_.batches.size(); ++batch) {
+    const auto num_rods = static_cast<Index>(branches_.shape(branches_.batches[batch]).num_rods);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      in_order.push_back({batch, lane, branches_.batches[batch].first_point[lane] + num_rods});
+  }
+  std::ranges::sort(in_order, {}, &Branch::root);
+  auto next = in_order.begin();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const RodTree& tree = all[k];
+    const auto is_inside = [&](Index point) {
+      return branches_.is_inside[k][static_cast<std::size_t>(point - tree.first_point)] != 0;
+    };
+    Island island{};
+    island.first_rod = rods_.size();
+    island.first_point = points_.size();
+    island.first_root = roots_.size();
+    for (const trees::Rod& rod : tree.rods) {
+      if (rod.child >= tree.end_point ? !is_inside(rod.parent) : !is_inside(rod.child)) rods_.push_back(rod);
+    }
+    for (Index point = tree.first_point; point < tree.end_point; ++point) {
+      while (next != in_order.end() && next->root < point) ++next;
+      if (next != in_order.end() && next->root == point) {
+        roots_.push_back(*next);
+      } else if (!is_inside(point)) {
+        points_.push_back(point);
+      }
+    }
+    island.end_rod = rods_.size();
+    island.end_point = points_.size();
+    island.end_root = roots_.size();
+    islands_.push_back(island);
+  }
+  group_start_ = group_islands(islands_.size(), rods_.size(),
+                               [&](std::size_t k) { return islands_[k].end_rod - islands_[k].first_rod; });
+  found_.resize(group_start_.size() - 1);
+}
+
+void TreeSolver::read_rods(const RodRows& given) {
+  for (const auto& [inner_row, child, parent] : rods_) {
     const auto row = static_cast<std::size_t>(inner_row);
     sign_.push_back(given.ends[row][0] == child ? 1 : -1);
     block_.push_back(given.block[row]);
     if (!given.offset.empty()) offset_.push_back(static_cast<double>(sign_.back()) * given.offset[row]);
     if (const MovingScalar* const length = given.moving_length(row)) lengths_.emplace_back(block_.size() - 1, length);
   }
-  if (!lengths_.empty()) length_second_.resize(num_rods, 0.0);
-  for (std::vector<Vec3>* array : {&u_, &h_}) array->resize(num_rods);
-  inverse_pivot_.resize(num_rods);
-  rows_.resize(given.ends.size());
+  if (!lengths_.empty()) length_second_.resize(rods_.size(), 0.0);
+  for (std::vector<Vec3>* array : {&u_, &h_}) array->resize(rods_.size());
+  inverse_pivot_.resize(rods_.size());
+  const std::size_t num_points = inverse_mass_.size();
   mobility_.resize(num_points);
-  for (std::vector<double>* array : {&s_, &force_}) array->resize(3 * num_points, 0.0);
-  std::size_t num_spikes = 0, num_entries = 0, num_rings = 0;
-  for (Island& island : islands_) {
-    const std::size_t rings = island.num_rings();
-    island.first_spike = num_spikes;
-    island.first_entry = num_entries;
-    num_spikes += rings * (island.end_rod - island.first_rod);
-    num_entries += rings * rings;
-    num_rings += rings;
-  }
-  spikes_.resize(num_spikes);
-  border_.resize(num_entries);
-  group_start_ =
-      group_islands(islands_.size(), num_rods, [&](std::size_t k) { return islands_[k].end - islands_[k].first_rod; });
-  found_.resize(group_start_.size() - 1);
-
-  constexpr double flops_a_rod = 50.0;
-  summary_ = {.solvers = {LinearSolver::Trees},
-              .reason = (islands_.size() == 1 ? "one tree" : std::to_string(islands_.size()) + " trees") + " of rods" +
-                        (num_rings == 0   ? ""
-                         : num_rings == 1 ? ", and one that closes a ring"
-                                          : ", and " + std::to_string(num_rings) + " that close rings"),
-              .parts = islands_.size(),
-              .pattern_nonzeros = 4 * num_rods,
-              .factor_nonzeros = 4 * num_rods + num_spikes,
-              .flops = flops_a_rod * static_cast<double>(num_rods + num_spikes)};
+  for (std::vector<double>* array : {&s_, &dw_}) array->resize(3 * num_points, 0.0);
 }
 
+void TreeSolver::read_branches(const RodRows& given, std::span<const double> inverse_mass) {
+  const std::size_t num_rods = branches_.num_rods();
+  branch_blocks_.resize(num_rods * num_lanes);
+  if (!given.offset.empty()) branch_offsets_.resize(num_rods);
+  if (!given.lengths.empty()) branch_lengths_.resize(num_rods * num_lanes, nullptr);
+  branch_rods_.resize(num_rods);
+  branch_rows_.resize(num_rods);
+  branch_masses_.resize(num_rods + branches_.batches.size());
+  for (std::vector<double>* array : {&branch_right_side_, &branch_residual_})
+    array->resize(branches_.batches.size() * num_lanes);
+  for (const BranchBatch& batch : branches_.batches) {
+    const trees::Shape shape = branches_.shape(batch);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      for (std::size_t k = 0; k < shape.num_points(); ++k) {
+        const auto point = batch.first_point[lane] + static_cast<Index>(k);
+        branch_masses_.data()[batch.first_place + k][lane] = inverse_mass[static_cast<std::size_t>(point)];
+        if (k == shape.num_rods) continue;
+        const std::size_t row = static_cast<std::size_t>(batch.first_row[lane]) + k, rod = batch.first_rod + k;
+        const bool is_turned = given.ends[row][0] != point;
+        const auto block = static_cast<Index>(given.block[row]);
+        branch_blocks_[rod * num_lanes + lane] = is_turned ? ~block : block;
+        if (!given.offset.empty())
+          set_lane(&branch_offsets_[rod], lane, is_turned ? -given.offset[row] : given.offset[row]);
+        if (!given.lengths.empty()) branch_lengths_[rod * num_lanes + lane] = given.moving_length(row);
+      }
+    }
+  }
+}
+
+void TreeSolver::prepare_workspaces(int threads) {
+  const std::size_t worthwhile = branches_.num_rods() * num_lanes / plan::rows_of_batches_worth_a_thread;
+  const auto available = static_cast<std::size_t>(Parallel(threads).threads());
+  workspaces_.resize(std::clamp<std::size_t>(worthwhile, 1, available));
+  std::size_t most_points = 0;
+  for (const std::vector<Index>& parent : branches_.parents) most_points = std::max(most_points, parent.size() + 1);
+  for (Workspace& work : workspaces_) {
+    for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw, &work.u}) points->resize(most_points);
+    work.mobility.resize(most_points);
+    for (Eights* rods : {&work.rows, &work.length_second}) rods->resize(most_points);
+  }
+}
+
+void TreeSolver::summarize() {
+  constexpr double flops_a_rod = 50.0;
+  const std::size_t in_lanes = branches_.num_rods() * num_lanes, num_rods = rods_.size() + in_lanes;
+  summary_ = {.solvers = {LinearSolver::Trees},
+              .reason = (islands_.size() == 1 ? "one tree" : std::to_string(islands_.size()) + " trees") +
+                        " of rods, " + std::to_string(in_lanes) + " of " + std::to_string(num_rods) +
+                        " rods in equal branches",
+              .parts = islands_.size(),
+              .pattern_nonzeros = 4 * num_rods,
+              .factor_nonzeros = 4 * num_rods,
+              .flops = flops_a_rod * static_cast<double>(num_rods)};
+}
+
+// ---- branches, batch by batch ----
+
+/// One batch in the lanes of a workspace.
+class TreeSolver::Lanes {
+ public:
+  Lanes(TreeSolver* solver, std::size_t batch, Workspace* work)
+      : solver_(*solver), number_(batch), batch_(solver->branches_.batches[batch]), work_(*work) {}
+
+  void bring_points(const PointSource* source) const {
+    for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
+      source->bring(static_cast<std::size_t>(batch_.first_point[lane]), shape_.num_points());
+  }
+  /// r, v and w0 of the points, l'' of the rods.
+  trees::BranchMotion read_motion(const FreeMotion& motion) {
+    read_points(motion.r, &work_.r);
+    read_points(motion.v, &work_.v);
+    if (motion.uniform == nullptr) read_points(motion.w0, &work_.w);
+    return {.r = work_.r.data(),
+            .v = work_.v.data(),
+            .w0 = motion.uniform == nullptr ? work_.w.data() : nullptr,
+            .offset = solver_.branch_offsets_.empty() ? nullptr : &solver_.branch_offsets_[batch_.first_rod],
+            .length_second = read_length_seconds()};
+  }
+  void evaluate(const trees::BranchMotion& motion) {
+    Largest right_side;
+    trees::evaluate(shape_, motion, rods(), rows(), &right_side);
+    note_right_side(right_side);
+  }
+  void eliminate() { trees::eliminate(shape_, points(), rods(), &work_.largest_inverse); }
+  void evaluate_and_eliminate(const trees::BranchMotion& motion) {
+    Largest right_side;
+    trees::evaluate_and_eliminate(shape_, motion, points(), rods(), rows(), &right_side, &work_.largest_inverse);
+    note_right_side(right_side);
+  }
+  void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
+  /// With what pulls at the roots in dw_, which becomes their dw.
+  void substitute_down() {
+    std::fill_n(work_.dw.begin(), shape_.num_points(), Eight3{});
+    Eight3& pull = work_.dw[shape_.num_rods];
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&pull, lane, load(solver_.dw_.data(), root(lane)));
+    trees::substitute_down(shape_, masses(), rods(), rows(), work_.dw.data());
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      store(solver_.dw_.data(), root(lane), {pull.x[lane], pull.y[lane], pull.z[lane]});
+  }
+  void find_residual() {
+    Largest residual;
+    trees::find_residual(shape_, rods(), rows(), work_.dw.data(), &residual);
+    eight_to(&solver_.branch_residual_[number_ * num_lanes]) = residual.value + residual.zero;
+  }
+
+  void read_directions(const double* blocks) {
+    gather_blocks(blocks, block_numbers(), shape_.num_rods, work_.u.data());
+    for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.u[k].write(&rods()[k].u);
+  }
+  void write_directions(double* blocks) {
+    for (std::size_t k = 0; k < shape_.num_rods; ++k) rods()[k].u.write(&work_.u[k]);
+    scatter_blocks(work_.u.data(), block_numbers(), shape_.num_rods, blocks);
+  }
+  void read_right_side(const double* b) {
+    gather_sequences(b, batch_.first_row.data(), 1, shape_.num_rods, 1.0, work_.rows.data());
+    for (std::size_t k = 0; k < shape_.num_rods; ++k) rows()[k].b = work_.rows.data()[k];
+  }
+  void write_multipliers(double* x) {
+    for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.rows.data()[k] = rows()[k].z;
+    scatter_sequences(work_.rows.data(), batch_.first_row.data(), 1, shape_.num_rods, 1.0, x);
+  }
+  /// W and s of the roots, for those who go on from there.
+  void hand_over_mobilities() {
+    const trees::Mobility<Eight3>& W = work_.mobility[shape_.num_rods];
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      solver_.mobility_[root(lane)] = {W.xx[lane], W.xy[lane], W.xz[lane], W.yy[lane], W.yz[lane], W.zz[lane]};
+  }
+  void hand_over_answers() {
+    const Eight3& s = work_.s[shape_.num_rods];
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      store(solver_.s_.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
+  }
+  /// w := w0 + dw
+  void write_accelerations(Vec3 w0, double* w) {
+    add(w0, shape_.num_points(), work_.dw.data());
+    write_points(w);
+  }
+  /// w += dw
+  void add_accelerations(double* w) {
+    read_points(w, &work_.w);
+    add(work_.w.data(), shape_.num_points(), work_.dw.data());
+    write_points(w);
+  }
+
+ private:
+  trees::BranchRod* rods() { return &solver_.branch_rods_[batch_.first_rod]; }
+  trees::BranchRow* rows() { return &solver_.branch_rows_[batch_.first_rod]; }
+  const Eight* masses() { return solver_.branch_masses_.data() + batch_.first_place; }
+  const Index* block_numbers() const { return &solver_.branch_blocks_[batch_.first_rod * num_lanes]; }
+  trees::BranchPoints points() { return {masses(), work_.mobility.data(), work_.s.data()}; }
+  std::size_t root(std::size_t lane) const {
+    return static_cast<std::size_t>(batch_.first_point[lane]) + shape_.num_rods;
+  }
+  void note_right_side(const Largest& found) {
+    eight_to(&solver_.branch_right_side_[number_ * num_lanes]) = found.value + found.zero;
+  }
+
+  void read_points(const double* from, std::vector<Eight3>* to) const {
+    gather_sequences(from, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, &to->data()->x);
+  }
+  void write_points(double* to) const {
+    scatter_sequences(&work_.dw.data()->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
+  }
+  const Eight* read_length_seconds() {
+    if (solver_.branch_lengths_.empty()) return nullptr;
+    for (std::size_t k = 0; k < shape_.num_rods; ++k) {
+      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+        const MovingScalar* const length = solver_.branch_lengths_[(batch_.first_rod + k) * num_lanes + lane];
+        work_.length_second.data()[k][lane] = length != nullptr ? length->second : 0.0;
+      }
+    }
+    return work_.length_second.data();
+  }
+
+  TreeSolver& solver_;
+  std::size_t number_;
+  const BranchBatch& batch_;
+  Workspace& work_;
+  trees::Shape shape_ = solver_.branches_.shape(batch_);
+};
+
+/// work(lanes), some batches a thread.
+template <class Work>
+void TreeSolver::for_each_batch(const Parallel& parallel, const Work& work) {
+  const std::size_t shares = workspaces_.size(), count = branches_.batches.size();
+  parallel.for_tasks(shares, [&](std::size_t k) {
+    for (std::size_t batch = count * k / shares; batch < count * (k + 1) / shares; ++batch)
+      work(Lanes(this, batch, &workspaces_[k]));
+  });
+}
+
+// ---- what they hang on, island by island ----
+
 void TreeSolver::Found::include(const Found& other) {
-  range.smallest = std::min(range.smallest, other.range.smallest);
-  range.largest = larger(range.largest, other.range.largest);
+  largest_inverse.see(other.largest_inverse.value);
   right_side = larger(right_side, other.right_side);
   residual = larger(residual, other.residual);
   own_residual = larger(own_residual, other.own_residual);
@@ -124,212 +310,178 @@ void TreeSolver::Found::include(const Found& other) {
 
 /// work(island, found), some islands a thread.
 template <class Work>
-TreeSolver::Found TreeSolver::for_each_island(const Parallel& parallel, const Work& work) {
+void TreeSolver::for_each_island(const Parallel& parallel, const Work& work) {
   parallel.for_tasks(found_.size(), [&](std::size_t group) {
-    found_[group] = {};
-    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) {
-      Found own;
-      work(islands_[k], &own);
-      own.own_residual = own_residual(own.residual, own.right_side);
-      found_[group].include(own);
-    }
+    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) work(islands_[k], &found_[group]);
   });
-  Found result;
-  for (const Found& found : found_) result.include(found);
-  return result;
 }
 
-trees::Tree TreeSolver::rods(std::size_t first, std::size_t end) {
-  return {order_.data() + first, end - first,       num_moving_,           inverse_mass_.data(),
-          u_.data() + first,     h_.data() + first, &inverse_pivot_[first]};
+trees::Tree TreeSolver::tree(const Island& island) {
+  const std::size_t first = island.first_rod;
+  return {rods_.data() + first, island.end_rod - first,       num_moving_, inverse_mass_.data(), u_.data() + first,
+          h_.data() + first,    inverse_pivot_.data() + first};
 }
 
-// ---- what all calls are made of ----
-
-void TreeSolver::read_directions(const Island& island, const double* blocks) {
-  for (std::size_t a = island.first_rod; a < island.end; ++a)
-    u_[a] = static_cast<double>(sign_[a]) * load(blocks, block_[a]);
-}
-
-/// Of points that no rod holds.
-void TreeSolver::prepare(const Island& island) {
-  for (std::size_t i = island.first_point; i < island.end_point; ++i) {
-    const double w = inverse_mass_[i];
-    mobility_[i] = {.xx = w, .yy = w, .zz = w};
-  }
-}
-
-void TreeSolver::eliminate(const Island& island, Range* range) {
-  prepare(island);
-  trees::eliminate(tree(island), mobility_.data(), range);
-  if (island.num_rings() > 0) eliminate_border(island, range);
-}
-
-/// x := -S^-1 b, and K x of the island's points in `force_`.
-void TreeSolver::substitute(const Island& island, const double* b, double* x) {
-  clear(island, &s_);
-  trees::substitute_up(tree(island), b, s_.data(), x);
-  finish_substitution(island, b, x);
-}
-
-void TreeSolver::finish_substitution(const Island& island, const double* b, double* x) {
-  clear(island, &force_);
-  trees::substitute_down(tree(island), force_.data(), x);
-  if (island.num_rings() > 0) substitute_border(island, b, x);
-}
-
-void TreeSolver::clear(const Island& island, std::vector<double>* points) const {
-  std::fill(points->begin() + static_cast<std::ptrdiff_t>(3 * island.first_point),
-            points->begin() + static_cast<std::ptrdiff_t>(3 * island.end_point), 0.0);
-}
-
-/// What a rod's multiplier does to its ends, which move.
-void TreeSolver::add_forces(std::size_t rod, double lambda, double* forces) const {
-  const Vec3 force = lambda * u_[rod];
-  add_to(forces, order_[rod].parent, force);
-  if (order_[rod].child < num_moving_) add_to(forces, order_[rod].child, -force);
-}
-
-/// dw = M^-1 K lambda
-Vec3 TreeSolver::response(Index point) const {
-  return point < num_moving_ ? inverse_mass_[static_cast<std::size_t>(point)] * load(force_.data(), point) : Vec3{};
-}
-
-/// A row of K'dw.
-double TreeSolver::gap(std::size_t rod) const {
-  return dot(u_[rod], response(order_[rod].parent) - response(order_[rod].child));
-}
-
-// ---- the rows that close rings ----
-
-/// G = C - B'T^-1 B of S = [T B; B' C], T the tree's; a unit multiplier of a ring is answered by a spike of the tree's.
-void TreeSolver::eliminate_border(const Island& island, Range* range) {
-  const std::size_t rings = island.num_rings(), rods = island.end_rod - island.first_rod;
-  double* const G = border_.data() + island.first_entry;
-  for (std::size_t m = 0; m < rings; ++m) {
-    const std::size_t ring = island.end_rod + m;
-    clear(island, &s_);
-    add_forces(ring, 1.0, s_.data());
-    for (const Index point : {order_[ring].child, order_[ring].parent})
-      store(s_.data(), point, inverse_mass_[static_cast<std::size_t>(point)] * load(s_.data(), point));
-    trees::substitute_up(tree(island), nullptr, s_.data(), rows_.data());
-    clear(island, &force_);
-    trees::substitute_down(tree(island), force_.data(), rows_.data());
-    double* const spike = spikes_.data() + island.first_spike + m * rods;
-    for (std::size_t a = 0; a < rods; ++a) spike[a] = rows_[static_cast<std::size_t>(order_[island.first_rod + a].row)];
-    add_forces(ring, 1.0, force_.data());
-    for (std::size_t n = m; n < rings; ++n) G[n * rings + m] = gap(island.end_rod + n);
-  }
-  // G = L D L', 1/D in its place
-  for (std::size_t m = 0; m < rings; ++m) {
-    const auto& [row, child, parent] = order_[island.end_rod + m];
-    const double diagonal =
-        inverse_mass_[static_cast<std::size_t>(child)] + inverse_mass_[static_cast<std::size_t>(parent)];
-    const double inverse = 1.0 / G[m * rings + m], ratio = diagonal * inverse;
-    range->smallest = std::min(range->smallest, ratio);
-    range->largest = larger(range->largest, ratio);
-    for (std::size_t n = m + 1; n < rings; ++n) {
-      const double factor = G[n * rings + m] * inverse;
-      for (std::size_t k = n; k < rings; ++k) G[k * rings + n] -= factor * G[k * rings + m];
-    }
-    for (std::size_t n = m + 1; n < rings; ++n) G[n * rings + m] *= inverse;
-    G[m * rings + m] = inverse;
-  }
-}
-
-/// mu = -G^-1 (b + K'dw), lambda += spikes mu; x and `force_` are the tree's alone on entry.
-void TreeSolver::substitute_border(const Island& island, const double* b, double* x) {
-  const std::size_t rings = island.num_rings(), rods = island.end_rod - island.first_rod;
-  const double* const G = border_.data() + island.first_entry;
-  std::array<double, plan::most_rings_of_tree> mu{};
-  for (std::size_t m = 0; m < rings; ++m) {
-    mu[m] = b[order_[island.end_rod + m].row] + gap(island.end_rod + m);
-    for (std::size_t n = 0; n < m; ++n) mu[m] -= G[m * rings + n] * mu[n];
-  }
-  for (std::size_t m = 0; m < rings; ++m) mu[m] *= -G[m * rings + m];
-  for (std::size_t m = rings; m-- > 0;) {
-    for (std::size_t n = m + 1; n < rings; ++n) mu[m] -= G[n * rings + m] * mu[n];
-  }
-  for (std::size_t m = 0; m < rings; ++m) {
-    const double* const spike = spikes_.data() + island.first_spike + m * rods;
-    for (std::size_t a = 0; a < rods; ++a) x[order_[island.first_rod + a].row] += mu[m] * spike[a];
-    x[order_[island.end_rod + m].row] = mu[m];
-  }
-  clear(island, &force_);
-  for (std::size_t a = island.first_rod; a < island.end; ++a) add_forces(a, x[order_[a].row], force_.data());
-}
-
-// ---- the calls ----
-
-/// What rods from `rod` on are evaluated with.
-trees::Motion TreeSolver::motion_from(std::size_t rod, const FreeMotion& motion, double* blocks, double* b) const {
+trees::Motion TreeSolver::motion_of(const Island& island, const FreeMotion& motion, double* blocks, double* b) const {
+  const std::size_t rod = island.first_rod;
   return {.r = motion.r,
           .v = motion.v,
           .w0 = motion.w0,
           .uniform = motion.uniform,
-          .offset = offset_.empty() ? nullptr : &offset_[rod],
-          .length_second = length_second_.empty() ? nullptr : &length_second_[rod],
-          .sign = &sign_[rod],
-          .block = &block_[rod],
+          .offset = offset_.empty() ? nullptr : offset_.data() + rod,
+          .length_second = length_second_.empty() ? nullptr : length_second_.data() + rod,
+          .sign = sign_.data() + rod,
+          .block = block_.data() + rod,
           .blocks = blocks,
           .b = b};
 }
 
-/// w = w0 + dw, and what K'dw + b leaves over.
-void TreeSolver::accelerate(const Island& island, const Vec3* uniform, const double* b, double* w, Found* found) const {
-  for (auto i = static_cast<Index>(island.first_point); i < static_cast<Index>(island.end_point); ++i)
-    store(w, i, (uniform != nullptr ? *uniform : load(w, i)) + response(i));
-  for (std::size_t a = island.first_rod; a < island.end; ++a)
-    found->residual = larger(found->residual, std::abs(gap(a) + b[order_[a].row]));
+/// Points that no rod holds.
+void TreeSolver::prepare(const Island& island) {
+  for (std::size_t k = island.first_point; k < island.end_point; ++k) {
+    const auto point = static_cast<std::size_t>(points_[k]);
+    mobility_[point] = trees::Mobility<Vec3>::of_free_point(inverse_mass_[point]);
+  }
 }
+
+void TreeSolver::clear(const Island& island, std::vector<double>* points) const {
+  for (std::size_t k = island.first_point; k < island.end_point; ++k) store(points->data(), points_[k], {});
+}
+
+/// lambda of z; what pulls at the roots of branches and dw of other points in dw_.
+void TreeSolver::finish_substitution(const Island& island, double* x) {
+  clear(island, &dw_);
+  for (std::size_t k = island.first_root; k < island.end_root; ++k) store(dw_.data(), roots_[k].root, {});
+  trees::substitute_down(tree(island), dw_.data(), x);
+  for (std::size_t k = island.first_point; k < island.end_point; ++k) {
+    const Index point = points_[k];
+    store(dw_.data(), point, inverse_mass_[static_cast<std::size_t>(point)] * load(dw_.data(), point));
+  }
+}
+
+/// |K'dw + b| of the rods, and what branches found.
+void TreeSolver::find_residual(const Island& island, const double* b, Found* found) const {
+  const auto dw = [&](Index point) { return point < num_moving_ ? load(dw_.data(), point) : Vec3{}; };
+  Found own;
+  for (std::size_t a = island.first_rod; a < island.end_rod; ++a) {
+    const auto& [row, child, parent] = rods_[a];
+    own.residual = larger(own.residual, std::abs(dot(u_[a], dw(parent) - dw(child)) + b[row]));
+    own.right_side = larger(own.right_side, std::abs(b[row]));
+  }
+  for (std::size_t k = island.first_root; k < island.end_root; ++k) {
+    const auto& [batch, lane, root] = roots_[k];
+    own.residual = larger(own.residual, branch_residual_[batch * num_lanes + lane]);
+    own.right_side = larger(own.right_side, branch_right_side_[batch * num_lanes + lane]);
+  }
+  own.own_residual = own_residual(own.residual, own.right_side);
+  found->include(own);
+}
+
+void TreeSolver::forget_findings() {
+  std::ranges::fill(found_, Found{});
+  for (Workspace& work : workspaces_) work.largest_inverse = {};
+}
+
+Elimination TreeSolver::found() const {
+  Found all;
+  for (const Found& found : found_) all.include(found);
+  for (const Workspace& work : workspaces_) all.largest_inverse.see(work.largest_inverse.value);
+  return {1.0 / all.largest_inverse.value, all.right_side, all.residual, all.own_residual};
+}
+
+// ---- the calls: up along branches, up and down along what they hang on, down along branches ----
 
 Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double* b, double* lambda, double* w) {
+  forget_findings();
   bring_points(parallel, motion.source);
   for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
-  if (use == FactorUse::Keep) {
-    const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
-      of_group->right_side = trees::evaluate(rods(island.first_rod, island.end),
-                                             motion_from(island.first_rod, motion, blocks, b), of_group->right_side);
-      substitute(island, b, lambda);
-      accelerate(island, motion.uniform, b, w, of_group);
-    });
-    return {.largest_right_side = found.right_side, .residual = found.residual, .own_residual = found.own_residual};
-  }
-  const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
-    prepare(island);
-    clear(island, &s_);
-    of_group->right_side =
-        trees::evaluate_and_eliminate(tree(island), motion_from(island.first_rod, motion, blocks, b),
-                                      of_group->right_side, mobility_.data(), s_.data(), lambda, &of_group->range);
-    if (island.num_rings() > 0) {
-      of_group->right_side = trees::evaluate(rods(island.end_rod, island.end),
-                                             motion_from(island.end_rod, motion, blocks, b), of_group->right_side);
-      eliminate_border(island, &of_group->range);
+  const bool renews = use == FactorUse::Renew;
+  for_each_batch(parallel, [&](Lanes lanes) {
+    const trees::BranchMotion own = lanes.read_motion(motion);
+    if (renews) {
+      lanes.evaluate_and_eliminate(own);
+      lanes.hand_over_mobilities();
+      lanes.write_directions(blocks);
+    } else {
+      lanes.evaluate(own);
+      lanes.substitute_up();
     }
-    finish_substitution(island, b, lambda);
-    accelerate(island, motion.uniform, b, w, of_group);
+    lanes.hand_over_answers();
   });
-  return {reciprocal_condition(found.range), found.right_side, found.residual, found.own_residual};
+  for_each_island(parallel, [&](const Island& island, Found* found) {
+    const trees::Motion own = motion_of(island, motion, blocks, b);
+    clear(island, &s_);
+    if (renews) {
+      prepare(island);
+      trees::evaluate_and_eliminate(tree(island), own, mobility_.data(), s_.data(), lambda, &found->largest_inverse);
+    } else {
+      trees::evaluate(tree(island), own);
+      trees::substitute_up(tree(island), b, s_.data(), lambda);
+    }
+    finish_substitution(island, lambda);
+  });
+  for_each_batch(parallel, [&](Lanes lanes) {
+    lanes.substitute_down();
+    lanes.find_residual();
+    lanes.write_multipliers(lambda);
+    motion.uniform != nullptr ? lanes.write_accelerations(*motion.uniform, w) : lanes.add_accelerations(w);
+  });
+  for_each_island(parallel, [&](const Island& island, Found* found) {
+    for (std::size_t k = island.first_point; k < island.end_point; ++k) {
+      const Index point = points_[k];
+      store(w, point, (motion.uniform != nullptr ? *motion.uniform : load(w, point)) + load(dw_.data(), point));
+    }
+    find_residual(island, b, found);
+  });
+  return found();
 }
 
 Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {
-  const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
-    read_directions(island, blocks);
-    eliminate(island, &of_group->range);
+  forget_findings();
+  for_each_batch(parallel, [&](Lanes lanes) {
+    lanes.read_directions(blocks);
+    lanes.eliminate();
+    lanes.hand_over_mobilities();
   });
-  return {.reciprocal_condition = reciprocal_condition(found.range)};
+  for_each_island(parallel, [&](const Island& island, Found* found) {
+    for (std::size_t a = island.first_rod; a < island.end_rod; ++a)
+      u_[a] = static_cast<double>(sign_[a]) * load(blocks, block_[a]);
+    prepare(island);
+    trees::eliminate(tree(island), mobility_.data(), &found->largest_inverse);
+  });
+  return {.reciprocal_condition = found().reciprocal_condition};
+}
+
+/// x := -S^-1 b, and what a task then does with dw of a batch in its lanes.
+template <class Finish>
+void TreeSolver::substitute(const Parallel& parallel, const double* b, double* x, const Finish& finish) {
+  for_each_batch(parallel, [&](Lanes lanes) {
+    lanes.read_right_side(b);
+    lanes.substitute_up();
+    lanes.hand_over_answers();
+  });
+  for_each_island(parallel, [&](const Island& island, Found*) {
+    clear(island, &s_);
+    trees::substitute_up(tree(island), b, s_.data(), x);
+    finish_substitution(island, x);
+  });
+  for_each_batch(parallel, [&](Lanes lanes) {
+    lanes.substitute_down();
+    lanes.write_multipliers(x);
+    finish(lanes);
+  });
 }
 
 void TreeSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  (void)for_each_island(parallel, [&](const Island& island, Found*) { substitute(island, b, x); });
+  substitute(parallel, b, x, [](const Lanes&) {});
 }
 
 void TreeSolver::correct(const Parallel& parallel, const double*, double* rows, double* points) {
-  (void)for_each_island(parallel, [&](const Island& island, Found*) {
-    substitute(island, rows, rows);
-    for (auto i = static_cast<Index>(island.first_point); i < static_cast<Index>(island.end_point); ++i)
-      add_to(points, i, response(i));
+  substitute(parallel, rows, rows, [&](Lanes& lanes) { lanes.add_accelerations(points); });
+  for_each_island(parallel, [&](const Island& island, Found*) {
+    for (std::size_t k = island.first_point; k < island.end_point; ++k)
+      add_to(points, points_[k], load(dw_.data(), points_[k]));
   });
 }
 

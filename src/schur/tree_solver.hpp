@@ -4,19 +4,23 @@
 #include <span>
 #include <vector>
 
+#include "schur/equal_branches.hpp"
 #include "schur/island_solver.hpp"
 #include "schur/rod_rows.hpp"
 #include "schur/tree_kernels.hpp"
 
 namespace tanor {
 
-/// Islands of rods that are trees, or trees and a few rods more that close rings: S without fill, eliminated from the
-/// leaves to the root point by point (the articulated-body method of R. Featherstone 1983, for mobilities in place of
-/// inertias, so that supports may stand at any leaf); rods that close rings are a border of a few rows.
+/// Islands of rods that are trees: S without fill, eliminated from the leaves to the root point by point (the
+/// articulated-body method of R. Featherstone 1983, for mobilities in place of inertias, so that supports may stand at
+/// any leaf). Branches of one shape are eliminated eight side by side in the lanes of a vector, then what they hang on
+/// rod by rod; multipliers come back the other way.
 class TreeSolver final : public IslandSolver {
  public:
-  /// Takes such islands out of `islands`; null where there are none.
-  static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
+  /// Takes trees out of `islands` that consist of equal branches for the most part, or, `eagerly`, all; null where
+  /// there are none.
+  static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, int threads, bool eagerly,
+                                          std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
@@ -25,64 +29,85 @@ class TreeSolver final : public IslandSolver {
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
 
  private:
-  using Range = trees::PivotRange;
-  /// Rods [first_rod, end_rod) of the tree in the order of elimination, those that close rings from there on until the
-  /// next island, and its points.
+  /// Of a tree: its rods and points outside of branches, and the roots of these, [first, end) of the lists below.
   struct Island {
-    std::size_t first_rod, end_rod, end, first_point, end_point;
-    std::size_t first_spike, first_entry;  ///< where its numbers of spikes_ and border_ begin
-    std::size_t num_rings() const { return end - end_rod; }
+    std::size_t first_rod, end_rod, first_point, end_point, first_root, end_root;
   };
-  /// Of one task.
+  struct Branch {
+    std::size_t batch, lane;
+    Index root;
+  };
+  /// What a task found.
   struct Found {
-    Range range;
+    trees::LargestInverse largest_inverse;
     double right_side = 0.0, residual = 0.0, own_residual = 0.0;
     void include(const Found& other);
   };
+  /// Of one thread, [point of a branch] or [rod of a branch].
+  struct Workspace {
+    std::vector<Eight3> r, v, w, s, dw, u;
+    std::vector<trees::Mobility<Eight3>> mobility;
+    Eights rows, length_second;
+    trees::LargestInverse largest_inverse;
+  };
+  class Lanes;
 
-  TreeSolver() = default;
-  bool add_island(const Numbering& numbering, Index island, const RodRows& rods);
-  void finish(const RodRows& rods);
+  explicit TreeSolver(std::vector<RodTree> all);
+  void list_islands(std::span<const RodTree> all);
+  void read_rods(const RodRows& given);
+  void read_branches(const RodRows& given, std::span<const double> inverse_mass);
+  void prepare_workspaces(int threads);
+  void summarize();
 
   template <class Work>
-  Found for_each_island(const Parallel& parallel, const Work& work);
+  void for_each_batch(const Parallel& parallel, const Work& work);
+  template <class Work>
+  void for_each_island(const Parallel& parallel, const Work& work);
+  void forget_findings();
+  Elimination found() const;
 
-  trees::Tree tree(const Island& island) { return rods(island.first_rod, island.end_rod); }
-  trees::Tree rods(std::size_t first, std::size_t end);
-  trees::Motion motion_from(std::size_t rod, const FreeMotion& motion, double* blocks, double* b) const;
-  void accelerate(const Island& island, const Vec3* uniform, const double* b, double* w, Found* found) const;
+  trees::Tree tree(const Island& island);
+  trees::Motion motion_of(const Island& island, const FreeMotion& motion, double* blocks, double* b) const;
   void prepare(const Island& island);
-  void read_directions(const Island& island, const double* blocks);
-  void eliminate(const Island& island, Range* range);
-  void eliminate_border(const Island& island, Range* range);
-  void substitute(const Island& island, const double* b, double* x);
-  void finish_substitution(const Island& island, const double* b, double* x);
-  void substitute_border(const Island& island, const double* b, double* x);
   void clear(const Island& island, std::vector<double>* points) const;
-  void add_forces(std::size_t rod, double lambda, double* forces) const;
-  Vec3 response(Index point) const;
-  double gap(std::size_t rod) const;
+  template <class Finish>
+  void substitute(const Parallel& parallel, const double* b, double* x, const Finish& finish);
+  void finish_substitution(const Island& island, double* x);
+  void find_residual(const Island& island, const double* b, Found* found) const;
 
-  std::vector<std::pair<std::size_t, const MovingScalar*>> lengths_;  // that depend on time, by rod
+  EqualBranches branches_;
+  std::vector<Island> islands_;
   std::span<const double> inverse_mass_;
   Index num_moving_ = 0;
-  std::vector<Island> islands_;
-  std::vector<trees::Rod> order_;         // [rod]
-  std::vector<signed char> sign_;         // [rod] of its block, from the child to the parent
-  std::vector<std::size_t> block_;        // [rod]
-  std::vector<Vec3> offset_;              // [rod] from the child to the parent; empty: none
-  std::vector<double> length_second_;     // [rod] l''; empty: all 0
-  std::vector<std::size_t> group_start_;  // islands that one thread takes
 
-  std::vector<trees::Mobility> mobility_;  // [point]
-  std::vector<double> s_;                  // [3n] dw that eliminated branches make
-  std::vector<double> force_;              // [3n] K lambda
-  std::vector<double> rows_;               // [d] scratch
-  std::vector<Vec3> u_, h_;                // [rod]
-  std::vector<double> inverse_pivot_;      // [rod]
-  std::vector<double> spikes_;             // of an island: [ring][rod] lambda of the tree for a unit one of the ring
-  std::vector<double> border_;             // of an island: [ring][ring] of LDL' of their rows, with 1/D
-  std::vector<Found> found_;               // [group]
+  // Outside of branches:
+  std::vector<trees::Rod> rods_;
+  std::vector<signed char> sign_;      // [rod] of its block, from the child to the parent
+  std::vector<std::size_t> block_;     // [rod]
+  std::vector<Vec3> offset_;           // [rod] from the child to the parent; empty: none
+  std::vector<double> length_second_;  // [rod] l''; empty: all 0
+  std::vector<std::pair<std::size_t, const MovingScalar*>> lengths_;  // that depend on time, by rod
+  std::vector<Index> points_;                                         // but the roots of branches
+  std::vector<Branch> roots_;                                         // branches by island
+  std::vector<Vec3> u_, h_;                                           // [rod]
+  std::vector<double> inverse_pivot_;                                 // [rod]
+  std::vector<std::size_t> group_start_;                              // islands that one thread takes
+  std::vector<Found> found_;                                          // [group]
+
+  // Of branches, in lanes:
+  std::vector<Index> branch_blocks_;                         // [rod][lane]; ~block where the rod is given the other way
+  std::vector<Eight3> branch_offsets_;                       // [rod]; empty: none
+  std::vector<const MovingScalar*> branch_lengths_;          // [rod][lane]; null: constant; empty: all are
+  Eights branch_masses_;                                     // [point] inverse ones
+  std::vector<trees::BranchRod> branch_rods_;                // [rod]
+  std::vector<trees::BranchRow> branch_rows_;                // [rod]
+  std::vector<double> branch_right_side_, branch_residual_;  // [batch][lane] the largest
+  std::vector<Workspace> workspaces_;                        // [share of the batches]
+
+  // [inner point], of points outside of branches and their roots alone:
+  std::vector<trees::Mobility<Vec3>> mobility_;
+  std::vector<double> s_;   // [3n] dw that eliminated branches make
+  std::vector<double> dw_;  // [3n] first K lambda, then M^-1 K lambda
 };
 
 }  // namespace tanor

@@ -69,10 +69,10 @@ std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& option
                       "stiff: " + spring + " swings " + text(rate / slow_rate) + " times faster than the system falls"};
 }
 
-ChosenMethod choose(const MotionOptions& options, const System& system, bool in_coordinates,
+ChosenMethod choose(const MotionOptions& options, const System& system, bool in_coordinates, bool may_be_implicit,
                     const auto& find_obstacle) {
   if (options.method != Method::Auto) return {options.method, ""};
-  if (!in_coordinates) {
+  if (!in_coordinates && may_be_implicit) {
     if (const auto stiff = choose_for_stiff_springs(options, system)) return *stiff;
   }
   if (options.step > 0.0) {
@@ -88,12 +88,12 @@ ChosenMethod choose(const MotionOptions& options, const System& system, bool in_
 
 ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
                            bool in_coordinates) {
-  return choose(options, system, in_coordinates,
+  return choose(options, system, in_coordinates, mechanics.implicit_formulation() != nullptr,
                 [&] { return mechanics.series() != nullptr ? std::string{} : mechanics.why_no_series(); });
 }
 
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
-  return choose(options, dynamics.system(), dynamics.plan().form == Form::Tangent,
+  return choose(options, dynamics.system(), dynamics.plan().form == Form::Tangent, true,
                 [&] { return dynamics.series_obstacle(); });
 }
 
@@ -132,8 +132,8 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
-  check_finite("/snapshot/report/energy",
-               std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
+  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces,
+                                                     energy.work_of_potentials, energy.work_of_friction});
   const auto check_size = [](const char* where, double value) {
     if (!(value >= 0.0 && std::isfinite(value)))
       throw InputError(where, text(value) + " is not 0 or a positive number");

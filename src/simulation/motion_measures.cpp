@@ -13,7 +13,7 @@
 namespace tanor {
 
 double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
+  const double drift = now - start - work_of_supports - work_of_forces - work_of_potentials - work_of_friction;
   return scale > 0.0 ? drift / scale : 0.0;
 }
 
@@ -26,14 +26,20 @@ constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsil
 void MotionMeasures::begin() {
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
   report_.energy.start = energy.kinetic + energy.potential;
-  report_.energy.now = report_.energy.start;
+  note(energy);
   report_.energy.potential_at_start = energy.potential;
   report_.energy.scale =
       std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
   warn_of_tolerance();
-  report_.position_violation = work_.position_violation(state_.t, points_.r.data());
-  report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+  report_.position_violation = form_.largest(work_.position_violation(state_.t, points_.r.data()));
+  report_.velocity_violation = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   report_.acceleration_violation = state_.report.residual;
+}
+
+void MotionMeasures::note(const Energy& energy) {
+  report_.energy.kinetic = energy.kinetic;
+  report_.energy.potential = energy.potential;
+  report_.energy.now = energy.kinetic + energy.potential;
 }
 
 void MotionMeasures::resume() {
@@ -45,8 +51,8 @@ void MotionMeasures::measure_violations(const StepResult& step) {
   double position = step.position_violation, velocity = step.velocity_violation;
   if (options_.stabilisation == Stabilisation::None || !step.is_stabilized) {
     write_points();
-    position = work_.position_violation(state_.t, points_.r.data());
-    velocity = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+    position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
+    velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   }
   report_.position_violation = std::max(report_.position_violation, position);
   report_.velocity_violation = std::max(report_.velocity_violation, velocity);
@@ -58,14 +64,15 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   measure_violations(step);
   if (step.is_stabilized && integration_.knows_acceleration()) measure_acceleration();
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
-  report_.energy.now = energy.kinetic + energy.potential;
+  note(energy);
   report_.energy.work_of_supports = state_.work.supports;
   report_.energy.work_of_forces = state_.work.forces;
+  report_.energy.work_of_potentials = state_.work.potentials;
   report_.energy.work_of_friction = state_.work.friction;
   report_.energy.scale =
       std::max({report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
                 rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports),
-                std::abs(state_.work.forces), std::abs(state_.work.friction)});
+                std::abs(state_.work.forces), std::abs(state_.work.potentials), std::abs(state_.work.friction)});
   if (model_.has_friction()) measure_friction(is_sound);
   watch_accuracy();
   report_.counters = work_.counters;
@@ -84,17 +91,16 @@ double MotionMeasures::energy_of_a_fall() const {
     const double speed = work_.scales.speed(work_.scales.of_point(i));
     sum += 0.5 * model_.mass[i] * speed * speed;
   }
-  return sum;
+  return form_.sum(sum);
 }
 
 /// An absolute tolerance that leaves a neighbourhood less than four digits.
 void MotionMeasures::warn_of_tolerance() {
   constexpr double coarse = 1e-4;
   if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
-  std::size_t smallest = 0;
-  for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k)
-    if (work_.scales.length(k) < work_.scales.length(smallest)) smallest = k;
-  const double length = work_.scales.length(smallest);
+  double smallest = std::numeric_limits<double>::max();
+  for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k) smallest = std::min(smallest, work_.scales.length(k));
+  const double length = -form_.largest(-smallest);
   if (!(options_.atol > coarse * length)) return;
   std::array<char, 16> part{};
   std::snprintf(part.data(), part.size(), "%.3g", options_.atol / length);
@@ -117,7 +123,7 @@ double MotionMeasures::tolerated_energy() {
     sum +=
         tolerances * model_.mass[i] * (of_velocity + acceleration * work_.scales.position_tolerance(options_.atol, i));
   }
-  return sum;
+  return form_.sum(sum);
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

@@ -47,6 +47,7 @@ class MotionMeasures {
 
  private:
   void measure_violations(const StepResult& step);
+  void note(const Energy& energy);
   double energy_of_a_fall() const;
   void warn_of_tolerance();
   double tolerated_energy();

@@ -18,7 +18,7 @@ namespace tanor {
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 3, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 4, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
@@ -136,8 +136,9 @@ void exchange_counters(Archive& archive, Counters& counters) {
 
 template <class Archive, class Energy>
 void exchange_energy(Archive& archive, Energy& energy) {
-  archive(energy.start, energy.now, energy.potential_at_start, energy.work_of_supports, energy.work_of_forces,
-          energy.work_of_friction, energy.scale, energy.largest_drift, energy.largest_drift_time);
+  archive(energy.start, energy.now, energy.kinetic, energy.potential, energy.potential_at_start,
+          energy.work_of_supports, energy.work_of_forces, energy.work_of_potentials, energy.work_of_friction,
+          energy.scale, energy.largest_drift, energy.largest_drift_time);
 }
 
 template <class Archive, class Friction>

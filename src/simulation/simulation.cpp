@@ -11,6 +11,8 @@
 #include "base/text.hpp"
 #include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
+#include "ranks/cut_form.hpp"
+#include "ranks/shared_mechanics.hpp"
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
 #include "simulation/saved_state.hpp"
@@ -21,19 +23,43 @@ namespace tanor {
 
 namespace {
 
+constexpr std::uint64_t fingerprint_of_progress = 0;
+
 void check_start_time(double t) {
   if (!std::isfinite(t)) throw InputError("", "t_start = " + text(t) + " is not a time");
+}
+
+/// What may be wrong with the input of some rank is told by all.
+void check_together(const Part& part, const System& system, const MotionOptions& options, double t_start) {
+  const auto check = [&]() -> Outcome {
+    check_options(options);
+    check_start_time(t_start);
+    validate(system, t_start);
+    if (traits_of(options.method).is_implicit && !part.is_whole())
+      throw InputError("/motion/method", std::string(name_of(options.method)) + " runs on one rank");
+    return {};
+  };
+  if (part.is_whole()) return (void)check();
+  (void)Agreement(*part.ranks).together(check);
+}
+
+/// Where equations reach from rank to rank they have a form of their own.
+Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
+  if (part.is_whole() || !part.is_cut()) return {};
+  return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
 }
 
 }  // namespace
 
 struct Simulation::Implementation {
+  Part part;
   MotionOptions options;
   SolverOptions solver_options;
   Forms forms;
+  std::unique_ptr<SharedMechanics> shared;  // null: all of the system is here
   Workspace& work = forms.work;
   const Model& model = forms.model;
-  EquationsOfMotion& form = *forms.main;
+  EquationsOfMotion& form = shared != nullptr ? *shared : *forms.main;
   Outcome outcome;
   MotionReport report;
   ChosenMethod chosen;
@@ -47,10 +73,13 @@ struct Simulation::Implementation {
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
 
-  Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
-      : options((check_options(motion), check_start_time(t_start), motion)),
+  Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, const Part& of_all,
+                 double t_start)
+      : part(of_all),
+        options((check_together(part, system, motion, t_start), motion)),
         solver_options(resolve(solver, system, motion.method)),
-        forms(std::move(system), solver_options, t_start),
+        forms(std::move(system), solver_options, t_start, form_of(part, solver_options)),
+        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
         chosen(choose_method(motion, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
@@ -66,7 +95,8 @@ struct Simulation::Implementation {
     model.numbering.gather_points(model.system.positions, points.r);
     model.numbering.gather_points(model.system.velocities, points.v);
     report.time = t_start;
-    report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
+    report.start = shared != nullptr ? shared->start(t_start, points.r.data(), points.v.data(), options.start)
+                                     : forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state(nullptr);
     integration.begin();
@@ -105,9 +135,29 @@ struct Simulation::Implementation {
     return pack(snapshot, fingerprint_of(system()));
   }
 
+  /// All but the points, and but what later numbers depend on to the last bit: of any division into ranks.
+  std::vector<std::byte> save_progress() {
+    Snapshot snapshot;
+    snapshot.time = state.t;
+    snapshot.report = report;
+    integration.write_progress(&snapshot);
+    return pack(snapshot, fingerprint_of_progress);
+  }
+
+  void restore_progress(std::span<const std::byte> saved, std::span<const double> r, std::span<const double> v) {
+    refuse_inside_advance("restore_progress");
+    Snapshot snapshot = unpack(saved, fingerprint_of_progress);
+    snapshot.positions.assign(r.begin(), r.end());
+    snapshot.velocities.assign(v.begin(), v.end());
+    restore(snapshot);
+  }
+
   void restore(std::span<const std::byte> saved) {
     refuse_inside_advance("restore");
-    const Snapshot snapshot = unpack(saved, fingerprint_of(system()));
+    restore(unpack(saved, fingerprint_of(system())));
+  }
+
+  void restore(const Snapshot& snapshot) {
     check_snapshot(snapshot, points.r.size());
     integration.restore(snapshot);
     report = snapshot.report;
@@ -120,9 +170,11 @@ struct Simulation::Implementation {
     model.numbering.gather_points(snapshot.velocities, points.v);
     state.work = {.supports = report.energy.work_of_supports,
                   .forces = report.energy.work_of_forces,
+                  .potentials = report.energy.work_of_potentials,
                   .friction = report.energy.work_of_friction};
     work.prescribe_all(state.t, points.r.data(), points.v.data());
-    outcome = complete_state(&snapshot);
+    form.fetch_guests(points.r.data(), points.v.data());
+    outcome = complete_state(snapshot.memory.empty() && model.has_friction() ? nullptr : &snapshot);
     integration.resume(snapshot);
     measures.resume();
     work.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
@@ -153,10 +205,14 @@ struct Simulation::Implementation {
 
   /// Points held rigid by prestress: they do not move though K alone would let them.
   std::vector<Index> find_prestress_rigid_points() {
+    if (part.is_cut()) return {};
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
     if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     return find_rank().prestress_rigid_points;
   }
+
+  /// Whether some rank has such points.
+  bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
 
   RankReport find_rank() {
     write_points();
@@ -238,11 +294,12 @@ struct Simulation::Implementation {
     if (!is_advancing) at.outcome = outcome;
     at.time = state.t;
     write_points();
-    at.position_violation = work.position_violation(state.t, points.r.data());
+    at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));
     return at;
   }
 
   Certificate certify() {
+    if (part.is_cut()) throw InputError("/certificate", "nobody proves what lies on several ranks; take one rank");
     const Look look(this);
     std::vector<double> at_a(form.size()), at_eta(points.r.size()), at_tau(points.r.size());
     SolveReport solved;
@@ -272,6 +329,7 @@ struct Simulation::Implementation {
     for (std::size_t k = 0; k < speeds.size(); ++k) {
       if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], work.scales.speed(k)) / accelerations[k]);
     }
+    time = -form.largest(-time);
     if (!std::isfinite(time)) time = span;
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }
@@ -323,7 +381,7 @@ struct Simulation::Implementation {
                         points.w.data());
       model.numbering.scatter_points(points.r, at_r);
       model.numbering.scatter_points(points.v, at_v);
-      return value(t, at_r, at_v);
+      return form.sum(value(t, at_r, at_v));
     };
     integration.watch().add({value, event.direction, event.stops, event.name});
     return num_events++;
@@ -337,17 +395,21 @@ struct Simulation::Implementation {
 };
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
-    : implementation_(make_quietly<Implementation>(std::move(system), motion, solver, t_start)) {
+    : Simulation(std::move(system), Part{}, motion, solver, t_start) {}
+
+Simulation::Simulation(System system, const Part& part, MotionOptions motion, SolverOptions solver, double t_start)
+    : implementation_(make_quietly<Implementation>(std::move(system), motion, solver, part, t_start)) {
   const QuietTraps quiet;
   const std::vector<std::size_t> idle = plan().idle_equations;
   std::vector<Index> all;
   std::optional<System> given;
-  for (std::vector<Index> rigid; !(rigid = implementation_->find_prestress_rigid_points()).empty();) {
+  for (std::vector<Index> rigid = implementation_->find_prestress_rigid_points();
+       implementation_->are_some_rigid(rigid); rigid = implementation_->find_prestress_rigid_points()) {
     all.insert(all.end(), rigid.begin(), rigid.end());
     System held = implementation_->model.system;
     if (!given) given = held;
-    held.supports.push_back({"points held rigid by prestress", rigid, {}});
-    implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, t_start);
+    if (!rigid.empty()) held.supports.push_back({"points held rigid by prestress", rigid, {}});
+    implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, part, t_start);
   }
   if (all.empty()) return;
   implementation_->given = std::move(given);
@@ -382,6 +444,16 @@ Certificate Simulation::certify() {
 void Simulation::restore(std::span<const std::byte> saved) {
   const QuietTraps quiet;
   live(implementation_, "Simulation").restore(saved);
+}
+
+std::vector<std::byte> Simulation::save_progress() const {
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").save_progress();
+}
+void Simulation::restore_progress(std::span<const std::byte> saved, std::span<const double> positions,
+                                  std::span<const double> velocities) {
+  const QuietTraps quiet;
+  live(implementation_, "Simulation").restore_progress(saved, positions, velocities);
 }
 
 const System& Simulation::system() const {

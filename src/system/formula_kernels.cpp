@@ -44,8 +44,8 @@ struct Variables {
 
   Variables(const double* array, double time, const Rows& of, std::size_t count)
       : x(array), more(nullptr), t(time), rows(of), width(count), n(count) {}
-  explicit Variables(const ForceBatch& batch, const Rows& of)
-      : x(batch.r), more(batch.v), t(batch.t), rows(of), width(3), n(6) {}
+  explicit Variables(const ForceBatch& batch, const Rows& of, std::size_t size)
+      : x(batch.r), more(batch.v), t(batch.t), rows(of), width(size), n(2 * size) {}
 
   /// The value and, where there are any, derivatives of 0.
   template <class T>
@@ -194,17 +194,14 @@ using ForceFormulas = std::vector<Formula>;
 
 void evaluate_force(const void* context, const ForceBatch& batch) {
   const auto& formulas = *static_cast<const ForceFormulas*>(context);
+  const std::size_t size = formulas.size();  // 3p
   for_each_group(batch.count, [&](const Rows& rows) {
-    const Variables variables(batch, rows);
-    for (std::size_t component = 0; component < 3; ++component) {
+    const Variables variables(batch, rows, size);
+    for (std::size_t component = 0; component < size; ++component) {
       const Formula& formula = formulas[component];
-      scatter(evaluate_values(formula, variables).c[0], rows, 3, component, batch.f);
+      scatter(evaluate_values(formula, variables).c[0], rows, size, component, batch.f);
       if (batch.derivative == nullptr) continue;
-      for (const std::size_t first : {0, 3}) {
-        const Lanes<Forward<3>> partials = evaluate_partials(formula, variables, first);
-        for (std::size_t i = 0; i < 3; ++i)
-          scatter(partials.c[1 + i], rows, 18, 6 * component + first + i, batch.derivative);
-      }
+      scatter_partials(formula, variables, 2 * size * size, 1, batch.derivative + 2 * size * component);
     }
   });
 }
@@ -390,16 +387,20 @@ PotentialKernel formula_potential(std::string_view energy, int num_points, const
   return kernel;
 }
 
-ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants) {
-  static const std::vector<std::string> variables = {"x", "y", "z", "vx", "vy", "vz", "t"};
-  static constexpr const char* places[] = {"/x", "/y", "/z"};
-  ForceKernel kernel{.evaluate = evaluate_force, .depends_on_velocity = false, .knows_derivatives = true};
+namespace {
+
+/// The text of each component in variables of which the second half are velocities and the last one is time.
+ForceKernel make_formula_force(std::span<const std::string> components, std::span<const std::string> places,
+                               const std::vector<std::string>& variables, const Constants& constants) {
+  ForceKernel kernel{.num_points = static_cast<int>(components.size() / 3),
+                     .evaluate = evaluate_force,
+                     .depends_on_velocity = false,
+                     .knows_derivatives = true};
   ForceFormulas formulas;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < components.size(); ++k) {
     formulas.push_back(parse_at(places[k], components[k], variables, constants));
-    for (const int velocity : {3, 4, 5}) {
-      kernel.depends_on_velocity = kernel.depends_on_velocity || formulas.back().depends_on(velocity);
-    }
+    for (std::size_t i = components.size(); i + 1 < variables.size(); ++i)
+      kernel.depends_on_velocity = kernel.depends_on_velocity || formulas.back().depends_on(static_cast<int>(i));
   }
   kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
     std::vector<Traced> f;
@@ -408,6 +409,29 @@ ForceKernel formula_force(const std::array<std::string, 3>& components, const Co
   });
   kernel.context = std::make_shared<const ForceFormulas>(std::move(formulas));
   return kernel;
+}
+
+}  // namespace
+
+ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants) {
+  return make_formula_force(components, std::array<std::string, 3>{"/x", "/y", "/z"},
+                            {"x", "y", "z", "vx", "vy", "vz", "t"}, constants);
+}
+
+ForceKernel formula_tuple_force(std::span<const std::string> components, const Constants& constants) {
+  const std::size_t num_points = components.size() / 3;
+  if (components.size() % 3 != 0 || num_points < 1 || num_points > ForceKernel::most_points) {
+    throw InputError("", text_of_count(components.size(), "component") + "; three for each of 1 to " +
+                             text(ForceKernel::most_points) + " points are right");
+  }
+  const std::vector<std::string> coordinates = name_coordinates(static_cast<int>(num_points));
+  std::vector<std::string> places, variables = coordinates;
+  for (const std::string& name : coordinates) {
+    places.push_back("/" + name);
+    variables.push_back("v" + name);
+  }
+  variables.emplace_back("t");
+  return make_formula_force(components, places, variables, constants);
 }
 
 }  // namespace tanor

@@ -140,7 +140,7 @@ Neighbourhoods find_neighbourhoods(const System& system, double t) {
   std::vector<double> sigma(boxes.size(), 0.0);
   for (const Force& force : system.forces) {
     const auto* pairs = std::get_if<PairForces>(&force);
-    if (pairs == nullptr || pairs->law == PairLaw::Log) continue;
+    if (pairs == nullptr || (pairs->law != PairLaw::Wca && pairs->law != PairLaw::Lj)) continue;
     const auto give = [&](Index own) {
       if (own >= 0) sigma[static_cast<std::size_t>(own)] = std::max(sigma[static_cast<std::size_t>(own)], pairs->sigma);
     };

@@ -8,6 +8,7 @@
 #include "base/vec3.hpp"
 #include "system/contacts.hpp"
 #include "system/members.hpp"
+#include "system/tree_order.hpp"
 
 namespace tanor {
 
@@ -53,18 +54,23 @@ bool is_ring(const Island& island) {
   return island.points.size() > 2 && are_pairs(island.members_of_point) && are_pairs(island.points_of_member);
 }
 
-/// Points one after the other, each joined to the next; constraints of single points may be there, too.
-bool is_path(const Island& island) {
-  const auto joins_two = [&](Index member) { return island.points_of_member[member].size() == 2; };
+/// No rings; constraints of single points may be there, too.
+bool is_tree(const Island& island) {
   std::size_t joints = 0;
   for (std::size_t member = 0; member < island.points_of_member.size(); ++member) {
     if (island.points_of_member[member].size() > 2) return false;
-    joints += joins_two(static_cast<Index>(member)) ? 1 : 0;
-  }
-  for (std::size_t point = 0; point < island.points.size(); ++point) {
-    if (std::ranges::count_if(island.members_of_point[point], joins_two) > 2) return false;
+    joints += island.points_of_member[member].size() == 2 ? 1 : 0;
   }
   return joints + 1 == island.points.size();
+}
+
+/// A tree of points one after the other, each joined to the next.
+bool is_path(const Island& tree) {
+  const auto joins_two = [&](Index member) { return tree.points_of_member[member].size() == 2; };
+  for (std::size_t point = 0; point < tree.points.size(); ++point) {
+    if (std::ranges::count_if(tree.members_of_point[point], joins_two) > 2) return false;
+  }
+  return true;
 }
 
 /// Finds islands one after the other, each once.
@@ -201,7 +207,7 @@ class NumberingBuilder {
       const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
       if (islands.have(root) || is_support_[root] || joints_of_point[root].empty()) continue;
       const Island& island = islands.find(root);
-      is_ring(island) ? append_ring(island) : append_from_far_end(island);
+      append_island(island);
       result_.island_start.push_back(static_cast<Index>(result_.user_row.size()));
     }
     append_what_is_left(islands);
@@ -236,6 +242,13 @@ class NumberingBuilder {
     for (Index row = user_first_row_[member]; row < user_first_row_[member + 1]; ++row) result_.user_row.push_back(row);
   }
 
+  void append_island(const Island& island) {
+    if (is_ring(island)) return append_ring(island);
+    if (!is_tree(island)) return append_from_far_end(island, false);
+    if (is_path(island)) return append_from_far_end(island, true);
+    append_points(island, TreeOrder(island.points_of_member, island.members_of_point).list());
+  }
+
   /// Appends a ring all round; the member between two points follows the first one of them.
   void append_ring(const Island& island) {
     const auto other = [](std::span<const Index> pair, Index one) { return pair[0] == one ? pair[1] : pair[0]; };
@@ -250,18 +263,23 @@ class NumberingBuilder {
 
   /// Appends an island backwards from a far end, which two searches find: what lies farthest comes first. Of the two
   /// ends of a path that is the one with the larger number, so that a chain keeps the user's direction.
-  void append_from_far_end(const Island& island) {
+  void append_from_far_end(const Island& island, bool is_path) {
     const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
     const Index other_end = search_.visit(island, end).back();
-    const bool is_reversed = is_path(island) && island.points[end] > island.points[other_end];
-    const std::vector<Index>& order = search_.visit(island, is_reversed ? end : other_end);
+    const bool is_reversed = is_path && island.points[end] > island.points[other_end];
+    std::vector<Index> order = search_.visit(island, is_reversed ? end : other_end);
+    std::ranges::reverse(order);
+    append_points(island, order);
+  }
+
+  /// Appends points in this order. A member is numbered with the first of its points: in a tree that is the rod towards
+  /// the root. Those of this point alone come first, so that a path which begins at a support runs along.
+  void append_points(const Island& island, const std::vector<Index>& order) {
     is_numbered_.assign(island.members.size(), 0);
-    for (auto point = order.rbegin(); point != order.rend(); ++point) {
-      append_point(island.points[*point]);
-      // A member is numbered with the first of its points: in a tree that is the rod towards the root. Those of this
-      // point alone come first, so that a path which begins at a support runs along.
+    for (const Index point : order) {
+      append_point(island.points[point]);
       for (const bool alone : {true, false}) {
-        for (const Index member : island.members_of_point[*point]) {
+        for (const Index member : island.members_of_point[point]) {
           if ((island.points_of_member[member].size() == 1) != alone) continue;
           if (std::exchange(is_numbered_[member], 1) == 0) append_member(island.members[member]);
         }

@@ -16,6 +16,10 @@ namespace {
 
 const double lowest_point = std::exp2(1.0 / 6.0);  // of the Lennard-Jones potential, in sigma
 
+bool has_no_cutoff(PairLaw law) {
+  return law == PairLaw::Log || law == PairLaw::Coulomb;
+}
+
 /// All of them, or those of the list; none twice.
 std::vector<Index> points_of(const System& system, const PairForces& pairs, const std::string& where) {
   if (pairs.points.empty()) {
@@ -38,9 +42,12 @@ std::vector<Index> points_of(const System& system, const PairForces& pairs, cons
 void check_box(const PairForces& pairs, const std::string& where) {
   check_vector(pairs.box, where, "box");
   if (pairs.box == Vector3{}) return;
-  if (pairs.law == PairLaw::Log) {
-    throw InputError(where,
-                     "box " + text(pairs.box) + " is given to law log, whose force reaches every image; leave it out");
+  if (std::isinf(cutoff_of(pairs))) {
+    const char* const law = pairs.law == PairLaw::Log ? "law log, whose force reaches every image; leave it out"
+                            : pairs.law == PairLaw::Coulomb
+                                ? "law coulomb, for which there is no periodic sum; leave it out"
+                                : "a law without a cutoff; give one, or leave the box out";
+    throw InputError(where, "box " + text(pairs.box) + " is given to " + law);
   }
   const double least = 2.0 * cutoff_of(pairs);
   for (const double edge : pairs.box) {
@@ -50,6 +57,15 @@ void check_box(const PairForces& pairs, const std::string& where) {
                                   " or longer is right, or 0 along an axis that is not periodic");
     }
   }
+}
+
+void check_charges(const PairForces& pairs, std::size_t num_points, const std::string& where) {
+  if (pairs.law != PairLaw::Coulomb) return;
+  if (pairs.charges.size() != 1 && pairs.charges.size() != num_points)
+    throw InputError(where, text_of_count(pairs.charges.size(), "charge") + " for " +
+                                text_of_count(num_points, "point") + "; one for all or one each is right");
+  for (std::size_t k = 0; k < pairs.charges.size(); ++k)
+    check_number(pairs.charges[k], ValueRange::any, element(where, k), "charge");
 }
 
 bool are_joined(const System& system, Index i, Index j) {
@@ -94,17 +110,20 @@ void check_places(const System& system, const PairForces& pairs, const std::vect
 }  // namespace
 
 double cutoff_of(const PairForces& pairs) {
-  if (pairs.law == PairLaw::Log) return std::numeric_limits<double>::infinity();
+  constexpr double none = std::numeric_limits<double>::infinity();
+  if (has_no_cutoff(pairs.law)) return none;
   if (pairs.law == PairLaw::Wca) return lowest_point * pairs.sigma;
+  if (pairs.law != PairLaw::Lj) return pairs.cutoff.value_or(none);
   return pairs.cutoff.value_or(2.5 * pairs.sigma);
 }
 
 void check_pair_rules(const System& system, const PairForces& pairs, const std::function<bool(Index)>& is_support,
                       const std::string& where) {
   const std::vector<Index> points = points_of(system, pairs, where);
-  check_enum(pairs.law, PairLaw::Log, (where + "/law").c_str());
+  check_enum(pairs.law, PairLaw::Morse, (where + "/law").c_str());
   check_fields(pairs, 0.0, where);
-  if (pairs.cutoff && pairs.law != PairLaw::Lj) {
+  check_charges(pairs, points.size(), where + "/charges");
+  if (pairs.cutoff && (has_no_cutoff(pairs.law) || pairs.law == PairLaw::Wca)) {
     throw InputError(where + "/cutoff", "cutoff " + text(*pairs.cutoff) + " is given to a law that " +
                                             (pairs.law == PairLaw::Wca ? "has its own, 2^(1/6) sigma" : "has none") +
                                             "; leave it out");

@@ -185,12 +185,47 @@ class Validation {
   void check_values(const FormulaForce& force, const std::string& where) const {
     if (force.kernel.evaluate == nullptr) throw InputError(where + "/x", "is missing: there is no function to call");
     const std::vector<double> at_rest(3, 0.0);
+    if (force.kernel.num_points < 1 || force.kernel.num_points > ForceKernel::most_points)
+      throw InputError(where + "/tuples", "a force on " + text_of_count(force.kernel.num_points, "point") + "; 1 to " +
+                                              text(ForceKernel::most_points) + " are right");
+    check_tuples(force, where);
+    if (force.kernel.num_points > 1 && !force.points.empty())
+      throw InputError(where + "/points", "a force on tuples of " + text(force.kernel.num_points) +
+                                              " points is given single ones; leave them out");
     for (std::size_t k = 0; k < force.points.size(); ++k) {
       const auto first = 3 * static_cast<std::size_t>(force.points[k]);
       const double* const v = system_.velocities.empty() ? at_rest.data() : &system_.velocities[first];
       Vector3 f{};
       force.kernel.evaluate(force.kernel.context.get(), {1, t_, &system_.positions[first], v, f.data()});
       if (!is_in_range(f)) fail_member(force, k, where, "the force is " + text(f) + " at the start");
+    }
+  }
+
+  void check_tuples(const FormulaForce& force, const std::string& where) const {
+    const auto p = static_cast<std::size_t>(force.kernel.num_points);
+    for (std::size_t k = 0; k < force.tuples.size(); ++k) {
+      const std::span<const Index> tuple = force.tuples[k];
+      const auto fail = [&](const std::string& problem) {
+        throw InputError(element(where + "/tuples", k), text(tuple) + ": " + problem);
+      };
+      if (tuple.size() != p)
+        fail(text_of_count(tuple.size(), "point") + " for a force on " + text_of_count(p, "point"));
+      std::vector<double> r, v;
+      for (std::size_t i = 0; i < p; ++i) {
+        check_range(tuple[i], where, "tuples", k);
+        if (std::ranges::count(tuple, tuple[i]) > 1)
+          fail("names point " + text(tuple[i]) + " twice; the points of a tuple differ");
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::size_t at = 3 * static_cast<std::size_t>(tuple[i]) + axis;
+          r.push_back(system_.positions[at]);
+          v.push_back(system_.velocities.empty() ? 0.0 : system_.velocities[at]);
+        }
+      }
+      std::vector<double> f(3 * p);
+      force.kernel.evaluate(force.kernel.context.get(), {1, t_, r.data(), v.data(), f.data()});
+      for (const double component : f) {
+        if (!is_in_range(component)) fail("the force is " + text(std::span<const double>(f)) + " at the start");
+      }
     }
   }
 

@@ -20,7 +20,8 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   const std::vector<Coupling> couplings{{0, 1}, {1, 2}, {2, 3}};
   const std::vector<Incidence> incidences{{0, 0, 0, -1.0}, {1, 0, 0, 1.0}, {1, 1, 1, -1.0}, {2, 1, 1, 1.0}};
   const std::vector<Compliance> compliances{{50.0, 0.5}};
-  const NewtonPlan plan(masses, 2, couplings, {}, incidences, compliances, true);
+  const std::vector<Influence> influences{{0, 2}, {3, 1}, {1, 0}, {2, 3}};  // those of point 3, a support, do not count
+  const NewtonPlan plan(masses, 2, couplings, influences, incidences, compliances, true);
 
   const auto make_blocks = [&](std::size_t count) {
     std::vector<Block3> blocks(count);
@@ -30,10 +31,11 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
     return blocks;
   };
   const std::vector<Block3> own_r = make_blocks(3), own_v = make_blocks(3), by_r = make_blocks(3),
-                            by_v = make_blocks(3);
+                            by_v = make_blocks(3), other_r = make_blocks(4), other_v = make_blocks(4);
   std::vector<double> gradients(6);
   for (double& number : gradients) number = uniform(random);
-  const NewtonPlan::Values values{own_r.data(), own_v.data(), by_r.data(), by_v.data(), nullptr, gradients.data()};
+  const NewtonPlan::Values values{own_r.data(),   own_v.data(),   by_r.data(),     by_v.data(),
+                                  other_r.data(), other_v.data(), gradients.data()};
   const NewtonPlan::Weights<Complex> weights{{3.0, 1.0}, {0.7, -0.2}, {0.1, 0.4}};
   std::vector<Complex> entries(plan.rows().size());
   plan.assemble(weights, values, entries.data());
@@ -55,6 +57,10 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
       add(by_v[k], sign, a, b, &dv);
     }
   }
+  for (std::size_t k = 0; k < influences.size(); ++k) {
+    add(other_r[k], 1.0, influences[k].on, influences[k].of, &dr);
+    add(other_v[k], 1.0, influences[k].on, influences[k].of, &dv);
+  }
   Eigen::MatrixXcd wanted = Eigen::MatrixXcd::Zero(11, 11);
   wanted.topLeftCorner(9, 9) = -weights.velocity * dv.topLeftCorner(9, 9) - weights.position * dr.topLeftCorner(9, 9);
   for (int i = 0; i < 9; ++i) wanted(i, i) += weights.mass * masses[static_cast<std::size_t>(i / 3)];
@@ -73,7 +79,7 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   EXPECT_LT((found - wanted).cwiseAbs().maxCoeff(), 1e-9);  // the tiny compliance of the constraint
   EXPECT_GT(std::abs(found(9, 9)), 0.0);
 
-  const NewtonPlan exact(masses, 2, couplings, {}, incidences, compliances, false);
+  const NewtonPlan exact(masses, 2, couplings, influences, incidences, compliances, false);
   std::vector<Complex> exact_entries(exact.rows().size());
   exact.assemble(weights, values, exact_entries.data());
   for (int j = 0; j < 11; ++j) {

@@ -323,5 +323,15 @@ TEST(LeftOut, AFunctionOfTimeIsCalledForItsOwnConstraintsAlone) {
   EXPECT_LE(one, 6000) << "and some forty instants, at which a step is looked at";
 }
 
+/// A bond along a rod is allowed, and the plan says so.
+TEST(LeftOut, BondsAlongRodsHaveAConstantEnergy) {
+  System system = make_bent_chain(4);
+  system.forces = {Bonds{"bonds", {{1, 0}, {2, 3}, {0, 2}}, BondLaw::Fene, 1.0, {}, 9.0, {}, {}}};
+  EXPECT_TRUE(says(Dynamics(system).plan(), "bonds: the energy of 2 bonds along rods is constant"));
+
+  system.forces = {Bonds{"bonds", {{0, 2}}, BondLaw::Fene, 1.0, {}, 9.0, {}, {}}};
+  EXPECT_FALSE(says(Dynamics(system).plan(), "bonds:"));
+}
+
 }  // namespace
 }  // namespace tanor

@@ -27,6 +27,11 @@ System make_system() {
                      using T = std::decay_t<decltype(r[0])>;
                      return std::array<T, 3>{r[1] * v[0] * t, r[0] * r[2], v[1] * v[1]};
                    })},
+      FormulaForce{.name = "tuple",
+                   .points = {},
+                   .kernel = formula_tuple_force(
+                       std::vector<std::string>{"x2*vy1", "t*y1^2", "vz2*z1", "-x2*vy1", "sin(x1)*z2", "vx1*vx2"}),
+                   .tuples = {{0, 2}, {1, 3}, {2, 1}}},
       Potential{"energy", {{2, 0, 3}}, formula_potential("sin(x1*y2)*z3^2 + t*exp(z1*x2) + y1^2*x3*z2", 3), {}}};
   return system;
 }
@@ -48,11 +53,12 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
   const std::vector<double> tau{0.6, -0.9}, unit_mass(4, 1.0);
   const std::vector<Coupling> couplings = forces.list_couplings();
   std::vector<Block3> own_r(3), own_v(3), coupling_r(couplings.size()), coupling_v(couplings.size());
-  std::vector<Block3> influence(forces.list_influences().size());
-  forces.evaluate_derivatives(serial, t, r.data(), v.data(), tau.data(),
-                              {own_r.data(), own_v.data(), coupling_r.data(), coupling_v.data(), influence.data()});
+  std::vector<Block3> influence(forces.list_influences().size()), influence_v(influence.size());
+  forces.evaluate_derivatives(
+      serial, t, r.data(), v.data(), tau.data(),
+      {own_r.data(), own_v.data(), coupling_r.data(), coupling_v.data(), influence.data(), influence_v.data()});
   const std::vector<Influence> influences = forces.list_influences();
-  ASSERT_EQ(influences.size(), 6u);
+  ASSERT_EQ(influences.size(), 12u);
   const auto derivative = [&](bool in_r, int i, int j, int a, int c) {
     double sum = i == j ? (in_r ? own_r : own_v)[i](a, c) : 0.0;
     for (std::size_t k = 0; k < couplings.size(); ++k) {
@@ -61,7 +67,7 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
       sum += sign * (in_r ? coupling_r : coupling_v)[k](a, c);
     }
     for (std::size_t k = 0; k < influences.size(); ++k) {
-      if (in_r && influences[k].on == i && influences[k].of == j) sum += influence[k](a, c);
+      if (influences[k].on == i && influences[k].of == j) sum += (in_r ? influence : influence_v)[k](a, c);
     }
     return sum;
   };

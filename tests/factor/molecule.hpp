@@ -12,7 +12,7 @@
 namespace tanor::patterns {
 
 /// C = M^-1/2 K, columns of unit length: bonds, then angles, as the file has them. Nothing is periodic.
-inline SparseColumns gradients_of(const scene::LammpsData& data) {
+inline SparseColumns gradients_of(const scene::Imported& data) {
   SparseColumns C;
   C.num_rows = static_cast<int>(3 * data.positions.size());
   const auto place = [&](int atom) {

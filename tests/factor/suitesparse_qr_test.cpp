@@ -13,6 +13,7 @@
 #include "factor/rank_solver.hpp"
 #include "molecule.hpp"
 #include "patterns.hpp"
+#include "scene/text_file.hpp"
 
 namespace tanor {
 namespace {
@@ -84,7 +85,7 @@ std::string fetch_protein() {
 TEST(SuiteSparseQr, NamesTheSame173RedundantRowsOfBptiAsFronts) {
   const std::string path = fetch_protein();
   if (path.empty() && std::getenv("CI") == nullptr) GTEST_SKIP() << "the protein is not to be had";
-  const SparseColumns C = gradients_of(scene::read_lammps_data(path));
+  const SparseColumns C = gradients_of(scene::read_lammps_data(path, scene::read_text(path)));
 
   const RankSolver ours(C, 0.0, factorize_by_fronts), theirs(C, 0.0, factorize_with_suitesparse);
 

@@ -297,7 +297,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
             (Keys{"accelerations", "multipliers", "positions", "reactions", "support_forces", "t", "velocities"}));
   EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
   EXPECT_EQ(list_keys(summary["energy"]),
-            (Keys{"drift_relative", "end", "start", "work_of_forces", "work_of_friction", "work_of_supports"}));
+            (Keys{"drift_relative", "end", "kinetic", "potential", "start", "work_of_forces", "work_of_friction",
+                  "work_of_potentials", "work_of_supports"}));
   EXPECT_EQ(list_keys(summary["certificate"]),
             (Keys{"bases_orthogonal", "checks", "forms_agree", "friction", "left_out", "normal_identity",
                   "orthogonality", "power_balance", "reciprocal_condition", "residual", "second_factorization",

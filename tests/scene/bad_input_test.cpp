@@ -259,13 +259,13 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /forces/0/kind: found string "wind", wanted one of gravity, constant, spring, drag, formula, )"
      R"(pair, potential, bond, bending, torsion)"},
     {"LawIsMissing", three_points(R"("forces": [{"kind": "pair"}])"),
-     R"(scene.json: /forces/0/law: missing, wanted one of wca, lj, log)"},
-    {"LawIsUnknown", three_points(R"("forces": [{"kind": "pair", "law": "coulomb"}])"),
-     R"(scene.json: /forces/0/law: found string "coulomb", wanted one of wca, lj, log)"},
+     R"(scene.json: /forces/0/law: missing, wanted one of wca, lj, log, coulomb, yukawa, morse)"},
+    {"LawIsUnknown", three_points(R"("forces": [{"kind": "pair", "law": "buckingham"}])"),
+     R"(scene.json: /forces/0/law: found string "buckingham", wanted one of wca, lj, log, coulomb, yukawa, morse)"},
     {"LawHasNoSuchNumber", three_points(R"("forces": [{"kind": "pair", "law": "log", "sigma": 1}])"),
      R"(scene.json: /forces/0/sigma: found beside the law "log", wanted with wca or lj only)"},
     {"LawHasItsOwnCutoff", three_points(R"("forces": [{"kind": "pair", "law": "wca", "cutoff": 2}])"),
-     R"(scene.json: /forces/0/cutoff: found beside the law "wca", wanted with lj only)"},
+     R"(scene.json: /forces/0/cutoff: found beside the law "wca", wanted with lj, yukawa or morse only)"},
     {"SigmaIsZero", three_points(R"("forces": [{"kind": "pair", "law": "lj", "sigma": 0}])"),
      R"(scene.json: /forces/0/sigma: found number 0, wanted a number > 0)"},
     {"PairsHaveNoPoints", three_points(R"("forces": [{"kind": "pair", "law": "lj", "points": []}])"),
@@ -357,13 +357,12 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /import/file: missing, wanted a string)"},
     {"ImportFileCannotBeRead", R"({"tanor_scene": 1, "import": {"file": "nowhere.data"}})",
      R"(scene.json: /import/file: nowhere.data cannot be read: No such file or directory)"},
-    {"ImportFormatIsPlanned", R"({"tanor_scene": 1, "import": {"file": "a.obj", "format": "obj"}})",
-     R"(scene.json: /import/format: found string "obj", which this version of tanor does not have yet, wanted )"
-     R"(lammps-data)"},
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
-     R"(scene.json: /import/format: found string "xyz", wanted lammps-data)"},
+     R"(scene.json: /import/format: found string "xyz", wanted one of lammps-data, obj, ply, gro, pdb)"},
+    {"ImportedBondsAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "bonds": "glue"}})",
+     R"(scene.json: /import/bonds: found string "glue", wanted one of rods, distance, none)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
-     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid)"},
+     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid, energies)"},
 };
 // clang-format on
 

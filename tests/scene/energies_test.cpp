@@ -63,6 +63,30 @@ TEST(Energies, LawsHaveTheirNumbers) {
   EXPECT_EQ(torsions.phase.constants, std::vector<double>{0.5});
 }
 
+TEST(Energies, ForcesOnTuplesHaveAComponentForEachPoint) {
+  const auto force = read_energy<FormulaForce>(
+      R"json({"kind": "formula", "tuples": [[0,1],[2,4]], "x1": "k*(x2 - x1)", "y2": "vx1 + t"})json");
+
+  ASSERT_EQ(force.tuples, (std::vector<std::vector<Index>>{{0, 1}, {2, 4}}));
+  EXPECT_TRUE(force.points.empty());
+  const std::vector<double> r{0, 0, 0, 1, 1, 0, 2, 0, 0, 5, 0, 0}, v{3, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0};
+  std::vector<double> f(12);
+  force.kernel.evaluate(force.kernel.context.get(), {2, 0.5, r.data(), v.data(), f.data()});
+  EXPECT_EQ(f, (std::vector<double>{2, 0, 0, 0, 3.5, 0, 6, 0, 0, 0, 4.5, 0}));
+}
+
+TEST(Energies, PairsHaveTheirLaws) {
+  const auto coulomb = read_energy<PairForces>(
+      R"({"kind": "pair", "law": "coulomb", "strength": 2, "points": [0, 2, 4], "charges": [1, -1, 2]})");
+  const auto morse = read_energy<PairForces>(
+      R"({"kind": "pair", "law": "morse", "depth": 2, "width": 3, "rest_length": 0.5, "cutoff": 4})");
+
+  EXPECT_EQ(coulomb.charges, (std::vector<double>{1, -1, 2}));
+  EXPECT_EQ(coulomb.strength, 2.0);
+  EXPECT_EQ(morse.cutoff, 4.0);
+  EXPECT_EQ(morse.rest_length, 0.5);
+}
+
 TEST(Energies, AlongRodsEveryTwoAndEveryThreeInSequence) {
   const auto bendings =
       read_energy<Bendings>(R"({"kind": "bending", "law": "cosine", "along": "chain", "stiffness": [1, 2, 3]})");
@@ -136,6 +160,28 @@ const Rule rules[] = {
      R"json(/forces/0/along: found beside "triples"; one of both is right)json"},
     {"AlongABranch", R"({"kind": "bending", "law": "cosine", "along": "chain", "stiffness": 1})",
      R"json(/forces/0/along: three or more of these rods meet at point 2: which of them are in sequence is not clear there)json", ",[2,5]"},
+    {"CoulombInABox", R"({"kind": "pair", "law": "coulomb", "strength": 1, "charges": 1, "box": [9, 9, 9]})",
+     R"json(/forces/0/box: found beside the law "coulomb", wanted without a box: there is no periodic sum)json"},
+    {"CoulombWithoutCharges", R"({"kind": "pair", "law": "coulomb", "strength": 1})",
+     R"json(/forces/0/charges: missing, wanted a number, or one a point)json"},
+    {"ChargesOfOtherPoints", R"({"kind": "pair", "law": "coulomb", "strength": 1, "points": [0, 1], "charges": [1, 2, 3]})",
+     R"json(/forces/0/charges: found a list of 3, wanted one number, or a list of 2)json"},
+    {"YukawaInABoxWithoutACutoff", R"({"kind": "pair", "law": "yukawa", "strength": 1, "length": 1, "box": [9, 9, 9]})",
+     R"json(/forces/0/box: box [9, 9, 9] is given to a law without a cutoff; give one, or leave the box out)json"},
+    {"PairNumberOfAnotherLaw", R"({"kind": "pair", "law": "yukawa", "strength": 1, "length": 1, "depth": 2})",
+     R"json(/forces/0/depth: found beside the law "yukawa", wanted with morse only)json"},
+    {"ComponentOfNoPoint", R"({"kind": "formula", "tuples": [[0,1]], "x3": "1"})",
+     R"json(/forces/0/x3: found in a force on tuples of 2 points, wanted x1 to z2)json"},
+    {"ComponentOfTuples", R"({"kind": "formula", "points": [0], "x1": "1"})",
+     R"json(/forces/0/x1: found beside "points", wanted x, y or z; with "tuples" x1, y1, …)json"},
+    {"PointsAndTuples", R"({"kind": "formula", "points": [0], "tuples": [[0,1]], "x1": "1"})",
+     R"json(/forces/0/points: found beside "tuples"; one of both is right)json"},
+    {"TupleNamesAPointTwice", R"({"kind": "formula", "tuples": [[1,1]], "x1": "1"})",
+     R"json(/forces/0/tuples/0: [1, 1]: names point 1 twice; the points of a tuple differ)json"},
+    {"ForceIsNoNumber", R"json({"kind": "formula", "tuples": [[0,1]], "x2": "1/x1"})json",
+     R"json(/forces/0/tuples/0: [0, 1]: the force is [0, 0, 0, inf, 0, 0] at the start)json"},
+    {"UnknownNameInAComponent", R"({"kind": "formula", "tuples": [[0,1]], "z2": "x3"})",
+     R"json(/forces/0/z2: formula "x3": column 1: 'x3' is not known; known names: x1, y1, z1, x2, y2, z2, vx1, vy1, vz1, vx2, vy2, vz2, t, pi, k and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)json"},
     {"NeitherAlongNorTriples", R"({"kind": "bending", "law": "cosine", "stiffness": 1})",
      R"json(/forces/0/triples: missing, wanted a list of triples of points)json"},
 };

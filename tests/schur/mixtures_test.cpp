@@ -107,6 +107,15 @@ System beads(int count, AnyNumbers* any) {
 
 const Force gravity = Gravity{"", {0.1, 0.0, -9.81}};
 
+/// Arms of so many rods each, from one point.
+std::vector<std::array<Index, 2>> star(int arms, int length) {
+  std::vector<std::array<Index, 2>> pairs;
+  for (Index arm = 0; arm < arms; ++arm) {
+    for (Index k = 0; k < length; ++k) pairs.push_back({k == 0 ? 0 : arm * length + k, arm * length + k + 1});
+  }
+  return pairs;
+}
+
 /// Islands of all special solvers with the others between them.
 System mixture(AnyNumbers* any) {
   System system = beads(7, any);
@@ -115,9 +124,7 @@ System mixture(AnyNumbers* any) {
   put_beside(of_every_other_kind(any), &system);
   put_beside(copies_of(1, 61, path(60), any), &system);
   put_beside(tetrahedra_in_a_row(4, any), &system);
-  put_beside(
-      copies_of(1, 12, {{0, 1}, {1, 2}, {1, 3}, {3, 4}, {3, 5}, {0, 6}, {6, 7}, {6, 8}, {5, 9}, {9, 10}, {9, 11}}, any),
-      &system);
+  put_beside(copies_of(1, 41, star(8, 5), any), &system);
   return system;
 }
 

@@ -52,8 +52,13 @@ System islands_of_every_kind() {
     put_beside(beads, &system);
     put_beside(copies_of(10, 4, {{0, 1}, {1, 2}, {2, 3}}, &generator), &system);
     put_beside(copies_of(1, 41, path, &generator), &system);
-    System tree = copies_of(1, 7, {{0, 1}, {1, 2}, {1, 3}, {3, 4}, {3, 5}, {5, 6}, {6, 4}}, &generator);
-    tree.supports.push_back({"", {2}, {}});
+    // Nine arms of three rods, of which eight have lanes, and a tail that a support holds.
+    std::vector<std::array<Index, 2>> arms{{0, 28}, {28, 29}};
+    for (Index arm = 0; arm < 9; ++arm) {
+      for (Index m = 1; m <= 3; ++m) arms.push_back({m == 1 ? 0 : 3 * arm + m - 1, 3 * arm + m});
+    }
+    System tree = copies_of(1, 30, arms, &generator);
+    tree.supports.push_back({"", {29}, {}});
     put_beside(tree, &system);
     System bent = copies_of(1, 5, {{0, 1}, {1, 2}, {2, 3}, {3, 4}}, &generator);
     bent.constraints.emplace_back(Angles{"", {{0, 1, 2}, {2, 3, 4}}, {}});
@@ -88,7 +93,7 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     take("points", [&] { return PointSolver::make(problem, &left_); });
     take("batches", [&] { return BatchSolver::make(problem, 1, false, &left_); });
     take("paths", [&] { return PathSolver::make(problem, &left_); });
-    take("trees", [&] { return TreeSolver::make(problem, &left_); });
+    take("trees", [&] { return TreeSolver::make(problem, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;
       part = std::make_unique<SparseSolver>(group(*own), problem.incidences);

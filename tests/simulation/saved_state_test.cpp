@@ -82,6 +82,7 @@ Snapshot make_snapshot() {
                             .now = -1.25,
                             .work_of_supports = 0.1,
                             .work_of_forces = 0.2,
+                            .work_of_potentials = 0.4,
                             .work_of_friction = -0.3,
                             .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
@@ -136,6 +137,7 @@ TEST(SavedState, EveryNumberReadsBackBitByBit) {
   EXPECT_EQ(read.report.singular_passages.first[0].time, 0.1 + 0.2);
   EXPECT_EQ(read.report.singular_passages.first[0].reciprocal_condition, 1e-17);
   EXPECT_EQ(read.report.energy.work_of_forces, 0.2);
+  EXPECT_EQ(read.report.energy.work_of_potentials, 0.4);
   EXPECT_TRUE(std::isnan(read.report.velocity_violation));
   EXPECT_EQ(read.report.counters.solves, 3u);
   EXPECT_EQ(read.report.times.solve, 0.4);
@@ -168,7 +170,7 @@ TEST(SavedState, ForeignBytesAreRefused) {
   EXPECT_EQ(error_of(make_pendulum(), {}), "these are no bytes that a Simulation saved");
   EXPECT_EQ(error_of(make_pendulum(), Bytes(1000, std::byte{7})), "these are no bytes that a Simulation saved");
   bytes[8] = std::byte{200};
-  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 3");
+  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 4");
 }
 
 TEST(SavedState, BytesOfAnotherSystemAreRefused) {

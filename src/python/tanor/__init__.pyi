@@ -229,7 +229,13 @@ class EnergyReport:
     @property
     def work_of_supports(self) -> float: ...
     @property
+    def kinetic(self) -> float: ...
+    @property
+    def potential(self) -> float: ...
+    @property
     def work_of_forces(self) -> float: ...
+    @property
+    def work_of_potentials(self) -> float: ...
     @property
     def work_of_friction(self) -> float: ...
     @property
@@ -250,8 +256,9 @@ class FormulaForce:
     kind: str
     points: ArrayLike
     kernel: Any
+    tuples: ArrayLike
     name: str
-    def __init__(self, points: ArrayLike, *, kernel: Any, name: str = '') -> None: ...
+    def __init__(self, points: ArrayLike = (), *, kernel: Any, tuples: ArrayLike = (), name: str = '') -> None: ...
 
 class FreeCoordinates:
     kind: str
@@ -477,11 +484,16 @@ class PairForces:
     sigma: float
     strength: float
     cutoff: float | None
+    length: float
+    depth: float
+    width: float
+    rest_length: float
     law: str
     box: ArrayLike
     exclude_rods: bool
+    charges: ArrayLike
     name: str
-    def __init__(self, points: ArrayLike = (), *, epsilon: float = 1.0, sigma: float = 1.0, strength: float = 1.0, cutoff: float | None = None, law: str = 'wca', box: ArrayLike = (0.0, 0.0, 0.0), exclude_rods: bool = False, name: str = '') -> None: ...
+    def __init__(self, points: ArrayLike = (), *, epsilon: float = 1.0, sigma: float = 1.0, strength: float = 1.0, cutoff: float | None = None, length: float = 1.0, depth: float = 1.0, width: float = 1.0, rest_length: float = 0.0, law: str = 'wca', box: ArrayLike = (0.0, 0.0, 0.0), exclude_rods: bool = False, charges: ArrayLike = (), name: str = '') -> None: ...
 
 class Passage:
     @property

@@ -8,11 +8,13 @@
 
 namespace tanor {
 
-/// A user's own f(r, v, t) on each point, from formula_force. It has no potential: all that it does is work.
+/// A user's own f(r, v, t) on each point, from formula_force, or on the points of each tuple, from formula_tuple_force.
+/// It has no potential: all that it does is work.
 struct FormulaForce {
   std::string name{};
-  std::vector<Index> points{};
+  std::vector<Index> points{};  ///< for kernels of one point
   ForceKernel kernel{};
+  std::vector<std::vector<Index>> tuples{};  ///< for kernels of several points
 };
 
 template <>

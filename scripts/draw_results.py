@@ -1,0 +1,82 @@
+#!/usr/bin/python3
+"""Pictures of what scripts/bench and scripts/error-time measured, by matplotlib (Debian: python3-matplotlib).
+
+    draw_results.py [FOLDER]     default bench/results
+
+Writes FOLDER/error_time/*/error_time.svg (error against wall time, a line a method) and FOLDER/linear_solvers.svg (time
+of a solve beside Eigen's and the general solver's). Colours are those of Okabe and Ito, which colour-blind readers tell
+apart; lines also differ by marks, and all is readable at half its size.
+"""
+
+import csv
+import json
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
+
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#E69F00", "#7F7F7F", "#B2A800", "#44307A"]
+MARKS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
+plt.rcParams.update({
+    "font.size": 17, "axes.linewidth": 1.2, "lines.linewidth": 2.4, "lines.markersize": 9, "legend.frameon": False,
+    "figure.figsize": (10, 6.5), "figure.constrained_layout.use": True, "savefig.facecolor": "white",
+    "svg.hashsalt": "tanor", "svg.fonttype": "path"})
+
+
+def save(figure: plt.Figure, path: pathlib.Path) -> None:
+    figure.savefig(path, metadata={"Date": None})  # equal numbers are equal files
+    plt.close(figure)
+    print(path)
+
+
+def draw_error_time(table: pathlib.Path) -> None:
+    with open(table, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if not row["trouble"] and row["error_m"]]
+    figure, axes = plt.subplots()
+    for k, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
+        points = [(float(row["wall_s"]), float(row["error_m"])) for row in rows
+                  if row["method"] == method and float(row["error_m"]) > 0]
+        axes.loglog(*zip(*points), label=method, color=COLOURS[k % 10], marker=MARKS[k % 10])
+    references = [float(row["reference_error_m"]) for row in rows if row["reference_error_m"]]
+    if references:
+        axes.axhspan(axes.get_ylim()[0], 3 * max(references), color="#e8e8e8", zorder=0)
+        axes.text(0.99, 0.01, "grey: within 3 errors of the reference", transform=axes.transAxes, ha="right",
+                  va="bottom", fontsize=13)
+    axes.set(title=f"{table.parent.name}: error against run time", xlabel="wall time, s",
+             ylabel="largest error at the end, m")
+    axes.grid(True, which="major", color="#dddddd")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    save(figure, table.with_name("error_time.svg"))
+
+
+def draw_linear_solvers(table: pathlib.Path) -> None:
+    rows = json.loads(table.read_text(encoding="utf-8"))["rows"]
+    figure, axes = plt.subplots(figsize=(10, 1.5 + 0.42 * len(rows)))
+    for key, name, colour, mark in (("eigen_ns", "plain Eigen program", COLOURS[1], "s"),
+                                    ("general_ns", "general solver", COLOURS[0], "^"),
+                                    ("ours_ns", "chosen solver", COLOURS[4], "o")):
+        points = [(row[key], k) for k, row in enumerate(rows) if row.get(key)]
+        if points:
+            axes.plot(*zip(*points), mark, color=colour, label=name)
+    axes.set_yticks(range(len(rows)), [f"{row['scene']} ({row['linear_solver']})" for row in rows], fontsize=14)
+    axes.set(xscale="log", xlabel="time for each constraint, ns")
+    axes.invert_yaxis()
+    axes.grid(True, which="major", color="#dddddd")
+    figure.legend(loc="upper center", ncol=3, columnspacing=1.0, handletextpad=0.2, fontsize=15)
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.955))  # below the legend
+    save(figure, table.with_suffix(".svg"))
+
+
+def main() -> None:
+    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "bench/results")
+    for table in sorted(folder.glob("error_time/*/error_time.csv")):
+        draw_error_time(table)
+    if (folder / "linear_solvers.json").exists():
+        draw_linear_solvers(folder / "linear_solvers.json")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <tanor/modes.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
+#include "cli/messages.hpp"
+#include "cli/output_folder.hpp"
+#include "report/modes.hpp"
+#include "report/output_file.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// "lowest modes 0.123, 0.456, … rad/s"
+std::string describe(const Modes& modes) {
+  constexpr std::size_t most_shown = 6;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(most_shown, modes.count()); ++k)
+    text += fmt::format("{}{:.6g}", k == 0 ? "" : ", ", modes.omega[k]);
+  if (modes.count() > most_shown) text += ", …";
+  std::string line = fmt::format("{} of {} modes: omega = {} rad/s", modes.count(), modes.degrees_of_freedom, text);
+  if (modes.zero_modes > 0)
+    line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
+  if (modes.unstable_directions > 0)
+    line += fmt::format("; unstable: {} grow (negative: growth rate, 1/s)", modes.unstable_directions);
+  return line;
+}
+
+}  // namespace
+
+ExitCode execute(const ModesCommand& command) {
+  const scene::Scene scene = prepare(scene::load_scene(command.scene));
+  ModesOptions options = scene.modes;
+  options.solver = scene.solver;
+  if (command.count) options.count = *command.count;
+  const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
+  const Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
+  report::ModesFacts facts;
+  facts.scene = scene.name;
+  facts.source = scene.source;
+  facts.points = scene.system.num_points();
+  for (const Support& support : scene.system.supports) facts.supports += support.points.size();
+  facts.equations = found.multipliers.size();
+  if (!scene.buckling_loads.empty()) {
+    facts.buckling = in_scene([&] {
+      return find_buckling(scene.system, scene.system.positions, {.loads = scene.buckling_loads, .solver = scene.solver});
+    });
+  }
+
+  const fs::path directory = choose_folder(command.out, scene);
+  report::make_folder(directory);
+  const FolderLock lock(directory, "modes");
+  report::write_modes(directory, facts, found);
+  if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
+  if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
+  fmt::print("{}; results in {}\n", describe(found), directory.string());
+  if (!facts.buckling) return ExitCode::Done;
+  if (!facts.buckling->outcome.ok()) return tell(command.scene, facts.buckling->outcome.what);
+  fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

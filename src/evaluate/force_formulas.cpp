@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <array>
+
+#include "evaluate/forces.hpp"
+
+/// \file Forces that a user gives by functions of r, v and t, on single points or on the points of tuples.
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t most_in_chunk = 64;  // points, and blocks of derivatives, that a call of a kernel is given
+
+/// body(first, count) for chunks of members.
+template <class Group, class Body>
+void for_chunks(const Parallel& parallel, const Group& group, std::size_t chunk, const Body& body) {
+  parallel.for_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t first = begin; first < end; first += chunk) body(first, std::min(chunk, end - first));
+  });
+}
+
+}  // namespace
+
+void Forces::add_formula(const FormulaForce& formula, const Numbering& numbering,
+                         std::vector<std::pair<Index, Index>>* slots) {
+  FormulaGroup group{formula.kernel, {}, slots->size()};
+  const auto add_point = [&](Index point) {
+    group.points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+    slots->push_back({group.points.back(), static_cast<Index>(slots->size())});
+  };
+  for (const Index point : formula.points) add_point(point);
+  for (const auto& tuple : formula.tuples)
+    for (const Index point : tuple) add_point(point);
+  if (group.points.empty()) return;
+  formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
+  if (group.points_per_member() == 1) {
+    if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
+      formula_passages_.push_back(std::move(passages));
+  }
+  formulas_.push_back(std::move(group));
+}
+
+/// In chunks: gather, call the kernel, which writes into the slots.
+void Forces::evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v) {
+  const Parallel serial(1);
+  for (const FormulaGroup& group : formulas_) {
+    const std::size_t p = group.points_per_member();
+    for_chunks(group.kernel.thread_safe ? parallel : serial, group, most_in_chunk / p,
+               [&](std::size_t first, std::size_t count) {
+                 std::array<double, 3 * most_in_chunk> r_chunk, v_chunk;  // NOLINT: filled before use
+                 for (std::size_t n = 0; n < count * p; ++n) {
+                   store(r_chunk.data(), n, load(r, group.points[first * p + n]));
+                   store(v_chunk.data(), n, load(v, group.points[first * p + n]));
+                 }
+                 double* const f = formula_force_.data() + 3 * (group.first_slot + first * p);
+                 group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
+               });
+  }
+}
+
+/// One of a group: its points, its derivatives [3p][6p], and the number of its first influence.
+struct Forces::Member {
+  const Index* points;
+  const double* derivative;
+  std::size_t first_influence;
+};
+
+/// Own blocks are added up, those of other points are influences.
+void Forces::add_member_derivatives(const FormulaGroup& group, const Member& member, const Derivatives& to) const {
+  const std::size_t p = group.points_per_member();
+  std::size_t influence = member.first_influence;
+  for (std::size_t ij = 0; ij < p * p; ++ij) {
+    const std::size_t i = ij / p, j = ij % p;
+    Block3 by_position, by_velocity;
+    for (std::size_t entry = 0; entry < 9; ++entry) {
+      const double* const row = member.derivative + 6 * p * (3 * i + entry / 3);
+      by_position.entries[entry] = row[3 * j + entry % 3];
+      by_velocity.entries[entry] = row[3 * (p + j) + entry % 3];
+    }
+    if (i == j) {
+      const auto point = static_cast<std::size_t>(member.points[i]);
+      if (point >= num_moving_) continue;
+      to.point_positions[point] += by_position;
+      to.point_velocities[point] += by_velocity;
+    } else {
+      to.influence_positions[influence] = by_position;
+      if (to.influence_velocities != nullptr) to.influence_velocities[influence] = by_velocity;
+      ++influence;
+    }
+  }
+}
+
+/// In chunks, as the forces themselves; one group after the other, so that points in several groups add up. Tuples may
+/// share points: one after the other.
+void Forces::evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                                          const Derivatives& to) const {
+  std::size_t first_influence = num_energy_influences_;
+  const Parallel serial(1);
+  for (const FormulaGroup& group : formulas_) {
+    const std::size_t p = group.points_per_member(), num_influences = p * (p - 1);
+    const bool is_parallel = group.kernel.thread_safe && p == 1;
+    if (group.kernel.knows_derivatives) {
+      for_chunks(is_parallel ? parallel : serial, group, most_in_chunk / (p * p),
+                 [&](std::size_t first, std::size_t count) {
+                   std::array<double, 3 * most_in_chunk> r_chunk, v_chunk, f;  // NOLINT: filled before use
+                   std::array<double, 18 * most_in_chunk> derivative;          // NOLINT: filled before use
+                   for (std::size_t n = 0; n < count * p; ++n) {
+                     store(r_chunk.data(), n, load(r, group.points[first * p + n]));
+                     store(v_chunk.data(), n, load(v, group.points[first * p + n]));
+                   }
+                   group.kernel.evaluate(group.kernel.context.get(),
+                                         {count, t, r_chunk.data(), v_chunk.data(), f.data(), derivative.data()});
+                   for (std::size_t k = 0; k < count; ++k)
+                     add_member_derivatives(group,
+                                            {group.points.data() + (first + k) * p, derivative.data() + 18 * p * p * k,
+                                             first_influence + (first + k) * num_influences},
+                                            to);
+                 });
+    } else {
+      for (std::size_t n = 0; n < group.size() * num_influences; ++n) to.influence_positions[first_influence + n] = {};
+    }
+    first_influence += group.size() * num_influences;
+  }
+}
+
+}  // namespace tanor

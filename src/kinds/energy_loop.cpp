@@ -1,0 +1,87 @@
+#include "kinds/energy_loop.hpp"
+
+#include <algorithm>
+
+#include "base/instruction_sets.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Column i of eight members' points.
+[[gnu::always_inline]] inline Eight3 load_column(const EnergyRange& range, std::size_t i, std::size_t first) {
+  const Index* const points = range.points + i * range.stride + first;
+  Eight3 column;
+  if (range.in_a_row[(i * range.stride + first) / num_lanes] != 0) {
+    load_points(range.r + 3 * static_cast<std::size_t>(points[0]), &column.x, &column.y, &column.z);
+  } else {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&column, lane, load(range.r, points[lane]));
+  }
+  return column;
+}
+
+[[gnu::always_inline]] inline void write_forces(const Eight3& gradient, const EnergyRange& range, std::size_t i,
+                                                std::size_t first) {
+  double* const to = range.forces + 3 * (i * range.size + first);
+  if (first + num_lanes <= range.last) {
+    store_points(-gradient.x, -gradient.y, -gradient.z, to);
+    return;
+  }
+  for (std::size_t lane = 0; first + lane < range.last; ++lane)
+    store(to, lane, {-gradient.x[lane], -gradient.y[lane], -gradient.z[lane]});
+}
+
+/// Reads p points and writes p forces a member: some 100 flops.
+template <bool with_energy, class Kernel>
+[[gnu::always_inline]] inline void run_lanes(const Kernel& kernel, const EnergyRange& range) {
+  constexpr std::size_t p = Kernel::num_points;
+  for (std::size_t first = range.first; first < range.last; first += num_lanes) {
+    Eight3 r[p];
+    Eight numbers[Kernel::num_numbers];
+    for (std::size_t i = 0; i < p; ++i) r[i] = load_column(range, i, first);
+    for (std::size_t i = 0; i < Kernel::num_numbers; ++i)
+      numbers[i] = eight_at(range.numbers + i * range.stride + first);
+    const EnergyAndGradient<p> found = kernel.template run<with_energy>(r, numbers);
+    for (std::size_t i = 0; i < p && range.forces != nullptr; ++i) write_forces(found.gradient[i], range, i, first);
+    for (std::size_t lane = 0; with_energy && lane < num_lanes && first + lane < range.last; ++lane)
+      range.energies[first + lane] = found.energy[lane];
+  }
+}
+
+template <class Kernel>
+[[gnu::always_inline]] inline void run_kernel(const void* law, const EnergyRange& range) {
+  const Kernel& kernel = *static_cast<const Kernel*>(law);
+  range.energies != nullptr ? run_lanes<true>(kernel, range) : run_lanes<false>(kernel, range);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void run_bonds(const void* law, const EnergyRange& range) {
+  run_kernel<EnergyKernel<Bonds>>(law, range);
+}
+TANOR_EACH_INSTRUCTION_SET
+void run_bendings(const void* law, const EnergyRange& range) {
+  run_kernel<EnergyKernel<Bendings>>(law, range);
+}
+TANOR_EACH_INSTRUCTION_SET
+void run_torsions(const void* law, const EnergyRange& range) {
+  run_kernel<EnergyKernel<Torsions>>(law, range);
+}
+
+template <class Group>
+EnergyLoop make_loop(const Group& group, void (*run)(const void*, const EnergyRange&)) {
+  return {std::make_shared<const EnergyKernel<Group>>(group), EnergyKernel<Group>::num_numbers, run};
+}
+
+}  // namespace
+
+EnergyLoop make_energy_loop(const Bonds& bonds) {
+  return make_loop(bonds, run_bonds);
+}
+EnergyLoop make_energy_loop(const Bendings& bendings) {
+  return make_loop(bendings, run_bendings);
+}
+EnergyLoop make_energy_loop(const Torsions& torsions) {
+  return make_loop(torsions, run_torsions);
+}
+
+}  // namespace tanor

@@ -1,0 +1,73 @@
+#include <algorithm>
+
+#include "mpi/scalapack_rows.hpp"
+#include "mpi/tanor_mpi.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t largest_piece = std::size_t{1} << 28;  // numbers of one call: counts are int
+
+/// call(pointer, count) over pieces of the numbers.
+template <class Call>
+void in_pieces(std::span<double> numbers, const Call& call) {
+  for (std::size_t first = 0; first < numbers.size(); first += largest_piece)
+    call(numbers.data() + first, static_cast<int>(std::min(largest_piece, numbers.size() - first)));
+}
+
+}  // namespace
+
+MpiRanks::MpiRanks(MPI_Comm communicator, std::size_t most_replicated)
+    : communicator_(communicator), most_replicated_(most_replicated) {
+  MPI_Comm_rank(communicator, &rank_);
+  MPI_Comm_size(communicator, &size_);
+}
+
+void MpiRanks::count(const Traffic& more) {
+  traffic_.reductions += more.reductions;
+  traffic_.reduced_bytes += more.reduced_bytes;
+  traffic_.messages += more.messages;
+  traffic_.message_bytes += more.message_bytes;
+}
+
+void MpiRanks::sum(std::span<double> numbers) {
+  count({.reductions = 1, .reduced_bytes = 8 * numbers.size()});
+  in_pieces(numbers, [&](double* first, int size) {
+    MPI_Allreduce(MPI_IN_PLACE, first, size, MPI_DOUBLE, MPI_SUM, communicator_);
+  });
+}
+
+void MpiRanks::find_largest(std::span<double> numbers) {
+  count({.reductions = 1, .reduced_bytes = 8 * numbers.size()});
+  in_pieces(numbers, [&](double* first, int size) {
+    MPI_Allreduce(MPI_IN_PLACE, first, size, MPI_DOUBLE, MPI_MAX, communicator_);
+  });
+}
+
+void MpiRanks::share(int from, std::string* text) {
+  auto size = static_cast<unsigned long>(text->size());
+  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG, from, communicator_);
+  text->resize(size);
+  MPI_Bcast(text->data(), static_cast<int>(size), MPI_CHAR, from, communicator_);
+}
+
+void MpiRanks::exchange(std::span<const Message> messages) {
+  constexpr int tag = 17;
+  requests_.clear();
+  for (const Message& message : messages) {
+    MPI_Irecv(message.received.data(), static_cast<int>(message.received.size()), MPI_DOUBLE, message.rank, tag,
+              communicator_, &requests_.emplace_back());
+    MPI_Isend(message.sent.data(), static_cast<int>(message.sent.size()), MPI_DOUBLE, message.rank, tag, communicator_,
+              &requests_.emplace_back());
+    count({.messages = 1, .message_bytes = 8 * message.sent.size()});
+  }
+  MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+}
+
+std::unique_ptr<SharedRows> MpiRanks::make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) {
+  if (num_rows <= most_replicated_) return nullptr;
+  return make_scalapack_rows(*this, num_rows, own);
+}
+
+}  // namespace tanor

@@ -1,0 +1,205 @@
+#include <metis.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "base/groups.hpp"
+#include "mpi/tanor_mpi.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int nobody = -1;
+
+/// Points that something joins; some of them may be cut.
+struct Cluster {
+  std::vector<Index> points;
+  double rows = 0.0;
+  bool may_be_cut = true;
+
+  /// ns of an evaluation: measured on chains (20 a row) and nets (bench/linear_solvers), where what closes rings makes
+  /// fill.
+  double cost() const {
+    const double rings = std::max(0.0, rows + 1.0 - static_cast<double>(points.size()));
+    return 10.0 * static_cast<double>(points.size()) + 20.0 * rows + std::pow(rings, 1.5);
+  }
+};
+
+/// visit(points, rows) of everything that joins points, rows 0 where it is no constraint; `all` [n] are the points.
+template <class Visit>
+void for_each_tie(const System& system, std::span<const Index> all, const Visit& visit) {
+  for_each_member(system, [&](std::span<const Index> points, int rows) { visit(points, rows); });
+  const auto visit_group = [&]<class Group>(const Group& group) {
+    if constexpr (requires { KindOf<Group>::tied_points(group); }) {
+      const std::vector<Index> points = KindOf<Group>::tied_points(group);
+      visit(std::span<const Index>(points), 0);
+    } else if constexpr (std::is_same_v<Group, PairForces>) {
+      visit(group.points.empty() ? all : std::span<const Index>(group.points), 0);
+    } else if constexpr (requires { KindOf<Group>::members; }) {
+      for (std::size_t k = 0; k < num_members(group); ++k) visit(member_points(group, k), 0);
+    }
+  };
+  for (const Force& force : system.forces) std::visit(visit_group, force);
+  for (const Coordinates& coordinates : system.coordinates) std::visit(visit_group, coordinates);
+}
+
+class Clusters {
+ public:
+  explicit Clusters(const System& system) : system_(system), root_(system.num_points()) {
+    std::iota(root_.begin(), root_.end(), 0);
+    for (const Support& support : system.supports)
+      for (const Index point : support.points) root_[static_cast<std::size_t>(point)] = nobody;
+    std::vector<Index> all(system.num_points());
+    std::iota(all.begin(), all.end(), 0);
+    for_each_tie(system, all, [&](std::span<const Index> points, int) { join(points); });
+    number();
+    for_each_tie(system, all, [&](std::span<const Index> points, int rows) { note(points, rows); });
+    if (!system.friction.empty())
+      for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
+  }
+
+  const std::vector<Cluster>& all() const { return clusters_; }
+
+  /// METIS's cut of one cluster into pieces of equally many points: the part of each of its points.
+  std::vector<int> cut(const Cluster& cluster, int pieces) {
+    place_.resize(system_.num_points());
+    for (std::size_t k = 0; k < cluster.points.size(); ++k)
+      place_[static_cast<std::size_t>(cluster.points[k])] = static_cast<idx_t>(k);
+    const auto is_here = [&](Index point) { return of_point(point) == of_point(cluster.points.front()); };
+    const Groups<idx_t> neighbours(cluster.points.size(), [&](const auto& add) {
+      for_each_member(system_, [&](std::span<const Index> points, int) {
+        for (const Index a : points) {
+          for (const Index b : points)
+            if (a != b && is_here(a) && is_here(b))
+              add(place_[static_cast<std::size_t>(a)], place_[static_cast<std::size_t>(b)]);
+        }
+      });
+    });
+    auto num_points = static_cast<idx_t>(cluster.points.size()), num_weights = idx_t{1}, wanted = idx_t{pieces};
+    std::vector<idx_t> start(neighbours.start.begin(), neighbours.start.end()), ends = neighbours.entries,
+                                                                                part(cluster.points.size());
+    idx_t options[METIS_NOPTIONS], num_cut = 0;
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 1;
+    constexpr int few = 8;
+    const auto partition = pieces <= few ? METIS_PartGraphRecursive : METIS_PartGraphKway;
+    if (partition(&num_points, &num_weights, start.data(), ends.data(), nullptr, nullptr, nullptr, &wanted, nullptr,
+                  nullptr, options, &num_cut, part.data()) != METIS_OK)
+      throw std::runtime_error("METIS could not cut " + std::to_string(num_points) + " points");
+    return {part.begin(), part.end()};
+  }
+
+ private:
+  Index find(Index point) {
+    if (root_[static_cast<std::size_t>(point)] == nobody) return nobody;
+    while (root_[static_cast<std::size_t>(point)] != point) {
+      Index& up = root_[static_cast<std::size_t>(point)];
+      point = up = root_[static_cast<std::size_t>(up)];
+    }
+    return point;
+  }
+  void join(std::span<const Index> points) {
+    Index first = nobody;
+    for (const Index point : points) {
+      const Index root = find(point);
+      if (root == nobody) continue;
+      if (first != nobody) root_[static_cast<std::size_t>(std::max(root, first))] = std::min(root, first);
+      first = first == nobody ? root : std::min(root, first);
+    }
+  }
+  void number() {
+    cluster_of_.assign(root_.size(), nobody);
+    for (std::size_t i = 0; i < root_.size(); ++i) {
+      const Index root = find(static_cast<Index>(i));
+      if (root == nobody) continue;
+      int& of_root = cluster_of_[static_cast<std::size_t>(root)];
+      if (of_root == nobody) {
+        of_root = static_cast<int>(clusters_.size());
+        clusters_.emplace_back();
+      }
+      cluster_of_[i] = of_root;
+      clusters_[static_cast<std::size_t>(of_root)].points.push_back(static_cast<Index>(i));
+    }
+  }
+  int of_point(Index point) const { return cluster_of_[static_cast<std::size_t>(point)]; }
+  void note(std::span<const Index> points, int rows) {
+    for (const Index point : points) {
+      if (of_point(point) == nobody) continue;
+      Cluster& cluster = clusters_[static_cast<std::size_t>(of_point(point))];
+      cluster.rows += rows;
+      if (rows == 0 && points.size() > 1) cluster.may_be_cut = false;
+      return;
+    }
+  }
+
+  const System& system_;
+  std::vector<Index> root_;  // -1: a support
+  std::vector<int> cluster_of_;
+  std::vector<Cluster> clusters_;
+  std::vector<idx_t> place_;
+};
+
+/// Loads of ranks; the next piece goes to the one with the least.
+class Loads {
+ public:
+  explicit Loads(int num_ranks) : loads_(static_cast<std::size_t>(num_ranks), 0.0) {}
+  int add_to_least(double cost) {
+    const auto least = std::ranges::min_element(loads_);
+    *least += cost;
+    return static_cast<int>(least - loads_.begin());
+  }
+
+ private:
+  std::vector<double> loads_;
+};
+
+void require_all(std::span<const int> owner, int num_ranks) {
+  std::vector<char> has_some(static_cast<std::size_t>(num_ranks), 0);
+  for (const int rank : owner)
+    if (rank >= 0) has_some[static_cast<std::size_t>(rank)] = 1;
+  const auto idle = std::ranges::find(has_some, 0);
+  if (idle == has_some.end()) return;
+  throw InputError("", "rank " + std::to_string(idle - has_some.begin()) + " of " + std::to_string(num_ranks) +
+                           " would own no point; take fewer ranks");
+}
+
+}  // namespace
+
+std::vector<int> assign_owners(const System& system, int num_ranks) {
+  std::vector<int> owner(system.num_points(), 0);
+  if (num_ranks == 1) return owner;
+  Clusters clusters(system);
+  double total = 0.0;
+  for (const Cluster& cluster : clusters.all()) total += cluster.cost();
+  // What is a little more than a share does not pay for a cut.
+  constexpr double much = 1.25;
+  const double share = total / num_ranks;
+  std::vector<const Cluster*> order;
+  for (const Cluster& cluster : clusters.all()) order.push_back(&cluster);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Cluster* a, const Cluster* b) { return a->cost() > b->cost(); });
+  Loads loads(num_ranks);
+  for (const Cluster* const cluster : order) {
+    const int wanted = static_cast<int>(std::ceil(cluster->cost() / (much * share)));
+    const int pieces = std::min({wanted, num_ranks, static_cast<int>(cluster->points.size())});
+    std::vector<int> part(cluster->points.size(), 0);
+    if (cluster->may_be_cut && pieces > 1) part = clusters.cut(*cluster, pieces);
+    std::vector<int> rank_of(static_cast<std::size_t>(1 + *std::ranges::max_element(part)));
+    for (int& rank : rank_of) rank = loads.add_to_least(cluster->cost() / static_cast<double>(rank_of.size()));
+    for (std::size_t k = 0; k < part.size(); ++k)
+      owner[static_cast<std::size_t>(cluster->points[k])] = rank_of[static_cast<std::size_t>(part[k])];
+  }
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) owner[static_cast<std::size_t>(point)] = nobody;
+  require_all(owner, num_ranks);
+  for (int& rank : owner) rank = std::max(rank, 0);
+  return owner;
+}
+
+}  // namespace tanor

@@ -1,0 +1,139 @@
+#include "mpi/program/whole_run.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "system/members.hpp"
+
+namespace tanor::mpi {
+
+namespace {
+
+double sum_of(const MpiRanks& ranks, double own) {
+  double all = 0.0;
+  MPI_Reduce(&own, &all, 1, MPI_DOUBLE, MPI_SUM, 0, ranks.communicator());
+  return all;
+}
+
+/// Adds the numbers of all ranks where they belong, on the first rank.
+void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const int> places,
+            std::vector<double>* all) {
+  const auto size = static_cast<std::size_t>(ranks.size());
+  const auto own = static_cast<int>(numbers.size());
+  std::vector<int> counts(size), starts(size, 0);
+  MPI_Gather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, ranks.communicator());
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  const auto total = ranks.rank() == 0 ? static_cast<std::size_t>(starts.back() + counts.back()) : 0;
+  std::vector<double> gathered(total);
+  std::vector<int> gathered_places(total);
+  MPI_Gatherv(numbers.data(), own, MPI_DOUBLE, gathered.data(), counts.data(), starts.data(), MPI_DOUBLE, 0,
+              ranks.communicator());
+  MPI_Gatherv(places.data(), own, MPI_INT, gathered_places.data(), counts.data(), starts.data(), MPI_INT, 0,
+              ranks.communicator());
+  for (std::size_t k = 0; k < total; ++k) (*all)[static_cast<std::size_t>(gathered_places[k])] += gathered[k];
+}
+
+std::size_t count_islands(const System& system) {
+  std::vector<Index> root(system.num_points());
+  std::iota(root.begin(), root.end(), 0);
+  std::vector<char> is_support(root.size(), 0), has_rows(root.size(), 0);
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
+  const auto find = [&](Index point) {
+    while (root[static_cast<std::size_t>(point)] != point) {
+      Index& up = root[static_cast<std::size_t>(point)];
+      point = up = root[static_cast<std::size_t>(up)];
+    }
+    return point;
+  };
+  for_each_member(system, [&](std::span<const Index> points, int) {
+    Index first = -1;
+    for (const Index point : points) {
+      if (is_support[static_cast<std::size_t>(point)] != 0) continue;
+      has_rows[static_cast<std::size_t>(point)] = 1;
+      const Index own = find(point);
+      if (first >= 0) root[static_cast<std::size_t>(own)] = first;
+      first = first < 0 ? own : first;
+    }
+  });
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < root.size(); ++i) count += has_rows[i] != 0 && root[i] == static_cast<Index>(i) ? 1 : 0;
+  return count;
+}
+
+}  // namespace
+
+WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, const Simulation& simulation)
+    : ranks_(ranks), whole_(whole), part_(part) {
+  merge_plan(simulation.plan());
+  merge_report(simulation.report());
+  positions_ = gather_points(simulation.positions());
+  velocities_ = gather_points(simulation.velocities());
+  accelerations_ = gather_points(simulation.accelerations());
+  multipliers_ = gather_rows(simulation.multipliers());
+  reactions_ = gather_points(simulation.reactions(), OfSupports::AreSummed);
+  support_forces_ = gather_points(simulation.support_forces(), OfSupports::AreSummed);
+}
+
+/// Numbers of points where they are owned. Those of supports are the first rank's, or the sum of what all find.
+std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSupports of_supports) const {
+  std::vector<double> numbers;
+  std::vector<int> places;
+  const bool adds_supports = of_supports == OfSupports::AreSummed || ranks_.rank() == 0;
+  const std::size_t end = adds_supports ? part_.points.size() - part_.part.guests.size() : part_.num_owned;
+  for (std::size_t i = 0; i < end; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      numbers.push_back(own[3 * i + c]);
+      places.push_back(3 * part_.points[i] + static_cast<int>(c));
+    }
+  }
+  std::vector<double> all(ranks_.rank() == 0 ? 3 * whole_.num_points() : 0);
+  gather(ranks_, numbers, places, &all);
+  return all;
+}
+
+/// Shared equations are those of the rank that counts them.
+std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
+  std::vector<char> is_elsewhere(part_.equations.size(), 0);
+  for (const Part::SharedRow& row : part_.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
+  std::vector<double> numbers;
+  std::vector<int> places;
+  for (std::size_t a = 0; a < part_.equations.size(); ++a) {
+    if (is_elsewhere[a] != 0) continue;
+    numbers.push_back(own[a]);
+    places.push_back(static_cast<int>(part_.equations[a]));
+  }
+  std::vector<double> all(ranks_.rank() == 0 ? num_equations(whole_) : 0);
+  gather(ranks_, numbers, places, &all);
+  return all;
+}
+
+void WholeRun::merge_plan(const PlanSummary& own) {
+  plan_ = own;
+  plan_.points = whole_.num_points();
+  plan_.supports = 0;
+  for (const Support& support : whole_.supports) plan_.supports += support.points.size();
+  plan_.equations = num_equations(whole_);
+  plan_.islands = count_islands(whole_);
+  plan_.factor_nonzeros = static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(own.factor_nonzeros)));
+  plan_.factor_flops = sum_of(ranks_, own.factor_flops);
+}
+
+void WholeRun::merge_report(const MotionReport& own) {
+  report_ = own;
+  const auto add = [&](std::size_t number) {
+    return static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(number)));
+  };
+  report_.friction.solves = add(own.friction.solves);
+  report_.friction.several = add(own.friction.several);
+}
+
+report::RunEnd WholeRun::end() const {
+  RankReport rank;
+  rank.rank = report_.rank_changes.now;
+  rank.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank.rank;
+  return {whole_,      plan_,          report_,      rank,       report_.time,   positions_,
+          velocities_, accelerations_, multipliers_, reactions_, support_forces_};
+}
+
+}  // namespace tanor::mpi

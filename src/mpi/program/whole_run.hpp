@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "mpi/tanor_mpi.hpp"
+#include "report/summary.hpp"
+
+namespace tanor::mpi {
+
+/// What all ranks ended with, on the first one, as a run on one rank ends: arrays in the order of the whole system.
+class WholeRun {
+ public:
+  /// `whole` outlives it. Collective.
+  WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, const Simulation& simulation);
+
+  /// On the first rank.
+  report::RunEnd end() const;
+
+ private:
+  enum class OfSupports { AreTheFirstRanks, AreSummed };
+  std::vector<double> gather_points(std::span<const double> own,
+                                    OfSupports of_supports = OfSupports::AreTheFirstRanks) const;
+  std::vector<double> gather_rows(std::span<const double> own) const;
+  void merge_plan(const PlanSummary& own);
+  void merge_report(const MotionReport& own);
+
+  const MpiRanks& ranks_;
+  const System& whole_;
+  const RankSystem& part_;
+  PlanSummary plan_;
+  MotionReport report_;
+  std::vector<double> positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_;
+};
+
+}  // namespace tanor::mpi

@@ -1,0 +1,210 @@
+#include "mpi/scalapack_rows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+extern "C" {
+int Csys2blacs_handle(MPI_Comm communicator);
+void Cfree_blacs_system_handle(int handle);
+void Cblacs_gridinit(int* context, const char* order, int rows, int columns);
+void Cblacs_gridinfo(int context, int* rows, int* columns, int* row, int* column);
+void Cblacs_gridexit(int context);
+int numroc_(const int* n, const int* block, const int* process, const int* source, const int* num_processes);
+void descinit_(int* descriptor, const int* rows, const int* columns, const int* row_block, const int* column_block,
+               const int* row_source, const int* column_source, const int* context, const int* leading, int* info);
+void pdpotrf_(const char* triangle, const int* n, double* a, const int* row, const int* column, const int* descriptor,
+              int* info);
+void pdpotrs_(const char* triangle, const int* n, const int* num_right_sides, const double* a, const int* row,
+              const int* column, const int* descriptor, double* b, const int* b_row, const int* b_column,
+              const int* b_descriptor, int* info);
+}
+
+namespace tanor {
+
+namespace {
+
+using Descriptor = std::array<int, 9>;
+constexpr int block = 64, zero = 0, one = 1;
+
+/// A grid of processes as square as it can be; those that are left over take no part in it.
+struct Grid {
+  int context, rows = 1, columns = 1, row = -1, column = -1;
+
+  explicit Grid(const MpiRanks& ranks) : context(Csys2blacs_handle(ranks.communicator())) {
+    while ((rows + 1) * (rows + 1) <= ranks.size()) ++rows;
+    columns = ranks.size() / rows;
+    handle_ = context;
+    Cblacs_gridinit(&context, "Row", rows, columns);
+    int num_rows = 0, num_columns = 0;
+    if (context >= 0) Cblacs_gridinfo(context, &num_rows, &num_columns, &row, &column);
+  }
+  ~Grid() {
+    if (context >= 0) Cblacs_gridexit(context);
+    Cfree_blacs_system_handle(handle_);
+  }
+  Grid(const Grid&) = delete;
+  Grid& operator=(const Grid&) = delete;
+
+  bool takes_part() const { return row >= 0; }
+  int owner(int i, int j) const { return i / block % rows * columns + j / block % columns; }
+  int local_row(int i) const { return i / (block * rows) * block + i % block; }
+  int local_column(int j) const { return j / (block * columns) * block + j % block; }
+
+ private:
+  int handle_;
+};
+
+class ScalapackRows final : public SharedRows {
+ public:
+  ScalapackRows(MpiRanks& ranks, std::size_t num_rows, std::span<const std::size_t> own)
+      : ranks_(ranks),
+        grid_(ranks),
+        n_(static_cast<int>(num_rows)),
+        own_(own.begin(), own.end()),
+        scale_(num_rows),
+        x_(num_rows) {
+    make_descriptors();
+    agree_on_entries();
+  }
+
+  double factorize(std::span<const double> triangle) override {
+    std::ranges::fill(scale_, 0.0);  // the diagonal first
+    auto entry = triangle.begin();
+    for (std::size_t j = 0; j < own_.size(); entry += static_cast<std::ptrdiff_t>(own_.size() - j), ++j)
+      scale_[own_[j]] = *entry;
+    ranks_.sum(scale_);
+    for (double& each : scale_) {
+      if (!(each > 0.0 && std::isfinite(each))) return 0.0;
+      each = 1.0 / std::sqrt(each);
+    }
+    spread(triangle);
+    int info = 0;
+    if (grid_.takes_part()) pdpotrf_("L", &n_, a_.data(), &one, &one, descriptor_.data(), &info);
+    return find_condition(info);
+  }
+
+  void solve(std::span<double> x) override {
+    std::ranges::fill(x_, 0.0);
+    for (std::size_t k = 0; k < own_.size(); ++k) x_[own_[k]] = x[k];
+    ranks_.sum(x_);
+    const bool has_right_side = grid_.takes_part() && grid_.column == 0;
+    const auto for_local_rows = [&](const auto& visit) {
+      for (int i = 0; i < n_ && has_right_side; ++i)
+        if (i / block % grid_.rows == grid_.row)
+          visit(static_cast<std::size_t>(i), b_[static_cast<std::size_t>(grid_.local_row(i))]);
+    };
+    for_local_rows([&](std::size_t i, double& b) { b = scale_[i] * x_[i]; });
+    int info = 0;
+    if (grid_.takes_part()) {
+      pdpotrs_("L", &n_, &one, a_.data(), &one, &one, descriptor_.data(), b_.data(), &one, &one,
+               right_side_descriptor_.data(), &info);
+    }
+    std::ranges::fill(x_, 0.0);
+    for_local_rows([&](std::size_t i, double& b) { x_[i] = scale_[i] * b; });
+    ranks_.sum(x_);
+    for (std::size_t k = 0; k < own_.size(); ++k) x[k] = x_[own_[k]];
+  }
+
+ private:
+  void make_descriptors() {
+    if (!grid_.takes_part()) return;
+    num_local_rows_ = std::max(1, numroc_(&n_, &block, &grid_.row, &zero, &grid_.rows));
+    const int num_columns = std::max(1, numroc_(&n_, &block, &grid_.column, &zero, &grid_.columns));
+    int info = 0;
+    descinit_(descriptor_.data(), &n_, &n_, &block, &block, &zero, &zero, &grid_.context, &num_local_rows_, &info);
+    descinit_(right_side_descriptor_.data(), &n_, &one, &block, &block, &zero, &zero, &grid_.context, &num_local_rows_,
+              &info);
+    a_.resize(static_cast<std::size_t>(num_local_rows_) * static_cast<std::size_t>(num_columns));
+    b_.resize(static_cast<std::size_t>(num_local_rows_));
+  }
+
+  /// Who sends which entries to whom, once and for all: later the numbers alone go.
+  void agree_on_entries() {
+    const auto size = static_cast<std::size_t>(ranks_.size());
+    std::vector<std::vector<long>> to(size);
+    sent_from_.resize(size);
+    std::size_t entry = 0;
+    for (std::size_t j = 0; j < own_.size(); ++j) {
+      for (std::size_t i = j; i < own_.size(); ++i, ++entry) {
+        const int row = static_cast<int>(own_[i]), column = static_cast<int>(own_[j]);
+        const auto owner = static_cast<std::size_t>(grid_.owner(row, column));
+        to[owner].push_back(static_cast<long>(row) * n_ + column);
+        sent_from_[owner].push_back(entry);
+      }
+    }
+    std::vector<long> places;
+    for (std::size_t r = 0; r < size; ++r) {
+      sent_counts_.push_back(static_cast<int>(to[r].size()));
+      sent_starts_.push_back(static_cast<int>(places.size()));
+      places.insert(places.end(), to[r].begin(), to[r].end());
+    }
+    received_counts_.resize(size);
+    MPI_Alltoall(sent_counts_.data(), 1, MPI_INT, received_counts_.data(), 1, MPI_INT, ranks_.communicator());
+    std::size_t total = 0;
+    for (const int count : received_counts_) {
+      received_starts_.push_back(static_cast<int>(total));
+      total += static_cast<std::size_t>(count);
+    }
+    received_places_.resize(total);
+    MPI_Alltoallv(places.data(), sent_counts_.data(), sent_starts_.data(), MPI_LONG, received_places_.data(),
+                  received_counts_.data(), received_starts_.data(), MPI_LONG, ranks_.communicator());
+    sent_.resize(places.size());
+    received_.resize(total);
+  }
+
+  void spread(std::span<const double> triangle) {
+    std::size_t next = 0;
+    for (const std::vector<std::size_t>& entries : sent_from_)
+      for (const std::size_t entry : entries) sent_[next++] = triangle[entry];
+    MPI_Alltoallv(sent_.data(), sent_counts_.data(), sent_starts_.data(), MPI_DOUBLE, received_.data(),
+                  received_counts_.data(), received_starts_.data(), MPI_DOUBLE, ranks_.communicator());
+    for (std::size_t r = 0; r < sent_counts_.size(); ++r)
+      if (static_cast<int>(r) != ranks_.rank())
+        ranks_.count({.messages = 1, .message_bytes = 8 * static_cast<std::size_t>(sent_counts_[r])});
+    std::ranges::fill(a_, 0.0);
+    for (std::size_t k = 0; k < received_.size(); ++k) {
+      const auto i = static_cast<int>(received_places_[k] / n_), j = static_cast<int>(received_places_[k] % n_);
+      a_[static_cast<std::size_t>(grid_.local_column(j)) * static_cast<std::size_t>(num_local_rows_) +
+         static_cast<std::size_t>(grid_.local_row(i))] +=
+          scale_[static_cast<std::size_t>(i)] * scale_[static_cast<std::size_t>(j)] * received_[k];
+    }
+  }
+
+  /// From the pivots, as Cholesky estimates it.
+  double find_condition(int info) {
+    std::array<double, 3> found{static_cast<double>(std::abs(info)), -std::numeric_limits<double>::max(), 0.0};
+    for (int i = 0; i < n_ && info == 0; ++i) {
+      if (grid_.owner(i, i) != ranks_.rank()) continue;
+      const double pivot =
+          a_[static_cast<std::size_t>(grid_.local_column(i)) * static_cast<std::size_t>(num_local_rows_) +
+             static_cast<std::size_t>(grid_.local_row(i))];
+      found[1] = std::max(found[1], -pivot);
+      found[2] = std::max(found[2], pivot);
+    }
+    ranks_.find_largest(found);
+    const double ratio = -found[1] / found[2];
+    return found[0] > 0.0 ? 0.0 : ratio * ratio;
+  }
+
+  MpiRanks& ranks_;
+  Grid grid_;
+  int n_, num_local_rows_ = 1;
+  Descriptor descriptor_{}, right_side_descriptor_{};
+  std::vector<std::size_t> own_;
+  std::vector<double> scale_, x_, a_, b_, sent_, received_;
+  std::vector<std::vector<std::size_t>> sent_from_;  // [rank] entries of the own triangle
+  std::vector<int> sent_counts_, sent_starts_, received_counts_, received_starts_;
+  std::vector<long> received_places_;
+};
+
+}  // namespace
+
+std::unique_ptr<SharedRows> make_scalapack_rows(MpiRanks& ranks, std::size_t num_rows,
+                                                std::span<const std::size_t> own) {
+  return std::make_unique<ScalapackRows>(ranks, num_rows, own);
+}
+
+}  // namespace tanor

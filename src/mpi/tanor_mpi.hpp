@@ -1,0 +1,95 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/motion.hpp>
+#include <tanor/ranks.hpp>
+
+/// \file tanor on many machines: ranks of MPI, who owns which point, and files that all ranks write together. The
+/// library `tanor_mpi` has it; libtanor knows no MPI.
+namespace tanor {
+
+/// The processes of a communicator, which is the host's and outlives this.
+class TANOR_API MpiRanks final : public Ranks {
+ public:
+  /// Shared rows beyond `most_replicated` are spread over the ranks and factorized by ScaLAPACK, where tanor_mpi was
+  /// built with it; else, and below, each rank solves all of them.
+  explicit MpiRanks(MPI_Comm communicator, std::size_t most_replicated = 3000);
+
+  MPI_Comm communicator() const { return communicator_; }
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+
+  void sum(std::span<double> numbers) override;
+  void find_largest(std::span<double> numbers) override;
+  void share(int from, std::string* text) override;
+  void exchange(std::span<const Message> messages) override;
+  std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override;
+
+  /// What this rank handed to MPI so far.
+  struct Traffic {
+    std::size_t reductions = 0, reduced_bytes = 0;  ///< sums and maxima, a rank's own numbers once
+    std::size_t messages = 0, message_bytes = 0;    ///< to other ranks
+    std::size_t bytes() const { return reduced_bytes + message_bytes; }
+  };
+  Traffic traffic() const { return traffic_; }
+  void count(const Traffic& more);
+
+ private:
+  MPI_Comm communicator_;
+  int rank_ = 0, size_ = 1;
+  std::size_t most_replicated_;
+  Traffic traffic_;
+  std::vector<MPI_Request> requests_;
+};
+
+/// [point] The rank that owns each point that moves; of supports: 0. The same on every rank.
+///
+/// What constraints and forces join stays together, and goes where it balances the predicted cost of the ranks. What
+/// costs more than a rank's share is cut into pieces with METIS, its points being the graph's vertices, unless forces
+/// of several points, friction or coordinates hold it together. Throws InputError where a rank would own nothing.
+TANOR_API std::vector<int> assign_owners(const System& system, int num_ranks);
+
+/// An array of the numbers of points, of which every rank has some, in a file that all ranks write together; numbers
+/// stand in the order of all points. All functions are collective and throw std::runtime_error where a file fails.
+class TANOR_API SharedFile {
+ public:
+  enum class Mode { Read, Write };
+  SharedFile(const MpiRanks& ranks, const std::filesystem::path& name, Mode mode);
+  ~SharedFile();
+  SharedFile(const SharedFile&) = delete;
+  SharedFile& operator=(const SharedFile&) = delete;
+
+  /// Bytes of the first rank, at an offset.
+  void write(std::size_t offset, std::span<const std::byte> bytes);
+  std::vector<std::byte> read(std::size_t offset, std::size_t size);
+  /// `width` numbers of each of these points, which stand in `numbers` point by point; point p of all stands at
+  /// offset + 8 width p bytes.
+  void write_points(std::size_t offset, std::size_t width, std::span<const Index> points,
+                    std::span<const double> numbers);
+  void read_points(std::size_t offset, std::size_t width, std::span<const Index> points, std::span<double> numbers);
+
+ private:
+  void set_view(std::size_t offset, std::size_t width, std::span<const Index> points);
+
+  const MpiRanks& ranks_;
+  std::string name_;
+  MPI_File file_ = MPI_FILE_NULL;
+};
+
+/// Saves a motion so that it goes on on any number of ranks; replaces the file when all is written.
+TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
+                                std::size_t num_points, const Simulation& simulation);
+/// Goes on from there. Throws InputError where the file is of another system, or damaged.
+TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
+                               std::size_t num_points, Simulation* simulation);
+
+}  // namespace tanor

@@ -1,0 +1,187 @@
+#include "ranks/shared_mechanics.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "ranks/shared_roles.hpp"
+
+namespace tanor {
+
+Power sum_powers(Ranks& ranks, const Power& own) {
+  std::array<double, 3> all{own.supports, own.forces, own.friction};
+  ranks.sum(all);
+  return {all[0], all[1], all[2]};
+}
+
+SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
+    : own_(own),
+      ranks_(ranks),
+      agreement_(ranks),
+      keeps_variables_(agreement_.all(own.keeps_variables())),
+      has_work_(agreement_.any(own.has_work())),
+      own_rank_(own.rank()),
+      rank_(static_cast<std::size_t>(agreement_.sum(static_cast<double>(own.rank())))) {
+  const auto somebody_has = [&](const void* role) { return agreement_.any(role != nullptr); };
+  if (agreement_.all(own.step_projector() != nullptr))
+    projector_ = std::make_unique<Projector>(*own.step_projector(), *this);
+  if (somebody_has(own.rank_monitor())) monitor_ = std::make_unique<Monitor>(own.rank_monitor(), *this);
+  if (somebody_has(own.rounding_groups())) rounding_ = std::make_unique<Rounding>(own.rounding_groups(), *this);
+  if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);
+  if (somebody_has(own.drives())) drives_ = std::make_unique<Drives>(own.drives(), *this);
+  if (somebody_has(own.events())) events_ = std::make_unique<Events>(own.events(), *this);
+  SeriesExpansion* const series = own.series();
+  why_no_series_ = agreement_.first_text(series != nullptr ? "" : own.why_no_series());
+  if (why_no_series_.empty()) series_ = std::make_unique<Series>(*series, *this);
+}
+
+SharedMechanics::~SharedMechanics() = default;
+
+StepProjector* SharedMechanics::step_projector() {
+  return projector_.get();
+}
+RankMonitor* SharedMechanics::rank_monitor() {
+  return monitor_.get();
+}
+RoundingGroups* SharedMechanics::rounding_groups() {
+  return rounding_.get();
+}
+ForcePassages* SharedMechanics::force_passages() {
+  return passages_.get();
+}
+SeriesExpansion* SharedMechanics::series() {
+  return series_.get();
+}
+DriveMonitor* SharedMechanics::drives() {
+  return drives_.get();
+}
+EventFunctions* SharedMechanics::events() {
+  return events_.get();
+}
+
+// ---- what all ranks say ----
+
+/// With `numbers`, of which the largest count, goes where the last linearisation stands.
+template <class Work>
+Outcome SharedMechanics::conclude_with(const Work& work, std::span<double> numbers) {
+  std::vector<double> all(numbers.size() + 2);
+  Outcome outcome = agreement_.together(
+      [&] {
+        Outcome own = work();
+        std::copy(numbers.begin(), numbers.end(), all.begin());
+        all[numbers.size()] = -own_.reciprocal_condition();
+        all[numbers.size() + 1] = own_.rank() != own_rank_ ? 1.0 : 0.0;
+        return own;
+      },
+      all);
+  std::copy_n(all.begin(), numbers.size(), numbers.begin());
+  reciprocal_condition_ = std::max(0.0, -all[numbers.size()]);
+  if (all[numbers.size() + 1] > 0.0) {
+    own_rank_ = own_.rank();
+    rank_ = static_cast<std::size_t>(agreement_.sum(static_cast<double>(own_rank_)));
+  }
+  return outcome;
+}
+
+template <class Work>
+Outcome SharedMechanics::conclude(const Work& work, const AccelerationOutput& to) {
+  std::array<double, 1> residual{};
+  Outcome outcome = conclude_with(
+      [&] {
+        Outcome own = work();
+        if (to.report != nullptr) residual[0] = to.report->residual;
+        return own;
+      },
+      residual);
+  if (to.report != nullptr) {
+    to.report->residual = residual[0];
+    to.report->reciprocal_condition = reciprocal_condition_;
+  }
+  if (outcome.ok() && to.power != nullptr) *to.power = sum_powers(ranks_, *to.power);
+  return outcome;
+}
+
+template <class Work>
+ProjectionReport SharedMechanics::conclude_projection(const Work& work) {
+  ProjectionReport report;
+  std::array<double, 3> numbers{};
+  report.outcome = conclude_with(
+      [&] {
+        ProjectionReport own = work();
+        numbers = {own.violation, own.correction, static_cast<double>(own.iterations)};
+        return own.outcome;
+      },
+      numbers);
+  report.violation = numbers[0];
+  report.correction = numbers[1];
+  report.iterations = static_cast<int>(numbers[2]);
+  return report;
+}
+
+// ---- Mechanics ----
+
+Outcome SharedMechanics::linearise(double t, const double* x) {
+  return conclude([&] { return own_.linearise(t, x); });
+}
+
+Outcome SharedMechanics::accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
+  return conclude([&] { return own_.accelerations(at, request, to); }, to);
+}
+
+ProjectionReport SharedMechanics::project_positions(double t, double* x, Turn turn) {
+  return conclude_projection([&] { return own_.project_positions(t, x, turn); });
+}
+
+ProjectionReport SharedMechanics::project_velocities(double t, const double* x, double* v) {
+  return conclude_projection([&] { return own_.project_velocities(t, x, v); });
+}
+
+ErrorRatios SharedMechanics::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
+  const ErrorRatios own = own_.error_ratios(t, errors, atol, rtol);
+  std::array<double, 2> largest{own.x, own.v};
+  (void)agreement_.agree({}, largest);
+  return {largest[0], largest[1]};
+}
+
+// ---- EquationsOfMotion ----
+
+StartReport SharedMechanics::start(double t, double* r, double* v, StartMode mode) {
+  StartReport report;
+  std::array<double, 3> numbers{};
+  report.outcome = conclude_with(
+      [&] {
+        StartReport own = own_.start(t, r, v, mode);
+        numbers = {own.position_correction, own.velocity_correction, own.relative};
+        return own.outcome;
+      },
+      numbers);
+  report.position_correction = numbers[0];
+  report.velocity_correction = numbers[1];
+  report.relative = numbers[2];
+  return report;
+}
+
+ProjectionReport SharedMechanics::project_point_positions(double t, double* r) {
+  return conclude_projection([&] { return own_.project_point_positions(t, r); });
+}
+
+ProjectionReport SharedMechanics::project_point_velocities(double t, const double* r, double* v) {
+  return conclude_projection([&] { return own_.project_point_velocities(t, r, v); });
+}
+
+Outcome SharedMechanics::set_state(double t, const double* r, const double* v, double* x, double* x_dot) {
+  return agreement_.together([&] { return own_.set_state(t, r, v, x, x_dot); });
+}
+
+Outcome SharedMechanics::begin(double t, const double* x, double* x_dot, const Request& request,
+                               const AccelerationOutput& to) {
+  return conclude([&] { return own_.begin(t, x, x_dot, request, to); }, to);
+}
+
+Energy SharedMechanics::energy(double t, const double* x, const double* v) {
+  const Energy own = own_.energy(t, x, v);
+  std::array<double, 2> all{own.kinetic, own.potential};
+  ranks_.sum(all);
+  return {all[0], all[1]};
+}
+
+}  // namespace tanor

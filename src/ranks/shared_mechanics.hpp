@@ -1,0 +1,118 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <tanor/ranks.hpp>
+
+#include "dynamics/equations_of_motion.hpp"
+#include "ranks/agreement.hpp"
+
+namespace tanor {
+
+/// Equations of motion of which every rank has a part: the part's own answer, and what all of them say together where a
+/// number or an outcome decides about a step. So every rank makes the same steps. Where no equation reaches from rank
+/// to rank this is all that they tell each other.
+///
+/// A role is there where some rank has it (series: where all have). A rank without it answers what changes nothing.
+class SharedMechanics final : public EquationsOfMotion {
+ public:
+  /// `own` outlives it.
+  SharedMechanics(EquationsOfMotion& own, Ranks& ranks);
+  ~SharedMechanics() override;
+
+  std::size_t size() const override { return own_.size(); }
+  bool keeps_variables() const override { return keeps_variables_; }
+  bool has_work() const override { return has_work_; }
+  const Parallel& parallel() const override { return own_.parallel(); }
+  PointTolerances point_tolerances() const override { return own_.point_tolerances(); }
+  double largest(double own) const override { return agreement_.largest(own); }
+  double sum(double own) const override { return agreement_.sum(own); }
+
+  void prescribe(double t, double* x, double* v) override { own_.prescribe(t, x, v); }
+  Outcome linearise(double t, const double* x) override;
+  double reciprocal_condition() const override { return reciprocal_condition_; }
+  std::size_t rank() const override { return rank_; }
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override;
+  Reactions no_reactions() const override { return own_.no_reactions(); }
+  ProjectionReport project_positions(double t, double* x, Turn turn) override;
+  ProjectionReport project_velocities(double t, const double* x, double* v) override;
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  void exchange_memory(Memory& memory) override { own_.exchange_memory(memory); }
+
+  StepProjector* step_projector() override;
+  InexactSolves* inexact_solves() override { return own_.inexact_solves(); }
+  RankMonitor* rank_monitor() override;
+  RoundingGroups* rounding_groups() override;
+  ForcePassages* force_passages() override;
+  SeriesExpansion* series() override;
+  std::string why_no_series() const override { return why_no_series_; }
+  DriveMonitor* drives() override;
+  EventFunctions* events() override;
+  ImplicitFormulation* implicit_formulation() override { return nullptr; }
+
+  StartReport start(double t, double* r, double* v, StartMode mode) override;
+  ProjectionReport project_point_positions(double t, double* r) override;
+  ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
+  Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) override;
+  void write_points(const Kinematics& at, const double* x_ddot, const Reactions& found, double* r, double* v,
+                    double* w) override {
+    own_.write_points(at, x_ddot, found, r, v, w);
+  }
+  Outcome begin(double t, const double* x, double* x_dot, const Request& request,
+                const AccelerationOutput& to) override;
+  void recentre(double t, double* x, double* x_dot, double* x_ddot, Reactions* found) override {
+    own_.recentre(t, x, x_dot, x_ddot, found);
+  }
+  void resume(const Counters& counters, const PhaseTimes& times) override { own_.resume(counters, times); }
+  void fetch_guests(double* r, double* v) override { own_.fetch_guests(r, v); }
+  Energy energy(double t, const double* x, const double* v) override;
+  void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
+    own_.write_reactions(at, found, eta);
+  }
+  void write_friction(const Reactions& found, double* tau) const override { own_.write_friction(found, tau); }
+  void describe(PlanSummary* plan) const override { own_.describe(plan); }
+
+ private:
+  class Projector;
+  class Monitor;
+  class Rounding;
+  class Passages;
+  class Series;
+  class Drives;
+  class Events;
+
+  /// work() -> Outcome, which may linearise, and what all ranks say of it.
+  template <class Work>
+  Outcome conclude(const Work& work, const AccelerationOutput& to);
+  template <class Work>
+  Outcome conclude(const Work& work) {
+    return conclude(work, AccelerationOutput(nullptr));
+  }
+  /// work() -> ProjectionReport.
+  template <class Work>
+  ProjectionReport conclude_projection(const Work& work);
+  template <class Work>
+  Outcome conclude_with(const Work& work, std::span<double> numbers);
+
+  EquationsOfMotion& own_;
+  Ranks& ranks_;
+  mutable Agreement agreement_;
+  bool keeps_variables_, has_work_;
+  double reciprocal_condition_ = 1.0;  // as the last linearisation left it
+  std::size_t own_rank_ = 0, rank_ = 0;
+  std::unique_ptr<Projector> projector_;
+  std::unique_ptr<Monitor> monitor_;
+  std::unique_ptr<Rounding> rounding_;
+  std::unique_ptr<Passages> passages_;
+  std::unique_ptr<Series> series_;
+  std::unique_ptr<Drives> drives_;
+  std::unique_ptr<Events> events_;
+  std::string why_no_series_;
+};
+
+/// The powers of all ranks together.
+Power sum_powers(Ranks& ranks, const Power& own);
+
+}  // namespace tanor

@@ -1,0 +1,215 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "ranks/shared_mechanics.hpp"
+
+/// \file The roles of SharedMechanics. `own` is null on a rank whose part does not have the role.
+namespace tanor {
+
+class SharedMechanics::Projector final : public StepProjector {
+ public:
+  Projector(StepProjector& own, SharedMechanics& mechanics)
+      : own_(own),
+        mechanics_(mechanics),
+        depends_on_velocity_(mechanics.agreement_.any(own.depends_on_velocity())),
+        is_constant_(mechanics.agreement_.all(own.is_constant())) {}
+
+  bool depends_on_velocity() const override { return depends_on_velocity_; }
+  bool is_constant() const override { return is_constant_; }
+  Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) override {
+    return mechanics_.agreement_.together([&] { return own_.free_accelerations(at, request, a); });
+  }
+  ProjectionReport project_step(double t, double h, double* x, double* step_velocity) override {
+    return mechanics_.conclude_projection([&] { return own_.project_step(t, h, x, step_velocity); });
+  }
+  ProjectionReport project_step_velocities(double t, double h, const double* x, double* v) override {
+    return mechanics_.conclude_projection([&] { return own_.project_step_velocities(t, h, x, v); });
+  }
+
+ private:
+  StepProjector& own_;
+  SharedMechanics& mechanics_;
+  bool depends_on_velocity_, is_constant_;
+};
+
+class SharedMechanics::Monitor final : public RankMonitor {
+ public:
+  Monitor(RankMonitor* own, SharedMechanics& mechanics)
+      : own_(own), agreement_(mechanics.agreement_), mass_ratio_(agreement_.largest(own ? own->mass_ratio() : 1.0)) {}
+
+  double mass_ratio() const override { return mass_ratio_; }
+  void remember_gradients() override {
+    if (own_ != nullptr) own_->remember_gradients();
+  }
+  /// What went through 0 somewhere, or came nearest to it.
+  double compare_gradients() override { return agreement_.smallest(own_ != nullptr ? own_->compare_gradients() : 1.0); }
+
+ private:
+  RankMonitor* own_;
+  Agreement& agreement_;
+  double mass_ratio_;
+};
+
+/// Groups are a rank's own; a rank without any counts as one that rounds nowhere.
+class SharedMechanics::Rounding final : public RoundingGroups {
+ public:
+  Rounding(RoundingGroups* own, SharedMechanics& mechanics)
+      : own_(own != nullptr && own->num_groups() > 0 ? own : nullptr), agreement_(mechanics.agreement_) {}
+
+  std::size_t num_groups() const override { return own_ != nullptr ? own_->num_groups() : 1; }
+  void largest_differences(const double* a, const double* b, std::span<double> largest) const override {
+    if (own_ != nullptr) return own_->largest_differences(a, b, largest);
+    largest[0] = 0.0;
+  }
+  double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
+    return agreement_.largest(own_ != nullptr ? own_->allow_rounding(levels, gain, target) : 0.0);
+  }
+
+ private:
+  RoundingGroups* own_;
+  Agreement& agreement_;
+};
+
+class SharedMechanics::Passages final : public ForcePassages {
+ public:
+  Passages(ForcePassages* own, SharedMechanics& mechanics) : own_(own), agreement_(mechanics.agreement_) {}
+
+  std::size_t num_points() const override { return own_ != nullptr ? own_->num_points() : 0; }
+  Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) override {
+    return own_ != nullptr ? own_->find_points(at, r_room, v_room) : at;
+  }
+  double find_passage(PointPath* path) override {
+    return agreement_.smallest(own_ != nullptr ? own_->find_passage(path) : 1.0);
+  }
+
+ private:
+  ForcePassages* own_;
+  Agreement& agreement_;
+};
+
+class SharedMechanics::Series final : public SeriesExpansion {
+ public:
+  Series(SeriesExpansion& own, SharedMechanics& mechanics)
+      : own_(own), mechanics_(mechanics), has_cheap_terms_(mechanics.agreement_.all(own.has_cheap_terms())) {}
+
+  Outcome expand(const Kinematics& at, const double* a, const Reactions& found, std::span<double* const> coefficients,
+                 double* smooth_until) override {
+    std::array<double, 1> earliest{};
+    Outcome outcome = mechanics_.agreement_.together(
+        [&] {
+          Outcome own = own_.expand(at, a, found, coefficients, smooth_until);
+          earliest[0] = -*smooth_until;
+          return own;
+        },
+        earliest);
+    *smooth_until = -earliest[0];
+    return outcome;
+  }
+  bool has_cheap_terms() const override { return has_cheap_terms_; }
+  Power power_along(const Kinematics& at, const double* a) override {
+    return sum_powers(mechanics_.ranks_, own_.power_along(at, a));
+  }
+  std::span<const Index> neighbourhoods() const override { return own_.neighbourhoods(); }
+
+ private:
+  SeriesExpansion& own_;
+  SharedMechanics& mechanics_;
+  bool has_cheap_terms_;
+};
+
+class SharedMechanics::Drives final : public DriveMonitor {
+ public:
+  Drives(DriveMonitor* own, SharedMechanics& mechanics) : own_(own), mechanics_(mechanics) {}
+
+  DriveReport look_at_drives(const DrivenStep& step) override {
+    const DriveReport own = own_ != nullptr ? own_->look_at_drives(step) : DriveReport{};
+    std::array<double, 4> numbers{own.error, own.velocity, static_cast<double>(own.pieces),
+                                  own.is_of_time_alone ? 0.0 : 1.0};
+    (void)mechanics_.agreement_.agree({}, numbers);
+    if (numbers[1] > most_) {
+      most_ = numbers[1];
+      has_worst_ = own.velocity == most_;
+    }
+    return {numbers[0], numbers[1], static_cast<int>(numbers[2]), own.drive, numbers[3] == 0.0};
+  }
+  std::string name_drive(std::size_t drive) const override {
+    return mechanics_.agreement_.first_text(has_worst_ && own_ != nullptr ? own_->name_drive(drive) : "");
+  }
+
+ private:
+  DriveMonitor* own_;
+  SharedMechanics& mechanics_;
+  double most_ = 0.0;  // velocity that was not seen, so far
+  bool has_worst_ = false;
+};
+
+/// The functions of all ranks one after the other, on every rank.
+class SharedMechanics::Events final : public EventFunctions {
+ public:
+  Events(EventFunctions* own, SharedMechanics& mechanics) : own_(own), mechanics_(mechanics) { count(); }
+
+  std::size_t num_events() const override { return num_events_; }
+  void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override {
+    fill(values, [&](double* here) { own_->evaluate_events(at, found, here); });
+  }
+  void shape_events(const Reactions& found, const double* values, double* shapes) const override {
+    fill(shapes, [&](double* here) { own_->shape_events(found, values + first_, here); });
+  }
+  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
+                           const Request& request, const AccelerationOutput& to) override {
+    std::vector<std::size_t> here;
+    for (const std::size_t event : which)
+      if (event >= first_ && event < first_ + num_own_) here.push_back(event - first_);
+    has_switched_ = !here.empty();
+    Outcome outcome = mechanics_.conclude(
+        [&] {
+          return has_switched_ ? own_->switch_equations(t, x, v, here, request, to)
+                               : mechanics_.own_.accelerations({t, x, v}, request.evaluated_anew(), to);
+        },
+        to);
+    count();
+    return outcome;
+  }
+  Power work_of_switch() const override {
+    return sum_powers(mechanics_.ranks_, has_switched_ ? own_->work_of_switch() : Power{});
+  }
+  std::vector<int> discrete_state() const override {
+    return own_ != nullptr ? own_->discrete_state() : std::vector<int>{};
+  }
+  void restore_discrete_state(std::span<const int> state) override {
+    if (own_ != nullptr) own_->restore_discrete_state(state);
+    count();
+  }
+
+ private:
+  void count() {
+    num_own_ = own_ != nullptr ? own_->num_events() : 0;
+    std::vector<double> counts(static_cast<std::size_t>(mechanics_.ranks_.size()), 0.0);
+    counts[static_cast<std::size_t>(mechanics_.ranks_.rank())] = static_cast<double>(num_own_);
+    mechanics_.ranks_.sum(counts);
+    first_ = num_events_ = 0;
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      if (k < static_cast<std::size_t>(mechanics_.ranks_.rank())) first_ += static_cast<std::size_t>(counts[k]);
+      num_events_ += static_cast<std::size_t>(counts[k]);
+    }
+  }
+  template <class Evaluate>
+  void fill(double* values, const Evaluate& evaluate) const {
+    std::vector<double> all(num_events_, 0.0);
+    if (num_own_ > 0) evaluate(all.data() + first_);
+    mechanics_.ranks_.sum(all);
+    std::copy(all.begin(), all.end(), values);
+  }
+
+  EventFunctions* own_;
+  SharedMechanics& mechanics_;
+  std::size_t num_own_ = 0, first_ = 0, num_events_ = 0;
+  bool has_switched_ = false;
+};
+
+}  // namespace tanor

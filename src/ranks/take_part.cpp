@@ -1,0 +1,333 @@
+#include <tanor/ranks.hpp>
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "base/text.hpp"
+#include "system/members.hpp"
+#include "system/neighbourhoods.hpp"
+
+namespace tanor {
+
+SharedRows::~SharedRows() = default;
+Ranks::~Ranks() = default;
+std::unique_ptr<SharedRows> Ranks::make_shared_rows(std::size_t, std::span<const std::size_t>) {
+  return nullptr;
+}
+
+namespace {
+
+/// The numbers of chosen members where there is one for each of `count`; those for all stay.
+template <class Value>
+void select(const std::vector<std::size_t>& members, std::size_t count, std::vector<Value>* values) {
+  if (values->size() != count || count == 1) return;
+  std::vector<Value> chosen;
+  for (const std::size_t k : members) chosen.push_back((*values)[k]);
+  *values = std::move(chosen);
+}
+
+void select(const std::vector<std::size_t>& members, std::size_t count, Parameter* parameter) {
+  select(members, count, &parameter->constants);
+  select(members, count, &parameter->functions);
+}
+
+/// A group with some of its members and all that belongs to these.
+template <class Group>
+Group with_members(const Group& group, const std::vector<std::size_t>& members) {
+  Group result = group;
+  const std::size_t count = num_members(group);
+  auto& list = result.*KindOf<Group>::members;
+  list.clear();
+  for (const std::size_t k : members) list.push_back(list_of(group)[k]);
+  for_each_field<Group>([&](const auto& field) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>)
+      select(members, count, &(result.*field.value));
+  });
+  if constexpr (requires { result.offsets; }) select(members, count, &result.offsets);
+  if constexpr (std::is_same_v<Group, Potential>) {
+    for (std::vector<double>& constant : result.constants) select(members, count, &constant);
+  }
+  return result;
+}
+
+/// visit(points) for all members of a group; a list of single points that is empty stands for all.
+template <class Group>
+bool means_all_points(const Group& group) {
+  if constexpr (requires { KindOf<Group>::members; }) {
+    if constexpr (has_single_points<Group>) return list_of(group).empty();
+    return false;
+  }
+  return true;
+}
+
+/// Takes one rank's part out of a system.
+class PartTaker {
+ public:
+  PartTaker(const System& system, std::span<const int> owner, Ranks& ranks)
+      : whole_(system), owner_(owner.begin(), owner.end()), ranks_(ranks), local_(system.num_points(), -1) {
+    if (owner.size() != system.num_points())
+      throw InputError("", text(owner.size()) + " owners for " + text(system.num_points()) + " points");
+    for (const Support& support : system.supports)
+      for (const Index point : support.points) owner_[static_cast<std::size_t>(point)] = nobody;
+    for (const int rank : owner_) {
+      if (rank >= ranks.size())
+        throw InputError("", "rank " + text(rank) + " owns points; there are " + text(ranks.size()) + " ranks");
+    }
+  }
+
+  RankSystem take() {
+    if (!whole_.coordinates.empty() && ranks_.size() > 1)
+      throw InputError("/coordinates", "are taken apart by nobody: a system in coordinates has one rank");
+    list_points();
+    take_constraints();
+    take_forces();
+    take_friction();
+    take_points();
+    list_shared_neighbourhoods();
+    return std::move(result_);
+  }
+
+ private:
+  static constexpr int nobody = -1;
+  int rank() const { return ranks_.rank(); }
+  int owner(Index point) const { return owner_[static_cast<std::size_t>(point)]; }
+  Index local(Index point) const { return local_[static_cast<std::size_t>(point)]; }
+
+  /// The ranks that own points of a member, in rising order.
+  std::vector<int> owners_of(std::span<const Index> points) const {
+    std::vector<int> result;
+    for (const Index point : points)
+      if (owner(point) != nobody) result.push_back(owner(point));
+    std::ranges::sort(result);
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+  }
+  /// Members between supports alone are the first rank's.
+  bool has(const std::vector<int>& owners) const {
+    return owners.empty() ? rank() == 0 : std::ranges::binary_search(owners, rank());
+  }
+
+  void add_point(Index point) {
+    if (local(point) >= 0) return;
+    local_[static_cast<std::size_t>(point)] = static_cast<Index>(result_.points.size());
+    result_.points.push_back(point);
+  }
+
+  /// Own points in their order, then supports and guests that members need; who is a guest where.
+  void list_points() {
+    const std::size_t num_points = whole_.num_points();
+    for (std::size_t i = 0; i < num_points; ++i)
+      if (owner_[i] == rank()) add_point(static_cast<Index>(i));
+    result_.num_owned = result_.points.size();
+    std::vector<std::set<Index>> sent(static_cast<std::size_t>(ranks_.size())), received(sent.size());
+    const auto visit_member = [&](std::span<const Index> points) {
+      const std::vector<int> owners = owners_of(points);
+      if (!has(owners)) return;
+      for (const Index point : points) {
+        if (owner(point) == nobody) needed_supports_.insert(point);
+        if (owner(point) >= 0 && owner(point) != rank()) received[static_cast<std::size_t>(owner(point))].insert(point);
+        for (const int other : owners)
+          if (owner(point) == rank() && other != rank()) sent[static_cast<std::size_t>(other)].insert(point);
+      }
+    };
+    for_each_member(whole_, [&](std::span<const Index> points, int) { visit_member(points); });
+    for (const Force& force : whole_.forces) {
+      const auto visit_group = [&]<class Group>(const Group& group) {
+        if constexpr (requires { KindOf<Group>::members; }) {
+          for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
+        }
+      };
+      std::visit(visit_group, force);
+    }
+    if (rank() == 0) {  // supports that nothing holds on to
+      for (std::size_t i = 0; i < num_points; ++i)
+        if (owner_[i] == nobody) needed_supports_.insert(static_cast<Index>(i));
+    }
+    for (const Index point : needed_supports_) add_point(point);
+    for (std::size_t r = 0; r < received.size(); ++r) {
+      if (received[r].empty() && sent[r].empty()) continue;
+      Part::Link& link = result_.part.links.emplace_back(Part::Link{static_cast<int>(r), {}, {}});
+      for (const Index point : received[r]) {
+        add_point(point);
+        link.received.push_back(local(point));
+        result_.part.guests.push_back(local(point));
+      }
+      for (const Index point : sent[r]) link.sent.push_back(local(point));
+    }
+    result_.part.ranks = &ranks_;
+  }
+
+  template <class Group>
+  Group with_local_points(Group group) const {
+    const auto rename = [&](Index& point) { point = local(point); };
+    for (auto& member : group.*KindOf<Group>::members) {
+      if constexpr (has_single_points<Group>)
+        rename(member);
+      else
+        std::ranges::for_each(member, rename);
+    }
+    return group;
+  }
+
+  void take_constraints() {
+    std::size_t equation = 0;
+    for (std::size_t g = 0; g < whole_.constraints.size(); ++g) {
+      std::visit(
+          [&]<class Group>(const Group& group) {
+            constexpr auto rows = static_cast<std::size_t>(rows_per_member<Group>());
+            std::vector<std::size_t> members;
+            for (std::size_t k = 0; k < num_members(group); ++k, equation += rows) {
+              const std::vector<int> owners = owners_of(member_points(group, k));
+              const bool is_here = has(owners);
+              if (is_here) members.push_back(k);
+              for (std::size_t row = 0; row < rows; ++row) note_equation(equation + row, owners, is_here);
+            }
+            if (members.empty()) return;
+            Group own = with_local_points(with_members(group, members));
+            own.name = constraint_name(whole_, g);
+            result_.system.constraints.emplace_back(std::move(own));
+            names_.insert(constraint_name(whole_, g));
+          },
+          whole_.constraints[g]);
+    }
+  }
+
+  void note_equation(std::size_t equation, const std::vector<int>& owners, bool is_here) {
+    Part& part = result_.part;
+    const std::size_t place = owners.size() > 1 ? part.num_shared_rows++ : 0;
+    if (!is_here) return;
+    if (owners.size() > 1) part.shared_rows.push_back({result_.equations.size(), place, owners.front() == rank()});
+    result_.equations.push_back(equation);
+  }
+
+  void take_forces() {
+    for (std::size_t f = 0; f < whole_.forces.size(); ++f) {
+      std::visit([&](const auto& group) { take_force(group, f); }, whole_.forces[f]);
+    }
+  }
+
+  template <class Group>
+  void take_force(const Group& group, std::size_t f) {
+    const std::string where = "/forces/" + text(f);
+    const bool is_on_all = means_all_points(group);
+    if constexpr (std::is_same_v<Group, PairForces>) require_one_owner(group, where);
+    Group own = group;
+    own.name = force_name(whole_, f);
+    if constexpr (requires { KindOf<Group>::members; }) {
+      if (!is_on_all) {
+        std::vector<std::size_t> members;
+        for (std::size_t k = 0; k < num_members(group); ++k) {
+          const std::vector<int> owners = owners_of(member_points(group, k));
+          if (owners.size() > 1)
+            throw InputError(
+                where, force_name(whole_, f) + "[" + text(k) + "] joins points of several ranks; only constraints may");
+          if (has(owners)) members.push_back(k);
+        }
+        if (members.empty()) return;
+        own = with_local_points(with_members(own, members));
+      } else if constexpr (has_single_points<Group>) {
+        // Guests are others' points.
+        if constexpr (!std::is_same_v<Group, PairForces>) {
+          list_own_points(&own);
+          if (list_of(own).empty()) return;
+        }
+      }
+    }
+    result_.system.forces.emplace_back(std::move(own));
+  }
+
+  template <class Group>
+  void list_own_points(Group* group) const {
+    for (std::size_t i = 0; i < result_.num_owned; ++i)
+      ((*group).*KindOf<Group>::members).push_back(static_cast<Index>(i));
+  }
+
+  /// Pairs are found among the points that one rank has.
+  void require_one_owner(const PairForces& pairs, const std::string& where) const {
+    std::vector<int> owners;
+    if (!pairs.points.empty()) {
+      owners = owners_of(pairs.points);
+    } else {
+      std::vector<Index> all(whole_.num_points());
+      std::iota(all.begin(), all.end(), 0);
+      owners = owners_of(all);
+    }
+    if (owners.size() > 1) throw InputError(where, "pair forces act between points of several ranks; take one rank");
+  }
+
+  void take_friction() {
+    for (std::size_t f = 0; f < whole_.friction.size(); ++f) {
+      std::visit(
+          [&](auto law) {
+            law.name = friction_name(whole_, f);
+            std::erase_if(law.at, [&](const std::string& name) { return !names_.contains(name); });
+            if (!law.at.empty()) result_.system.friction.emplace_back(std::move(law));
+          },
+          whole_.friction[f]);
+    }
+    if (result_.part.is_cut() && !whole_.friction.empty())
+      throw InputError("/friction/0", "islands with friction would lie on several ranks; take fewer ranks");
+  }
+
+  void take_points() {
+    System& own = result_.system;
+    own.name = whole_.name;
+    const auto take = [&](const std::vector<double>& from, std::size_t width, std::vector<double>* to) {
+      for (const Index point : result_.points) {
+        const auto first = from.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(point));
+        to->insert(to->end(), first, first + static_cast<std::ptrdiff_t>(width));
+      }
+    };
+    take(whole_.positions, 3, &own.positions);
+    if (!whole_.velocities.empty()) take(whole_.velocities, 3, &own.velocities);
+    take(whole_.masses, 1, &own.masses);
+    for (const Support& support : whole_.supports) {
+      Support here{support.name, {}, support.displacement};
+      for (const Index point : support.points)
+        if (local(point) >= 0) here.points.push_back(local(point));
+      if (!here.points.empty()) own.supports.push_back(std::move(here));
+    }
+    if (!result_.part.guests.empty()) own.supports.push_back({"points of other ranks", result_.part.guests, {}});
+  }
+
+  /// Neighbourhoods are found on all of the system: their lengths decide how small an error is.
+  void list_shared_neighbourhoods() {
+    Part& part = result_.part;
+    if (!part.is_cut()) return;
+    const Neighbourhoods all = find_neighbourhoods(whole_, 0.0);
+    std::vector<int> first_owner(all.size(), nobody);
+    std::vector<Index> number(all.size(), -1);
+    for (std::size_t i = 0; i < whole_.num_points(); ++i) {
+      if (all.of_point[i] < 0) continue;
+      const auto k = static_cast<std::size_t>(all.of_point[i]);
+      if (first_owner[k] == nobody) first_owner[k] = owner_[i];
+      if (first_owner[k] != owner_[i] && number[k] < 0)
+        number[k] = static_cast<Index>(part.num_shared_neighbourhoods++);
+    }
+    for (const Index point : result_.points) {
+      const Index k = all.of_point[static_cast<std::size_t>(point)];
+      part.shared_neighbourhood.push_back(k < 0 ? -1 : number[static_cast<std::size_t>(k)]);
+    }
+  }
+
+  const System& whole_;
+  std::vector<int> owner_;
+  Ranks& ranks_;
+  std::vector<Index> local_;  // [point of the whole] -1: not here
+  std::set<Index> needed_supports_;
+  std::set<std::string> names_;  // of groups of constraints that are here
+  RankSystem result_;
+};
+
+}  // namespace
+
+RankSystem take_part(const System& system, std::span<const int> owner, Ranks& ranks) {
+  return PartTaker(system, owner, ranks).take();
+}
+
+}  // namespace tanor

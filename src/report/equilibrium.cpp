@@ -1,0 +1,174 @@
+#include "report/equilibrium.hpp"
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include <tanor/version.hpp>
+
+#include "report/array_writer.hpp"
+#include "report/json_text.hpp"
+#include "report/output_file.hpp"
+#include "report/shown_parts.hpp"
+#include "report/xyz_trajectory.hpp"
+
+namespace tanor::report {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Json known(double number) {
+  return std::isfinite(number) ? Json(number) : Json();
+}
+
+Json describe(const EquilibriumResult& found) {
+  const bool is_known = found.status != Stability::None;
+  const bool knows_energy = is_known && found.status != Stability::NotConservative;
+  return {{"status", name_of(found.status)},
+          {"accepted", found.outcome.ok()},
+          {"why", json_or_null(std::string_view(found.outcome.what))},
+          {"iterations", found.iterations},
+          {"factorizations", found.factorizations},
+          {"method_used", found.method_used == EquilibriumMethod::Descent ? "descent" : "newton"},
+          {"residual_force", known(found.residual_force)},
+          {"largest_force", known(found.largest_force)},
+          {"violation", known(found.violation)},
+          {"energy", known(found.energy)},
+          {"unstable_directions", knows_energy ? Json(found.unstable_directions) : Json()},
+          {"zero_modes", knows_energy ? Json(found.zero_modes) : Json()},
+          {"rigid_zero_modes", knows_energy ? Json(found.rigid_zero_modes) : Json()},
+          {"lowest_omega2", known(found.lowest_omega2)},
+          {"multipliers_unique", found.self_stress_states == 0},
+          {"self_stress_states", found.self_stress_states},
+          {"dependences", found.dependences},
+          {"buckling_load_factor", known(found.buckling_load_factor)},
+          {"residuals", found.residuals}};
+}
+
+void write_summary(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found) {
+  replace_file(directory / "summary.json", [&](OutputFile* file) {
+    JsonObjectFile json(file);
+    json.add("scene", scene.name);
+    json.add("source", scene.source);
+    json.add("tanor_version", TANOR_VERSION);
+    json.add("points", scene.system.num_points());
+    json.add("equations", found.multipliers.size());
+    json.add("equilibrium", describe(found));
+    const ArrayWriter arrays(&json, directory / "final_", scene.system.num_points());
+    json.begin_object("final");
+    arrays.write_points("positions", found.positions);
+    arrays.write_list("multipliers", found.multipliers);
+    arrays.write_points("reactions", found.reactions);
+    arrays.write_points("support_forces", found.support_forces);
+    arrays.write_points("lowest_shape", found.lowest_shape.empty() ? std::nullopt : Numbers(found.lowest_shape));
+    json.end();
+    json.add("left_out", found.left_out);
+    json.finish();
+  });
+}
+
+/// Files that the scene names stay where they are.
+void make_paths_absolute(const fs::path& directory, Json* json) {
+  for (auto& [key, value] : json->items()) {
+    if (value.is_structured())
+      make_paths_absolute(directory, &value);
+    else if (value.is_string() && (key == "file" || key == "table"))
+      value = fs::absolute(directory / value.get<std::string>()).lexically_normal().string();
+  }
+}
+
+template <class Pairs>
+Json rods_as_json(const Rods& rods, const Pairs& pairs) {
+  Json json = {{"name", rods.name}, {"kind", "rod"}, {"pairs", pairs}};
+  if (!rods.length.constants.empty()) json["length"] = rods.length.constants;
+  if (!rods.offsets.empty()) json["offsets"] = rods.offsets;
+  return json;
+}
+
+/// Supports, rods and angles that came with generated or imported points become the scene's own.
+void write_what_came_with_points(const System& system, Json* json) {
+  const auto own = [&](const char* key, std::size_t all) {
+    return all - (json->contains(key) ? (*json)[key].size() : 0);
+  };
+  Json supports = Json::array(), constraints = Json::array();
+  for (std::size_t k = 0; k < own("supports", system.supports.size()); ++k)
+    supports.push_back({{"points", system.supports[k].points}});
+  for (std::size_t k = 0; k < own("constraints", system.constraints.size()); ++k) {
+    if (const auto* rods = std::get_if<Rods>(&system.constraints[k])) {
+      constraints.push_back(rods_as_json(*rods, rods->pairs));
+    } else if (const auto* angles = std::get_if<Angles>(&system.constraints[k])) {
+      constraints.push_back({{"name", angles->name}, {"kind", "angle"}, {"triples", angles->triples}});
+    }
+  }
+  for (const auto& [key, list] : {std::pair{"supports", &supports}, {"constraints", &constraints}}) {
+    if (json->contains(key)) {
+      for (const Json& entry : (*json)[key]) list->push_back(entry);
+    }
+    if (!list->empty()) (*json)[key] = *list;
+  }
+}
+
+/// Lengths that the old positions gave stay what they were.
+void write_rest_lengths(const scene::Scene& scene, Json* json) {
+  if (!json->contains("forces")) return;
+  const auto distances = [&](const auto& pairs) {
+    std::vector<double> result;
+    const std::vector<double>& r = scene.system.positions;
+    for (const auto& [i, j] : pairs) {
+      const std::size_t a = 3 * static_cast<std::size_t>(i), b = 3 * static_cast<std::size_t>(j);
+      result.push_back(std::hypot(r[b] - r[a], r[b + 1] - r[a + 1], r[b + 2] - r[a + 2]));
+    }
+    return result;
+  };
+  for (std::size_t k = 0; k < scene.system.forces.size(); ++k) {
+    const auto* springs = std::get_if<Springs>(&scene.system.forces[k]);
+    const auto* bonds = std::get_if<Bonds>(&scene.system.forces[k]);
+    if (springs != nullptr && springs->rest_length.is_initial())
+      (*json)["forces"][k]["rest_length"] = distances(springs->pairs);
+    if (bonds != nullptr && bonds->law != BondLaw::Fene && bonds->rest_length.is_initial())
+      (*json)["forces"][k]["rest_length"] = distances(bonds->pairs);
+  }
+}
+
+/// The scene's own text with other positions. Supports keep those from which their motion is measured.
+void write_scene(const fs::path& path, const scene::Scene& scene, const EquilibriumResult& found) {
+  std::ifstream file(scene.file);
+  Json json = Json::parse(file);
+  make_paths_absolute(scene.file.parent_path(), &json);
+  json["name"] = scene.name;
+  write_rest_lengths(scene, &json);
+  if (!json.contains("points")) write_what_came_with_points(scene.system, &json);
+  json.erase("generate");
+  json.erase("import");
+  std::vector<double> positions = found.positions;
+  for (const Support& support : scene.system.supports) {
+    for (const Index point : support.points) {
+      const auto first = 3 * static_cast<std::ptrdiff_t>(point);
+      std::copy_n(scene.system.positions.begin() + first, 3, positions.begin() + first);
+    }
+  }
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < positions.size(); i += 3)
+    rows.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  json["points"] = {{"positions", std::move(rows)}, {"masses", scene.system.masses}};
+  replace_file(path, [&](OutputFile* out) { out->write(json.dump() + "\n"); });
+}
+
+}  // namespace
+
+std::string_view name_of(Stability status) {
+  constexpr std::array<std::string_view, 5> names{"none", "stable", "marginal", "unstable", "not_conservative"};
+  return names[static_cast<std::size_t>(status)];
+}
+
+void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found) {
+  write_summary(directory, scene, found);
+  const ShownParts shown = choose_parts(scene.system, {});
+  const std::vector<double> at_rest(found.positions.size(), 0.0);
+  XyzTrajectory(directory / "equilibrium.xyz").write(scene.equilibrium.at, shown, found.positions, at_rest);
+  if (found.status != Stability::None) write_scene(directory / "equilibrium.json", scene, found);
+}
+
+}  // namespace tanor::report

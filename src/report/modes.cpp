@@ -1,0 +1,134 @@
+#include "report/modes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <tanor/version.hpp>
+
+#include "report/npy.hpp"
+#include "report/output_file.hpp"
+#include "report/shown_parts.hpp"
+#include "report/vtp_frame.hpp"
+
+namespace tanor::report {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* shapes_name = "shapes.npy";
+constexpr int frames_of_period = 24;
+constexpr double largest_move = 0.05;  // of the scene's size, in pictures
+
+Json frequencies(const Modes& modes) {
+  Json result = Json::array();
+  for (const double omega : modes.omega)
+    result.push_back(omega < 0.0 ? Json() : Json(omega / (2.0 * std::numbers::pi)));
+  return result;
+}
+
+/// Half of the diagonal of the box around the points, or 1 m.
+double measure_size(std::span<const double> positions) {
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = positions[axis], high = low;
+    for (std::size_t i = axis; i < positions.size(); i += 3) {
+      low = std::min(low, positions[i]);
+      high = std::max(high, positions[i]);
+    }
+    square += (high - low) * (high - low);
+  }
+  return square > 0.0 ? 0.5 * std::sqrt(square) : 1.0;
+}
+
+double measure_move(std::span<const double> shape) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < shape.size(); i += 3)
+    largest = std::max(largest, std::hypot(shape[i], shape[i + 1], shape[i + 2]));
+  return largest;
+}
+
+/// r + a q cos(omega t) over one period, and its derivatives.
+void write_picture(const fs::path& directory, const ShownParts& shown, std::span<const double> positions,
+                   const Modes& modes, std::size_t mode) {
+  const std::string name = fmt::format("mode_{}", mode + 1);
+  make_folder(directory / name);
+  const std::span<const double> shape = modes.shape(mode);
+  const double size = measure_move(shape), amplitude = size > 0.0 ? largest_move * measure_size(positions) / size : 0.0;
+  const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
+  std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
+  std::vector<double> r, v, w;
+  std::string list = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+  for (int k = 0; k < frames_of_period; ++k) {
+    const double phase = 2.0 * std::numbers::pi * k / frames_of_period, time = phase / omega;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double move = amplitude * shape[i];
+      places[i] = positions[i] + move * std::cos(phase);
+      velocities[i] = -omega * move * std::sin(phase);
+      accelerations[i] = -omega * omega * move * std::cos(phase);
+    }
+    gather_points(shown, places, &r);
+    gather_points(shown, velocities, &v);
+    gather_points(shown, accelerations, &w);
+    const std::string frame = fmt::format("{}/frame_{:03}.vtp", name, k);
+    write_vtp(directory / frame, shown, {time, r, v, w, modes.multipliers});
+    list += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, frame);
+  }
+  replace_file(directory / (name + ".pvd"),
+               [&](OutputFile* file) { file->write(list + "</Collection>\n</VTKFile>\n"); });
+}
+
+}  // namespace
+
+void add_modes(const fs::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json) {
+  if (!modes || !modes->outcome.ok()) {
+    remove_file(directory / shapes_name);
+    return json->add("modes", {});
+  }
+  const std::size_t count = modes->count(), points = count > 0 ? modes->shapes.size() / (3 * count) : 0;
+  replace_file(directory / shapes_name,
+               [&](OutputFile* file) { write_npy(file, modes->shapes, {count, points, 3}); });
+  json->begin_object("modes");
+  json->add("count", count);
+  json->add_numbers("omega", modes->omega);
+  json->add("frequency_hz", frequencies(*modes));
+  json->add("residual_max", modes->residual_max);
+  json->add("unstable_directions", modes->unstable_directions);
+  json->add("zero_modes", modes->zero_modes);
+  json->add("rigid_zero_modes", modes->rigid_zero_modes);
+  json->add("shapes", shapes_name);
+  json->end();
+}
+
+void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes& modes) {
+  make_folder(directory);
+  replace_file(directory / "summary.json", [&](OutputFile* file) {
+    JsonObjectFile json(file);
+    json.add("scene", facts.scene);
+    json.add("source", facts.source);
+    json.add("tanor_version", TANOR_VERSION);
+    json.add("points", facts.points);
+    json.add("supports", facts.supports);
+    json.add("equations", facts.equations);
+    json.add("degrees_of_freedom", modes.outcome.ok() ? Json(modes.degrees_of_freedom) : Json());
+    add_modes(directory, modes, &json);
+    if (facts.buckling) {
+      const bool is_known = facts.buckling->outcome.ok();
+      json.add("buckling_load_factor", is_known ? Json(facts.buckling->load_factor) : Json());
+    }
+    json.add("left_out", modes.left_out);
+    json.finish();
+  });
+}
+
+void write_mode_pictures(const fs::path& directory, const System& system, std::span<const double> positions,
+                         const Modes& modes) {
+  const ShownParts shown = choose_parts(system, {});
+  for (std::size_t mode = 0; mode < modes.count(); ++mode) write_picture(directory, shown, positions, modes, mode);
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "scene/cursor.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::scene {
+
+/// "equilibrium": how it is searched and which ones are an answer.
+void read_equilibrium(const Cursor& equilibrium, Scene* scene);
+
+}  // namespace tanor::scene

@@ -1,0 +1,40 @@
+#include "scene/modes.hpp"
+
+#include <string>
+
+namespace tanor::scene {
+
+namespace {
+
+constexpr std::int64_t most_modes = 1'000'000;
+
+std::string name_of_load(const Cursor& load, const System& system) {
+  const std::string& wanted = load.string();
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    if (force_name(system, k) == wanted) return wanted;
+  }
+  load.fail("the name of a force of this scene");
+}
+
+}  // namespace
+
+void read_modes(const Cursor& modes, Scene* scene) {
+  modes.object({"count", "damped", "buckling"});
+  if (const Cursor count = modes["count"]; count.says("all")) {
+    scene->modes.count = ModesOptions::all;
+  } else if (count && !count.is_number()) {
+    count.fail("a whole number > 0, or \"all\"");
+  } else {
+    scene->modes.count = static_cast<std::size_t>(count.integer(1, most_modes, 10));
+  }
+  if (const Cursor damped = modes["damped"]; damped.boolean(false)) damped.fail("false: vibrations are those without damping");
+  const Cursor buckling = modes["buckling"];
+  if (buckling.is_string()) {
+    scene->buckling_loads = {name_of_load(buckling, scene->system)};
+  } else {
+    for (const Cursor& load : buckling.optional_list("the name of a force, or a list of names"))
+      scene->buckling_loads.push_back(name_of_load(load, scene->system));
+  }
+}
+
+}  // namespace tanor::scene

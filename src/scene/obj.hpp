@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "scene/imported.hpp"
+
+namespace tanor::scene {
+
+/// Vertices of a Wavefront .obj file, with the edges of its lines (`l`) and faces (`f`), each once. Indices may be
+/// relative (negative), and lines may be continued by a backslash. Normals, textures, groups, materials, curves and
+/// surfaces are skipped. `name` of the file, for errors: throws InputError (without a place) naming file and line.
+Imported read_obj(const std::string& name, std::string_view text);
+
+}  // namespace tanor::scene

@@ -1,0 +1,280 @@
+#include "scene/ply.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <tanor/error.hpp>
+
+#include "scene/edges.hpp"
+#include "scene/text_file.hpp"
+
+namespace tanor::scene {
+namespace {
+
+enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float, Double };
+constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+
+constexpr std::pair<std::string_view, Type> type_names[] = {
+    {"char", Type::Int8},   {"int8", Type::Int8},     {"uchar", Type::UInt8},   {"uint8", Type::UInt8},
+    {"short", Type::Int16}, {"int16", Type::Int16},   {"ushort", Type::UInt16}, {"uint16", Type::UInt16},
+    {"int", Type::Int32},   {"int32", Type::Int32},   {"uint", Type::UInt32},   {"uint32", Type::UInt32},
+    {"float", Type::Float}, {"float32", Type::Float}, {"double", Type::Double}, {"float64", Type::Double},
+};
+
+struct Property {
+  std::string_view name;
+  Type type;
+  std::optional<Type> count;  ///< of a list
+};
+
+struct Element {
+  std::string_view name;
+  std::size_t count;
+  std::vector<Property> properties;
+};
+
+enum class Format { Ascii, LittleEndian, BigEndian };
+
+/// The numbers behind the header, one by one.
+class Numbers {
+ public:
+  Numbers(Format format, std::string_view bytes, std::size_t line) : format_(format), rest_(bytes), line_(line) {}
+
+  /// Nothing where the data end, or where the next word is no finite number.
+  std::optional<double> next(Type type) { return format_ == Format::Ascii ? next_word() : next_bytes(type); }
+
+  /// How many numbers the rest can hold at most; a word takes a digit and a blank.
+  std::size_t room(std::size_t size) const {
+    return format_ == Format::Ascii ? rest_.size() / 2 + 1 : rest_.size() / size;
+  }
+  bool is_ascii() const { return format_ == Format::Ascii; }
+  std::size_t line() const { return line_; }
+
+ private:
+  std::optional<double> next_word() {
+    std::size_t k = 0;
+    for (; k < rest_.size() && std::string_view(" \t\r\n").find(rest_[k]) != std::string_view::npos; ++k)
+      line_ += rest_[k] == '\n';
+    rest_.remove_prefix(k);
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\n"));
+    rest_.remove_prefix(word.size());
+    return parse_number(word);
+  }
+
+  template <class Number>
+  double decode() const {
+    unsigned char bytes[sizeof(Number)];
+    std::memcpy(bytes, rest_.data(), sizeof bytes);
+    if ((format_ == Format::LittleEndian) != (std::endian::native == std::endian::little))
+      std::reverse(std::begin(bytes), std::end(bytes));
+    Number number;
+    std::memcpy(&number, bytes, sizeof number);
+    return static_cast<double>(number);
+  }
+
+  double decode(Type type) const {
+    switch (type) {
+      case Type::Int8:
+        return decode<std::int8_t>();
+      case Type::UInt8:
+        return decode<std::uint8_t>();
+      case Type::Int16:
+        return decode<std::int16_t>();
+      case Type::UInt16:
+        return decode<std::uint16_t>();
+      case Type::Int32:
+        return decode<std::int32_t>();
+      case Type::UInt32:
+        return decode<std::uint32_t>();
+      case Type::Float:
+        return decode<float>();
+      case Type::Double:
+        break;
+    }
+    return decode<double>();
+  }
+
+  std::optional<double> next_bytes(Type type) {
+    const std::size_t size = sizes[static_cast<std::size_t>(type)];
+    if (rest_.size() < size) return {};
+    const double number = decode(type);
+    rest_.remove_prefix(size);
+    return std::isfinite(number) ? std::optional(number) : std::nullopt;
+  }
+
+  Format format_;
+  std::string_view rest_;
+  std::size_t line_;  ///< of text
+};
+
+/// Reads one file; the driver is `read`.
+class PlyReader {
+ public:
+  PlyReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
+
+  Imported read() {
+    const Format format = read_header();
+    Numbers numbers(format, lines_.rest(), lines_.number() + 1);
+    for (const Element& element : elements_) read_element(element, &numbers);
+    check_edges();
+    data_.bonds = edges_.take();
+    return std::move(data_);
+  }
+
+ private:
+  Format read_header() {
+    if (!lines_.next() || trim(lines_.line()) != "ply")
+      lines_.complain("wanted \"ply\", the first line of such a file");
+    std::optional<Format> format;
+    while (lines_.next()) {
+      const std::vector<std::string_view> words = split_words(lines_.line());
+      if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+      if (words[0] == "end_header") {
+        if (!format) lines_.complain("missing the line \"format …\" above");
+        return *format;
+      }
+      if (words[0] == "format" && words.size() == 3)
+        format = read_format(words[1]);
+      else if (words[0] == "element" && words.size() == 3)
+        elements_.push_back({words[1], read_count(words[2]), {}});
+      else if (words[0] == "property" && words.size() >= 3 && !elements_.empty())
+        elements_.back().properties.push_back(read_property(words));
+      else
+        lines_.fail(lines_.line(), "format, element, property, comment or end_header");
+    }
+    lines_.complain("missing end_header");
+  }
+
+  Format read_format(std::string_view word) const {
+    if (word == "ascii") return Format::Ascii;
+    if (word == "binary_little_endian") return Format::LittleEndian;
+    if (word == "binary_big_endian") return Format::BigEndian;
+    lines_.fail(word, "ascii, binary_little_endian or binary_big_endian");
+  }
+
+  std::size_t read_count(std::string_view word) const {
+    const auto count = parse_integer(word);
+    if (!count || *count < 0 || *count > std::numeric_limits<std::int32_t>::max())
+      lines_.fail(word, fmt::format("a count from 0 to {}", std::numeric_limits<std::int32_t>::max()));
+    return static_cast<std::size_t>(*count);
+  }
+
+  Type read_type(std::string_view word) const {
+    const auto* found = std::ranges::find(type_names, word, &std::pair<std::string_view, Type>::first);
+    if (found == std::end(type_names))
+      lines_.fail(word, "a type: char, uchar, short, ushort, int, uint, float, double");
+    return found->second;
+  }
+
+  Property read_property(const std::vector<std::string_view>& words) const {
+    if (words[1] != "list" && words.size() == 3) return {words[2], read_type(words[1]), {}};
+    if (words[1] == "list" && words.size() == 5) return {words[4], read_type(words[3]), read_type(words[2])};
+    lines_.fail(lines_.line(), "property TYPE NAME or property list TYPE TYPE NAME");
+  }
+
+  [[noreturn]] void complain(const Numbers& numbers, const std::string& what) const {
+    if (numbers.is_ascii()) throw InputError("", fmt::format("{}, line {}: {}", name_, numbers.line(), what));
+    throw InputError("", fmt::format("{}: {}", name_, what));
+  }
+
+  /// Counts are believed only where the file has room for what they count.
+  void check_room(const Numbers& numbers, std::size_t count, std::size_t size, const std::string& what) const {
+    if (size == 0 || count > numbers.room(size))
+      complain(numbers, fmt::format("found {}, wanted no more than the rest of the file holds", what));
+  }
+
+  double next(const Element& element, std::size_t index, const Property& property, Type type, Numbers* numbers) const {
+    if (const auto number = numbers->next(type)) return *number;
+    complain(*numbers, fmt::format("found no finite number for {} of {} {}", property.name, element.name, index));
+  }
+
+  void read_element(const Element& element, Numbers* numbers) {
+    const bool is_vertex = element.name == "vertex", is_edge = element.name == "edge", is_face = element.name == "face";
+    std::size_t size = 0;
+    for (const Property& each : element.properties)
+      size += sizes[static_cast<std::size_t>(each.count.value_or(each.type))];
+    if (element.count > 0)
+      check_room(*numbers, element.count, size, fmt::format("{} elements {}", element.count, element.name));
+    if (is_vertex) check_vertex(element, *numbers);
+    for (std::size_t k = 0; k < element.count; ++k) {
+      if (is_vertex) data_.positions.emplace_back();
+      edge_ = {-1.0, -1.0};
+      for (const Property& property : element.properties) {
+        if (property.count) {
+          read_list(element, k, property, is_face, numbers);
+          continue;
+        }
+        const double number = next(element, k, property, property.type, numbers);
+        if (is_vertex && is_axis(property)) data_.positions.back()[property.name[0] - 'x'] = number;
+        if (is_edge && property.name == "vertex1") edge_[0] = number;
+        if (is_edge && property.name == "vertex2") edge_[1] = number;
+      }
+      if (is_edge) add_edge(element, k, edge_[0], edge_[1], *numbers);
+    }
+  }
+
+  static bool is_axis(const Property& property) {
+    return !property.count && (property.name == "x" || property.name == "y" || property.name == "z");
+  }
+  void check_vertex(const Element& element, const Numbers& numbers) const {
+    if (std::ranges::count_if(element.properties, is_axis) != 3)
+      complain(numbers, "found vertices without x, y and z, wanted these properties once each");
+  }
+
+  void read_list(const Element& element, std::size_t index, const Property& property, bool is_face, Numbers* numbers) {
+    const double count = next(element, index, property, *property.count, numbers);
+    if (!(count >= 0.0) || count != std::floor(count))
+      complain(*numbers,
+               fmt::format("found a list of {} entries in {} {}, wanted a count", count, element.name, index));
+    check_room(*numbers, static_cast<std::size_t>(count), sizes[static_cast<std::size_t>(property.type)],
+               fmt::format("a list of {} entries in {} {}", count, element.name, index));
+    std::vector<double> entries;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
+      entries.push_back(next(element, index, property, property.type, numbers));
+    if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) return;
+    for (std::size_t k = 0; k < entries.size() && entries.size() > 1; ++k)
+      add_edge(element, index, entries[k], entries[(k + 1) % entries.size()], *numbers);
+  }
+
+  void add_edge(const Element& element, std::size_t index, double i, double j, const Numbers& numbers) {
+    for (const double vertex : {i, j}) {
+      if (!(vertex >= 0.0) || vertex != std::floor(vertex) || vertex > std::numeric_limits<std::int32_t>::max() - 1)
+        complain(numbers, fmt::format("found vertex {} in {} {}, wanted one from 0 on", vertex, element.name, index));
+    }
+    if (i == j)
+      complain(numbers, fmt::format("found vertex {} twice in sequence in {} {}, wanted vertices that differ", i,
+                                    element.name, index));
+    largest_ = std::max({largest_, i, j});
+    edges_.add(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
+  }
+
+  /// Edges may come before the vertices.
+  void check_edges() const {
+    if (largest_ >= static_cast<double>(data_.positions.size()))
+      throw InputError("", fmt::format("{}: found vertex {} in an edge or face, wanted one from 0 to {}", name_,
+                                       largest_, static_cast<std::int64_t>(data_.positions.size()) - 1));
+  }
+
+  const std::string name_;
+  LineReader lines_;
+  std::vector<Element> elements_;
+  std::array<double, 2> edge_{};
+  double largest_ = -1.0;  ///< vertex that was named
+  Edges edges_;
+  Imported data_;
+};
+
+}  // namespace
+
+Imported read_ply(const std::string& name, std::string_view text) {
+  return PlyReader(name, text).read();
+}
+
+}  // namespace tanor::scene

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "scene/imported.hpp"
+
+namespace tanor::scene {
+
+/// Vertices (x, y, z) of a Stanford .ply file, ascii or binary of either byte order, with its edges (`vertex1`,
+/// `vertex2`) and those of its faces (`vertex_indices` or `vertex_index`), each once. Other elements and properties are
+/// skipped. `name` of the file, for errors: throws InputError (without a place) naming file, and line or element.
+Imported read_ply(const std::string& name, std::string_view text);
+
+}  // namespace tanor::scene

@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include <tanor/modes.hpp>
+
+#include "base/quiet_traps.hpp"
+#include "statics/given_equilibrium.hpp"
+#include "statics/mode_finder.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Load factors beyond these count as none and as all.
+constexpr double least_factor = 1e-9, most_factor = 1e12;
+/// Of the scale of omega^2, added to W(p): motions that cost nothing at any load leave it a factor.
+constexpr double little_mass = 1e-9;
+/// The critical factor is bracketed so closely; inverse iteration does the rest.
+constexpr double bracket = 1.1;
+constexpr int most_iterations = 200;
+constexpr double rounding = 1e-14;
+
+EquilibriumOptions describe_system(const BucklingOptions& options) {
+  EquilibriumOptions result;
+  result.at = options.time;
+  result.ignore_friction = options.ignore_friction;
+  result.solver = options.solver;
+  return result;
+}
+
+System without_loads(const System& system, const std::vector<std::string>& loads) {
+  System result = system;
+  result.forces.clear();
+  std::vector<bool> is_found(loads.size(), false);
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    const Force& force = system.forces[k];
+    const auto name = std::ranges::find(loads, force_name(system, k));
+    if (name == loads.end()) {
+      result.forces.push_back(force);
+      continue;
+    }
+    is_found[static_cast<std::size_t>(name - loads.begin())] = true;
+    if (!std::holds_alternative<Gravity>(force) && !std::holds_alternative<ConstantForce>(force))
+      throw InputError("/modes/buckling", "'" + *name + "' is of kind " + std::string(kind_name(force)) +
+                                              "; loads that a factor multiplies are gravity and constant ones");
+  }
+  const auto missing = std::ranges::find(is_found, false);
+  if (loads.empty() || missing != is_found.end())
+    throw InputError("/modes/buckling", "no force has the name '" +
+                                            (loads.empty() ? "" : loads[static_cast<std::size_t>(missing - is_found.begin())]) + "'");
+  return result;
+}
+
+/// Z'W(p)Z for multipliers lambda_0 + p lambda_1, at a fixed shape.
+class LoadedStiffness {
+ public:
+  /// `state`: under the load; lambda_0: without it.
+  LoadedStiffness(GivenEquilibrium* state, std::vector<double> lambda_0)
+      : state_(*state), lambda_0_(std::move(lambda_0)), lambda_1_(state->multipliers()), kkt_(state->equations()) {
+    for (std::size_t a = 0; a < lambda_1_.size(); ++a) lambda_1_[a] -= lambda_0_[a];
+    scale_ = ModeFinder(state->equations(), kkt_, 0).scale();
+  }
+
+  double scale() const { return scale_; }
+  void stand_at(double p) {
+    std::vector<double> lambda(lambda_0_);
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += p * lambda_1_[a];
+    state_.linearise(lambda);
+  }
+  bool is_stable_at(double p) {
+    stand_at(p);
+    return kkt_.factorize(little_mass * scale_);
+  }
+  std::vector<double> multiply(double p, const std::vector<double>& x) {
+    stand_at(p);
+    std::vector<double> y(x.size());
+    state_.equations().stiffness().multiply(x.data(), y.data());
+    return y;
+  }
+  /// x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
+  void solve(std::vector<double>* x) {
+    std::vector<double> y(lambda_0_.size(), 0.0);
+    kkt_.solve(x->data(), y.data());
+  }
+
+ private:
+  GivenEquilibrium& state_;
+  std::vector<double> lambda_0_, lambda_1_;
+  KktSolver kkt_;
+  double scale_ = 1.0;
+};
+
+Buckling fail(Status status, std::string what) {
+  return {{status, std::move(what)}, 0.0, {}};
+}
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+/// The largest stable load factor of a bracket [low, low * bracket] of the critical one; 0: unstable without load;
+/// infinite: no load buckles it.
+double find_stable_factor(LoadedStiffness* stiffness) {
+  double low = 1.0, high = 1.0;
+  if (stiffness->is_stable_at(1.0)) {
+    while (stiffness->is_stable_at(high *= 8.0)) {
+      low = high;
+      if (high > most_factor) return std::numeric_limits<double>::infinity();
+    }
+  } else {
+    while (!stiffness->is_stable_at(low /= 8.0)) {
+      high = low;
+      if (low < least_factor) return 0.0;
+    }
+  }
+  while (high > bracket * low) {
+    const double middle = std::sqrt(low * high);
+    (stiffness->is_stable_at(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Inverse iteration from a stable p on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift does not falsify.
+double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
+  double factor = low;
+  for (int k = 0; k < most_iterations; ++k) {
+    // (W_0 + low W_1 + s M) y = -W_1 x
+    const std::vector<double> W0x = stiffness->multiply(0.0, *x);
+    std::vector<double> W1x = stiffness->multiply(1.0, *x);
+    for (std::size_t i = 0; i < W1x.size(); ++i) W1x[i] -= W0x[i];
+    const double before = factor;
+    if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
+    if (k > 1 && std::abs(factor - before) <= rounding * std::abs(factor)) break;
+    for (double& value : W1x) value = -value;
+    *x = std::move(W1x);
+    stiffness->stand_at(low);
+    stiffness->solve(x);
+    const double size = std::sqrt(dot(*x, *x));
+    for (double& value : *x) value /= size > 0.0 ? size : 1.0;
+  }
+  return factor;
+}
+
+}  // namespace
+
+Buckling find_buckling(const System& system, std::span<const double> positions, const BucklingOptions& options) {
+  const QuietTraps quiet;
+  const EquilibriumOptions same = describe_system(options);
+  const EquilibriumClaim claim{positions, {}, options.force_tolerance};
+  const std::unique_ptr<GivenEquilibrium> loaded = GivenEquilibrium::stand_at(system, claim, same);
+  GivenEquilibrium& state = *loaded;
+  std::unique_ptr<GivenEquilibrium> unloaded;
+  const System rest = without_loads(system, options.loads);
+  try {
+    unloaded = GivenEquilibrium::stand_at(rest, claim, same);
+  } catch (const InputError& error) {
+    return fail(Status::NoSolution, "the shape moves with the load, so that its stiffness is not linear in the load "
+                                    "factor: without it " + std::string(error.what()));
+  }
+  // Points that a load holds rigid by prestress move without it.
+  if (unloaded->equations().size() != state.equations().size())
+    return fail(Status::NoSolution, "the load holds points rigid by prestress, which no load factor multiplies");
+  if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
+    return fail(Status::NotUnique, "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
+  if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};
+
+  LoadedStiffness stiffness(&state, unloaded->multipliers());
+  const double low = find_stable_factor(&stiffness);
+  if (low == 0.0) return fail(Status::NoSolution, "it is unstable without the load too");
+  if (std::isinf(low)) return {{}, low, {}};
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> x(state.equations().size());
+  for (double& value : x) value = normal(generator);
+  (void)stiffness.is_stable_at(low);
+  stiffness.solve(&x);
+  Buckling result{{}, refine(&stiffness, low, &x), std::vector<double>(3 * system.num_points())};
+
+  const Model& model = state.model();
+  double mass = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) mass += model.mass[i / 3] * x[i] * x[i];
+  for (double& value : x) value /= std::sqrt(mass);
+  x.resize(3 * model.num_points(), 0.0);
+  model.numbering.scatter_points(x, result.shape);
+  return result;
+}
+
+}  // namespace tanor

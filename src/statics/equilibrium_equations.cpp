@@ -1,0 +1,59 @@
+#include "statics/equilibrium_equations.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
+    : work_(work),
+      model_(work.model()),
+      t_(t),
+      stiffness_(work),
+      blocks_(3 * work.constraints.num_blocks()),
+      f_(3 * model_.num_points()),
+      reactions_(3 * model_.num_points()),
+      at_rest_(3 * model_.num_points(), 0.0),
+      padded_(3 * model_.num_points(), 0.0) {}
+
+double EquilibriumEquations::evaluate(const double* r, const double* lambda, double* g, double* xi) {
+  work_.set_time(t_);
+  const Parallel& parallel = model_.parallel;
+  ++work_.counters.evaluations;
+  work_.forces.evaluate(parallel, t_, r, at_rest_.data(), f_.data());
+  violation_ = work_.constraints.evaluate_values(parallel, r, xi);
+  work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
+  // g = f + K lambda
+  model_.gather.reactions(parallel, blocks_.data(), lambda, reactions_.data());
+  double largest = std::isfinite(violation_) ? 0.0 : violation_;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const Vec3 force = load(f_.data(), i), sum = force + load(reactions_.data(), i);
+    store(g, i, sum);
+    largest = larger(largest, norm(force));
+    largest = larger(largest, 0.0 * norm(sum));  // NaN where a reaction is
+  }
+  for (const Incidence& incidence : model_.incidences) {
+    if (static_cast<std::size_t>(incidence.point) < model_.num_moving())
+      largest = larger(largest, std::abs(lambda[incidence.row]) * norm(load(blocks_.data(), incidence.block)));
+  }
+  return largest;
+}
+
+void EquilibriumEquations::linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature) {
+  work_.set_time(t_);
+  work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+  stiffness_.evaluate(t_, r, lambda, curvature);
+}
+
+void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {
+  model_.gather.reactions(model_.parallel, blocks_.data(), lambda, padded_.data());
+  for (std::size_t i = 0; i < size(); ++i) y[i] += padded_[i];
+}
+
+void EquilibriumEquations::apply_transposed(const double* x, double* rows) const {
+  std::copy_n(x, size(), padded_.begin());
+  std::fill(padded_.begin() + static_cast<std::ptrdiff_t>(size()), padded_.end(), 0.0);
+  work_.constraints.apply_transposed(model_.parallel, blocks_.data(), padded_.data(), nullptr, rows);
+}
+
+}  // namespace tanor

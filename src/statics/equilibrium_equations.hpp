@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/workspace.hpp"
+#include "statics/stiffness_matrix.hpp"
+
+namespace tanor {
+
+/// A system at rest at the time t, and Newton's matrix of its equilibrium:
+///
+///   g = f + K lambda = 0   [3n], N            [ W  K ] [  dr     ]   [  g  ]
+///   xi = 0                 [d]                [ K' 0 ] [ -dlambda] = [ -xi ]
+///
+/// Unknowns are the n moving points, which come first in the inner order; supports stand where they are at t. Rows are
+/// the d equations that join moving points, `num_rows()`, which come before the idle ones. Friction takes no part.
+class EquilibriumEquations {
+ public:
+  /// `work` is of a system without friction.
+  EquilibriumEquations(Workspace& work, double t);
+
+  std::size_t size() const { return 3 * model_.num_moving(); }
+  std::size_t num_rows() const { return model_.numbering.first_idle_row(); }
+  const Model& model() const { return model_; }
+  Workspace& work() const { return work_; }
+  double time() const { return t_; }
+
+  /// g [size()] and xi [model().num_rows()] at r [3 points] and lambda [model().num_rows()], and K there. Returns the
+  /// largest force at a moving point, N: the scale of g; not finite where some force or constraint is not.
+  double evaluate(const double* r, const double* lambda, double* g, double* xi);
+  /// K and W there.
+  void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
+
+  double violation() const { return violation_; }  ///< at the last `evaluate`, relative
+
+  /// At the last of these places: blocks of K as `Model::incidences` reads them, and W.
+  const std::vector<double>& gradients() const { return blocks_; }
+  const StiffnessMatrix& stiffness() const { return stiffness_; }
+  StiffnessMatrix& stiffness() { return stiffness_; }
+  /// f of the last `evaluate` [3 points], N.
+  const std::vector<double>& forces() const { return f_; }
+  /// y += K lambda [size()], and rows = K'x [model().num_rows()] with x [size()].
+  void add_reactions(const double* lambda, double* y) const;
+  void apply_transposed(const double* x, double* rows) const;
+
+  /// U of all forces that have a potential, J.
+  double energy(const double* r) { return work_.forces.potential(model_.parallel, t_, r); }
+
+ private:
+  Workspace& work_;
+  const Model& model_;
+  double t_, violation_ = 0.0;
+  StiffnessMatrix stiffness_;
+  std::vector<double> blocks_, f_, reactions_, at_rest_;
+  mutable std::vector<double> padded_;  // [3 points] x, with supports that stand
+};
+
+}  // namespace tanor

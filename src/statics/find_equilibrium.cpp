@@ -1,0 +1,306 @@
+#include <tanor/equilibrium.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "base/quiet_traps.hpp"
+#include "base/text.hpp"
+#include "dynamics/prestress_rigidity.hpp"
+#include "statics/newton_descent.hpp"
+#include "statics/projected_descent.hpp"
+#include "statics/smallest_multipliers.hpp"
+#include "statics/stability.hpp"
+#include "statics/statics_input.hpp"
+#include "statics/unbalanced_load.hpp"
+#include "statics/unsymmetric_newton.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double symmetric_to = 1e-8;
+
+/// One system, searched from one start; arrays in the inner order.
+class Search {
+ public:
+  Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
+         EquilibriumResult* result);
+
+  /// Points that K alone would let move, though rods under tension hold them.
+  std::vector<Index> find_rigid_points();
+  void start_at(const std::vector<double>& positions, const std::vector<double>* multipliers);
+  Outcome run();
+  /// How far from equilibrium, multipliers, energy; what a small push does.
+  void describe();
+  void write();
+
+  const StaticState& state() const { return state_; }
+  std::vector<double> positions() const;
+  const System& system() const { return model_.system; }
+
+ private:
+  Outcome search();
+  Outcome leave_unstable();
+  void classify();
+  void choose_start_multipliers();
+  std::string name_points_that_move() const;
+
+  const EquilibriumOptions& options_;
+  EquilibriumResult& result_;
+  Workspace work_;
+  const Model& model_;
+  EquilibriumEquations equations_;
+  SmallestMultipliers multipliers_;
+  NewtonDescent newton_;
+  std::vector<double> prestress_;  // [rows]
+  StaticState state_;
+  ReducedInertia inertia_;
+};
+
+Search::Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
+               EquilibriumResult* result)
+    : options_(options),
+      result_(*result),
+      work_(std::move(system), options.solver, 0.0),
+      model_(work_.model()),
+      equations_(work_, options.at),
+      multipliers_(equations_, options.solver),
+      newton_(equations_, options.solver.ordering),
+      prestress_(model_.num_rows(), 0.0) {
+  for (std::size_t a = 0; a < prestress_.size(); ++a)
+    prestress_[a] = prestress[static_cast<std::size_t>(model_.numbering.user_row[a])];
+}
+
+void Search::start_at(const std::vector<double>& positions, const std::vector<double>* multipliers) {
+  state_.r.resize(3 * model_.num_points());
+  std::vector<double> v(state_.r.size());
+  model_.numbering.gather_points(positions, state_.r);
+  work_.set_time(options_.at);
+  work_.prescribe_all(options_.at, state_.r.data(), v.data());
+  if (multipliers != nullptr)
+    state_.lambda = *multipliers;
+  else
+    choose_start_multipliers();
+}
+
+/// Those that balance the load best, where they balance some of it; else none.
+void Search::choose_start_multipliers() {
+  std::vector<double> found;
+  state_.lambda = prestress_;
+  const StaticResidual before = newton_.measure(state_);
+  if (!multipliers_.find(state_.r, prestress_, &found).ok()) return;
+  const StaticResidual after = newton_.measure({state_.r, found});
+  if (after.force < 0.5 * before.force && after.scale < 1e3 * before.scale) state_.lambda = std::move(found);
+}
+
+std::vector<Index> Search::find_rigid_points() {
+  constexpr double on_constraints = 1e-9;
+  if (model_.num_rows() == 0 || newton_.measure(state_).violation > on_constraints) return {};
+  std::vector<double> found;
+  if (!multipliers_.find(state_.r, prestress_, &found).ok()) return {};
+  return find_prestress_rigid_points(model_.system, multipliers_.rank(state_.r));
+}
+
+std::vector<double> Search::positions() const {
+  std::vector<double> result(state_.r.size());
+  model_.numbering.scatter_points(state_.r, result);
+  return result;
+}
+
+Outcome Search::search() {
+  const NewtonLimits limits{options_.force_tolerance, options_.max_iterations};
+  equations_.linearise(state_.r.data(), state_.lambda.data());
+  if (work_.forces.has_formulas()) {
+    UnsymmetricNewton newton(equations_, newton_);
+    Outcome outcome = newton.run(limits, &state_, &result_.residuals);
+    result_.iterations += newton.iterations();
+    result_.factorizations += newton.factorizations();
+    return outcome;
+  }
+  if (options_.method == EquilibriumMethod::Descent) {
+    ProjectedDescent descent(equations_, multipliers_);
+    Outcome outcome = descent.run(limits, &state_, &result_.residuals);
+    result_.iterations += descent.iterations();
+    if (!outcome.ok()) return outcome;
+  }
+  const int iterations = newton_.iterations(), factorizations = newton_.factorizations();
+  Outcome outcome = newton_.run(limits, &state_, &result_.residuals);
+  result_.iterations += newton_.iterations() - iterations;
+  result_.factorizations += newton_.factorizations() - factorizations;
+  return outcome;
+}
+
+void Search::classify() {
+  equations_.linearise(state_.r.data(), state_.lambda.data());
+  if (equations_.stiffness().asymmetry() > symmetric_to) {
+    result_.status = Stability::NotConservative;
+    return;
+  }
+  inertia_ = find_inertia(equations_, state_.r, &newton_.solver());
+  result_.unstable_directions = inertia_.negative;
+  result_.zero_modes = inertia_.zero;
+  result_.rigid_zero_modes = inertia_.rigid_zero;
+  result_.lowest_omega2 = inertia_.lowest;
+  result_.status = inertia_.negative > 0                 ? Stability::Unstable
+                   : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
+                                                         : Stability::Stable;
+}
+
+/// Along the shape that gains most energy, to somewhere else.
+Outcome Search::leave_unstable() {
+  constexpr int most_times = 12;
+  constexpr double far = 0.05;  // of the scene's size
+  for (int time = 0; time < most_times && result_.status == Stability::Unstable; ++time) {
+    double longest = 0.0;
+    for (std::size_t i = 0; i < model_.num_moving(); ++i)
+      longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
+    const StaticState unstable = state_;
+    for (std::size_t i = 0; i < inertia_.shape.size(); ++i)
+      state_.r[i] += far * model_.scene_size / longest * inertia_.shape[i];
+    result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
+                               text(inertia_.lowest) + " 1/s^2)");
+    const Outcome outcome = search();
+    if (!outcome.ok()) {
+      state_ = unstable;
+      classify();
+      result_.left_out.push_back("beyond it " + outcome.what);
+      return {};
+    }
+    classify();
+  }
+  return {};
+}
+
+std::string Search::name_points_that_move() const {
+  std::vector<std::pair<double, Index>> moves;
+  for (std::size_t i = 0; i < inertia_.shape.size() / 3; ++i)
+    moves.push_back({-norm(load(inertia_.shape.data(), i)), model_.numbering.user_point[i]});
+  std::sort(moves.begin(), moves.end());
+  std::string names;
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, moves.size()); ++k)
+    names += (k > 0 ? ", " : "") + std::to_string(moves[k].second);
+  return names;
+}
+
+Outcome Search::run() {
+  if (model_.num_moving() == 0) {
+    result_.status = Stability::Stable;
+    return {};
+  }
+  if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
+    return {Status::NoSolution, "there is no equilibrium: " + load};
+  if (Outcome outcome = search(); !outcome.ok()) return outcome;
+  classify();
+  const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
+  if (may_leave) (void)leave_unstable();
+
+  const bool is_wanted = options_.accept == AcceptedEquilibria::Any || result_.status == Stability::Stable ||
+                         (options_.accept == AcceptedEquilibria::Marginal && result_.status == Stability::Marginal);
+  if (is_wanted) return {};
+  if (result_.status == Stability::NotConservative)
+    return {Status::NoSolution,
+            "the equilibrium is not accepted: some force has no potential, so that energy does not say whether it is "
+            "stable; \"accept\": \"any\" takes it"};
+  const bool is_marginal = result_.status == Stability::Marginal;
+  return {Status::NoSolution,
+          std::string("the equilibrium is not accepted: it is ") +
+              (is_marginal ? "marginal, with " + text_of_count(inertia_.zero - inertia_.rigid_zero, "zero mode") +
+                                 " beyond those of islands as a whole"
+                           : "unstable in " + text_of_count(inertia_.negative, "direction") + ", lowest omega^2 = " +
+                                 text(inertia_.lowest) + " 1/s^2; most move the points " + name_points_that_move())};
+}
+
+void Search::describe() {
+  std::vector<double> smallest;
+  if (model_.num_rows() > 0 && multipliers_.find(state_.r, prestress_, &smallest).ok()) {
+    const RankReport rank = multipliers_.rank(state_.r);
+    result_.multipliers_unique = rank.multipliers_unique;
+    for (const RowDependence& dependence : rank.dependences) result_.dependences.push_back(dependence.what);
+    result_.self_stress_states = rank.dependences.size() - (model_.num_rows() - model_.numbering.first_idle_row());
+    if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest}).force <=
+                                              std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale))
+      state_.lambda = std::move(smallest);
+  }
+  const StaticResidual residual = newton_.measure(state_);
+  result_.residual_force = residual.force;
+  result_.largest_force = residual.scale;
+  result_.violation = residual.violation;
+  result_.energy = equations_.energy(state_.r.data());
+}
+
+void Search::write() {
+  const std::size_t size = state_.r.size();
+  const auto scatter = [&](const std::vector<double>& inner, std::vector<double>* user) {
+    user->assign(size, 0.0);
+    std::vector<double> all = inner;
+    all.resize(size, 0.0);
+    model_.numbering.scatter_points(all, *user);
+  };
+  scatter(state_.r, &result_.positions);
+  std::vector<double> reactions(size), loads(size, 0.0);
+  model_.gather.reactions(model_.parallel, equations_.gradients().data(), state_.lambda.data(), reactions.data());
+  scatter(reactions, &result_.reactions);
+  for (std::size_t i = 3 * model_.num_moving(); i < size; ++i) loads[i] = reactions[i] + equations_.forces()[i];
+  scatter(loads, &result_.support_forces);
+  result_.multipliers.assign(model_.numbering.num_user_rows, 0.0);
+  model_.numbering.scatter_rows(state_.lambda, result_.multipliers);
+  if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.lowest_shape);
+}
+
+/// Points held rigid by prestress stand: they become supports, as in a Simulation.
+std::unique_ptr<Search> start_search(System system, const EquilibriumOptions& options, const StaticsInput& input,
+                                     EquilibriumResult* result) {
+  const std::vector<double> positions = system.positions;
+  std::vector<Index> all;
+  std::unique_ptr<Search> search;
+  for (;;) {
+    search = std::make_unique<Search>(system, options, input.prestress, result);
+    search->start_at(positions, nullptr);
+    const std::vector<Index> rigid = options.prestress.empty() ? search->find_rigid_points() : std::vector<Index>();
+    if (rigid.empty()) break;
+    all.insert(all.end(), rigid.begin(), rigid.end());
+    system.supports.push_back({"points held rigid by prestress", rigid, {}});
+  }
+  if (!all.empty())
+    result->left_out.push_back(text_of_count(all.size(), "point") + " from point " +
+                               std::to_string(*std::min_element(all.begin(), all.end())) +
+                               " on: held rigid by prestress between supports, the tension of their rods is not "
+                               "determined");
+  return search;
+}
+
+}  // namespace
+
+EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options) {
+  const QuietTraps quiet;
+  EquilibriumResult result;
+  StaticsInput input(system, options);
+  result.left_out = input.left_out;
+  result.method_used =
+      options.method == EquilibriumMethod::Descent ? EquilibriumMethod::Descent : EquilibriumMethod::Newton;
+
+  std::unique_ptr<Search> search;
+  for (int step = 1; step <= options.load_steps; ++step) {
+    const double factor = static_cast<double>(step) / static_cast<double>(options.load_steps);
+    System loaded = options.load_steps > 1 ? with_load(input.system, factor, options.at) : input.system;
+    std::optional<StaticState> before;
+    if (search) before = search->state();
+    if (search) loaded.supports = search->system().supports;
+    if (!search) {
+      search = start_search(std::move(loaded), options, input, &result);
+    } else {
+      const std::vector<double> positions = search->positions();
+      search = std::make_unique<Search>(std::move(loaded), options, input.prestress, &result);
+      search->start_at(positions, &before->lambda);
+    }
+    result.outcome = search->run();
+    if (!result.outcome.ok() && result.status == Stability::None) break;
+  }
+  search->describe();
+  search->write();
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,174 @@
+#include "statics/given_equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <random>
+
+#include "base/text.hpp"
+#include "dynamics/prestress_rigidity.hpp"
+#include "statics/kkt_solver.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Positions that a file keeps break the constraints by rounding, |xi|/|gradient|/length; more is another place.
+constexpr double allowed_violation = 1e-6;
+/// What self-stress may change in y'Wz of moves y, z, over what it changes in W: rounding.
+constexpr double allowed_change = 1e-8;
+
+constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
+
+void check_size(std::size_t found, std::size_t wanted, const char* name) {
+  if (found != wanted) {
+    throw InputError(
+        "", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) + " are needed");
+  }
+}
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+}  // namespace
+
+GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim& claim,
+                                   const EquilibriumOptions& options)
+    : input_(system, options),
+      work_(input_.system, options.solver, 0.0),
+      equations_(work_, options.at),
+      smallest_(equations_, options.solver),
+      r_(3 * model().num_points()),
+      lambda_(model().num_rows(), 0.0) {
+  check_size(claim.positions.size(), r_.size(), "positions");
+  model().numbering.gather_points(claim.positions, r_, model().parallel);
+  work_.set_time(options.at);
+  std::vector<double> velocities(r_.size());
+  work_.prescribe_all(options.at, r_.data(), velocities.data());
+  find_multipliers(claim.multipliers);
+}
+
+std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, const EquilibriumClaim& claim,
+                                                             const EquilibriumOptions& options) {
+  std::vector<std::string> left_out;
+  for (;;) {
+    auto state = std::make_unique<GivenEquilibrium>(system, claim, options);
+    const std::string complaint = state->find_complaint(claim.force_tolerance);
+    if (complaint.empty()) {
+      state->linearise(state->lambda_);
+      std::ranges::move(left_out, std::back_inserter(state->input_.left_out));
+      return state;
+    }
+    std::vector<Index> rigid;
+    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state->model().system, state->rank_);
+    if (rigid.empty()) throw InputError("", complaint);
+    left_out = {text_of_count(rigid.size(), "point") + " from point " + std::to_string(std::ranges::min(rigid)) +
+                " on: held rigid by prestress between supports, the tension of their rods is not determined"};
+    system.supports.push_back({"points held rigid by prestress", std::move(rigid), {}});
+  }
+}
+
+void GivenEquilibrium::find_multipliers(std::span<const double> given) {
+  const Numbering& numbering = model().numbering;
+  rank_.rank = equations_.num_rows();
+  rank_.degrees_of_freedom = equations_.size() - rank_.rank;
+  std::vector<double> prestress(lambda_.size());
+  for (std::size_t a = 0; a < lambda_.size(); ++a)
+    prestress[a] = input_.prestress[static_cast<std::size_t>(numbering.user_row[a])];
+  if (!lambda_.empty()) {
+    if (Outcome outcome = smallest_.find(r_, prestress, &lambda_); !outcome.ok()) throw InputError("", outcome.what);
+    if (model().may_lose_rank) rank_ = smallest_.rank(r_);
+  }
+  if (given.empty()) return;
+  check_size(given.size(), numbering.num_user_rows, "multipliers");
+  for (std::size_t a = 0; a < lambda_.size(); ++a) lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
+}
+
+std::string GivenEquilibrium::find_complaint(double force_tolerance) {
+  std::vector<double> g(equations_.size()), xi(lambda_.size());
+  const double scale = equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
+  if (!std::isfinite(scale)) throw InputError("", model().not_finite(equations_.time()).what);
+  if (equations_.violation() > allowed_violation) {
+    throw InputError("", "the positions are no equilibrium: they break the constraints by " +
+                             text(equations_.violation()) + " of a length" + advice);
+  }
+  std::size_t worst = 0;
+  const auto left = [&](std::size_t i) { return norm(load(g.data(), i)); };
+  for (std::size_t i = 1; i < model().num_moving(); ++i) {
+    if (left(i) > left(worst)) worst = i;
+  }
+  if (g.empty() || scale == 0.0) return {};
+  relative_residual_ = left(worst) / scale;
+  if (relative_residual_ <= force_tolerance) return {};
+  const Vec3 at = load(r_.data(), worst);
+  return "the positions are no equilibrium: nothing balances " + text(left(worst)) + " N at point " +
+         std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
+         text(at.z) + "), " + text(relative_residual_) + " of the largest force, where at most " +
+         text(force_tolerance) + " is allowed" + advice;
+}
+
+/// nu with K nu = 0: a dependence is one of unit gradients in the norm of M^-1.
+std::vector<double> GivenEquilibrium::self_stress(const RowDependence& dependence) const {
+  std::vector<double> squares(lambda_.size(), 0.0), result(lambda_.size(), 0.0);
+  for (const Incidence& incidence : model().incidences) {
+    squares[static_cast<std::size_t>(incidence.row)] +=
+        model().inverse_mass[static_cast<std::size_t>(incidence.point)] *
+        squared(load(equations_.gradients().data(), incidence.block));
+  }
+  for (std::size_t a = 0; a < lambda_.size(); ++a) {
+    const auto row = static_cast<std::size_t>(model().numbering.user_row[a]);
+    double coefficient = row == dependence.row ? 1.0 : 0.0;
+    for (const RowDependence::Term& term : dependence.terms) {
+      if (term.row == row) coefficient = -term.coefficient;
+    }
+    if (squares[a] > 0.0) result[a] = coefficient / std::sqrt(squares[a]);
+  }
+  return result;
+}
+
+/// Fixed-seed random x [3 moving] with K'x = 0: with so much mass that stiffness hardly counts, M x + K mu = M random.
+std::vector<std::vector<double>> GivenEquilibrium::random_moves(std::size_t count) {
+  std::mt19937 generator(7);
+  std::normal_distribution<double> normal;
+  const std::span<const double> masses(model().mass.data(), model().num_moving());
+  double shift = std::max(10.0 * equations_.stiffness().largest() / *std::ranges::min_element(masses), 1.0);
+  KktSolver kkt(equations_);
+  while (!kkt.factorize(shift) && std::isfinite(shift)) shift *= 10.0;
+  std::vector<std::vector<double>> moves(count, std::vector<double>(equations_.size()));
+  for (std::vector<double>& x : moves) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = model().mass[i / 3] * normal(generator);
+    std::vector<double> rows(lambda_.size(), 0.0);
+    (void)kkt.solve(x.data(), rows.data());
+    const double length = std::sqrt(dot(x, x));
+    for (double& value : x) value /= length;
+  }
+  return moves;
+}
+
+std::string GivenEquilibrium::find_ambiguous_stiffness() {
+  std::string names;
+  if (std::ranges::all_of(rank_.dependences, [](const RowDependence& each) { return each.terms.empty(); }) ||
+      degrees_of_freedom() == 0)
+    return names;
+  const std::vector<std::vector<double>> moves = random_moves(2);
+  std::vector<double> with(equations_.size()), without(equations_.size());
+  equations_.stiffness().multiply(moves[0].data(), without.data());
+  for (const RowDependence& dependence : rank_.dependences) {
+    if (dependence.terms.empty()) continue;
+    std::vector<double> lambda = self_stress(dependence);
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += lambda_[a];
+    linearise(lambda);
+    equations_.stiffness().multiply(moves[0].data(), with.data());
+    // y'(W(lambda + nu) - W(lambda))z
+    for (std::size_t i = 0; i < with.size(); ++i) with[i] -= without[i];
+    if (std::abs(dot(moves[1], with)) > allowed_change * std::sqrt(dot(with, with)))
+      names += (names.empty() ? "" : "; ") + dependence.what;
+  }
+  linearise(lambda_);
+  return names;
+}
+
+}  // namespace tanor

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/equilibrium.hpp>
+
+#include "statics/equilibrium_equations.hpp"
+#include "statics/smallest_multipliers.hpp"
+#include "statics/statics_input.hpp"
+
+namespace tanor {
+
+/// What somebody says about an equilibrium, in the user's order.
+struct EquilibriumClaim {
+  std::span<const double> positions;    ///< [3n]
+  std::span<const double> multipliers;  ///< [equations]; empty: the smallest ones of f + K lambda = 0
+  double force_tolerance;               ///< of the largest force
+};
+
+/// A system that stands in an equilibrium that somebody else has found, linearised there. Arrays are in the inner order.
+class GivenEquilibrium {
+ public:
+  /// Throws InputError where it is none, naming the worst point. Of `options` those that say what the system is count:
+  /// time, prestress, friction, solver. Points that nothing balances, but that rods under tension hold between
+  /// supports, become supports (find_prestress_rigid_points), as in find_equilibrium.
+  static std::unique_ptr<GivenEquilibrium> stand_at(System system, const EquilibriumClaim& claim,
+                                                    const EquilibriumOptions& options);
+  GivenEquilibrium(const System& system, const EquilibriumClaim& claim, const EquilibriumOptions& options);
+
+  const Model& model() const { return work_.model(); }
+  EquilibriumEquations& equations() { return equations_; }
+  const std::vector<double>& positions() const { return r_; }         ///< [3 points]
+  const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows]
+  double relative_residual() const { return relative_residual_; }     ///< largest |f + K lambda| over the largest force
+  const std::vector<std::string>& left_out() const { return input_.left_out; }
+  std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
+
+  /// K and W for other multipliers.
+  void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }
+  /// Names the rows whose multipliers forces do not determine, and that change Z'WZ; empty: none does.
+  std::string find_ambiguous_stiffness();
+
+ private:
+  void find_multipliers(std::span<const double> given);
+  /// Why it is no equilibrium; empty: it is one.
+  std::string find_complaint(double force_tolerance);
+  std::vector<double> self_stress(const RowDependence& dependence) const;
+  std::vector<std::vector<double>> random_moves(std::size_t count);
+
+  StaticsInput input_;
+  Workspace work_;
+  EquilibriumEquations equations_;
+  SmallestMultipliers smallest_;
+  std::vector<double> r_, lambda_;
+  double relative_residual_ = 0.0;
+  RankReport rank_;
+};
+
+}  // namespace tanor

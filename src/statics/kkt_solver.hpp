@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "factor/cholesky.hpp"
+#include "statics/equilibrium_equations.hpp"
+
+namespace tanor {
+
+/// Solves  [ W + s M  K ] [ x ]   [ a ]
+///         [ K'       0 ] [ y ] = [ b ]   for symmetric W, by a sparse Cholesky factor of
+///
+///   A = W + s M + K C K'      (C > 0 diagonal; Gould 1985: A is positive definite for large C where Z'(W + s M)Z is)
+///
+/// in a good order of elimination, and conjugate gradients on K'A^-1K y = K'A^-1(a + KCb) - b, whose matrix is nearly
+/// C^-1: two or three of them suffice. Residuals of the whole system refine the answer to rounding. Rows that depend on
+/// each other do no harm where b is consistent.
+class KktSolver {
+ public:
+  /// Reads `equations` where they were linearised last; these outlive the solver.
+  explicit KktSolver(const EquilibriumEquations& equations, Ordering ordering = Ordering::Auto);
+
+  /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
+  /// Z'WZ q = omega^2 Z'MZ q is at or below -s, and there is no factor.
+  [[nodiscard]] bool factorize(double shift);
+  /// (min/max diagonal of L)^2 of the last factor: A is singular to rounding where this is.
+  double reciprocal_condition() const { return reciprocal_condition_; }
+  /// x [size()] := a, y [rows of the model] := b on entry; the solution on return. Returns the residual of forces over
+  /// the largest force among a and the terms that it balances. `refinements`: how often the whole system is asked.
+  double solve(double* x, double* y, int refinements = 3);
+  /// |b - K'x| over |b| after the last solve: near 1 where rows that depend on each other want what no move can do.
+  double row_residual() const { return row_residual_; }
+
+  /// How many omega^2 lie below the given one, 1/s^2, by the signs of the pivots of A = L D L' (Sylvester). Empty: one
+  /// lies there to rounding, so that a pivot vanishes.
+  std::optional<std::size_t> count_below(double omega2);
+
+ private:
+  /// A block of A that a product of two blocks of K is added to.
+  struct Product {
+    int row, block_a, block_b;
+    double sign;
+    int slot;
+  };
+  void make_pattern(Ordering ordering);
+  int slot(int i, int j) const;
+  void assemble(double shift);
+  void expand(double* values) const;
+  void find_penalties(double shift);
+  void solve_shifted(double* x, double* y);
+  void apply_inverse(const double* from, double* to);
+
+  const EquilibriumEquations& equations_;
+  const Model& model_;
+  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
+  // have increasing rows, the diagonal last. Unknowns have the order of their points.
+  std::vector<int> place_;  // [moving point] -> place in the elimination
+  std::vector<int> start_, rows_;
+  std::vector<Block3> blocks_;
+  std::vector<int> stiffness_slots_;  // [block of W], -1: of the other triangle
+  std::vector<Product> products_;
+  TrianglePattern upper_;
+  std::vector<double> values_;
+  bool is_supernodal_ = false;
+  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one, where fronts factorize
+  std::optional<Cholesky> factor_;
+  std::vector<double> penalties_;  // C [row], N/m over squared gradients
+  double shift_ = 0.0, reciprocal_condition_ = 0.0, row_residual_ = 0.0;
+  std::vector<double> ordered_, force_, move_, product_, residual_, given_;      // scratch [size()]
+  std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_;  // scratch [rows]
+};
+
+}  // namespace tanor

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "statics/equilibrium_equations.hpp"
+#include "statics/kkt_solver.hpp"
+
+namespace tanor {
+
+/// Some modes of Z'WZ q = omega^2 Z'MZ q, K'Z = 0, in the inner order of points.
+struct ModeSet {
+  Outcome outcome;
+  Eigen::VectorXd omega2;   ///< increasing, 1/s^2
+  Eigen::MatrixXd shapes;   ///< x = Zq by columns, [3 moving points x modes], x'Mx = 1
+  double residual = 0.0;    ///< largest |M^-1/2 (W x + K mu - omega^2 M x)| over the largest |omega^2|
+  std::size_t solves = 0;   ///< with a factor of the KKT matrix
+};
+
+/// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K.
+class ModeFinder {
+ public:
+  /// Both outlive the finder.
+  ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms);
+
+  /// Of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 where nothing is stiff.
+  double scale() const { return scale_; }
+
+  /// s of the last search, 1/s^2.
+  double shift() const { return shift_; }
+
+  /// All of them, by a dense basis Z of what can move: for few freedoms.
+  ModeSet find_all();
+  /// The lowest `count`, at most half of the freedoms: by Lanczos' method on
+  ///
+  ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
+  ///
+  /// with -s just below the lowest omega^2. That none is missing, one of several equal ones for instance, is proven by
+  /// the number of negative pivots of a second factor (Sylvester's law of inertia); those that are missing are then
+  /// sought among what is orthogonal to the modes that were found.
+  ModeSet find_lowest(std::size_t count, double tolerance);
+
+ private:
+  class Operator;
+  struct Pairs {
+    Eigen::MatrixXd x, multipliers;  // columns; of the KKT matrix, K mu = M x - (W + s M) x
+  };
+
+  bool factorize_below_all(double first_shift);
+  void find_stiffness_scale();
+  Eigen::VectorXd solve(const Eigen::VectorXd& force, Eigen::VectorXd* multipliers);
+  Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
+  ModeSet refine(Eigen::MatrixXd x);
+  ModeSet rotate(Pairs pairs) const;
+  /// That so many modes lie below omega2.
+  struct Bound {
+    double omega2 = 0.0;
+    std::size_t modes = 0;
+  };
+  Bound choose_bound(const Eigen::VectorXd& omega2, std::size_t count) const;
+  Eigen::VectorXd rayleigh_quotients(const Eigen::MatrixXd& x) const;
+
+  const EquilibriumEquations& equations_;
+  KktSolver& kkt_;
+  std::size_t freedoms_;
+  Eigen::VectorXd mass_, root_mass_;  // [3 moving points]
+  double scale_ = 1.0;                // of omega^2, 1/s^2
+  double shift_ = 0.0;
+  std::size_t solves_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "statics/kkt_solver.hpp"
+
+namespace tanor {
+
+/// Where an iteration stands, in the inner order.
+struct StaticState {
+  std::vector<double> r;       // [3 points], m
+  std::vector<double> lambda;  // [rows]
+};
+
+/// How far from equilibrium a state is.
+struct StaticResidual {
+  double force = 0.0;      ///< largest |g| of a point, N
+  double scale = 0.0;      ///< the largest force there, N
+  double violation = 0.0;  ///< largest |xi|/|gradient|/length
+  std::size_t worst_point = 0;
+
+  double relative_force() const { return scale > 0.0 ? force / scale : 0.0; }
+};
+
+struct NewtonLimits {
+  double force_tolerance = 1e-10;
+  int max_iterations = 500;
+};
+
+/// Newton's method for g = 0, xi = 0, from far.
+///
+/// Near an equilibrium, where A = W + K C K' is positive definite and a full step makes the residual smaller, the step
+/// is Newton's own. Elsewhere it is one of a sequential quadratic program: W without what compressed rods take away,
+/// and with a tension sigma more in every rod, so that no rod turns by more than the linear model knows; accepted by
+/// the exact penalty U + nu'|xi| (Nocedal & Wright, chapter 18), after one or two corrections of second order, with the
+/// same factor, for the lengths that a turn changes. Sigma follows the ratio of what is gained to what was predicted.
+/// Where A is still indefinite, masses are added (Waechter & Biegler 2006). So it ends at minima, not at saddles.
+class NewtonDescent {
+ public:
+  NewtonDescent(EquilibriumEquations& equations, Ordering ordering)
+      : equations_(equations), model_(equations.model()), solver_(equations, ordering) {}
+
+  /// From `state`; ok: an equilibrium to the tolerance. `residuals`: of each iteration, N.
+  Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
+  const StaticResidual& residual() const { return residual_; }
+  int iterations() const { return iterations_; }
+  int factorizations() const { return factorizations_; }
+  KktSolver& solver() { return solver_; }
+  StaticResidual measure(const StaticState& state);
+
+ private:
+  struct Step {
+    std::vector<double> dr, dlambda;
+  };
+  bool try_newton(StaticState* state);
+  bool try_descent(StaticState* state);
+  Outcome explain(const StaticState& state, const char* why) const;
+  bool factorize(double shift);
+  void solve_step(Step* step);
+  void solve_consistent_step(Step* step);
+  void disturb(StaticState* state);
+  double merit(const std::vector<double>& r);
+  double find_tension() const;
+  void correct_lengths(std::vector<double>* r);
+  double violation_tolerance() const;
+  static double combined(const StaticResidual& residual) { return residual.relative_force() + residual.violation; }
+
+  EquilibriumEquations& equations_;
+  const Model& model_;
+  KktSolver solver_;
+  StaticResidual residual_;
+  std::vector<double> g_, xi_;     // at the state
+  std::vector<double> penalties_;  // nu [row]
+  double tension_ = 0.0;           // sigma, N
+  double mass_shift_ = 0.0;        // 1/s^2
+  int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,91 @@
+#include "statics/projected_descent.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/nearest_point.hpp"
+
+namespace tanor {
+
+namespace {
+
+// Bitzek et al. 2006, Table I.
+constexpr double growth = 1.1, shrinking = 0.5, first_mixing = 0.1, mixing_decay = 0.99;
+constexpr int patience = 5;
+/// Where Newton's method goes on: tangential force over the largest one.
+constexpr double near = 1e-3;
+
+}  // namespace
+
+Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals) {
+  Workspace& work = equations_.work();
+  const double t = equations_.time();
+  const std::size_t size = equations_.size();
+  Linearization linearization(work, {});
+  Residuals beside(work, linearization.blocks());
+  Projector projector(work, linearization, beside);
+  std::vector<double>& r = state->r;
+  if (model_.num_rows() > 0) {
+    const std::vector<double> given = r;
+    ProjectionReport start = NearestPoint(work, linearization, projector).find(t, r.data());
+    if (!start.outcome.ok()) {
+      // From a place of perfect symmetry nothing leads out of it.
+      for (std::size_t i = 0; i < size; ++i)
+        r[i] = given[i] + 0.1 * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+      start = NearestPoint(work, linearization, projector).find(t, r.data());
+    }
+    if (!start.outcome.ok()) return start.outcome;
+  }
+  std::vector<double> g(size), xi(model_.num_rows()), v(r.size(), 0.0), zero(model_.num_rows(), 0.0);
+  double dt = 0.0, longest_dt = 0.0, mixing = first_mixing;
+  int downhill = 0;
+  for (iterations_ = 0; iterations_ < limits.max_iterations; ++iterations_) {
+    if (Outcome outcome = multipliers_.find(r, zero, &state->lambda); !outcome.ok()) return outcome;
+    const double scale = equations_.evaluate(r.data(), state->lambda.data(), g.data(), xi.data());
+    double force = 0.0, power = 0.0, speed2 = 0.0, slope2 = 0.0, fastest = 0.0;
+    for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+      const Vec3 here = load(g.data(), i), b = load(v.data(), i), a = model_.inverse_mass[i] * here;
+      force = larger(force, norm(here));
+      fastest = std::max(fastest, norm(a));
+      power += dot(here, b);
+      speed2 += model_.mass[i] * dot(b, b);
+      slope2 += model_.mass[i] * dot(a, a);
+    }
+    residuals->push_back(force);
+    if (!std::isfinite(force + scale)) return model_.not_finite(t);
+    if (force <= near * scale) return {};
+    if (dt == 0.0) {
+      dt = 0.1 * std::sqrt(model_.smallest_length / fastest);
+      longest_dt = 10.0 * dt;
+    }
+    if (power > 0.0) {
+      if (++downhill > patience) {
+        dt = std::min(growth * dt, longest_dt);
+        mixing *= mixing_decay;
+      }
+    } else if (speed2 > 0.0) {
+      downhill = 0;
+      dt *= shrinking;
+      mixing = first_mixing;
+      std::fill(v.begin(), v.end(), 0.0);
+      speed2 = 0.0;
+    }
+    // v = (1 - mixing) v + mixing |v| a/|a| + dt a
+    const double towards = slope2 > 0.0 ? mixing * std::sqrt(speed2 / slope2) : 0.0;
+    for (std::size_t i = 0; i < size; ++i)
+      v[i] = (1.0 - mixing) * v[i] + (towards + dt) * model_.inverse_mass[i / 3] * g[i];
+    // At most a tenth of the shortest length at once.
+    const double longest = dt * model_.largest_norm(v.data());
+    const double step = dt * std::min(1.0, 0.1 * model_.smallest_length / std::max(longest, 1e-300));
+    for (std::size_t i = 0; i < size; ++i) r[i] += step * v[i];
+    if (model_.num_rows() == 0) continue;
+    if (Outcome outcome = linearization.update(t, r.data()); !outcome.ok()) return outcome;
+    if (ProjectionReport report = projector.project_positions(t, r.data()); !report.outcome.ok()) return report.outcome;
+    std::vector<double> rates(model_.num_rows());
+    (void)linearization.apply_transposed(v.data(), nullptr, rates.data());
+    linearization.correct(rates.data(), v.data());
+  }
+  return {};
+}
+
+}  // namespace tanor

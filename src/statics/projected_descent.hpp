@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/projector.hpp"
+#include "statics/newton_descent.hpp"
+#include "statics/smallest_multipliers.hpp"
+
+namespace tanor {
+
+/// Down the slope of the energy along xi = 0, as a motion that is slowed where it goes uphill (FIRE, Bitzek et al.
+/// 2006):
+///
+///   v += h (f + K lambda)/mass,   v turned towards the force,   r += h v put back onto xi = 0
+///
+/// with masses of the size of the stiffness that each point meets, so that one step serves all. It ends near an
+/// equilibrium; Newton's method goes on from there.
+class ProjectedDescent {
+ public:
+  ProjectedDescent(EquilibriumEquations& equations, SmallestMultipliers& multipliers)
+      : equations_(equations), model_(equations.model()), multipliers_(multipliers) {}
+
+  Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
+  int iterations() const { return iterations_; }
+
+ private:
+  EquilibriumEquations& equations_;
+  const Model& model_;
+  SmallestMultipliers& multipliers_;
+  int iterations_ = 0;
+};
+
+}  // namespace tanor

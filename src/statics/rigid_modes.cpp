@@ -1,0 +1,136 @@
+#include "statics/rigid_modes.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace tanor {
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Six motions of every island at once: shifts along the axes, and turns about its centre; all of unit size.
+struct RigidFields {
+  RigidFields(const std::vector<int>& island, const double* r);
+
+  std::vector<double> count;                 // [island] its points
+  std::array<std::vector<double>, 6> moves;  // [3 points]
+};
+
+RigidFields::RigidFields(const std::vector<int>& island, const double* r) : count(island.size(), 0.0) {
+  std::vector<Vec3> centre(island.size());
+  std::vector<double> radius(island.size(), 0.0);
+  const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island[i]); };
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    centre[own(i)] = centre[own(i)] + load(r, i);
+    count[own(i)] += 1.0;
+  }
+  const auto arm = [&](std::size_t i) { return load(r, i) - (1.0 / count[own(i)]) * centre[own(i)]; };
+  for (std::size_t i = 0; i < island.size(); ++i) radius[own(i)] = std::max(radius[own(i)], norm(arm(i)));
+  constexpr std::array<Vec3, 3> axes{Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}};
+  for (std::size_t k = 0; k < 6; ++k) {
+    moves[k].assign(3 * island.size(), 0.0);
+    for (std::size_t i = 0; i < island.size(); ++i) {
+      if (k < 3)
+        store(moves[k].data(), i, axes[k]);
+      else if (radius[own(i)] > 0.0)
+        store(moves[k].data(), i, (1.0 / radius[own(i)]) * cross(axes[k - 3], arm(i)));
+    }
+  }
+}
+
+/// The scalar products of six vectors at one place.
+template <class Product>
+void add_products(Matrix6* to, const Product& product) {
+  for (std::size_t a = 0; a < 6; ++a) {
+    for (std::size_t b = 0; b < 6; ++b) (*to)(static_cast<int>(a), static_cast<int>(b)) += product(a, b);
+  }
+}
+
+/// Dimension of the combinations that move points, and that nothing answers to.
+std::size_t count_unanswered(const Matrix6& moves, const Matrix6& answers, double nothing) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(moves);
+  Eigen::MatrixXd basis(6, 0);
+  for (int k = 0; k < 6; ++k) {
+    if (eigen.eigenvalues()[k] < 1e-10) continue;
+    basis.conservativeResize(6, basis.cols() + 1);
+    basis.rightCols(1) = eigen.eigenvectors().col(k) / std::sqrt(eigen.eigenvalues()[k]);
+  }
+  const Eigen::MatrixXd answer = basis.transpose() * answers * basis;
+  return static_cast<std::size_t>(
+      (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(answer).eigenvalues().array() < nothing).count());
+}
+
+}  // namespace
+
+std::vector<int> find_statics_islands(const EquilibriumEquations& equations) {
+  const StiffnessMatrix& W = equations.stiffness();
+  std::vector<int> parent(W.num_points());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      int& up = parent[static_cast<std::size_t>(i)];
+      i = up = parent[static_cast<std::size_t>(up)];
+    }
+    return i;
+  };
+  const auto join = [&](int i, int j) { parent[static_cast<std::size_t>(find(i))] = find(j); };
+  for (std::size_t i = 0; i < W.num_points(); ++i) {
+    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k)
+      join(static_cast<int>(i), W.columns()[static_cast<std::size_t>(k)]);
+  }
+  std::vector<int> first(equations.model().num_rows(), -1);
+  for (const Incidence& incidence : equations.model().incidences) {
+    if (static_cast<std::size_t>(incidence.point) >= parent.size()) continue;
+    int& own = first[static_cast<std::size_t>(incidence.row)];
+    own < 0 ? void(own = incidence.point) : join(own, incidence.point);
+  }
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = find(static_cast<int>(i));
+  return parent;
+}
+
+std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
+  const Model& model = equations.model();
+  const std::vector<int> island = find_statics_islands(equations);
+  const std::size_t n = island.size();
+  const RigidFields fields(island, r.data());
+  std::array<std::vector<double>, 6> images, rows;
+  for (std::size_t k = 0; k < 6; ++k) {
+    images[k].resize(3 * n);
+    rows[k].resize(model.num_rows());
+    equations.stiffness().multiply(fields.moves[k].data(), images[k].data());
+    equations.apply_transposed(fields.moves[k].data(), rows[k].data());
+  }
+  // u'u, and what answers to u: W u and K'u.
+  const double stiffness = std::max(equations.stiffness().largest(), 1e-300);
+  std::vector<Matrix6> moves(n, Matrix6::Zero()), answers(n, Matrix6::Zero());
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto own = static_cast<std::size_t>(island[i]);
+    add_products(&moves[own], [&](std::size_t a, std::size_t b) {
+      return dot(load(fields.moves[a].data(), i), load(fields.moves[b].data(), i)) / fields.count[own];
+    });
+    add_products(&answers[own], [&](std::size_t a, std::size_t b) {
+      return dot(load(images[a].data(), i), load(images[b].data(), i)) / (stiffness * stiffness);
+    });
+  }
+  std::vector<int> of_row(model.num_rows(), -1);
+  for (const Incidence& incidence : model.incidences) {
+    if (static_cast<std::size_t>(incidence.point) < n)
+      of_row[static_cast<std::size_t>(incidence.row)] = island[static_cast<std::size_t>(incidence.point)];
+  }
+  for (std::size_t row = 0; row < of_row.size(); ++row) {
+    if (of_row[row] < 0) continue;
+    add_products(&answers[static_cast<std::size_t>(of_row[row])],
+                 [&](std::size_t a, std::size_t b) { return rows[a][row] * rows[b][row]; });
+  }
+  constexpr double nothing = 1e-14;  // of squares
+  std::size_t result = 0;
+  for (std::size_t own = 0; own < n; ++own) {
+    if (fields.count[own] > 0.0) result += count_unanswered(moves[own], answers[own], nothing * fields.count[own]);
+  }
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/gradient_rank.hpp"
+#include "dynamics/linearization.hpp"
+#include "statics/equilibrium_equations.hpp"
+
+namespace tanor {
+
+/// The multipliers that come nearest to balancing the forces at one configuration, and what K says about them:
+///
+///   K lambda = -f   in the metric of M^-1, |lambda - given| as small as it can be where several serve.
+class SmallestMultipliers {
+ public:
+  SmallestMultipliers(EquilibriumEquations& equations, const SolverOptions& options)
+      : equations_(equations), linearization_(equations.work(), options), rank_(equations.work(), linearization_) {}
+
+  /// lambda [rows] at r [3 points]; `given` [rows].
+  Outcome find(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda);
+  /// The rank of K at r, where `find` was asked last.
+  RankReport rank(const std::vector<double>& r) { return rank_.report(r.data(), false); }
+
+ private:
+  EquilibriumEquations& equations_;
+  Linearization linearization_;
+  GradientRank rank_;
+};
+
+}  // namespace tanor

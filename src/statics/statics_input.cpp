@@ -1,0 +1,107 @@
+#include "statics/statics_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "base/text.hpp"
+#include "system/enum_check.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+void check_options(const EquilibriumOptions& options) {
+  check_enum(options.method, EquilibriumMethod::Descent, "/equilibrium/method");
+  check_enum(options.accept, AcceptedEquilibria::Any, "/equilibrium/accept");
+  const auto check_positive = [](double value, const char* where) {
+    if (!(value > 0.0) || !std::isfinite(value))
+      throw InputError(where, "found " + text(value) + ", wanted a positive number");
+  };
+  check_positive(options.force_tolerance, "/equilibrium/force_tolerance");
+  check_positive(options.max_iterations, "/equilibrium/max_iterations");
+  check_positive(options.load_steps, "/equilibrium/load_steps");
+  if (!std::isfinite(options.at)) throw InputError("/equilibrium/at", text(options.at) + " is not a time");
+}
+
+void leave_out_friction(System* system, bool ignore, std::vector<std::string>* left_out) {
+  for (std::size_t k = 0; k < system->friction.size(); ++k) {
+    const std::string name = friction_name(*system, k), kind(kind_name(system->friction[k]));
+    if (!std::holds_alternative<Viscous>(system->friction[k]) && !ignore)
+      throw InputError("/friction/" + std::to_string(k),
+                       name + " of kind " + kind + ": with friction a system rests in many places; " +
+                           R"("friction": "ignore" in /equilibrium finds where it rests without)");
+    left_out->push_back(name + ": friction (" + kind + ") takes no part in an equilibrium");
+  }
+  system->friction.clear();
+}
+
+void leave_out_coordinates(System* system, std::vector<std::string>* left_out) {
+  if (system->coordinates.empty()) return;
+  if (system->constraints.empty())
+    throw InputError("/coordinates",
+                     "an equilibrium is found with constraints: the same motion as /constraints is wanted");
+  left_out->push_back("coordinates: the constraints say the same");
+  system->coordinates.clear();
+}
+
+/// Tensions of named rods as multipliers, lambda = -T.
+std::vector<double> read_prestress(const System& system, const std::vector<Prestress>& prestress) {
+  std::vector<double> result(num_equations(system), 0.0);
+  for (std::size_t k = 0; k < prestress.size(); ++k) {
+    const std::string where = "/equilibrium/prestress/" + prestress[k].rods;
+    bool is_found = false;
+    std::size_t row = 0;
+    for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+      const auto [members, rows] = shape_of(system.constraints[g]);
+      if (constraint_name(system, g) == prestress[k].rods && std::holds_alternative<Rods>(system.constraints[g])) {
+        is_found = true;
+        const std::vector<double>& tensions = prestress[k].tensions;
+        if (tensions.size() != 1 && tensions.size() != members)
+          throw InputError(where, text_of_count(tensions.size(), "tension") + " for " + text_of_count(members, "rod") +
+                                      "; one for all or one each is right");
+        for (std::size_t i = 0; i < members; ++i) {
+          const double tension = tensions[tensions.size() == 1 ? 0 : i];
+          if (!std::isfinite(tension)) throw InputError(where, "a tension is not finite");
+          result[row + i] = -tension;
+        }
+      }
+      row += members * rows;
+    }
+    if (!is_found) throw InputError(where, "no constraint of kind rod has the name \"" + prestress[k].rods + "\"");
+  }
+  return result;
+}
+
+}  // namespace
+
+StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& options) : system(given) {
+  check_options(options);
+  validate(system, 0.0);
+  if (std::ranges::any_of(system.velocities, [](double v) { return v != 0.0; }))
+    left_out.push_back("velocities: an equilibrium is at rest");
+  system.velocities.clear();
+  leave_out_friction(&system, options.ignore_friction, &left_out);
+  leave_out_coordinates(&system, &left_out);
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    if (std::holds_alternative<Drag>(system.forces[k]))
+      left_out.push_back(force_name(system, k) + ": drag acts on what moves");
+  }
+  prestress = read_prestress(system, options.prestress);
+}
+
+System with_load(const System& system, double factor, double t) {
+  System result = system;
+  for (Force& force : result.forces) {
+    if (auto* gravity = std::get_if<Gravity>(&force)) {
+      for (double& a : gravity->acceleration) a *= factor;
+    } else if (auto* constant = std::get_if<ConstantForce>(&force)) {
+      const std::array<Jet<2>, 3> now = constant->force(t);
+      constant->force = Vector3{factor * now[0].value(), factor * now[1].value(), factor * now[2].value()};
+    }
+  }
+  return result;
+}
+
+}  // namespace tanor

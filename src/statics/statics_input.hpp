@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tanor/equilibrium.hpp>
+
+namespace tanor {
+
+/// The system that is searched, and what was taken out of it.
+struct StaticsInput {
+  /// Checks options; throws InputError.
+  StaticsInput(const System& given, const EquilibriumOptions& options);
+
+  System system;                      ///< at rest, without friction and coordinates
+  std::vector<double> prestress;      ///< [equations] lambda that is asked for; 0 elsewhere
+  std::vector<std::string> left_out;  ///< by name
+};
+
+/// With gravity and constant forces times `factor`, at t.
+System with_load(const System& system, double factor, double t);
+
+}  // namespace tanor

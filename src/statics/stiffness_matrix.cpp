@@ -1,0 +1,166 @@
+#include "statics/stiffness_matrix.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace tanor {
+
+StiffnessMatrix::StiffnessMatrix(Workspace& work)
+    : work_(work), model_(work.model()), point_positions_(model_.num_moving()), at_rest_(3 * model_.num_points(), 0.0) {
+  std::vector<Coupling> couplings = work_.forces.list_couplings();
+  num_springs_ = couplings.size();
+  const std::vector<Coupling> rods = work_.constraints.list_rods();
+  couplings.insert(couplings.end(), rods.begin(), rods.end());
+  for (const Coupling& coupling : couplings) couplings_.push_back({coupling, -1, -1});
+  make_pattern();
+  point_velocities_.resize(point_positions_.size());
+  coupling_positions_.resize(couplings_.size());
+  coupling_velocities_.resize(couplings_.size());
+}
+
+void StiffnessMatrix::make_pattern() {
+  std::vector<Influence> influences = work_.forces.list_influences();
+  num_energies_ = influences.size();
+  const std::vector<Influence> curved = work_.constraints.list_curved();
+  influences.insert(influences.end(), curved.begin(), curved.end());
+  influences_.resize(influences.size());
+
+  const int n = static_cast<int>(model_.num_moving());
+  std::vector<std::pair<int, int>> entries;
+  for (int i = 0; i < n; ++i) entries.push_back({i, i});
+  for (const auto& [i, j] : influences) {
+    if (i >= n || j >= n) continue;
+    entries.push_back({i, j});
+    entries.push_back({j, i});  // both triangles have one pattern
+  }
+  for (const CoupledBlocks& coupling : couplings_) {
+    const auto [i, j] = coupling.points;
+    if (i >= n || j >= n) continue;
+    entries.push_back({i, j});
+    entries.push_back({j, i});
+  }
+  std::sort(entries.begin(), entries.end());
+  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+  start_.assign(static_cast<std::size_t>(n) + 1, 0);
+  for (const auto& [i, j] : entries) {
+    ++start_[static_cast<std::size_t>(i) + 1];
+    columns_.push_back(j);
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) start_[i + 1] += start_[i];
+  blocks_.resize(columns_.size());
+
+  for (int i = 0; i < n; ++i) diagonal_.push_back(slot(i, i));
+  for (CoupledBlocks& coupling : couplings_) {
+    const auto [i, j] = coupling.points;
+    if (i >= n || j >= n) continue;
+    coupling.ij = slot(i, j);
+    coupling.ji = slot(j, i);
+  }
+  for (const auto& [i, j] : influences) influence_slots_.push_back(i < n && j < n ? slot(i, j) : -1);
+}
+
+int StiffnessMatrix::slot(int i, int j) const {
+  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(i)];
+  const auto end = columns_.begin() + start_[static_cast<std::size_t>(i) + 1];
+  return static_cast<int>(std::lower_bound(begin, end, j) - columns_.begin());
+}
+
+namespace {
+
+void add(double sign, const Block3& from, Block3* to) {
+  for (std::size_t entry = 0; entry < 9; ++entry) to->entries[entry] += sign * from.entries[entry];
+}
+
+}  // namespace
+
+/// With B the derivative of the force on j in r_j, W has -B at (i, i) and (j, j), and B at (i, j) and (j, i).
+void StiffnessMatrix::add_coupling(std::size_t k, const Block3& derivative) {
+  const auto& [points, ij, ji] = couplings_[k];
+  for (const int point : {points.i, points.j}) {
+    if (static_cast<std::size_t>(point) < diagonal_.size())
+      add(-1.0, derivative, &blocks_[static_cast<std::size_t>(diagonal_[static_cast<std::size_t>(point)])]);
+  }
+  if (ij < 0) return;
+  add(1.0, derivative, &blocks_[static_cast<std::size_t>(ij)]);
+  add(1.0, derivative, &blocks_[static_cast<std::size_t>(ji)]);
+}
+
+void StiffnessMatrix::evaluate(double t, const double* r, const double* lambda, Curvature curvature) {
+  work_.set_time(t);
+  const Parallel& parallel = model_.parallel;
+  std::fill(influences_.begin(), influences_.end(), Block3{});
+  work_.forces.evaluate_derivatives(parallel, t, r, at_rest_.data(), nullptr,
+                                    {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(),
+                                     coupling_velocities_.data(), influences_.data()});
+  work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
+  work_.constraints.evaluate_curvatures(r, lambda, influences_.data() + num_energies_);
+
+  std::fill(blocks_.begin(), blocks_.end(), Block3{});
+  for (std::size_t i = 0; i < diagonal_.size(); ++i)
+    add(-1.0, point_positions_[i], &blocks_[static_cast<std::size_t>(diagonal_[i])]);
+  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+    const Block3& derivative = coupling_positions_[k];
+    // -(T/L)(I - u u') of a rod has the trace -2 T/L.
+    const bool is_compressed = k >= num_springs_ && derivative(0, 0) + derivative(1, 1) + derivative(2, 2) > 0.0;
+    if (curvature == Curvature::Exact || !is_compressed) add_coupling(k, derivative);
+  }
+  for (std::size_t k = 0; k < influences_.size(); ++k) {
+    // Energies say df/dr, curved constraints -lambda Hess xi, which is a part of W already.
+    const double sign = k < num_energies_ ? -1.0 : 1.0;
+    if (influence_slots_[k] >= 0) add(sign, influences_[k], &blocks_[static_cast<std::size_t>(influence_slots_[k])]);
+  }
+}
+
+void StiffnessMatrix::add_tension(double tension, const double* r) {
+  constexpr double little = 1e-3;  // beside the scene's size: whole islands that float are held, too
+  std::vector<char> has_rod(num_points(), 0);
+  for (std::size_t k = num_springs_; k < couplings_.size(); ++k) {
+    const auto [i, j] = couplings_[k].points;
+    Block3 derivative;
+    derivative.add_identity(-tension / std::max(norm(load(r, j) - load(r, i)), little * model_.smallest_length));
+    add_coupling(k, derivative);
+    for (const int point : {i, j}) {
+      if (static_cast<std::size_t>(point) < has_rod.size()) has_rod[static_cast<std::size_t>(point)] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < num_points(); ++i)
+    blocks_[static_cast<std::size_t>(diagonal_[i])].add_identity((has_rod[i] != 0 ? little : 1.0) * tension /
+                                                                 model_.scene_size);
+}
+
+void StiffnessMatrix::multiply(const double* x, double* y) const {
+  model_.parallel.for_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3 sum{};
+      for (int k = start_[i]; k < start_[i + 1]; ++k)
+        sum = sum + blocks_[static_cast<std::size_t>(k)] * load(x, columns_[static_cast<std::size_t>(k)]);
+      store(y, i, sum);
+    }
+  });
+}
+
+double StiffnessMatrix::asymmetry() const {
+  double worst = 0.0;
+  for (int i = 0; i < static_cast<int>(num_points()); ++i) {
+    for (int k = start_[static_cast<std::size_t>(i)]; k < start_[static_cast<std::size_t>(i) + 1]; ++k) {
+      const Block3& block = blocks_[static_cast<std::size_t>(k)];
+      const Block3& other = blocks_[static_cast<std::size_t>(slot(columns_[static_cast<std::size_t>(k)], i))];
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+          worst = larger(worst, std::abs(block(row, column) - other(column, row)));
+      }
+    }
+  }
+  const double scale = largest();
+  return scale > 0.0 ? worst / scale : 0.0;
+}
+
+double StiffnessMatrix::largest() const {
+  double result = 0.0;
+  for (const Block3& block : blocks_) {
+    for (const double entry : block.entries) result = larger(result, std::abs(entry));
+  }
+  return result;
+}
+
+}  // namespace tanor

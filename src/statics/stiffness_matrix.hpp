@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/block3.hpp"
+#include "dynamics/workspace.hpp"
+
+namespace tanor {
+
+/// How forces and reactions answer to a small move of the points, at fixed lambda and t and at rest:
+///
+///   W = -df/dr - sum over rows a of lambda_a Hess xi_a      [3n x 3n], N/m, of the n moving points
+///
+/// The first part is the material stiffness, the second one the geometric stiffness, which is that of tensions. Stored
+/// as blocks of 3 x 3 numbers by rows of points, both triangles, in the inner order. W is symmetric where all forces
+/// have a potential.
+class StiffnessMatrix {
+ public:
+  explicit StiffnessMatrix(Workspace& work);
+
+  /// Convex leaves out what compressed rods take away, so that W is less often indefinite: far from an equilibrium that
+  /// leads downhill.
+  enum class Curvature { Exact, Convex };
+  /// W at (t, r, lambda); r [3 points], lambda [rows].
+  void evaluate(double t, const double* r, const double* lambda, Curvature curvature = Curvature::Exact);
+
+  /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between
+  /// its ends; where points have no rods, tension over the scene's size.
+  void add_tension(double tension, const double* r);
+
+  std::size_t num_points() const { return start_.size() - 1; }  ///< that move
+  std::size_t size() const { return 3 * num_points(); }
+  /// Blocks of point i: start()[i] … start()[i + 1] - 1, beside increasing columns().
+  std::span<const int> start() const { return start_; }
+  std::span<const int> columns() const { return columns_; }
+  std::span<const Block3> blocks() const { return blocks_; }
+
+  /// y = W x [size()].
+  void multiply(const double* x, double* y) const;
+  /// Largest |W - W'| over the largest |W|: beyond rounding, some force has no potential.
+  double asymmetry() const;
+  /// Largest |W_ij|, N/m.
+  double largest() const;
+
+ private:
+  void make_pattern();
+  int slot(int i, int j) const;
+  void add_coupling(std::size_t k, const Block3& derivative);
+
+  Workspace& work_;
+  const Model& model_;
+  std::vector<int> start_{0}, columns_;
+  std::vector<Block3> blocks_;
+  std::vector<int> diagonal_;  // [moving point] its own block
+
+  /// Of springs, then of rods; of tuples with an energy, then of curved constraints.
+  struct CoupledBlocks {
+    Coupling points;
+    int ij, ji;  // -1: one of them does not move
+  };
+  std::vector<CoupledBlocks> couplings_;
+  std::vector<int> influence_slots_;
+  std::size_t num_springs_, num_energies_;
+  std::vector<Block3> point_positions_, point_velocities_, coupling_positions_, coupling_velocities_, influences_;
+  std::vector<double> at_rest_;  // [3 points] velocities: 0
+};
+
+}  // namespace tanor

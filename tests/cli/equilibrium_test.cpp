@@ -1,0 +1,143 @@
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+/// Three rods between two supports, sagging; the bead spring is as long as it is drawn.
+const json hanging = json::parse(R"({
+  "tanor_scene": 1,
+  "points": {"positions": [[0,0,0], [0.7,0,-0.5], [1.5,0,-0.5], [2.2,0,0]], "velocities": [[0,0,0], [1,0,0], [0,0,0], [0,0,0]],
+             "masses": 2},
+  "supports": [{"points": [0, 3]}],
+  "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1], [1,2], [2,3]], "length": 0.9}],
+  "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
+             {"name": "air", "kind": "drag", "points": [1, 2], "linear": 0.1},
+             {"kind": "spring", "pairs": [[0,2]], "stiffness": 3, "rest_length": "initial"}],
+  "motion": {"t_end": 0.1}})");
+
+Ended find_in(const Folder& folder, const json& scene) {
+  write_text(folder / "s.json", scene.dump());
+  return run_program(folder, {"equilibrium", "s.json", "--out", "at_rest"});
+}
+
+TEST(EquilibriumTest, WritesTheAnswerOfTheContract) {
+  const Folder folder;
+
+  const Ended ended = find_in(folder, hanging);
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
+  const json& found = summary["equilibrium"];
+  EXPECT_EQ(found["status"], "stable");
+  EXPECT_EQ(found["unstable_directions"], 0);
+  EXPECT_LE(found["residual_force"].get<double>(), 1e-10 * found["largest_force"].get<double>());
+  EXPECT_LE(found["violation"].get<double>(), 1e-12);
+  EXPECT_TRUE(found["buckling_load_factor"].is_null());
+  EXPECT_TRUE(found["multipliers_unique"]);
+  const std::string left_out = summary["left_out"].dump();
+  EXPECT_NE(left_out.find("velocities"), std::string::npos);
+  EXPECT_NE(left_out.find("air"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder / "at_rest/equilibrium.xyz"));
+}
+
+TEST(EquilibriumTest, RunStaysAtTheSceneThatItWrites) {
+  const Folder folder;
+  ASSERT_EQ(find_in(folder, hanging).code, 0);
+
+  const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json before = json::parse(read_text(folder / "at_rest/summary.json"))["final"]["positions"];
+  const json after = json::parse(read_text(folder / "motion/summary.json"))["final"]["positions"];
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(after[i][k].get<double>(), before[i][k].get<double>(), 1e-9);
+  }
+}
+
+TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
+  const Folder folder;
+  const json net = json::parse(R"({
+    "tanor_scene": 1, "generate": {"kind": "net", "columns": 5, "rows": 4, "spacing": 0.1, "mass": 0.1},
+    "supports": [{"points": [0, 4]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "motion": {"t_end": 0.05}})");
+  ASSERT_EQ(find_in(folder, net).code, 0);
+
+  const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json after = json::parse(read_text(folder / "motion/summary.json"))["final"]["positions"];
+  EXPECT_NEAR(after[19][2].get<double>(), -0.3, 1e-9);
+}
+
+TEST(EquilibriumTest, ThatIsNotAcceptedIsExitCode3) {
+  const Folder folder;
+  json up = hanging;
+  up["points"] = {{"positions", {{0, 0, 0}, {0, 0, 1}, {0, 0, 2}}}, {"masses", 1}};
+  up["supports"] = {{{"points", {0}}}};
+  up["constraints"] = {{{"kind", "rod"}, {"pairs", {{0, 1}, {1, 2}}}}};
+  up["forces"] = {hanging["forces"][0]};
+  up["equilibrium"] = {{"method", "newton"}};
+
+  const Ended ended = find_in(folder, up);
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_NE(ended.err.find("unstable in 4 directions"), std::string::npos) << ended.err;
+  EXPECT_EQ(json::parse(read_text(folder / "at_rest/summary.json"))["equilibrium"]["status"], "unstable");
+}
+
+TEST(EquilibriumTest, ThatDoesNotExistIsExitCode3) {
+  const Folder folder;
+  json falling = hanging;
+  falling["supports"] = json::array();
+
+  const Ended ended = find_in(folder, falling);
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_NE(ended.err.find("gravity pulls the free island 0"), std::string::npos) << ended.err;
+}
+
+TEST(EquilibriumTest, BadInputIsNamedByItsPlace) {
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {R"({"tolerance": 1})", "/equilibrium/tolerance"},
+      {R"({"method": "simplex"})", "/equilibrium/method"},
+      {R"({"accept": true})", "/equilibrium/accept"},
+      {R"({"force_tolerance": 0})", "/equilibrium/force_tolerance"},
+      {R"({"max_iterations": 0.5})", "/equilibrium/max_iterations"},
+      {R"({"load_steps": 0})", "/equilibrium/load_steps"},
+      {R"({"at": "noon"})", "/equilibrium/at"},
+      {R"({"friction": "keep"})", "/equilibrium/friction"},
+      {R"({"prestress": 5})", "/equilibrium/prestress"},
+      {R"({"prestress": {"ropes": 5}})", "/equilibrium/prestress/ropes"},
+      {R"({"prestress": {"rods": [1, 2]}})", "/equilibrium/prestress/rods"}};
+  for (const auto& [entry, place] : wrong) {
+    const Folder folder;
+    json scene = hanging;
+    scene["equilibrium"] = json::parse(entry);
+
+    const Ended ended = find_in(folder, scene);
+
+    EXPECT_EQ(ended.code, 2) << entry;
+    EXPECT_NE(ended.err.find(place + ":"), std::string::npos) << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "at_rest"));
+  }
+}
+
+TEST(EquilibriumTest, FrictionIsRefusedUnlessItIsToBeIgnored) {
+  const Folder folder;
+  json rough = hanging;
+  rough["constraints"].push_back({{"name", "wall"}, {"kind", "plane"}, {"points", {1, 2}}, {"normal", {0, 1, 0}}});
+  rough["friction"] = {{{"kind", "coulomb"}, {"at", "wall"}, {"coefficient", 0.2}}};
+
+  const Ended refused = find_in(folder, rough);
+  rough["equilibrium"] = {{"friction", "ignore"}};
+  const Ended ignored = find_in(folder, rough);
+
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("/friction/0"), std::string::npos) << refused.err;
+  EXPECT_EQ(ignored.code, 0) << ignored.err;
+}
+
+}  // namespace
+}  // namespace tanor::cli

@@ -1,0 +1,141 @@
+#include <cmath>
+
+#include "cli/program.hpp"
+#include "report/npy.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+/// Two beads below a support, as they hang.
+constexpr const char* hanging_scene = R"({
+  "tanor_scene": 1, "name": "hanging",
+  "points": {"positions": [[0,0,0], [0,-1,0], [0,-2,0]], "masses": 2},
+  "supports": [{"points": [0]}],
+  "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1],[1,2]]}],
+  "forces": [{"name": "weight", "kind": "gravity", "acceleration": [0,-9.81,0]}],
+  "modes": {"count": 3}})";
+
+std::string replaced(std::string text, const std::string& old, const std::string& with) {
+  const std::size_t at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return text.replace(at, old.size(), with);
+}
+
+Ended run_modes(const Folder& folder, const std::string& scene, Words more = {}) {
+  write_text(folder / "s.json", scene);
+  Words words{"modes", "s.json", "--out", "answer"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_program(folder, words);
+}
+
+TEST(ModesTest, WritesFrequenciesAndShapes) {
+  const Folder folder;
+
+  const Ended ended = run_modes(folder, hanging_scene);
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json summary = read_json(folder / "answer/summary.json");
+  EXPECT_EQ(summary.at("degrees_of_freedom"), 4);
+  const json& modes = summary.at("modes");
+  ASSERT_EQ(modes.at("omega").size(), 3u);
+  // omega^2 = (g/l)(2 -+ sqrt 2), twice each
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double exact = std::sqrt(9.81 * (k < 2 ? 2.0 - std::sqrt(2.0) : 2.0 + std::sqrt(2.0)));
+    EXPECT_NEAR(modes.at("omega")[k].get<double>(), exact, 1e-12 * exact);
+    EXPECT_NEAR(modes.at("frequency_hz")[k].get<double>(), exact / (2.0 * std::acos(-1.0)), 1e-12 * exact);
+  }
+  EXPECT_LT(modes.at("residual_max").get<double>(), 1e-12);
+  const std::string shapes = read_text(folder / "answer" / modes.at("shapes").get<std::string>());
+  EXPECT_NE(shapes.find("'shape': (3, 3, 3)"), std::string::npos);
+}
+
+TEST(ModesTest, CountOnTheCommandLineReplacesThatOfTheScene) {
+  const Folder folder;
+
+  ASSERT_EQ(run_modes(folder, hanging_scene, {"--count", "all"}).code, 0);
+
+  EXPECT_EQ(read_json(folder / "answer/summary.json").at("modes").at("omega").size(), 4u);
+}
+
+TEST(ModesTest, DrawsEachModeForParaView) {
+  const Folder folder;
+
+  ASSERT_EQ(run_modes(folder, hanging_scene, {"--pictures"}).code, 0);
+
+  EXPECT_EQ(list_names(folder / "answer/mode_3").size(), 24u);
+  EXPECT_EQ(count(read_text(folder / "answer/mode_3.pvd"), "<DataSet"), 24u);
+  EXPECT_FALSE(std::filesystem::exists(folder / "answer/mode_4.pvd"));
+}
+
+TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
+  const Folder folder;
+  // One rod upright on a spring of 30 N/m: (m g/l) p = k.
+  std::string scene = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
+  scene = replaced(scene, "[[0,1],[1,2]]", "[[0,1]]");
+  scene = replaced(scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*(x1^2+z1^2)"}])");
+
+  ASSERT_EQ(run_modes(folder, replaced(scene, R"("count": 3)", R"("buckling": "weight")")).code, 0);
+
+  EXPECT_NEAR(read_json(folder / "answer/summary.json").at("buckling_load_factor").get<double>(), 30.0 / 19.62, 1e-12);
+}
+
+TEST(ModesTest, RefusesPositionsThatAreNoEquilibriumAndNamesTheWorstPoint) {
+  const Folder folder;
+
+  const Ended ended = run_modes(folder, replaced(hanging_scene, "[0,-2,0]", "[1,-1,0]"));
+
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_EQ(count(ended.err, "\n"), 1u) << ended.err;
+  EXPECT_NE(ended.err.find("no equilibrium"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("point 2"), std::string::npos) << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "answer"));
+}
+
+TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
+  const auto expect_refused = [](const std::string& modes, const std::string& pointer) {
+    const Folder folder;
+    const Ended ended = run_modes(folder, replaced(hanging_scene, R"({"count": 3})", modes));
+    EXPECT_EQ(ended.code, 2) << modes;
+    EXPECT_EQ(count(ended.err, "\n"), 1u) << ended.err;
+    EXPECT_NE(ended.err.find("s.json: " + pointer + ": "), std::string::npos) << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "answer"));
+  };
+  expect_refused(R"({"count": 0})", "/modes/count");
+  expect_refused(R"({"count": 2.5})", "/modes/count");
+  expect_refused(R"({"count": "many"})", "/modes/count");
+  expect_refused(R"({"number": 3})", "/modes/number");
+  expect_refused(R"({"damped": true})", "/modes/damped");
+  expect_refused(R"({"damped": 1})", "/modes/damped");
+  expect_refused(R"({"buckling": "wind"})", "/modes/buckling");
+  expect_refused(R"({"buckling": ["weight", "wind"]})", "/modes/buckling/1");
+  expect_refused(R"([])", "/modes");
+}
+
+TEST(ModesTest, RefusesAForceWithoutAPotential) {
+  const Folder folder;
+  // A follower load across the chain, which vanishes as it hangs.
+  const std::string scene = replaced(hanging_scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "formula", "points": [2], "x": "z"}])");
+
+  const Ended ended = run_modes(folder, scene);
+
+  EXPECT_EQ(ended.code, 3) << ended.err;
+  EXPECT_NE(ended.err.find("not conservative"), std::string::npos) << ended.err;
+  EXPECT_TRUE(read_json(folder / "answer/summary.json").at("modes").is_null());
+}
+
+TEST(ModesTest, RefusesFriction) {
+  const Folder folder;
+  const std::string scene = replaced(
+      replaced(hanging_scene, "\"constraints\": [", R"("constraints": [{"name": "wall", "kind": "plane", "points": [2], "normal": [0,0,1]}, )"),
+      "\"modes\"", R"("friction": [{"kind": "coulomb", "at": "wall", "coefficient": 0.2}], "modes")");
+
+  const Ended ended = run_modes(folder, scene);
+
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_NE(ended.err.find("/friction/0"), std::string::npos) << ended.err;
+}
+
+}  // namespace
+}  // namespace tanor::cli

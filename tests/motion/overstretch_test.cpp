@@ -1,0 +1,135 @@
+/// Motions that come to where an energy ends: the step is rejected, and the run ends with the tuple and the time.
+
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+#include <tanor/user_kernel.hpp>
+
+namespace tanor {
+namespace {
+
+/// A bead on the x axis, held by a rod at one support; a bond to another support that moves away: r = 1 + t/2.
+System make_pulled_bond(const Force& bond) {
+  System system;
+  system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0};
+  system.velocities.assign(9, 0.0);
+  system.masses = {1, 1, 1};
+  VectorFunction away;
+  away.components[0] = ScalarFunction::formula("t/2");
+  system.supports = {Support{"held", {0}, {}}, Support{"pull", {2}, away}};
+  system.constraints = {Rods{"rod", {{0, 1}}}};
+  system.forces = {bond};
+  return system;
+}
+
+class Overstretch : public testing::TestWithParam<Method> {};
+
+TEST_P(Overstretch, ABondBeyondItsLimitEndsTheRunWithItsPointsAndTheTime) {
+  const Bonds bond{"fene", {{1, 2}}, BondLaw::Fene, 5.0, {}, 1.5, {}, {}};
+  MotionOptions options{.method = GetParam(), .rtol = 1e-8};
+  if (GetParam() == Method::Rattle) options = {.method = Method::Rattle, .step = 0.01};
+  Simulation simulation(make_pulled_bond(bond), options);
+
+  const Outcome outcome = simulation.advance_to(2.0);
+
+  ASSERT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.what.find("fene: [1, 2]: the distance 1.5"), std::string::npos) << outcome.what;
+  EXPECT_NE(outcome.what.find("is not below the limit 1.5 at t = "), std::string::npos) << outcome.what;
+  EXPECT_NEAR(simulation.time(), 1.0, 0.02);
+  for (const double x : simulation.positions()) EXPECT_TRUE(std::isfinite(x));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Overstretch,
+                         testing::Values(Method::Dopri5, Method::Dop853, Method::Taylor, Method::Radau5,
+                                         Method::Rattle),
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
+
+/// Within its limit the same bond swings for good, and its energy is kept.
+TEST(FeneBond, SwingsBelowItsLimit) {
+  System system = make_pulled_bond(Bonds{"fene", {{1, 2}}, BondLaw::Fene, 5.0, {}, 1.5, {}, {}});
+  system.supports = {Support{"held", {0}, {}}};
+  system.constraints.clear();
+  system.velocities = {0, 0, 0, -1.2, 0, 0, 1.2, 0, 0};
+  Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-12, .atol = 1e-14});
+
+  ASSERT_TRUE(simulation.advance_to(20.0).ok());
+
+  EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-10);
+}
+
+/// An energy that depends on time does the work of its explicit dU/dt: k(t) = 1 + t/2 on a mass that is held.
+TEST(WorkOfPotentials, IsTheIntegralOfTheExplicitRate) {
+  System system;
+  system.positions = {0.3, 0, 0};
+  system.velocities = {0.2, 0, 0};
+  system.masses = {2.0};
+  system.forces = {Potential{"well", {{0}}, formula_potential("(1 + 0.5*t + 0.2*sin(3*t))*x1^2/2", 1), {}}};
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Radau5, Method::Dopri5}) {
+    Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-13});
+
+    ASSERT_TRUE(simulation.advance_to(3.0).ok());
+
+    const EnergyReport& energy = simulation.report().energy;
+    EXPECT_EQ(energy.work_of_forces, 0.0);
+    EXPECT_EQ(energy.now, energy.kinetic + energy.potential);
+    EXPECT_GT(std::abs(energy.work_of_potentials), 1e-3);
+    EXPECT_NEAR(energy.now - energy.start, energy.work_of_potentials, 1e-9) << name_of(method);
+  }
+}
+
+/// Charges have series and a Hessian, few as they are: each kind of method steps them, and to the same places.
+TEST(SmoothPairs, AllKindsOfMethodsAgree) {
+  System system;
+  system.positions = {0, 0, 0, 1, 0.1, 0, 0.2, 1.1, 0.3, -0.7, 0.4, 0.9};
+  system.velocities.assign(12, 0.0);
+  system.masses = {1, 2, 1, 3};
+  system.constraints = {Rods{"rod", {{0, 1}}}};
+  for (const PairForces& pairs : {PairForces{.law = PairLaw::Coulomb, .strength = 1.0, .charges = {1, 1, 2, 1}},
+                                  PairForces{.law = PairLaw::Yukawa, .strength = 2.0, .length = 0.7},
+                                  PairForces{.law = PairLaw::Morse, .depth = 1.0, .width = 1.5, .rest_length = 1.0}}) {
+    system.forces = {pairs};
+    Simulation reference(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
+    ASSERT_TRUE(reference.advance_to(1.0).ok());
+    for (const Method method : {Method::Taylor, Method::Radau5}) {
+      Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-13});
+      ASSERT_TRUE(simulation.advance_to(1.0).ok());
+      for (std::size_t i = 0; i < 12; ++i)
+        EXPECT_NEAR(simulation.positions()[i], reference.positions()[i], 1e-9) << name_of(method);
+      EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-9);
+    }
+  }
+}
+
+/// A damper between two points, and a third one that a support drags along: forces of tuples that read velocities and
+/// time have series and derivatives, and what they do is work.
+TEST(ForcesOnTuples, AllKindsOfMethodsAgree) {
+  System system;
+  system.positions = {0, 0, 0, 1, 0.1, 0, 0.2, 1.1, 0.3, -0.7, 0.4, 0.9};
+  system.velocities = {0, 0.3, 0, 0.05, -0.2, 0.4, 0.5, 0, 0, 0, 0, 0};
+  system.masses = {1, 2, 1, 3};
+  system.supports = {Support{"", {3}, {}}};
+  system.constraints = {Rods{"rod", {{0, 1}}}};
+  const std::vector<std::string> damper{"5*(vx2 - vx1)", "5*(vy2 - vy1)", "5*(vz2 - vz1)",
+                                        "5*(vx1 - vx2)", "5*(vy1 - vy2)", "5*(vz1 - vz2)"};
+  const std::vector<std::string> drag{"0", "sin(2*t)*(x2 - x1)", "0", "x1*y2", "-(1 + t)*y2", "-z2 + vz1"};
+  system.forces = {
+      FormulaForce{.name = "damper", .points = {}, .kernel = formula_tuple_force(damper), .tuples = {{0, 2}, {1, 2}}},
+      FormulaForce{.name = "drag", .points = {}, .kernel = formula_tuple_force(drag), .tuples = {{3, 0}}}};
+  Simulation reference(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
+  ASSERT_TRUE(reference.advance_to(1.0).ok());
+  for (const Method method : {Method::Taylor, Method::Radau5}) {
+    Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-13});
+    ASSERT_TRUE(simulation.advance_to(1.0).ok());
+    for (std::size_t i = 0; i < 12; ++i)
+      EXPECT_NEAR(simulation.positions()[i], reference.positions()[i], 1e-9) << name_of(method);
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-8) << name_of(method);
+  }
+  // The support carries what the tuple does to it: (0, sin(2 t) (x2 - x1), 0).
+  const auto r = reference.positions();
+  EXPECT_NEAR(reference.support_forces()[10], std::sin(2.0) * (r[0] - r[9]), 1e-12);
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,155 @@
+#!/usr/bin/python3
+"""tanor-mpi on 1, 2 and 4 ranks against tanor: the same summary; runs that go on on other numbers of ranks; failures.
+
+    check_program.py TANOR_MPI TANOR MPIRUN FOLDER
+"""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+PROGRAM, TANOR, MPIRUN, FOLDER = sys.argv[1:5]
+folder = pathlib.Path(FOLDER)
+failures = []
+
+
+def expect(holds, what):
+    if not holds:
+        failures.append(what)
+
+
+def run(ranks, arguments):
+    return subprocess.run([MPIRUN, "-n", str(ranks), PROGRAM, "run", *map(str, arguments)], capture_output=True,
+                          text=True, timeout=240, check=False)
+
+
+def summary_of(out):
+    return json.loads((out / "summary.json").read_text(encoding="utf-8"))
+
+
+def difference(a, b):
+    """Of nested lists of numbers, over the largest number."""
+    flat = lambda x: [y for each in x for y in flat(each)] if isinstance(x, list) else [x]
+    pairs = list(zip(flat(a), flat(b), strict=True))
+    return max(abs(x - y) for x, y in pairs) / max(1e-300, max(abs(y) for _, y in pairs))
+
+
+def write_scene(name, scene):
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps({"tanor_scene": 1} | scene), encoding="utf-8")
+    return path
+
+
+def net(side=8):
+    """A net that hangs from two corners."""
+    points = [[0.1 * i, 0.1 * j, 0.0] for i in range(side) for j in range(side)]
+    pairs = [[i * side + j, (i + 1) * side + j] for i in range(side - 1) for j in range(side)]
+    pairs += [[i * side + j, i * side + j + 1] for i in range(side) for j in range(side - 1)]
+    return {"name": "net", "points": {"positions": points, "masses": 0.1},
+            "supports": [{"points": [0, side * side - 1]}],
+            "constraints": [{"kind": "rod", "pairs": pairs}],
+            "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+            "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.04, "output_every": 0.02},
+            "solver": {"certificate": "off"}}
+
+
+def compare(name, scene, allowed):
+    """Runs on one rank by tanor, on 1, 2 and 4 by tanor-mpi."""
+    path = write_scene(name, scene)
+    serial = folder / f"{name}.serial"
+    done = subprocess.run([TANOR, "run", path, "--out", serial, "--quiet"], capture_output=True, text=True, check=False)
+    expect(done.returncode == 0, f"{name}: tanor: {done.stderr}")
+    wanted = summary_of(serial)
+    for ranks in (1, 2, 4):
+        out = folder / f"{name}.{ranks}"
+        done = run(ranks, [path, "--out", out, "--quiet"])
+        expect(done.returncode == 0, f"{name} on {ranks} ranks: {done.returncode} {done.stderr}")
+        if done.returncode != 0:
+            continue
+        found = summary_of(out)
+        expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
+        for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank", "t_reached"):
+            expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
+        for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
+            error = difference(found["final"][key], wanted["final"][key])
+            expect(error <= allowed, f"{name} on {ranks} ranks: {key} differ by {error}")
+        scale = max(1.0, abs(wanted["energy"]["end"]))
+        expect(abs(found["energy"]["end"] - wanted["energy"]["end"]) <= allowed * scale, f"{name}: energies differ")
+    return path, wanted
+
+
+def check_resume(path, wanted):
+    """Half of the motion on 2 ranks, the rest on 1 and on 4."""
+    for ranks in (1, 4):
+        out = folder / f"resumed.{ranks}"
+        first = run(2, [path, "--out", out, "--quiet", "--t-end", "0.02"])
+        expect(first.returncode == 0, f"first half: {first.stderr}")
+        second = run(ranks, [path, "--out", out, "--quiet", "--resume"])
+        expect(second.returncode == 0, f"second half on {ranks} ranks: {second.stderr}")
+        found = summary_of(out)
+        expect(found["steps"] == wanted["steps"], f"resumed on {ranks}: {found['steps']} steps, not {wanted['steps']}")
+        error = difference(found["final"]["positions"], wanted["final"]["positions"])
+        expect(error <= 1e-9, f"resumed on {ranks} ranks: positions differ by {error}")
+        head = (out / "trajectory.npy").read_bytes()[:128]
+        expect(f"({3}, {wanted['points']}, 3)".encode() in head, f"resumed on {ranks} ranks: frames {head}")
+
+
+def check_failures():
+    """One message, whatever the number of ranks; its exit code."""
+    flat = net(6)
+    flat["supports"] = [{"points": [0, 5]}]  # a straight row of rods between two supports
+    flat["motion"]["start"] = "project"
+    done = run(2, [write_scene("flat", flat), "--out", folder / "flat.2", "--quiet"])
+    expect(done.returncode == 3, f"dependent rods: {done.returncode}")
+    lines = [line for line in done.stderr.splitlines() if "stopped at" in line]
+    expect(len(lines) == 1 and ("depend" in lines[0] or "stalls" in lines[0]), f"dependent rods: {lines}")
+    wrong = net(6)
+    wrong["motion"]["step"] = -1.0
+    done = run(2, [write_scene("wrong", wrong), "--out", folder / "wrong.2"])
+    expect(done.returncode == 2, f"bad input: {done.returncode}")
+    lines = [line for line in done.stderr.splitlines() if line.startswith("tanor: ")]
+    expect(len(lines) == 1 and "/motion/step" in lines[0], f"bad input: {lines}")
+
+
+def clusters(count=30):
+    """Chains of 4 rods that fall beside each other, with a spring in each."""
+    points, pairs, springs = [], [], []
+    for k in range(count):
+        first = len(points)
+        points += [[1.0 * k + 0.1 * i, 0.03 * (i % 2), 0.0] for i in range(5)]
+        pairs += [[first + i, first + i + 1] for i in range(4)]
+        springs.append([first, first + 4])
+    return {"name": "clusters", "points": {"positions": points, "masses": 0.1},
+            "constraints": [{"kind": "rod", "pairs": pairs}],
+            "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+                       {"kind": "spring", "pairs": springs, "stiffness": 5.0, "rest_length": 0.3}],
+            "motion": {"t_end": 0.2, "rtol": 1e-9}, "solver": {"certificate": "off"}}
+
+
+def beads(count=12):
+    """Beads on rough inclines that stick and begin to slide under a growing pull: events."""
+    points = [[0.5 * k, 0.0, 0.0] for k in range(count)]
+    forces = [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+              {"kind": "constant", "points": list(range(count)), "force": {"formula": ["0.5*t", "0", "0"]}}]
+    return {"name": "beads", "points": {"positions": points, "masses": 0.1},
+            "constraints": [{"kind": "plane", "name": "floor", "points": list(range(count)), "normal": [0, 0, 1],
+                             "offset": 0.0}],
+            "forces": forces, "friction": [{"kind": "coulomb", "at": "floor", "coefficient": 0.2}],
+            "motion": {"method": "dop853", "t_end": 0.6, "rtol": 1e-9}, "solver": {"certificate": "off"}}
+
+
+def main():
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    path, wanted = compare("net", net(), 1e-9)
+    check_resume(path, wanted)
+    compare("clusters", clusters(), 1e-9)
+    compare("beads", beads(), 1e-9)
+    check_failures()
+    print("\n".join(failures) if failures else "tanor-mpi: every answer is that of tanor")
+    return 1 if failures else 0
+
+
+sys.exit(main())

@@ -1,0 +1,132 @@
+/// Systems that METIS cuts for the ranks of this run, against the same on one rank: mpirun -n P test_mpi. Ends with 1
+/// where an answer is wrong.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+#include "tanor_mpi.hpp"
+
+namespace {
+
+using namespace tanor;
+
+bool is_first(const MpiRanks& ranks) {
+  return ranks.rank() == 0;
+}
+
+/// The largest difference of own points from those of the whole, over the largest number there, on every rank.
+double difference(MpiRanks& ranks, const RankSystem& part, std::span<const double> own, std::span<const double> whole) {
+  double largest[2] = {0.0, 0.0};
+  for (const double each : whole) largest[1] = std::max(largest[1], std::abs(each));
+  for (std::size_t i = 0; i < part.num_owned; ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      largest[0] =
+          std::max(largest[0], std::abs(own[3 * i + c] - whole[3 * static_cast<std::size_t>(part.points[i]) + c]));
+  ranks.find_largest(largest);
+  return largest[0] / (largest[1] > 0.0 ? largest[1] : 1.0);
+}
+
+struct Checks {
+  MpiRanks& ranks;
+  int failures = 0;
+
+  void expect(bool holds, const std::string& what) {
+    double wrong[1] = {holds ? 0.0 : 1.0};
+    ranks.find_largest(wrong);
+    if (wrong[0] == 0.0) return;
+    ++failures;
+    if (is_first(ranks)) std::printf("wrong: %s\n", what.c_str());
+  }
+};
+
+MotionOptions options_of(Method method, double step) {
+  MotionOptions options;
+  options.method = method;
+  options.step = step;
+  options.start = StartMode::Project;
+  return options;
+}
+
+/// Accelerations at the start, and the state after a few steps.
+void compare(Checks* checks, const std::string& name, const System& system, MotionOptions options, double t_end) {
+  MpiRanks& ranks = checks->ranks;
+  Simulation whole(system, options, {.threads = 1});
+  const RankSystem part = take_part(system, assign_owners(system, ranks.size()), ranks);
+  Simulation own(part.system, part.part, options, {.threads = 1});
+  checks->expect(own.outcome().ok() && whole.outcome().ok(), name + ": " + own.outcome().what);
+  const double error = difference(ranks, part, own.accelerations(), whole.accelerations());
+  checks->expect(error <= 1e-12, name + ": accelerations differ by " + std::to_string(1e12 * error) + "e-12");
+  if (t_end == 0.0) return;
+  const bool is_fine = own.advance_to(t_end).ok() && whole.advance_to(t_end).ok();
+  checks->expect(is_fine, name + ": " + own.outcome().what);
+  checks->expect(own.report().steps == whole.report().steps, name + ": " + std::to_string(own.report().steps) +
+                                                                 " steps, not " + std::to_string(whole.report().steps));
+  const double moved = difference(ranks, part, own.positions(), whole.positions());
+  checks->expect(moved <= 1e-9, name + ": positions differ by " + std::to_string(1e9 * moved) + "e-9");
+}
+
+/// Ranks whose shared rows are spread over them, however few.
+class SpreadRanks final : public Ranks {
+ public:
+  explicit SpreadRanks(MPI_Comm communicator) : ranks_(communicator, 0) {}
+  int rank() const override { return ranks_.rank(); }
+  int size() const override { return ranks_.size(); }
+  void sum(std::span<double> numbers) override { ranks_.sum(numbers); }
+  void find_largest(std::span<double> numbers) override { ranks_.find_largest(numbers); }
+  void share(int from, std::string* text) override { ranks_.share(from, text); }
+  void exchange(std::span<const Message> messages) override { ranks_.exchange(messages); }
+  std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override {
+    return ranks_.make_shared_rows(num_rows, own);
+  }
+
+ private:
+  MpiRanks ranks_;
+};
+
+void compare_spread(Checks* checks, const System& system) {
+  SpreadRanks spread(MPI_COMM_WORLD);
+  const MotionOptions options = options_of(Method::Dop853, 0.0);
+  Simulation whole(system, options, {.threads = 1});
+  const RankSystem part = take_part(system, assign_owners(system, spread.size()), spread);
+  Simulation own(part.system, part.part, options, {.threads = 1});
+  checks->expect(own.outcome().ok(), "spread rows: " + own.outcome().what);
+  const double error = difference(checks->ranks, part, own.accelerations(), whole.accelerations());
+  checks->expect(error <= 1e-12, "spread rows: accelerations differ by " + std::to_string(1e12 * error) + "e-12");
+}
+
+/// Whole islands tell each other reductions alone.
+void compare_clusters(Checks* checks) {
+  MpiRanks& ranks = checks->ranks;
+  compare(checks, "clusters, taylor", scenes::make_clusters(40), options_of(Method::Taylor, 0.0), 0.05);
+  compare(checks, "clusters, rattle", scenes::make_clusters(40), options_of(Method::Rattle, 1e-3), 0.02);
+  const std::size_t messages = ranks.traffic().messages;
+  compare(checks, "clusters, dop853", scenes::make_clusters(40), options_of(Method::Dop853, 0.0), 0.05);
+  checks->expect(ranks.traffic().messages == messages, "clusters send messages");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int provided = 0;
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
+  int failures = 0;
+  {
+    MpiRanks ranks(MPI_COMM_WORLD);
+    Checks checks{ranks};
+    compare(&checks, "chain", scenes::make_chain(2000), options_of(Method::Dop853, 0.0), 0.0);
+    compare(&checks, "net", scenes::make_net(30, 24), options_of(Method::Rattle, 1e-3), 0.01);
+    compare(&checks, "net, dop853", scenes::make_net(9, 8), options_of(Method::Dop853, 0.0), 0.03);
+    compare(&checks, "lattice", scenes::make_lattice(7), options_of(Method::Rattle, 1e-3), 0.005);
+    compare_spread(&checks, scenes::make_net(20, 18));
+    compare_spread(&checks, scenes::make_lattice(6));
+    compare_clusters(&checks);
+    failures = checks.failures;
+  }
+  MPI_Finalize();
+  return failures > 0 ? 1 : 0;
+}

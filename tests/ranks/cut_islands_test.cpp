@@ -1,0 +1,261 @@
+/// Islands that lie on several ranks: the same accelerations, reactions, steps and motion as on one.
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "scenes.hpp"
+#include "thread_ranks.hpp"
+
+namespace tanor {
+namespace {
+
+using scenes::make_chain;
+using scenes::make_lattice;
+using scenes::make_net;
+
+/// Ranks along an axis, in pieces of equal length.
+std::vector<int> cut_along(const System& system, std::size_t axis, int num_ranks) {
+  std::vector<double> x;
+  for (std::size_t i = 0; i < system.num_points(); ++i) x.push_back(system.positions[3 * i + axis]);
+  const auto [low, high] = std::ranges::minmax(x);
+  std::vector<int> owner;
+  for (const double each : x)
+    owner.push_back(std::min(num_ranks - 1, static_cast<int>(num_ranks * (each - low) / (high - low) + 1e-9)));
+  return owner;
+}
+
+/// What a simulation ends with, of all points and equations.
+struct Ending {
+  std::vector<double> positions, velocities, accelerations, multipliers, reactions;
+  MotionReport report;
+  Outcome outcome;
+};
+
+SolverOptions one_thread() {
+  SolverOptions solver;
+  solver.threads = 1;
+  return solver;
+}
+
+Ending run_whole(const System& system, const MotionOptions& options, double t_end) {
+  Simulation simulation(system, options, one_thread());
+  if (t_end > 0.0) (void)simulation.advance_to(t_end);
+  const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
+  return {copy(simulation.positions()),
+          copy(simulation.velocities()),
+          copy(simulation.accelerations()),
+          copy(simulation.multipliers()),
+          copy(simulation.reactions()),
+          simulation.report(),
+          simulation.outcome()};
+}
+
+/// The same on ranks; every rank writes what it owns.
+Ending run_on_ranks(const System& system, const std::vector<int>& owner, int num_ranks, const MotionOptions& options,
+                    double t_end) {
+  Ending ending;
+  for (std::vector<double>* array : {&ending.positions, &ending.velocities, &ending.accelerations, &ending.reactions})
+    array->resize(3 * system.num_points());
+  ending.multipliers.resize(num_equations(system));
+  std::vector<MotionReport> reports(static_cast<std::size_t>(num_ranks));
+  std::vector<Outcome> outcomes(static_cast<std::size_t>(num_ranks));
+  ThreadWorld(num_ranks).run([&](Ranks& ranks) {
+    const RankSystem own = take_part(system, owner, ranks);
+    Simulation simulation(own.system, own.part, options, one_thread());
+    if (t_end > 0.0) (void)simulation.advance_to(t_end);
+    const std::size_t num_written = ranks.rank() == 0 ? own.points.size() - own.part.guests.size() : own.num_owned;
+    const auto write = [&](std::span<const double> from, std::vector<double>* to) {
+      for (std::size_t i = 0; i < num_written; ++i)
+        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                    to->begin() + 3 * static_cast<std::ptrdiff_t>(own.points[i]));
+    };
+    write(simulation.positions(), &ending.positions);
+    write(simulation.velocities(), &ending.velocities);
+    write(simulation.accelerations(), &ending.accelerations);
+    write(simulation.reactions(), &ending.reactions);
+    std::vector<char> is_elsewhere(own.equations.size(), 0);
+    for (const Part::SharedRow& row : own.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
+    for (std::size_t a = 0; a < own.equations.size(); ++a)
+      if (is_elsewhere[a] == 0) ending.multipliers[own.equations[a]] = simulation.multipliers()[a];
+    reports[static_cast<std::size_t>(ranks.rank())] = simulation.report();
+    outcomes[static_cast<std::size_t>(ranks.rank())] = simulation.outcome();
+  });
+  for (int rank = 1; rank < num_ranks; ++rank) {
+    const MotionReport& own = reports[static_cast<std::size_t>(rank)];
+    EXPECT_EQ(own.steps, reports[0].steps);
+    EXPECT_EQ(own.rejected, reports[0].rejected);
+    EXPECT_EQ(own.time, reports[0].time);
+    EXPECT_EQ(own.energy.now, reports[0].energy.now);
+    EXPECT_EQ(own.accuracy_warning, reports[0].accuracy_warning);
+    EXPECT_EQ(outcomes[static_cast<std::size_t>(rank)].what, outcomes[0].what);
+  }
+  ending.report = reports[0];
+  ending.outcome = outcomes[0];
+  return ending;
+}
+
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0.0, error = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    largest = std::max(largest, std::abs(b[k]));
+    error = std::max(error, std::abs(a[k] - b[k]));
+  }
+  return error / (largest > 0.0 ? largest : 1.0);
+}
+
+void expect_same_instant(const System& system, const std::vector<int>& owner, int num_ranks, double allowed) {
+  MotionOptions options;
+  options.start = StartMode::Project;
+  options.method = Method::Dop853;
+  const Ending expected = run_whole(system, options, 0.0), found = run_on_ranks(system, owner, num_ranks, options, 0.0);
+  ASSERT_TRUE(expected.outcome.ok()) << expected.outcome.what;
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_LE(difference(found.velocities, expected.velocities), allowed);
+  EXPECT_LE(difference(found.accelerations, expected.accelerations), allowed);
+  EXPECT_LE(difference(found.multipliers, expected.multipliers), allowed);
+}
+
+TEST(CutIslands, HaveTheAccelerationsAndMultipliersOfOneRank) {
+  System chain = make_chain(300);
+  System net = make_net(20, 17), lattice = make_lattice(8);
+  expect_same_instant(chain, cut_along(chain, 0, 2), 2, 1e-12);
+  expect_same_instant(chain, cut_along(chain, 0, 4), 4, 1e-12);
+  expect_same_instant(net, cut_along(net, 0, 2), 2, 1e-12);
+  expect_same_instant(lattice, cut_along(lattice, 2, 2), 2, 1e-12);
+}
+
+/// Each strip with its cut rods has more rods than freedoms.
+TEST(CutIslands, StripsThatAreSingularByThemselvesAreSolved) {
+  const System lattice = make_lattice(8);
+  expect_same_instant(lattice, cut_along(lattice, 0, 4), 4, 1e-12);
+}
+
+/// Owners that follow no geometry: a rank's part is in many pieces.
+TEST(CutIslands, AnyOwnersGiveTheSameAccelerations) {
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 12; ++trial) {
+    const System system = trial % 3 == 0 ? make_chain(12) : trial % 3 == 1 ? make_net(5, 4) : make_lattice(3);
+    const int num_ranks = 2 + trial % 3;
+    std::vector<int> owner(system.num_points());
+    for (int& rank : owner) rank = static_cast<int>(random() % static_cast<unsigned>(num_ranks));
+    for (int rank = 0; rank < num_ranks; ++rank) owner[static_cast<std::size_t>(3 + rank)] = rank;  // none is idle
+    SCOPED_TRACE(trial);
+    expect_same_instant(system, owner, num_ranks, 1e-11);
+  }
+}
+
+MotionOptions options_of(Method method, double step = 0.0) {
+  MotionOptions options;
+  options.method = method;
+  options.step = step;
+  options.rtol = 1e-9;
+  return options;
+}
+
+TEST(CutIslands, MoveAsOnOneRank) {
+  const System net = make_net(7, 6);
+  const std::vector<int> halves = cut_along(net, 0, 2), strips = cut_along(net, 1, 3);
+  for (const MotionOptions& options :
+       {options_of(Method::Rattle, 1e-3), options_of(Method::Rk4, 1e-3), options_of(Method::Rattle4, 1e-3),
+        options_of(Method::Dop853), options_of(Method::Dopri5)}) {
+    const Ending one = run_whole(net, options, 0.05);
+    ASSERT_TRUE(one.outcome.ok());
+    for (const auto& [owner, num_ranks] : {std::pair(halves, 2), std::pair(strips, 3)}) {
+      const Ending many = run_on_ranks(net, owner, num_ranks, options, 0.05);
+      ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
+      EXPECT_EQ(many.report.steps, one.report.steps) << name_of(options.method);
+      EXPECT_EQ(many.report.rejected, one.report.rejected);
+      EXPECT_LE(difference(many.positions, one.positions), 1e-9) << name_of(options.method);
+      EXPECT_LE(difference(many.velocities, one.velocities), 1e-9);
+      EXPECT_LE(many.report.position_violation, 1e-12);
+      EXPECT_NEAR(many.report.energy.now, one.report.energy.now, 1e-9 * one.report.energy.scale);
+    }
+  }
+}
+
+/// A support that moves, drag, a force of time: what is prescribed and what acts is a rank's own.
+TEST(CutIslands, DrivenChainsMoveAsOnOneRank) {
+  for (const System& chain : {scenes::make_shaken_chain(9), scenes::make_breathing_chain(9),
+                              scenes::make_chain_in_air(9), scenes::make_driven_chain(9)}) {
+    const MotionOptions options = options_of(Method::Dop853);
+    const Ending one = run_whole(chain, options, 0.2);
+    const Ending two = run_on_ranks(chain, cut_along(chain, 0, 2), 2, options, 0.2);
+    ASSERT_TRUE(two.outcome.ok()) << two.outcome.what;
+    EXPECT_NEAR(static_cast<double>(two.report.steps), static_cast<double>(one.report.steps), 1.0);
+    EXPECT_LE(difference(two.positions, one.positions), 1e-8);
+    const EnergyReport &a = one.report.energy, &b = two.report.energy;
+    EXPECT_NEAR(b.work_of_supports, a.work_of_supports, 1e-7 * a.scale);
+    EXPECT_NEAR(b.work_of_forces, a.work_of_forces, 1e-7 * a.scale);
+  }
+}
+
+TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
+  System flat = scenes::make_grid({6, 6, 1});  // a straight row of rods between two supports is redundant
+  flat.supports = {{"ends", {0, 5}, {}}};
+  const Ending ending = run_on_ranks(flat, cut_along(flat, 0, 2), 2, options_of(Method::Dop853), 0.0);
+  EXPECT_EQ(ending.outcome.status, Status::Singular);
+  EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
+}
+
+TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
+  const System springs = scenes::make_damped_chain(6);
+  const auto take = [](const System& system) {
+    ThreadWorld(2).run([&](Ranks& ranks) { (void)take_part(system, cut_along(system, 0, 2), ranks); });
+  };
+  EXPECT_THROW(take(springs), InputError);
+  EXPECT_THROW(take(scenes::make_melt(4)), InputError);
+}
+
+/// A run that two ranks saved goes on on one and on four.
+TEST(CutIslands, MotionGoesOnOnAnyNumberOfRanks) {
+  const System net = make_net(8, 5);
+  for (const MotionOptions& options : {options_of(Method::Rattle, 1e-3), options_of(Method::Dop853)}) {
+    std::vector<std::byte> progress;
+    std::vector<double> positions(3 * net.num_points()), velocities(positions.size());
+    const auto write = [](const RankSystem& own, std::span<const double> from, std::vector<double>* to) {
+      for (std::size_t i = 0; i < own.num_owned; ++i)
+        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                    to->begin() + 3 * static_cast<std::ptrdiff_t>(own.points[i]));
+    };
+    ThreadWorld(2).run([&](Ranks& ranks) {
+      const RankSystem own = take_part(net, cut_along(net, 0, 2), ranks);
+      Simulation simulation(own.system, own.part, options, one_thread());
+      ASSERT_TRUE(simulation.advance_to(0.04).ok());
+      if (ranks.rank() == 0) progress = simulation.save_progress();
+      write(own, simulation.positions(), &positions);
+      write(own, simulation.velocities(), &velocities);
+    });
+    for (const Index support : net.supports[0].points)
+      std::copy_n(net.positions.begin() + 3 * support, 3, positions.begin() + 3 * support);
+    const Ending straight = run_whole(net, options, 0.08);
+    for (const int num_ranks : {1, 4}) {
+      std::vector<double> end(positions.size());
+      std::size_t steps = 0;
+      ThreadWorld(num_ranks).run([&](Ranks& ranks) {
+        const RankSystem own = take_part(net, cut_along(net, 0, num_ranks), ranks);
+        Simulation simulation(own.system, own.part, options, one_thread());
+        std::vector<double> r, v;
+        for (const Index point : own.points) {
+          r.insert(r.end(), positions.begin() + 3 * point, positions.begin() + 3 * point + 3);
+          v.insert(v.end(), velocities.begin() + 3 * point, velocities.begin() + 3 * point + 3);
+        }
+        simulation.restore_progress(progress, r, v);
+        EXPECT_EQ(simulation.time(), 0.04);
+        ASSERT_TRUE(simulation.advance_to(0.08).ok());
+        write(own, simulation.positions(), &end);
+        if (ranks.rank() == 0) steps = simulation.report().steps;
+      });
+      for (const Index support : net.supports[0].points)
+        std::copy_n(net.positions.begin() + 3 * support, 3, end.begin() + 3 * support);
+      EXPECT_LE(difference(end, straight.positions), 1e-8);
+      EXPECT_NEAR(static_cast<double>(steps), static_cast<double>(straight.report.steps), 2.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tanor

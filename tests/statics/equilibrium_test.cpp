@@ -1,0 +1,339 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <tanor/equilibrium.hpp>
+
+namespace tanor {
+namespace {
+
+constexpr double g = 9.81;
+
+/// `count` rods of the given length between the supports at the ends; beads start on a parabola below the chord.
+System make_hanging_chain(int count, double length, double mass, Vector3 end, double sag) {
+  System system;
+  Rods rods{.name = "rods"};
+  for (int i = 0; i <= count; ++i) {
+    const double s = static_cast<double>(i) / count;
+    system.positions.insert(system.positions.end(), {s * end[0], s * end[1] - 4.0 * sag * s * (1.0 - s), 0.0});
+    system.masses.push_back(mass);
+    if (i < count) rods.pairs.push_back({i, i + 1});
+  }
+  rods.length.constants = {length};
+  system.constraints.push_back(rods);
+  system.supports.push_back({"", {0, count}, {}});
+  system.add_gravity({0.0, -g, 0.0});
+  return system;
+}
+
+/// Log e_{k+1}/e_k over log e_k/e_{k-1} of the last residuals above rounding.
+double observed_order(std::vector<double> residuals, double rounding) {
+  std::erase_if(residuals, [&](double e) { return e < rounding; });
+  const std::size_t n = residuals.size();
+  return std::log(residuals[n - 1] / residuals[n - 2]) / std::log(residuals[n - 2] / residuals[n - 3]);
+}
+
+// T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g: H and V_0 of 10 rods of 0.1 m between (0, 0) and (0.7, 0.25).
+TEST(Equilibrium, OfAChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
+  constexpr double H = 2.378492301432212934792583225, V0 = -3.044284345718873534849989889;
+
+  const EquilibriumResult found = find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2));
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.status, Stability::Stable);
+  for (int i = 0; i < 10; ++i) {
+    const double V = V0 + i * 0.1 * g;
+    EXPECT_NEAR(-found.multipliers[static_cast<std::size_t>(i)], std::hypot(H, V), 1e-10);
+  }
+  EXPECT_NEAR(found.positions[3], 0.06156673741177575710, 1e-11);
+  EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
+  EXPECT_NEAR(found.support_forces[0], H, 1e-10);
+  EXPECT_NEAR(found.support_forces[1], V0, 1e-10);
+  EXPECT_NEAR(std::sqrt(found.lowest_omega2), 6.313398211465762790, 1e-8);
+  EXPECT_GE(observed_order(found.residuals, 1e-12 * found.largest_force), 1.8);
+}
+
+TEST(Equilibrium, OfAChainThatStartsStraightBetweenItsSupportsIsTheSame) {
+  const EquilibriumResult found = find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.0));
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
+}
+
+TEST(Equilibrium, OfAChainByDescentIsTheSame) {
+  const EquilibriumResult found =
+      find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2), {.method = EquilibriumMethod::Descent});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.method_used, EquilibriumMethod::Descent);
+  EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
+}
+
+// MoorPy's case 4: 500 m of line, 400 m apart, 200 m high; N rods come near the catenary as 1/N^2.
+TEST(Equilibrium, OfALongMooringLineComesToMoorPysCatenary) {
+  constexpr int count = 2000;
+  constexpr double weight = 200.0;
+  System line = make_hanging_chain(count, 500.0 / count, weight * 500.0 / count / g, {400.0, 200.0, 0.0}, 150.0);
+
+  const EquilibriumResult found = find_equilibrium(line);
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.support_forces[0], 43694.60642855651631, 43694.6 * 1e-6);
+}
+
+System make_pendulum(Vector3 bead) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, bead[0], bead[1], bead[2]};
+  system.masses = {1.0, 2.0};
+  system.supports.push_back({"", {0}, {}});
+  system.constraints.push_back(Rods{.name = "rods", .pairs = {{0, 1}}});
+  system.add_gravity({0.0, 0.0, -g});
+  return system;
+}
+
+TEST(Equilibrium, OfAPendulumIsBelow) {
+  const EquilibriumResult found = find_equilibrium(make_pendulum({0.5, 0.0, 0.0}));
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.positions[5], -0.5, 1e-12);
+  EXPECT_NEAR(-found.multipliers[0], 2.0 * g, 1e-10);
+  EXPECT_NEAR(found.lowest_omega2, g / 0.5, 1e-9);
+}
+
+TEST(Equilibrium, ThatIsUnstableIsReportedWhereAnyIsAccepted) {
+  const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.accept = AcceptedEquilibria::Any});
+
+  ASSERT_TRUE(found.outcome.ok());
+  EXPECT_EQ(found.status, Stability::Unstable);
+  EXPECT_EQ(found.unstable_directions, 2u);
+  EXPECT_EQ(found.iterations, 0);
+  EXPECT_NEAR(found.lowest_omega2, -g / 0.5, 1e-9);
+}
+
+TEST(Equilibrium, ThatIsUnstableIsLeftForAStableOne) {
+  const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}));
+
+  ASSERT_TRUE(found.outcome.ok());
+  EXPECT_NEAR(found.positions[5], -0.5, 1e-12);
+}
+
+TEST(Equilibrium, ThatIsUnstableIsRefusedByNewtonsMethodAlone) {
+  const EquilibriumResult found =
+      find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.method = EquilibriumMethod::Newton});
+
+  EXPECT_EQ(found.outcome.status, Status::NoSolution);
+  EXPECT_NE(found.outcome.what.find("unstable in 2 directions"), std::string::npos) << found.outcome.what;
+}
+
+/// Rods above each other, each bead held to the vertical by k/2 (x^2 + y^2).
+System make_inverted_chain(int count, double stiffness) {
+  System system;
+  Rods rods{.name = "rods"};
+  Potential springs{.name = "springs"};
+  springs.kernel = formula_potential("k/2*(x1^2+y1^2)", 1, {{"k", stiffness}});
+  for (int i = 0; i <= count; ++i) {
+    system.positions.insert(system.positions.end(), {0.0, 0.0, 0.1 * i});
+    system.masses.push_back(0.1);
+    if (i == 0) continue;
+    rods.pairs.push_back({i - 1, i});
+    springs.points.push_back({i});
+  }
+  system.constraints.push_back(rods);
+  system.forces.push_back(springs);
+  system.supports.push_back({"", {0}, {}});
+  system.add_gravity({0.0, 0.0, -g});
+  return system;
+}
+
+// Stable where k > (m g/l) x_max, x_max the largest zero of Laguerre's polynomial; omega^2 = k/m - (g/l) x.
+TEST(Equilibrium, OfAnInvertedChainOnSpringsIsStableBeyondTheCriticalStiffness) {
+  for (const auto& [count, critical] : {std::pair{1, 9.81}, {2, 33.49343504688006}, {5, 124.0062562823454}}) {
+    const EquilibriumResult stiff = find_equilibrium(make_inverted_chain(count, 1.25 * critical));
+    EXPECT_TRUE(stiff.outcome.ok()) << stiff.outcome.what;
+    EXPECT_NEAR(stiff.lowest_omega2, 0.25 * critical / 0.1, 1e-9 * critical);
+
+    const EquilibriumResult soft =
+        find_equilibrium(make_inverted_chain(count, 0.9 * critical), {.accept = AcceptedEquilibria::Any});
+    EXPECT_EQ(soft.unstable_directions, 2u);  // one in each plane
+    EXPECT_NEAR(soft.lowest_omega2, -0.1 * critical / 0.1, 1e-9 * critical);
+  }
+}
+
+TEST(Equilibrium, AtTheCriticalStiffnessIsMarginal) {
+  const EquilibriumResult found = find_equilibrium(make_inverted_chain(1, 9.81), {.method = EquilibriumMethod::Newton});
+
+  EXPECT_EQ(found.status, Stability::Marginal);
+  EXPECT_EQ(found.zero_modes, 2u);
+  EXPECT_EQ(found.outcome.status, Status::NoSolution);
+}
+
+/// A bead on an ellipsoid, with gravity and a spring of length 0 to a point.
+System make_bead_on_ellipsoid(Vector3 start) {
+  System system;
+  system.positions = {start[0], start[1], start[2]};
+  system.masses = {2.0};
+  system.constraints.push_back(UserConstraints{
+      .name = "ellipsoid", .tuples = {{0}}, .kernel = formula_constraint("(x1/1.5)^2 + y1^2 + (z1/0.7)^2 - 1", 1)});
+  system.forces.push_back(
+      Potential{.points = {{0}}, .kernel = formula_potential("20*((x1-0.5)^2+(y1-0.3)^2+(z1-0.6)^2)", 1)});
+  system.add_gravity({0.0, 0.0, -g});
+  return system;
+}
+
+TEST(Equilibrium, OnAnEllipsoidIsTheOnlyMinimumFromAnywhere) {
+  for (const Vector3& start : {Vector3{-1.4, 0.1, 0.3}, {0.0, -1.0, 0.1}, {0.2, 0.1, -0.7}, {2.0, 2.0, 2.0}}) {
+    const EquilibriumResult found = find_equilibrium(make_bead_on_ellipsoid(start));
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_NEAR(found.positions[0], 0.6050419427761517912, 1e-9);
+    EXPECT_NEAR(found.multipliers[0], 7.812495449882627, 1e-8);
+    EXPECT_NEAR(found.energy, 11.62579896111221685, 1e-9);
+    EXPECT_NEAR(found.lowest_omega2, 10.75180293881470877, 1e-8);
+  }
+}
+
+TEST(Equilibrium, OnAnEllipsoidThatIsAMaximumHasTwoUnstableDirections) {
+  const EquilibriumResult found =
+      find_equilibrium(make_bead_on_ellipsoid({-1.482476750916294567, -0.1493380449916554513, -0.02130125908724319901}),
+                       {.accept = AcceptedEquilibria::Any});
+
+  EXPECT_EQ(found.unstable_directions, 2u);
+  EXPECT_NEAR(found.lowest_omega2, -102.4247958744150931, 1e-6);
+}
+
+// Thomson's problem: charges on a sphere, sum of lambda = -U, three turns of the whole.
+TEST(Equilibrium, OfChargesOnASphereHasThreeRigidZeroModes) {
+  for (const auto& [count, energy] :
+       {std::pair{4, 3.674234614174767}, {6, 9.985281374238570}, {12, 49.16525305762880}}) {
+    System system;
+    Spheres spheres{.name = "sphere", .center = Vector3{}, .radius = {}};
+    spheres.radius.constants = {1.0};
+    for (int i = 0; i < count; ++i) {  // a spiral
+      const double z = 1.0 - 2.0 * (i + 0.5) / count, angle = 2.4 * i, radius = std::sqrt(1.0 - z * z);
+      system.positions.insert(system.positions.end(), {radius * std::cos(angle), radius * std::sin(angle), z});
+      system.masses.push_back(1.0);
+      spheres.points.push_back(i);
+    }
+    system.constraints.push_back(spheres);
+    system.forces.push_back(PairForces{.law = PairLaw::Coulomb, .strength = 1.0, .charges = {1.0}});
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_NEAR(found.energy, energy, 1e-10);
+    EXPECT_EQ(found.zero_modes, 3u);
+    EXPECT_EQ(found.rigid_zero_modes, 3u);
+    double sum = 0.0;
+    for (const double lambda : found.multipliers) sum += lambda;
+    EXPECT_NEAR(sum, -energy, 1e-9);
+  }
+}
+
+/// A flat net whose first row has supports at both ends: that row is straight and cannot sag.
+TEST(Equilibrium, OfANetFromAFlatStartHangsFromItsStraightRow) {
+  constexpr int n = 12;
+  System system;
+  Rods rods{.name = "rods"};
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column < n; ++column) {
+      system.positions.insert(system.positions.end(), {0.1 * column, 0.1 * row, 0.0});
+      system.masses.push_back(0.1);
+      const int point = row * n + column;
+      if (column > 0) rods.pairs.push_back({point - 1, point});
+      if (row > 0) rods.pairs.push_back({point - n, point});
+    }
+  }
+  system.constraints.push_back(rods);
+  system.supports.push_back({"", {0, n - 1}, {}});
+  system.add_gravity({0.0, 0.0, -g});
+
+  const EquilibriumResult found = find_equilibrium(system, {.solver = {.threads = 1}});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_LE(found.residual_force, 1e-10 * found.largest_force);
+  for (int point = 0; point < n * n; ++point)
+    EXPECT_NEAR(found.positions[static_cast<std::size_t>(3 * point + 2)], -0.1 * (point / n), 1e-9);
+  EXPECT_TRUE(std::ranges::any_of(found.left_out, [](const std::string& what) {
+    return what.find("held rigid by prestress") != std::string::npos;
+  }));
+}
+
+TEST(Equilibrium, OfAFreeIslandUnderGravityDoesNotExist) {
+  System system = make_pendulum({0.5, 0.0, 0.0});
+  system.positions.insert(system.positions.end(), {3.0, 0.0, 0.0, 4.0, 0.0, 0.0});
+  system.masses.insert(system.masses.end(), {1.0, 1.0});
+  std::get<Rods>(system.constraints[0]).pairs.push_back({2, 3});
+
+  const EquilibriumResult found = find_equilibrium(system);
+
+  EXPECT_EQ(found.status, Stability::None);
+  EXPECT_NE(found.outcome.what.find("gravity pulls the free island 1 (of point 2)"), std::string::npos)
+      << found.outcome.what;
+}
+
+// A bead in the middle of a straight wire: omega^2 = 2 T/(m l) across it, by the tension that is given alone.
+TEST(Equilibrium, OfAStraightWireIsStiffByItsPrestress) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.masses = {1.0, 2.0, 1.0};
+  system.supports.push_back({"", {0, 2}, {}});
+  system.constraints.push_back(Rods{.name = "wire", .pairs = {{0, 1}, {1, 2}}});
+
+  const EquilibriumResult found = find_equilibrium(system, {.prestress = {{"wire", {10.0}}}});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.self_stress_states, 1u);
+  EXPECT_NEAR(-found.multipliers[0], 10.0, 1e-12);
+  EXPECT_NEAR(found.lowest_omega2, 2.0 * 10.0 / (2.0 * 0.5), 1e-10);
+}
+
+TEST(Equilibrium, UnderAForceWithoutPotentialIsNotConservative) {
+  System system;
+  system.positions = {0.3, -0.2, 0.1};
+  system.masses = {1.0};
+  system.forces.push_back(FormulaForce{.points = {0}, .kernel = formula_force({"1-x-2*y^3-y", "x-y", "-z"})});
+
+  const EquilibriumResult refused = find_equilibrium(system);
+  const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+
+  EXPECT_EQ(refused.status, Stability::NotConservative);
+  EXPECT_FALSE(refused.outcome.ok());
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.positions[0], found.positions[1], 1e-10);  // x = y, 2 x + 2 x^3 = 1
+  EXPECT_NEAR(2.0 * found.positions[0] + 2.0 * std::pow(found.positions[0], 3), 1.0, 1e-9);
+}
+
+std::string refusal(const System& system, const EquilibriumOptions& options = {}) {
+  try {
+    (void)find_equilibrium(system, options);
+  } catch (const InputError& error) {
+    return error.where();
+  }
+  return "accepted";
+}
+
+TEST(Equilibrium, RefusesWhatItCannotAnswerByItsPlace) {
+  System rough = make_pendulum({0.5, 0.0, 0.0});
+  rough.constraints.push_back(Planes{.name = "floor", .points = {1}, .normal = Vector3{0, 1, 0}});
+  rough.friction.push_back(Coulomb{.at = {"floor"}, .coefficient = 0.1});
+  EXPECT_EQ(refusal(rough), "/friction/0");
+  EXPECT_EQ(refusal(rough, {.ignore_friction = true}), "accepted");
+  EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.force_tolerance = 0.0}), "/equilibrium/force_tolerance");
+  EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.max_iterations = 0}), "/equilibrium/max_iterations");
+  EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.load_steps = 0}), "/equilibrium/load_steps");
+  EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.prestress = {{"cable", {1.0}}}}), "/equilibrium/prestress/cable");
+  EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.prestress = {{"rods", {1.0, 2.0}}}}), "/equilibrium/prestress/rods");
+}
+
+TEST(Equilibrium, InLoadStepsIsTheSame) {
+  const EquilibriumResult found =
+      find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2), {.load_steps = 3});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
+}
+
+}  // namespace
+}  // namespace tanor
