@@ -74,7 +74,8 @@ TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
   // One rod upright on a spring of 30 N/m: (m g/l) p = k.
   std::string scene = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
   scene = replaced(scene, "[[0,1],[1,2]]", "[[0,1]]");
-  scene = replaced(scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*(x1^2+z1^2)"}])");
+  scene = replaced(scene, "-9.81,0]}]",
+                   R"json(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*(x1^2+z1^2)"}])json");
 
   ASSERT_EQ(run_modes(folder, replaced(scene, R"("count": 3)", R"("buckling": "weight")")).code, 0);
 
@@ -116,7 +117,8 @@ TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
 TEST(ModesTest, RefusesAForceWithoutAPotential) {
   const Folder folder;
   // A follower load across the chain, which vanishes as it hangs.
-  const std::string scene = replaced(hanging_scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "formula", "points": [2], "x": "z"}])");
+  const std::string scene =
+      replaced(hanging_scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "formula", "points": [2], "x": "z"}])");
 
   const Ended ended = run_modes(folder, scene);
 
@@ -127,9 +129,10 @@ TEST(ModesTest, RefusesAForceWithoutAPotential) {
 
 TEST(ModesTest, RefusesFriction) {
   const Folder folder;
-  const std::string scene = replaced(
-      replaced(hanging_scene, "\"constraints\": [", R"("constraints": [{"name": "wall", "kind": "plane", "points": [2], "normal": [0,0,1]}, )"),
-      "\"modes\"", R"("friction": [{"kind": "coulomb", "at": "wall", "coefficient": 0.2}], "modes")");
+  const std::string scene =
+      replaced(replaced(hanging_scene, "\"constraints\": [",
+                        R"("constraints": [{"name": "wall", "kind": "plane", "points": [2], "normal": [0,0,1]}, )"),
+               "\"modes\"", R"("friction": [{"kind": "coulomb", "at": "wall", "coefficient": 0.2}], "modes")");
 
   const Ended ended = run_modes(folder, scene);
 
