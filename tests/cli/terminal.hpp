@@ -44,7 +44,7 @@ inline Ended run_on_terminal(const Folder& folder, const Words& arguments, const
     ended.out.append(bytes, static_cast<std::size_t>(taken));
     if (!type) continue;
     const std::string keys = type(ended.out);
-    if (!keys.empty()) EXPECT_EQ(write(terminal, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+    EXPECT_EQ(write(terminal, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
   }
   int status = 0;
   waitpid(process, &status, 0);

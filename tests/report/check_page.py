@@ -29,7 +29,7 @@ def hostile_scene(folder: pathlib.Path) -> pathlib.Path:
 def endless_scene(folder: pathlib.Path) -> pathlib.Path:
     """The pendulum in small steps, for hours."""
     scene = json.loads((ROOT / "examples/pendulum.json").read_text())
-    scene["motion"] = {"method": "rk4", "step": 1e-4, "t_end": 1e6, "output_every": 0.1}
+    scene["motion"] = {"method": "rk4", "step": 1e-4, "t_end": 1e5, "output_every": 0.1}
     path = folder / "endless.json"
     path.write_text(json.dumps(scene))
     return path

@@ -2,6 +2,29 @@ import uPlot from "uplot";
 import { words, type PageData } from "./data";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+// uPlot has ticks down to 1e-24 and looks for others without end.
+const least_shown = 1e-20;
+
+/** Logarithmic from power of ten to power of ten, two different ones. */
+const logarithmic: uPlot.Scale = {
+  distr: 3,
+  range: (_, least, most) => {
+    if (!(least > 0 && most >= least_shown)) return [0.1, 1];
+    const low = Math.floor(Math.log10(Math.max(least, least_shown)) + 1e-9), high = Math.ceil(Math.log10(most) - 1e-9);
+    return [10 ** low, 10 ** Math.max(high, low + 1)];
+  },
+};
+
+/** Numbers that differ by their rounding alone get an axis on which they are equal: there are no ticks between them. */
+const linear: uPlot.Scale = {
+  range: (_, least, most) => {
+    const size = Math.max(Math.abs(least), Math.abs(most)), margin = Math.max(1e-3 * size, 1e-15);
+    return most - least > Math.max(1e-12 * size, least_shown) ? uPlot.rangeNum(least, most, 0.1, true) : [least - margin, most + margin];
+  },
+};
+
+/** As page.css has them on the time line of the view. */
+const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent" };
 const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b"];
 
 /** Histories over the time of the motion. All share the time of the view, and a click goes there. */
@@ -17,7 +40,7 @@ export class Charts {
     this.add("Violation, largest so far", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
     this.add("Conditioning, smallest so far", [["reciprocal condition", "reciprocal_condition"]], "", true);
     this.add("Step", [["step", "step"]], "s", true);
-    if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction", [["iterations an instant", "friction_iterations"]], "", false);
+    if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction iterations", [["an instant", "friction_iterations"]], "", false);
     this.addErrorTime(data.error_time);
   }
 
@@ -27,9 +50,16 @@ export class Charts {
     this.host.replaceChildren();
   }
 
+  /** Puts the bar of the view there, and the values of that time into the legends. */
   stand(time: number): void {
     this.time = time;
-    for (const plot of this.plots) plot.redraw(false, false);
+    const times = this.data.history.t as number[];
+    let idx = 0;
+    while (idx + 1 < times.length && times[idx + 1] <= time) ++idx;
+    for (const plot of this.plots) {
+      plot.redraw(false, false);
+      plot.setLegend({ idx });
+    }
   }
 
   private card(title: string): HTMLElement {
@@ -52,7 +82,10 @@ export class Charts {
     const common = { stroke: style("--soft"), grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, font: "11px system-ui, sans-serif" };
     // Lines at powers of ten alone.
     const filter = (_: uPlot, splits: number[]) => splits.map((y) => (!isLog || (y > 0 && Number.isInteger(+Math.log10(y).toFixed(9))) ? y : null));
-    return [{ ...common }, { ...common, grid: { ...common.grid, filter },  size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : isLog ? tick.toExponential(0) : String(+tick.toPrecision(6)))) }];
+    // 0.1 is not 0.30000000000000004, and 0.0000025 would not fit beside the axis.
+    const isLong = (tick: number) => tick !== 0 && (Math.abs(tick) < 1e-3 || Math.abs(tick) >= 1e5);
+    const short = (tick: number) => (isLog || isLong(tick) ? (+tick.toPrecision(3)).toExponential() : String(+tick.toPrecision(6)));
+    return [{ ...common, size: 30 }, { ...common, grid: { ...common.grid, filter }, size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) }];
   }
 
   private add(title: string, series: [string, string][], unit: string, isLog: boolean): void {
@@ -64,7 +97,7 @@ export class Charts {
     const plot = new uPlot({
       width: card.clientWidth - 34, height: 190, pxAlign: 0,
       cursor: { sync: { key: "time" }, y: false, drag: { x: false, y: false } },
-      scales: { x: { time: false }, y: isLog ? { distr: 3 } : {} },
+      scales: { x: { time: false }, y: isLog ? logarithmic : linear },
       axes: this.axes(isLog),
       series: [{ label: "t / s", value: (_, t) => (t === null ? "" : words(t)) },
         ...series.map(([label], k) => ({ label, stroke: strokes[k], width: 1.6, points: { show: false }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
@@ -85,7 +118,7 @@ export class Charts {
       ctx.fillRect(x - width / 2, bbox.top + bbox.height - height, width, height);
     };
     ctx.save();
-    for (const event of this.data.events) bar(event.t, style("--warn"), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
+    for (const event of this.data.events) bar(event.t, style(colourOfEvent[event.kind]), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
     bar(this.time, style("--accent"), 1.5 * devicePixelRatio, bbox.height);
     ctx.restore();
   }
@@ -102,7 +135,7 @@ export class Charts {
     const card = this.card("Error (m) against run time (s), by method");
     const all = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
     new uPlot({
-      width: card.clientWidth - 34, height: 190, scales: { x: { time: false, distr: 3 }, y: { distr: 3 } }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
+      width: card.clientWidth - 34, height: 190, scales: { x: { time: false, ...logarithmic }, y: logarithmic }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
       cursor: { drag: { x: false, y: false } },
       series: [{ label: "run time / s", value: (_, x) => (x === null ? "" : words(x)) }, ...methods.map((label, k) => ({ label, stroke: all[k % all.length], width: 1.6, spanGaps: true, points: { show: true, size: 6 }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
     }, [points.map((p) => p.wall), ...methods.map((method) => points.map((p) => (p.method === method ? p.error : null)))] as uPlot.AlignedData, card);

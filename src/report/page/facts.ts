@@ -2,6 +2,8 @@ import type { PageData } from "./data";
 import { words } from "./data";
 import { fillList, find, make } from "./dom";
 
+const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
+
 /** What was proven, in a word or two. */
 function describeCertificate(run: any): string {
   if (run.is_running) return "at the end";
@@ -15,7 +17,7 @@ export function fillHeadline({ run, motion }: PageData): void {
   const done = run.t_end > 0 ? run.t_reached / run.t_end : 1;
   document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
   find("scene").textContent = run.scene;
-  find("what").textContent = `${run.points} points, ${motion.rods} rods, ${run.equations} equations, ${run.islands} islands · ${run.method} · tanor ${run.version}`;
+  find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}, ${count(run.islands, "island")} · ${run.method} · tanor ${run.version}`;
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
   find("done-words").textContent = `The run goes on: ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${words(run.wall.total, "s")}. This is its state when the page was written.`;

@@ -5,7 +5,21 @@ import {
 } from "three";
 import type { Guide } from "./data";
 
-const ribbonVertex = `
+/** What is far away takes on the colour of the ground, so that a crowd has depth; shared by all materials of a view. */
+export const makeHaze = (ground: number[], most: number) => ({
+  ground: { value: new Vector3(...ground) },
+  haze: { value: new Vector3(0, 1, most) }, // distances at which it begins and is full, and how full
+});
+export type Haze = ReturnType<typeof makeHaze>;
+const hazeVertex = `
+uniform vec3 haze; out float far;
+void veil(float distance) { far = haze.z * clamp((distance - haze.x) / (haze.y - haze.x), 0.0, 1.0); }`;
+const hazeFragment = `
+precision highp float;
+uniform vec3 ground; in float far; out vec4 colour;
+void paint(vec3 lit) { colour = vec4(mix(lit, ground, far), 1.0); }`;
+
+const ribbonVertex = `${hazeVertex}
 in vec3 corner;  // part of the way from a to b, side, pixels back from b for heads
 in vec3 a; in vec3 b; in vec3 tint;
 uniform vec2 screen; uniform float width; uniform float least; uniform float head;
@@ -19,12 +33,12 @@ void main() {
   float pixels = max(least, width * projectionMatrix[1][1] * screen.y / c.w);
   vec2 shift = side * corner.y * pixels * (corner.z > 0.0 ? 2.6 : 1.0) - along * min(head * max(corner.z, -corner.z), size);
   c.xy += shift / screen * c.w;
+  veil(c.w);
   gl_Position = c; shade = tint; across = corner.z > 0.0 ? 0.0 : corner.y * 2.0;
 }`;
-const ribbonFragment = `
-precision highp float;
-in vec3 shade; in float across; out vec4 colour;
-void main() { colour = vec4(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across))), 1.0); }`;
+const ribbonFragment = `${hazeFragment}
+in vec3 shade; in float across;
+void main() { paint(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across)))); }`;
 
 /** Bands that face the eye from a to b, some pixels or some metres wide: rods, and arrows where `hasHeads`. */
 export class Ribbons {
@@ -35,7 +49,7 @@ export class Ribbons {
   private geometry = new InstancedBufferGeometry();
   private material: ShaderMaterial;
 
-  constructor(readonly count: number, width: number, least: number, hasHeads = false) {
+  constructor(readonly count: number, width: number, least: number, haze: Haze, hasHeads = false) {
     // A shaft; with a head, the shaft ends where that begins (z < 0), and the head is a triangle (z > 0 at its foot).
     const end = hasHeads ? -1 : 0;
     const corners = [0, -0.5, 0, 0, 0.5, 0, 1, -0.5, end, 1, 0.5, end];
@@ -53,7 +67,7 @@ export class Ribbons {
     this.geometry.instanceCount = count;
     this.material = new ShaderMaterial({ glslVersion: GLSL3, vertexShader: ribbonVertex, fragmentShader: ribbonFragment,
       side: DoubleSide, uniforms: { screen: { value: new Vector2(1, 1) }, width: { value: width }, least: { value: least },
-        head: { value: 11 } } });
+        head: { value: 11 }, ...haze } });
     this.mesh = new Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = false;
   }
@@ -61,22 +75,22 @@ export class Ribbons {
   update(): void { for (const name of ["a", "b", "tint"]) this.geometry.getAttribute(name).needsUpdate = true; }
 }
 
-const beadVertex = `
+const beadVertex = `${hazeVertex}
 in vec3 tint; uniform float height; uniform float radius; uniform float least; out vec3 shade;
 void main() {
   vec4 p = viewMatrix * vec4(position, 1.0);
   gl_Position = projectionMatrix * p;
   gl_PointSize = max(least, radius * projectionMatrix[1][1] * height / gl_Position.w);
   shade = tint;
+  veil(gl_Position.w);
 }`;
-const beadFragment = `
-precision highp float;
-in vec3 shade; out vec4 colour;
+const beadFragment = `${hazeFragment}
+in vec3 shade;
 void main() {
   vec2 q = 2.0 * gl_PointCoord - 1.0; float s = dot(q, q);
   if (s > 1.0) discard;
   float light = 0.55 + 0.45 * max(0.0, dot(vec3(q.x, -q.y, sqrt(1.0 - s)), vec3(-0.35, 0.6, 0.72)));
-  colour = vec4(shade * light, 1.0);
+  paint(shade * light);
 }`;
 
 /** Points as small lit balls. */
@@ -87,7 +101,7 @@ export class Beads {
   private geometry = new BufferGeometry();
   private material: ShaderMaterial;
 
-  constructor(count: number, radius: number, least: number) {
+  constructor(count: number, radius: number, least: number, haze: Haze) {
     const add = (name: string) => {
       const attribute = new BufferAttribute(new Float32Array(3 * count), 3);
       attribute.setUsage(DynamicDrawUsage);
@@ -96,7 +110,7 @@ export class Beads {
     };
     [this.positions, this.tint] = [add("position"), add("tint")];
     this.material = new ShaderMaterial({ glslVersion: GLSL3, vertexShader: beadVertex, fragmentShader: beadFragment,
-      uniforms: { height: { value: 1 }, radius: { value: radius }, least: { value: least } } });
+      uniforms: { height: { value: 1 }, radius: { value: radius }, least: { value: least }, ...haze } });
     this.mesh = new Points(this.geometry, this.material);
     this.mesh.frustumCulled = false;
   }

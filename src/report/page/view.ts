@@ -1,7 +1,7 @@
 import { Group, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Arrays, Motion } from "./data";
-import { Beads, Ribbons, drawGuide } from "./shapes";
+import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
 
 export interface Theme {
   pushed: [number, number, number];
@@ -13,23 +13,26 @@ export interface Theme {
   normal: [number, number, number];
   tangent: [number, number, number];
   guide: number;
+  ground: [number, number, number];
 }
 
 /** Colour-blind-safe: blue is pushed, orange is pulled; sRGB, 0 … 1. */
 export function chooseTheme(isDark: boolean): Theme {
   return isDark
     ? { pushed: [0.36, 0.66, 0.98], middle: [0.42, 0.45, 0.49], pulled: [1, 0.6, 0.2], bead: [0.72, 0.77, 0.83], support: [0.95, 0.95, 0.95],
-        chosen: [1, 1, 1], normal: [0.27, 0.78, 0.64], tangent: [0.9, 0.51, 0.77], guide: 0x8fb3d9 }
+        chosen: [1, 1, 1], normal: [0.27, 0.78, 0.64], tangent: [0.9, 0.51, 0.77], guide: 0x8fb3d9,
+        ground: [0.082, 0.102, 0.125] }
     : { pushed: [0.1, 0.36, 0.74], middle: [0.72, 0.73, 0.75], pulled: [0.85, 0.38, 0], bead: [0.42, 0.47, 0.54], support: [0.1, 0.12, 0.15],
-        chosen: [0, 0, 0], normal: [0.04, 0.48, 0.36], tangent: [0.69, 0.22, 0.55], guide: 0x3c6c9e };
+        chosen: [0, 0, 0], normal: [0.04, 0.48, 0.36], tangent: [0.69, 0.22, 0.55], guide: 0x3c6c9e,
+        ground: [0.984, 0.988, 0.992] };
 }
 
-/** The largest size but for the top hundredth, so that one outlier does not grey the others. */
+/** The largest size but for the top thirtieth, so that outliers do not grey the others. */
 function typicalLargest(read: (k: number) => number, count: number): number {
   const sizes: number[] = [], stride = Math.max(1, Math.floor(count / 20000));
   for (let k = 0; k < count; k += stride) sizes.push(Math.abs(read(k)));
   sizes.sort((x, y) => x - y);
-  return sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] : 0;
+  return sizes.length ? sizes[Math.floor(0.97 * (sizes.length - 1))] : 0;
 }
 
 /** Where it is drawn, and from where it is seen; it outlives the views of one run. */
@@ -68,6 +71,7 @@ export class View {
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
+  private haze: Haze;
   private beads: Beads;
   private rods: Ribbons;
   private normalArrows: Ribbons;
@@ -89,19 +93,20 @@ export class View {
     this.measure();
     const held = arrays.held.length, many = motion.points > 3000;
     const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
-    this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4);
-    this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2);
-    this.normalArrows = new Ribbons(held, 0, 3, true);
-    this.tangentArrows = new Ribbons(held, 0, 3, true);
+    this.haze = makeHaze(theme.ground, many ? 0.85 : 0.35);
+    this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4, this.haze);
+    this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
+    this.normalArrows = new Ribbons(held, 0, 3, this.haze, true);
+    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, true);
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
     this.scene.add(this.guides, this.rods.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
     this.paint();
-    if (looksAnew) this.lookFrom();
     stage.resized = (width, height) => {
       for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width, height);
       this.beads.resize(height);
     };
     stage.resize();
+    if (looksAnew) this.lookFrom();
   }
 
   dispose(): void {
@@ -114,7 +119,7 @@ export class View {
     return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > Math.abs(this.tensions[best]) ? rod : best), 0);
   }
 
-  /** The middle and the size of all that is shown over the whole motion. */
+  /** The middle and the size of all that is shown over the whole motion, round guides too where they are not much larger. */
   private measure(): void {
     const least = new Vector3(Infinity, Infinity, Infinity), most = new Vector3(-Infinity, -Infinity, -Infinity), p = new Vector3();
     const frames = this.motion.times.length, each = Math.max(1, Math.floor(frames / 12));
@@ -123,6 +128,13 @@ export class View {
         p.set(this.arrays.positions.get(f, 3 * k), this.arrays.positions.get(f, 3 * k + 1), this.arrays.positions.get(f, 3 * k + 2));
         least.min(p); most.max(p);
       }
+    const size = most.distanceTo(least);
+    for (const { kind, rows: [row] } of this.motion.guides) {
+      const radius = kind === "sphere" ? row[3] : kind === "circle" ? row[6] : kind === "ellipsoid" ? Math.max(row[3], row[4], row[5]) : 0;
+      if (!(radius > 0) || radius > 2 * size) continue;
+      least.min(p.set(row[0] - radius, row[1] - radius, row[2] - radius));
+      most.max(p.set(row[0] + radius, row[1] + radius, row[2] + radius));
+    }
     this.middle.addVectors(least, most).multiplyScalar(0.5);
     this.size = Math.max(1e-12, most.clone().sub(least).length());
     this.extent = most.sub(least);
@@ -140,11 +152,29 @@ export class View {
       : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
     const { camera, controls } = this.stage;
     camera.up.copy(up);
-    camera.position.copy(this.middle).addScaledVector(from.normalize(), 1.55 * this.size);
+    camera.position.copy(this.middle).addScaledVector(from.normalize(), this.size);
+    camera.position.copy(this.middle).addScaledVector(from, this.findDistance(from));
     camera.near = 0.002 * this.size;
     camera.far = 40 * this.size;
     controls.target.copy(this.middle);
     controls.update();
+  }
+
+  /** From where the box around all that is shown fills the picture, and no corner of it is cut off. */
+  private findDistance(from: Vector3): number {
+    const { camera } = this.stage, margin = 1.12, corner = new Vector3();
+    camera.lookAt(this.middle);
+    camera.updateMatrixWorld();
+    const [right, up] = [new Vector3(), new Vector3()];
+    camera.matrixWorld.extractBasis(right, up, new Vector3());
+    const high = Math.tan((camera.fov * Math.PI) / 360), wide = high * camera.aspect;
+    let distance = 0;
+    for (let k = 0; k < 8; ++k) {
+      corner.set(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5).multiply(this.extent);
+      const needed = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
+      distance = Math.max(distance, corner.dot(from) + margin * needed);
+    }
+    return Math.max(distance, 0.1 * this.size);
   }
 
   private paint(): void {
@@ -178,7 +208,7 @@ export class View {
   }
 
   colourOf(tension: number): [number, number, number] {
-    const x = this.scale > 0 ? Math.min(1, Math.abs(tension) / this.scale) : 0, part = Math.pow(x, 0.7);
+    const x = this.scale > 0 ? Math.min(1, Math.abs(tension) / this.scale) : 0, part = Math.sqrt(x);
     const { middle, pulled, pushed } = this.theme, end = tension < 0 ? pushed : pulled;
     return [0, 1, 2].map((k) => middle[k] + part * (end[k] - middle[k])) as [number, number, number];
   }
@@ -226,6 +256,8 @@ export class View {
     this.guides.visible = this.shows.guides;
     this.normalArrows.mesh.visible = this.shows.normal;
     this.tangentArrows.mesh.visible = this.shows.tangent;
+    const away = this.stage.camera.position.distanceTo(this.middle);
+    this.haze.haze.value.set(Math.max(0, away - 0.3 * this.size), away + 0.5 * this.size, this.haze.haze.value.z);
     this.stage.renderer.render(this.scene, this.stage.camera);
   }
 
