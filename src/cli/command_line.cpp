@@ -29,6 +29,12 @@ std::string require_positive(const std::string& text) {
   return number && *number > 0.0 && *number < HUGE_VAL ? "" : "must be a finite number > 0, not '" + text + "'";
 }
 
+std::string require_interval(const std::string& text) {
+  constexpr double most = 1e9;  // what a clock can add
+  const std::optional<double> number = read_number<double>(text);
+  return number && *number >= 0.0 && *number <= most ? "" : "must be a number from 0 to 1e9, not '" + text + "'";
+}
+
 std::string require_threads(const std::string& text) {
   const std::optional<int> number = read_number<int>(text);
   const std::string range = "0 (= all) to " + std::to_string(scene::most_threads);
@@ -77,6 +83,10 @@ void add_run(CLI::App* app, RunOptions* options) {
   command->add_option("--max-step", over->max_step, "no step is longer, s")->check(require_positive);
   add_motion(command, over);
   command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
+  command
+      ->add_option("--checkpoint-every", options->checkpoint_every,
+                   "also between frames, s of the clock; 0: as often as takes a twentieth of the time; default: 60")
+      ->check(require_interval);
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
   command->add_flag("--report", options->report, "write report.html too: the motion in 3-D, histories, certificate");
 }

@@ -17,6 +17,7 @@ struct RunOptions {
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
+  double checkpoint_every = 60.0;  ///< s of the clock, at most, between two checkpoints
   bool quiet = false;
   bool report = false;  ///< a page for a browser, report.html
 };
