@@ -5,7 +5,7 @@
 #   scripts/check.sh               all of it
 #   scripts/check.sh --format      rewrites the sources in the house's format, nothing else
 #   scripts/check.sh --quick       without clang-tidy, sanitizers and release
-#   scripts/check.sh --sanitizers  those alone: address and undefined behaviour, then threads
+#   scripts/check.sh --sanitizers  those alone: address and undefined behaviour, then threads, then the fuzz targets
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -26,6 +26,9 @@ sanitize() {
 
   headline "sanitizers: threads"
   build_and_test threads setarch "$(uname -m)" -R  # it knows no random places of memory
+
+  headline "fuzz targets, a short look (scripts/fuzz takes a long one)"
+  scripts/fuzz 20000
 }
 
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
@@ -45,7 +48,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/{abi,bench,check.sh,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-hosts,test_aarch64} \
+shellcheck scripts/{abi,bench,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-hosts,test_aarch64} \
   .ci/run
 
 headline "rooms"
@@ -67,6 +70,10 @@ if [[ ${1:-} != --quick ]]; then
 
   headline "release"
   build_and_test release
+
+  headline "valgrind: memory and leaks of the self-test"
+  valgrind --quiet --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite --child-silent-after-fork=yes \
+    build/src/cli/tanor selftest
 
   headline "binary interface"
   scripts/abi

@@ -23,7 +23,8 @@ struct RunOptions : CommonOptions {
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
-  bool report = false;  ///< a page for a browser, report.html
+  double checkpoint_every = 60.0;  ///< s of the clock, at most, between two checkpoints
+  bool report = false;             ///< a page for a browser, report.html
 };
 
 /// `tanor solve`

@@ -46,6 +46,17 @@ Value positive(std::optional<double>* target) {
           }};
 }
 
+/// What a clock can add, s.
+Value interval(double* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<double> number = read_number<double>(given);
+            if (!number || !(*number >= 0.0 && *number <= 1e9))
+              return "must be a number from 0 to 1e9, not '" + given + "'";
+            *target = *number;
+            return {};
+          }};
+}
+
 template <class Target>
 Value whole(int least, int most, const std::string& range, Target* target) {
   return {Word::Number, [=](const std::string& given) -> std::string {
@@ -146,6 +157,8 @@ Command describe_run() {
                    {"--trajectory", "LIST", names(&over->trajectory),
                     "files of the frames, names between commas: xyz, vtp, lammps, h5md, csv, npz; default xyz,vtp"},
                    {"--resume", "", yes(&options->resume), "go on from the checkpoint of an interrupted run"},
+                   {"--checkpoint-every", "S", interval(&options->checkpoint_every),
+                    "also between frames, s of the clock; 0: as often as takes a twentieth of the time; default 60"},
                    {"--report", "", yes(&options->report),
                     "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"}},
        .examples = {{"tanor run net.json --report", "simulate, and make a page for the browser"},

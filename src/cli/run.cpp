@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -32,6 +33,8 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   RunPlan plan;
   plan.begin = begin;
   plan.directory = choose_folder(options.out, scene);
+  plan.checkpoint_every =
+      std::chrono::duration_cast<RunPlan::Clock::duration>(std::chrono::duration<double>(options.checkpoint_every));
   plan.has_html_page = options.report && report::has_html_page();
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
@@ -103,15 +106,17 @@ std::string prove(Simulation* simulation, RunFolder* folder) {
 /// From output time to output time until t_end, a failure, or a signal.
 Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
   std::string not_proven;
+  double target = 0.0;
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
-    folder->take_step(report);
+    folder->take_step(report, simulation->time() < target ? simulation : nullptr);
     if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
     return not_proven.empty() && !caught_interrupt();
   };
   while (simulation->time() < scene.t_end) {
     const double begin = simulation->time();
-    const Outcome outcome = simulation->advance_to(next_output_time(begin, scene.output_every, scene.t_end), observe);
+    target = next_output_time(begin, scene.output_every, scene.t_end);
+    const Outcome outcome = simulation->advance_to(target, observe);
     if (simulation->time() > begin) folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
     if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};

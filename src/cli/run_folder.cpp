@@ -72,8 +72,10 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
       lock_(take_folder(plan)),
       earlier_(plan.before ? plan.before->wall : report::WallTimes()),
       begin_(plan.begin),
+      checkpoint_every_(plan.checkpoint_every),
       facts_(collect_facts(scene, simulation)),
       trajectory_(open_trajectory(plan, scene, simulation.system())),
+      due_(RunPlan::Clock::now() + plan.checkpoint_every),
       setup_(seconds_since(plan.begin)) {
   checkpoint_.scene = plan.fingerprint;
   if (plan.has_html_page) recording_.emplace(simulation.system(), scene.output_points, scene.solver);
@@ -114,8 +116,12 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   return page;
 }
 
-void RunFolder::take_step(const MotionReport& report) {
+void RunFolder::take_step(const MotionReport& report, const Simulation* between_frames) {
   if (recording_) recording_->take_step(report);
+  const auto begin = RunPlan::Clock::now();
+  if (between_frames == nullptr || begin < due_ || begin < next_publication_) return;
+  publish(*between_frames);
+  output_ += seconds_since(begin);
 }
 
 void RunFolder::take_certificate(const Certificate& certificate) {
@@ -139,6 +145,7 @@ void RunFolder::publish(const Simulation& simulation) {
   last_frame_.reset();
   const auto end = RunPlan::Clock::now();
   next_publication_ = end + publishing_share * (end - begin);
+  due_ = end + checkpoint_every_;
 }
 
 report::WallTimes RunFolder::measure_wall() const {

@@ -26,6 +26,7 @@ struct RunPlan {
   std::string fingerprint;                   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
   Clock::time_point begin;                   ///< of the program
+  Clock::duration checkpoint_every{};        ///< at most, where frames are rare
   bool has_html_page = false;                ///< report.html is asked for, and this program can make it
 };
 
@@ -42,8 +43,9 @@ class RunFolder {
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
   void write_frame(const Simulation& simulation);
-  /// What the page keeps of a step.
-  void take_step(const MotionReport& report);
+  /// What the page keeps of a step, and a checkpoint where the last one is old: of a simulation between two frames
+  /// (null at a frame, which is to be written before).
+  void take_step(const MotionReport& report, const Simulation* between_frames);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
   /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only
@@ -62,12 +64,14 @@ class RunFolder {
   std::unique_ptr<FolderLock> lock_;  ///< of a new run
   report::WallTimes earlier_;         ///< of the parts before this one
   RunPlan::Clock::time_point begin_;
+  RunPlan::Clock::duration checkpoint_every_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;
   std::optional<report::Recording> recording_;  ///< of this part of the run, for report.html
   report::Checkpoint checkpoint_;
   RunPlan::Clock::time_point next_publication_;  ///< of the checkpoint, not before
-  RunPlan::Clock::time_point next_page_;         ///< likewise
+  RunPlan::Clock::time_point due_;               ///< a checkpoint between frames, too
+  RunPlan::Clock::time_point next_page_;         ///< of report.html, not before
   std::optional<double> last_frame_;             ///< its time, s, where no checkpoint has it yet
   double setup_ = 0.0, output_ = 0.0;            ///< s, of this part
 };

@@ -74,6 +74,20 @@ void require_sound(const Checkpoint& checkpoint) {
   }
 }
 
+/// Why two fingerprints differ: by the first thing that both name and that is another one, or in whole.
+std::string name_difference(std::string_view before, std::string_view now) {
+  std::string changed;
+  scene::LineReader old_lines("", before), new_lines("", now);
+  const auto name_of = [](std::string_view line) { return line.substr(std::min(line.find(' '), line.size())); };
+  while (old_lines.next() && new_lines.next()) {
+    const std::string_view name = name_of(new_lines.line());
+    if (name.empty() || name != name_of(old_lines.line())) return "belongs to another scene";
+    if (changed.empty() && new_lines.line() != old_lines.line())
+      changed = fmt::format("is of an earlier version of the scene:{} was changed", name);
+  }
+  return changed.empty() ? "belongs to another scene" : changed;
+}
+
 /// The lines and bytes between the first line and the last. Throws InputError where one byte is not what was written.
 std::string_view open_content(std::string_view text) {
   if (!text.starts_with(first_line())) {
@@ -102,9 +116,8 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
   } catch (const ordered_json::exception& error) {
     throw InputError("", fmt::format("cannot be read: {}", error.what()));
   }
-  if (checkpoint.scene != fingerprint) {
-    throw InputError("", "belongs to another scene, or one of its files was changed; run without --resume");
-  }
+  if (checkpoint.scene != fingerprint)
+    throw InputError("", name_difference(checkpoint.scene, fingerprint) + "; run without --resume");
   require_sound(checkpoint);
   const auto state = std::as_bytes(std::span(content.substr(std::min(end_of_head + 1, content.size()))));
   checkpoint.state.assign(state.begin(), state.end());
@@ -114,11 +127,16 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
 }  // namespace
 
 std::string make_fingerprint(std::span<const fs::path> files, const System& system) {
+  std::string lines;
+  for (const fs::path& file : files) {
+    Checksum sum;
+    sum.add(scene::read_text(file));
+    lines += fmt::format("{} {}\n", sum.text(), file.filename().string());
+  }
   Checksum sum;
-  for (const fs::path& file : files) sum.add(scene::read_text(file));
   for (const auto* numbers : {&system.positions, &system.velocities, &system.masses})
     sum.add(std::span<const double>(*numbers));
-  return sum.text();
+  return lines + fmt::format("{} the start of its points\n", sum.text());
 }
 
 void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint, Wait wait) {

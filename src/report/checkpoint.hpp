@@ -24,7 +24,7 @@ struct Checkpoint {
   std::vector<std::byte> state;  ///< of Simulation::save
 };
 
-/// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to.
+/// A line for each file of a scene and for the start that they led to: 16 hexadecimal digits of the bytes, the name.
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
 
 /// Replaces `directory/checkpoint`: a line with the format's number; a line with a JSON object; the bytes of the

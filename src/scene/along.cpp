@@ -67,7 +67,9 @@ void expect_some(const Cursor& along, const Members& members, const char* what) 
 }  // namespace
 
 void read_along(const Cursor& along, const Context& context, std::vector<std::array<Index, 3>>* triples) {
-  const Sequence sequence(along, find_rods(along, context));
+  const Rods& rods = find_rods(along, context);
+  context.take_room(rods.pairs.size());
+  const Sequence sequence(along, rods);
   for (const Index point : sequence.points()) {
     if (!sequence.is_inside(point)) continue;
     const auto& [before, behind] = sequence.neighbours(point);
@@ -78,6 +80,7 @@ void read_along(const Cursor& along, const Context& context, std::vector<std::ar
 
 void read_along(const Cursor& along, const Context& context, std::vector<std::array<Index, 4>>* quadruples) {
   const Rods& rods = find_rods(along, context);
+  context.take_room(rods.pairs.size());
   const Sequence sequence(along, rods);
   for (const auto& [i, j] : rods.pairs) {
     if (sequence.is_inside(i) && sequence.is_inside(j))

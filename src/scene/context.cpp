@@ -1,8 +1,11 @@
 #include "scene/context.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "scene/memory.hpp"
 
 namespace tanor::scene {
 namespace {
@@ -50,6 +53,18 @@ Index Context::point(const Cursor& cursor) const {
   return static_cast<Index>(cursor.integer(0, static_cast<std::int64_t>(num_points) - 1));
 }
 
+void Context::take_room(std::size_t num_more) const {
+  constexpr double bytes_a_member = 100.0;  // of planes, once planned
+  if (num_named == nullptr) return;
+  *num_named += num_more;
+  const double needed = bytes_a_member * static_cast<double>(*num_named), there = measure_memory();
+  if (needed <= there) return;
+  throw std::length_error(
+      fmt::format("the groups of this scene have more than {} members: they need {:.3g} GB of memory at least; there "
+                  "are {:.3g} GB for this program",
+                  *num_named, 1e-9 * needed, 1e-9 * there));
+}
+
 std::vector<Index> Context::points(const Cursor& cursor) const {
   constexpr std::string_view wanted = R"(a list of points, "all" or {"first", "count", "stride"})";
   std::vector<Index> points;
@@ -60,8 +75,10 @@ std::vector<Index> Context::points(const Cursor& cursor) const {
     const std::int64_t stride = cursor["stride"].integer(1, n, 1);
     const std::int64_t most = (n - 1 - first) / stride + 1;
     const std::int64_t count = cursor["count"].integer(0, most, most);
+    take_room(static_cast<std::size_t>(count));
     for (std::int64_t k = 0; k < count; ++k) points.push_back(static_cast<Index>(first + k * stride));
   } else if (cursor.says("all")) {
+    take_room(num_points);
     for (std::size_t k = 0; k < num_points; ++k) points.push_back(static_cast<Index>(k));
   } else {
     for (const Cursor entry : cursor.list(wanted)) points.push_back(point(entry));

@@ -24,8 +24,13 @@ struct Context {
   double t_end = 0.0;                         ///< s; a table must reach it
   std::optional<Cell> cell{};                 ///< of the file that the points come from
   std::span<const Constraint> constraints{};  ///< that were read before
+  std::size_t* num_named = nullptr;           ///< points that short words have named so far
 
   Index point(const Cursor& cursor) const;
+  /// Throws length_error where the points that words such as "all" have named, these included, have no room on this
+  /// machine: a small file may ask for any number of them.
+  void take_room(std::size_t num_points) const;
+
   /// [0, 4, 7], "all" or {"first", "count", "stride"}
   std::vector<Index> points(const Cursor& cursor) const;
   /// [[0, 1], [1, 2]], [[0, 1, 2]], …

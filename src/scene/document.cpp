@@ -13,12 +13,15 @@
 namespace tanor::scene {
 namespace {
 
+/// Lists and objects inside one another; the contract has seven.
+constexpr std::size_t largest_depth = 100;
+
 constexpr Document::Node open_end = std::numeric_limits<Document::Node>::max();
 
 /// Cuts a long text and ends it in "…", never inside a character of UTF-8.
 std::string cut(std::string_view text, std::size_t longest) {
   if (text.size() <= longest) return std::string(text);
-  while ((text[longest] & 0xC0) == 0x80) --longest;
+  while (longest > 0 && (text[longest] & 0xC0) == 0x80) --longest;
   return std::string(text.substr(0, longest)) + "…";
 }
 
@@ -124,7 +127,12 @@ class Document::Builder {
     return true;
   }
   bool open(Type type) {
-    containers_.push_back({static_cast<Node>(document_.tape_.size()), {}});
+    const auto node = static_cast<Node>(document_.tape_.size());
+    if (containers_.size() == largest_depth)
+      throw InputError(
+          document_.file_,
+          fmt::format("found more than {} lists and objects inside one another, wanted a scene", largest_depth));
+    containers_.push_back({node, {}});
     add(type, 0.0);
     document_.tape_.back().end = open_end;
     return true;

@@ -21,7 +21,10 @@ void check_version(const Cursor& version) {
 
 /// Names of formulas: a formula that is just the name must be right.
 Constants read_parameters(const Cursor& parameters) {
+  constexpr std::size_t most = 1000;  // every formula is held against all of them
   Constants constants;
+  const std::size_t count = parameters.members("an object of numbers").size();
+  if (count > most) parameters.complain(fmt::format("found {} of them, wanted at most {}", count, most));
   for (const auto& [key, value] : parameters.members("an object of numbers")) {
     const std::string name(key);
     const double number = value.number();
@@ -155,8 +158,11 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   scene.files = {file};
   scene.name = root["name"].string(file.stem().string());
   if (scene.name.empty()) root["name"].fail("a name");
-  Context context{
-      .directory = file.parent_path(), .files = &scene.files, .parameters = read_parameters(root["parameters"])};
+  std::size_t num_named = 0;
+  Context context{.directory = file.parent_path(),
+                  .files = &scene.files,
+                  .parameters = read_parameters(root["parameters"]),
+                  .num_named = &num_named};
 
   PointSet points = read_point_source(root, context);
   const std::size_t num_own_supports = points.supports.size(), num_own_constraints = points.constraints.size();

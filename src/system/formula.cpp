@@ -47,8 +47,15 @@ bool continues_character(char c) {
   return (c & 0xC0) == 0x80;
 }  // second and later bytes of UTF-8
 
+/// The beginning of a text, which ends in "…" where that is not all; never inside a character.
+std::string cut(std::string_view text, std::size_t longest) {
+  if (text.size() <= longest) return std::string(text);
+  while (longest > 0 && continues_character(text[longest])) --longest;
+  return std::string(text.substr(0, longest)) + "…";
+}
+
 std::string quote(std::string_view name) {
-  return "'" + std::string(name) + "'";
+  return "'" + cut(name, 80) + "'";
 }
 
 }  // namespace
@@ -145,7 +152,7 @@ class Formula::Parser {
     const std::size_t length = end - (text_.data() + position_);
     if (error == std::errc::invalid_argument) fail_expecting("a number");
     if (error == std::errc::result_out_of_range) {
-      fail(position_, std::string(text_.substr(position_, length)) + " is outside the range of numbers");
+      fail(position_, cut(text_.substr(position_, length), 80) + " is outside the range of numbers");
     }
     emit_operand({Operation::Constant, 0, number});
     position_ += length;
@@ -300,9 +307,9 @@ class Formula::Parser {
     throw InputError("", heading() + "column " + std::to_string(column) + ": " + problem);
   }
 
-  /// The text on one line.
+  /// The text on one line, cut where it is long.
   std::string heading() const {
-    std::string line(text_);
+    std::string line = cut(text_, 200);
     std::ranges::replace_if(line, is_space, ' ');
     return "formula \"" + line + "\": ";
   }

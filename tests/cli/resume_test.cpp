@@ -136,6 +136,30 @@ TEST(ResumeTest, AKilledRunGoesOn) {
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
 }
 
+/// Frames are rare and the run is long: what was done since the last frame is not lost.
+TEST(ResumeTest, ARunThatIsKilledBetweenFramesGoesOnFromThere) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "step": 0.0078125, "method": "rk4")"));
+  const auto time_of_checkpoint = [&] {
+    const std::string text = read_text(folder / "o/checkpoint");
+    const std::size_t begin = text.find('\n') + 1;
+    return json::parse(text.substr(begin, text.find('\n', begin) - begin))["time"].get<double>();
+  };
+  Program program(folder, {"run", "s.json", "--out", "o", "--quiet", "--checkpoint-every", "0"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/checkpoint") && time_of_checkpoint() > 1; }));
+  kill(program.process(), SIGKILL);
+  EXPECT_EQ(program.wait().code, 128 + SIGKILL);
+  const double reached = time_of_checkpoint();
+  const std::string end = std::to_string(std::floor(reached) + 2.0);
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", end});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "whole", "--t-end", end}).code, 0);
+
+  EXPECT_EQ(read_text(folder / "o/trajectory.xyz"), read_text(folder / "whole/trajectory.xyz"));
+  EXPECT_EQ(without_work(read_json(folder / "o/summary.json")), without_work(read_json(folder / "whole/summary.json")));
+}
+
 TEST(ResumeTest, WithoutACheckpointARunStartsAnew) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -168,7 +192,7 @@ TEST(ResumeTest, OtherScenesAndEarlierEndsAreRefused) {
                        "o: the run already reached t = 0.2 s"));
   write_text(folder / "s.json", pendulum(R"("t_end": 0.3)"));
   EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume"}),
-                       "o/checkpoint: belongs to another scene"));
+                       "o/checkpoint: is of an earlier version of the scene: s.json was changed; run without"));
   EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
 }
 
@@ -183,7 +207,7 @@ TEST(ResumeTest, ATableThatWasChangedIsAnotherScene) {
   write_text(folder / "drive.csv", "0,0,0,0\n1,0,0,0.2\n");
 
   EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", "0.3"}),
-                       "o/checkpoint: belongs to another scene, or one of its files was changed"));
+                       "o/checkpoint: is of an earlier version of the scene: drive.csv was changed; run without"));
 }
 
 }  // namespace

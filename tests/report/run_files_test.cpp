@@ -152,8 +152,7 @@ TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
   write_checkpoint(folder.path(), make_checkpoint());
 
   EXPECT_EQ(error_of(folder), "no error");
-  EXPECT_EQ(error_of(folder, "another"),
-            "belongs to another scene, or one of its files was changed; run without --resume");
+  EXPECT_EQ(error_of(folder, "another"), "belongs to another scene; run without --resume");
   const std::string text = read_text(folder / "checkpoint");
   write_text(folder / "checkpoint", text.substr(0, text.size() - 1));
   EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
@@ -239,6 +238,27 @@ TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
   EXPECT_NE(make_fingerprint(files, system), fingerprint);
   write_text(folder / "drive.csv", "0, 1");
   EXPECT_NE(make_fingerprint(files, scenes::make_chain(1)), fingerprint);
+}
+
+TEST(CheckpointTest, WhatWasChangedIsNamed) {
+  const Folder folder;
+  write_text(folder / "a.json", "{}");
+  write_text(folder / "drive.csv", "0, 0");
+  const std::vector files{folder / "a.json", folder / "drive.csv"};
+  System system = scenes::make_chain(1);
+  Checkpoint checkpoint = make_checkpoint();
+  checkpoint.scene = make_fingerprint(files, system);
+  write_checkpoint(folder.path(), checkpoint);
+  const auto error_now = [&] { return error_of(folder, make_fingerprint(files, system)); };
+  ASSERT_EQ(error_now(), "no error");
+
+  system.positions[3] += 1.0;
+  EXPECT_EQ(error_now(),
+            "is of an earlier version of the scene: the start of its points was changed; run without --resume");
+  write_text(folder / "drive.csv", "0, 1");
+  EXPECT_EQ(error_now(), "is of an earlier version of the scene: drive.csv was changed; run without --resume");
+  EXPECT_EQ(error_of(folder, make_fingerprint(std::vector{folder / "a.json"}, system)),
+            "belongs to another scene; run without --resume");
 }
 
 std::vector<std::string> list_keys(const json& object) {

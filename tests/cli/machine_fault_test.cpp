@@ -1,0 +1,144 @@
+/// Disks that fill and folders that go away, injected for real: a file system of 256 kB, permissions, rm, mv.
+
+#include "cli/shell.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using report::read_xyz;
+
+const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
+const std::string endless = R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)";
+
+/// In front of a command: root may write everywhere, but without this capability
+/// it is held to the permissions of files like everybody.
+const std::string as_everybody =
+    "without=; test $(id -u) != 0 || without='setpriv --bounding-set=-dac_override,-dac_read_search'; $without ";
+
+TEST(PermissionTest, AFolderThatMayNotBeWrittenEndsTheRunBeforeItBegins) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+
+  const Ended ended = run_script(folder, "mkdir o; chmod 555 o; " + as_everybody + "\"$TANOR\" run s.json --out o");
+
+  EXPECT_EQ(ended.code, 4) << ended.err;
+  EXPECT_EQ(ended.err, "tanor: cannot write o/.run.lock: Permission denied\n");
+  EXPECT_TRUE(list_names(folder / "o").empty());
+  // No folder of its own can be made either.
+  const Ended inside = run_script(folder, as_everybody + "\"$TANOR\" run s.json --out o/inside");
+  EXPECT_EQ(inside.code, 4) << inside.err;
+  EXPECT_EQ(inside.err, "tanor: cannot write o/inside: Permission denied\n");
+}
+
+TEST(PermissionTest, ASceneThatMayNotBeReadIsBadInput) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+
+  const Ended ended = run_script(folder, "chmod 0 s.json; " + as_everybody + "\"$TANOR\" run s.json --out o");
+
+  EXPECT_EQ(ended.code, 2) << ended.err;
+  EXPECT_EQ(ended.err, "tanor: s.json: s.json cannot be read: Permission denied\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "o"));
+}
+
+// A checkpoint that cannot be replaced: the one before stays, and the frames that were written stay whole.
+TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWhatItHas) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(endless));
+
+  const Ended ended = run_script(folder, as_everybody + R"sh("$TANOR" run s.json --out o --quiet & process=$!
+    while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
+    chmod 555 o o/trajectory
+    wait $process; code=$?
+    chmod 755 o o/trajectory
+    exit $code)sh");
+
+  EXPECT_EQ(ended.code, 4) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "Permission denied")) << ended.err;
+  const std::size_t frames = read_xyz(folder / "o/trajectory.xyz").size();
+  EXPECT_GE(frames, 5u);
+  const std::string end = std::to_string(0.1 * static_cast<double>(frames + 3));
+  EXPECT_EQ(run_script(folder, "tanor run s.json --quiet --resume --out o --t-end " + end).code, 0);
+  EXPECT_EQ(run_script(folder, "tanor run s.json --quiet --out whole --t-end " + end).code, 0);
+  EXPECT_EQ(read_text(folder / "o/trajectory.xyz"), read_text(folder / "whole/trajectory.xyz"));
+}
+
+TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
+  for (const std::string trouble : {"rm -r o", "mv o elsewhere", "mv o elsewhere; mkdir o"}) {
+    const Folder folder;
+    write_text(folder / "s.json", pendulum(endless));
+
+    const Ended ended = run_script(folder, R"sh("$TANOR" run s.json --out o --quiet & process=$!
+      while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
+      while ! )sh" + trouble + R"sh( 2>/dev/null; do true; done  # a frame may come while rm is on its way
+      wait $process)sh");
+
+    EXPECT_EQ(ended.code, 4) << trouble << ": " << ended.err;
+    EXPECT_TRUE(contains(ended.err, "tanor: stopped at t = ")) << trouble << ": " << ended.err;
+    EXPECT_TRUE(contains(ended.err, "cannot write o/")) << trouble << ": " << ended.err;
+    if (trouble.starts_with("rm")) {
+      EXPECT_FALSE(std::filesystem::exists(folder / "o")) << "it is not made anew";
+    } else {
+      EXPECT_GE(read_xyz(folder / "elsewhere/trajectory.xyz").size(), 5u) << "what was written stays whole";
+    }
+    if (trouble.ends_with("mkdir o")) EXPECT_TRUE(list_names(folder / "o").empty()) << "a strange folder stays empty";
+  }
+}
+
+// A disk of 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of files.
+TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+  ASSERT_EQ(run_script(folder, "tanor run s.json --quiet --out whole").code, 0);
+
+  const Ended ended = run_script(folder, R"sh(mkdir disk
+    unshare --mount true 2>/dev/null || exit 99
+    export TANOR; unshare --mount sh -c 'mount -t tmpfs -o size=256k none disk 2>/dev/null || exit 99
+      "$TANOR" run s.json --quiet --out disk/o; code=$?
+      cp -r disk/o o
+      exit $code')sh");
+  if (ended.code == 99) return;
+
+  EXPECT_EQ(ended.code, 4) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "No space left on device")) << ended.err;
+  const std::size_t frames = read_xyz(folder / "o/trajectory.xyz").size();
+  EXPECT_GT(frames, 10u);
+  EXPECT_LT(frames, 129u);
+  const Ended resumed = run_script(folder, "tanor run s.json --quiet --resume --out o");
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(read_text(folder / "o/trajectory.xyz"), read_text(folder / "whole/trajectory.xyz"));
+  EXPECT_EQ(list_names(folder / "o/trajectory"), list_names(folder / "whole/trajectory"));
+}
+
+TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(endless));
+  write_text(folder / "other.json", pendulum(R"("t_end": 1e5, "output_every": 0.25, "step": 1e-3)"));
+
+  const Ended ended = run_script(folder, R"sh(for k in 1 2 3 4 5 6; do
+      test $((k % 2)) = 0 && scene=s.json || scene=other.json
+      ( "$TANOR" run $scene --out o --quiet 2>err$k; echo $? >code$k ) &
+    done
+    while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
+    while test $(ls code* 2>/dev/null | wc -l) -lt 5; do sleep 0.01; done
+    kill -TERM $(cat o/.run.lock)
+    wait)sh");
+
+  int winners = 0;
+  for (int k = 1; k <= 6; ++k) {
+    const std::string code = read_text(folder / ("code" + std::to_string(k)));
+    if (code == "143\n") ++winners;
+    if (code != "143\n") EXPECT_EQ(code, "2\n") << read_text(folder / ("err" + std::to_string(k)));
+    if (code == "2\n")
+      EXPECT_TRUE(contains(read_text(folder / ("err" + std::to_string(k))), "o: is in use by process"));
+  }
+  EXPECT_EQ(winners, 1);
+  // One run's frames, at its own times.
+  const auto frames = read_xyz(folder / "o/trajectory.xyz");
+  ASSERT_GE(frames.size(), 3u);
+  for (std::size_t k = 1; k + 1 < frames.size(); ++k)
+    EXPECT_NEAR(frames[k].time, static_cast<double>(k) * frames[1].time, 1e-9);
+}
+
+}  // namespace
+}  // namespace tanor::cli

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <tanor/error.hpp>
+
+/// Each target is one file with this function, which libFuzzer or `driver.cpp` calls with one input after another.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
+namespace tanor::fuzz {
+
+inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+/// Does the work on an input. It may be taken, or refused: by an InputError of one line, or by a length_error where it
+/// asks for more than this machine has. Whatever else comes out ends the program.
+template <class Work>
+bool takes(const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const InputError& error) {
+    const std::string_view what = error.what();
+    if (what.empty() || what.find('\n') != std::string_view::npos) {
+      std::fprintf(stderr, "the refusal is not one line: %s\n", error.what());
+      std::abort();
+    }
+    return false;
+  } catch (const std::length_error&) {
+    return false;
+  }
+}
+
+/// A file for readers that open one; it goes with the process.
+class InputFile {
+ public:
+  explicit InputFile(const std::string& extension)
+      : folder_(std::filesystem::temp_directory_path() / ("tanor-fuzz-" + std::to_string(getpid()))),
+        path_(folder_ / ("input" + extension)) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~InputFile() { std::filesystem::remove_all(folder_); }
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path folder() const { return folder_; }
+  void write(std::string_view bytes) const {
+    std::ofstream(path_, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+
+ private:
+  std::filesystem::path folder_, path_;
+};
+
+}  // namespace tanor::fuzz

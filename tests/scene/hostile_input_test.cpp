@@ -1,0 +1,77 @@
+/// Small files that ask for much: what tests/fuzz found, and what it cannot reach.
+
+#include <stdexcept>
+
+#include "scene/context.hpp"
+#include "scene/reading.hpp"
+
+namespace tanor::scene {
+namespace {
+
+constexpr std::size_t megabyte = 1 << 20;
+
+std::string repeat(const std::string& text, std::size_t count) {
+  std::string repeated;
+  for (std::size_t k = 0; k < count; ++k) repeated += text;
+  return repeated;
+}
+
+/// One line that a terminal can hold.
+void expect_short(const std::string& error) {
+  EXPECT_EQ(error.find('\n'), std::string::npos);
+  EXPECT_LT(error.size(), 1000u);
+}
+
+TEST(HostileInput, ListsInsideListsEndAtAHundred) {
+  EXPECT_EQ(error_of(repeat("[", megabyte)),
+            "scene.json: found more than 100 lists and objects inside one another, wanted a scene");
+  expect_short(error_of(repeat(R"({"a":)", megabyte / 5)));
+  // A hundred are read, and then found to be no scene.
+  EXPECT_EQ(error_of(repeat("[", 100) + repeat("]", 100)), "scene.json: found a list, wanted an object");
+}
+
+// Bytes that go on a character which never began: a long word cannot be cut between two characters.
+TEST(HostileInput, WordsWithoutABeginningAreCut) {
+  const std::string word(300, '\x80');
+  const Folder folder;
+  folder.add("a.data", "a file of LAMMPS\n\n1 atoms\n1 atom types\n\nAtoms # atomic\n\n1 1 0 " + word + " 0\n");
+
+  const std::string error =
+      error_of(R"({"tanor_scene": 1, "import": {"file": "a.data"}})", folder.path() / "scene.json");
+
+  EXPECT_NE(error.find("a.data, line 8: found \""), std::string::npos) << error;
+  expect_short(error);
+  expect_short(error_of("{" + word));
+  expect_short(error_of(R"({"tanor_scene": )" + word));
+}
+
+TEST(HostileInput, FormulasAreQuotedInPart) {
+  for (const std::string& formula :
+       {repeat("x+", megabyte / 2), repeat("(", megabyte), repeat("1", megabyte) + "e999", std::string(megabyte, 'a'),
+        repeat("2^", megabyte / 2) + "2", repeat("-", megabyte)})
+    expect_short(
+        error_of(three_points(R"("forces": [{"kind": "formula", "points": "all", "x": ")" + formula + "\"}]")));
+}
+
+TEST(HostileInput, ParametersAreAThousandAtMost) {
+  std::string parameters;
+  for (int k = 0; k < 1001; ++k) parameters += (k > 0 ? ", \"a" : "\"a") + std::to_string(k) + "\": 1";
+
+  EXPECT_EQ(error_of(three_points(R"("parameters": {)" + parameters + "}")),
+            "scene.json: /parameters: found 1001 of them, wanted at most 1000");
+}
+
+// A group of "all" points takes thirty bytes of a file.
+TEST(HostileInput, GroupsThatHaveNoRoomAreRefusedBeforeTheyTakeIt) {
+  std::size_t num_named = 0;
+  const Context context{.num_named = &num_named};
+
+  context.take_room(1000);
+  EXPECT_EQ(num_named, 1000u);
+  for (int k = 0; k < 10; ++k) context.take_room(100);
+  EXPECT_EQ(num_named, 2000u);
+  EXPECT_THROW(context.take_room(std::size_t{1} << 50), std::length_error);
+}
+
+}  // namespace
+}  // namespace tanor::scene
