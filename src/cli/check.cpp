@@ -12,6 +12,7 @@
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
+#include "report/terminal.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
 
@@ -109,10 +110,12 @@ void print_answer(const Findings& found) {
 
 void print_certificate(const Certificate& certificate) {
   print_heading("Certificate");
+  fmt::print("{:<48}{:>9}{:>20}\n", "identity", "error", "rounding explains");
   for (const CertificateCheck& check : certificate.checks) {
-    print("identity", fmt::format("{:<40} {} (rounding explains {}){}", check.identity, in_words(check.error, "{:.1e}"),
-                                  in_words(check.allowed, "{:.1e}"),
-                                  check.error <= check.allowed ? "" : " FAILS at " + check.where));
+    const bool holds = check.error <= check.allowed;
+    const std::string row = fmt::format("{:<48}{:>9}{:>20}", check.identity, in_words(check.error, "{:.1e}"),
+                                        in_words(check.allowed, "{:.1e}"));
+    fmt::print("{}\n", holds ? row : report::Terminal::of(stdout).error(row + "  FAILS at " + check.where));
   }
   for (const std::string& what : certificate.left_out) print("left out", what);
   print("certificate", certificate.line());

@@ -71,6 +71,12 @@ void require_complete(const Command& command, const CLI::App& found) {
   }
 }
 
+std::vector<std::string> list_program_options() {
+  std::vector<std::string> names;
+  for (const ProgramOption& each : program_options()) names.emplace_back(each.names.substr(each.names.find("--")));
+  return names;
+}
+
 /// A line each: name, order, kind of steps, what it is.
 std::string list_methods() {
   std::string text;
@@ -119,7 +125,10 @@ std::function<ExitCode()> parse_command_line(int argc, const char* const* argv) 
     return asked()->execute;
   }
   if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
-    throw InputError("", "there is no command " + extras.front() + suggest(extras.front(), list_names(commands)) +
+    const std::string& word = extras.front();
+    const bool is_option = word.starts_with("-");
+    throw InputError("", (is_option ? "there is no option " : "there is no command ") + word +
+                             suggest(word, is_option ? list_program_options() : list_names(commands)) +
                              "; see tanor --help");
   }
   if (lists_methods) return say(list_methods());

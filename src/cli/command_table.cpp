@@ -11,6 +11,7 @@
 
 #include <tanor/error.hpp>
 #include <tanor/modes.hpp>
+#include <tanor/motion.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/suggestion.hpp"
@@ -70,6 +71,17 @@ Value whole(int least, int most, const std::string& range, Target* target) {
 
 Value threads(std::optional<int>* target) {
   return whole(0, scene::most_threads, "0 (= all) to " + std::to_string(scene::most_threads), target);
+}
+
+Value method(std::optional<std::string>* target) {
+  return {Word::Method, [target](const std::string& given) -> std::string {
+            std::vector<std::string> names;
+            for (const MethodTraits& each : methods()) names.emplace_back(each.name);
+            if (std::ranges::find(names, given) == names.end())
+              return "must be one of those that tanor --methods lists, not '" + given + "'" + suggest(given, names);
+            *target = given;
+            return {};
+          }};
 }
 
 /// Words between commas; each use of the option adds some.
@@ -141,7 +153,7 @@ Command describe_run() {
                "With --quiet the page of numbers is in report.txt alone.",
        .arguments = {scene_argument(options)},
        .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
-                   {"--method", "METHOD", text(Word::Method, &over->method),
+                   {"--method", "METHOD", method(&over->method),
                     "how to step, one of those that tanor --methods lists; default auto"},
                    {"--step",
                     "H",

@@ -138,11 +138,12 @@ void print_solution(const Needs& needs) {
 
 void print_costs(const Needs& needs) {
   const report::Terminal terminal = report::Terminal::of(stdout);
-  print_heading("What it will cost (within a factor of 2, one thread of a 2.6 GHz machine)");
-  fmt::print("{:<20}{:>12}{:>10}{:>16}{:>12}\n", "method", "a step", "solves", "factorizations", "memory");
+  print_heading("What it will cost");
+  fmt::print("{}\n", terminal.dim("within a factor of 2, on one thread of a 2.6 GHz machine"));
+  fmt::print("{:<18}{:>9}{:>8}{:>9}{:>10}\n", "method", "a step", "solves", "factors", "memory");
   for (const auto& [method, cost] : needs.predictions) {
     const bool is_chosen = &cost == &needs.predictions[0].cost;
-    const std::string row = fmt::format("{:<20}{:>12}{:>10}{:>16}{:>12}", method, describe_seconds(cost.seconds),
+    const std::string row = fmt::format("{:<18}{:>9}{:>8}{:>9}{:>10}", method, describe_seconds(cost.seconds),
                                         cost.solves, cost.factorizations, describe_bytes(cost.bytes));
     fmt::print("{}{}\n", is_chosen ? terminal.bold(row) : row, is_chosen ? "  this run" : "");
   }

@@ -66,7 +66,10 @@ scene::Scene prepare(scene::Scene scene) {
 }
 
 std::string describe(const InputError& error) {
-  return error.where().empty() ? error.what() : error.where() + ": " + error.what();
+  // A file that cannot be read is named by the sentence already.
+  const std::string& where = error.where();
+  const std::string what = error.what();
+  return where.empty() || what.starts_with(where + " ") ? what : where + ": " + what;
 }
 
 Failure describe_current_exception() {

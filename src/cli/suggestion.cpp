@@ -29,7 +29,7 @@ std::size_t count_changes(std::string_view from, std::string_view to) {
 std::string suggest(const std::string& word, const std::vector<std::string>& known) {
   const auto near = std::ranges::min_element(known, {}, [&](const auto& each) { return count_changes(word, each); });
   const bool is_near = near != known.end() && count_changes(word, *near) <= 1 + (word.size() + 1) / 4;
-  return is_near ? "; did you mean " + *near + "?" : "";
+  return is_near ? " (did you mean " + *near + "?)" : "";
 }
 
 }  // namespace tanor::cli

@@ -108,8 +108,8 @@ void announce(const ViewOptions& options, const fs::path& folder, int port) {
   }
   std::fflush(stdout);
   if (options.no_open || (has_display() && open_browser(url)) || options.quiet) return;
-  print_message(fmt::format(
-      "open it in a browser; from another machine: ssh -L {}:127.0.0.1:{} and the name of this one", port, port));
+  print_message(
+      fmt::format("open it in a browser; from another machine, first ssh -L {}:127.0.0.1:{} HOST", port, port));
 }
 
 }  // namespace

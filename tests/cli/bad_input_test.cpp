@@ -45,6 +45,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{{"run", "s.json", "--threads", "1.5"}, "--threads: must be"},
         WrongUsage{{"run", "s.json", "--step", "0.1", "--rtol", "1e-6"}, "--step"},
         WrongUsage{{"run", "s.json", "--method", "magic"}, "--method: "},
+        WrongUsage{{"run", "s.json", "--method", "taylr"}, "not 'taylr' (did you mean taylor?)"},
+        WrongUsage{{"--hlep"}, "there is no option --hlep (did you mean --help?)"},
         WrongUsage{{"run", "s.json", "--method", "rk4"}, "s.json: /motion/step: "},
         WrongUsage{{"run", "s.json", "--out", ""}, "--out: must not be empty"},
         WrongUsage{{"solve", "s.json", "--resume"}, "--resume"}, WrongUsage{{"info", "s.json", "--out", "x"}, "--out"},
@@ -164,7 +166,7 @@ TEST(BadSceneTest, AFileThatCannotBeReadIsNamed) {
   const Folder folder;
 
   EXPECT_EQ(complaint(folder, {"run", "nowhere.json"}),
-            "tanor: nowhere.json: nowhere.json cannot be read: No such file or directory\n");
+            "tanor: nowhere.json cannot be read: No such file or directory\n");
 }
 
 TEST(BadSceneTest, AStepOfTheCommandLineHasTheSameLimit) {

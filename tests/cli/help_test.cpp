@@ -101,10 +101,10 @@ TEST(HelpTest, AWordThatIsNearlyOneIsRecognized) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
 
-  EXPECT_TRUE(contains(complaint(folder, {"rnu", "s.json"}), "no command rnu; did you mean run?"));
-  EXPECT_TRUE(contains(complaint(folder, {"help", "chek"}), "no command chek; did you mean check?"));
+  EXPECT_TRUE(contains(complaint(folder, {"rnu", "s.json"}), "no command rnu (did you mean run?)"));
+  EXPECT_TRUE(contains(complaint(folder, {"help", "chek"}), "no command chek (did you mean check?)"));
   EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--reprot"}),
-                       "tanor run has no option --reprot; did you mean --report?"));
+                       "tanor run has no option --reprot (did you mean --report?)"));
   EXPECT_FALSE(contains(complaint(folder, {"run", "s.json", "--xyz"}), "did you mean"));
 }
 
