@@ -7,9 +7,11 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tanor;
   static const fuzz::InputFile file("." TANOR_FORMAT);
-  static const std::string scene =
-      R"({"tanor_scene": 1, "import": {"format": ")" TANOR_FORMAT R"(", "file": ")" + file.path().string() + "\"}}";
   file.write(fuzz::text_of(data, size));
-  fuzz::takes([&] { scene::parse_scene(scene, file.folder() / "scene.json"); });
+  for (const std::string keys : {"", R"(, "bonds": "distance", "angles": "rigid")", R"(, "angles": "rigid")"}) {
+    const std::string scene = R"({"tanor_scene": 1, "import": {"format": ")" TANOR_FORMAT R"(", "file": ")" +
+                              file.path().string() + "\"" + keys + "}}";
+    fuzz::takes([&] { scene::parse_scene(scene, file.folder() / "scene.json"); });
+  }
   return 0;
 }
