@@ -214,7 +214,7 @@ class LammpsReader {
     if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
   }
 
-  /// "id type atom …" of angles and dihedrals.
+  /// "id type atom …" of angles and dihedrals; 0 types: the header does not say how many.
   template <std::size_t size>
   NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::int64_t num_types) {
     std::string columns = fmt::format("{}: id type", size + 2);
@@ -222,7 +222,7 @@ class LammpsReader {
     check_columns(words, {size + 2}, columns);
     const std::string article = what[0] == 'a' ? "an " : "a ";
     NamedTuple<size> tuple{.id = integer(words[0], article + what + " id", 1, any),
-                           .type = integer(words[1], article + what + " type", 1, num_types),
+                           .type = integer(words[1], article + what + " type", 1, num_types > 0 ? num_types : most),
                            .atoms = {},
                            .line = lines_.number()};
     for (std::size_t k = 0; k < size; ++k) {

@@ -10,6 +10,7 @@
 #include <tanor/modes.hpp>
 
 #include "base/quiet_traps.hpp"
+#include "statics/dot.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -24,7 +25,7 @@ constexpr double little_mass = 1e-9;
 /// The critical factor is bracketed so closely; inverse iteration does the rest.
 constexpr double bracket = 1.1;
 constexpr int most_iterations = 200;
-constexpr double rounding = 1e-14;
+constexpr double rounding_of_factor = 1e-14;
 
 EquilibriumOptions describe_system(const BucklingOptions& options) {
   EquilibriumOptions result;
@@ -103,16 +104,10 @@ Buckling never_buckles() {
   return result;
 }
 
-Buckling fail(Status status, std::string what) {
+Buckling refuse_buckling(Status status, std::string what) {
   Buckling result;
   result.outcome = {status, std::move(what)};
   return result;
-}
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
 }
 
 /// The largest stable load factor of a bracket [low, low * bracket] of the critical one; 0: unstable without load;
@@ -147,7 +142,7 @@ double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
     for (std::size_t i = 0; i < W1x.size(); ++i) W1x[i] -= W0x[i];
     const double before = factor;
     if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
-    if (k > 1 && std::abs(factor - before) <= rounding * std::abs(factor)) break;
+    if (k > 1 && std::abs(factor - before) <= rounding_of_factor * std::abs(factor)) break;
     for (double& value : W1x) value = -value;
     *x = std::move(W1x);
     stiffness->stand_at(low);
@@ -171,22 +166,23 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   try {
     unloaded = GivenEquilibrium::stand_at(rest, claim, same);
   } catch (const InputError& error) {
-    return fail(Status::NoSolution,
-                "the shape moves with the load, so that its stiffness is not linear in the load "
-                "factor: without it " +
-                    std::string(error.what()));
+    return refuse_buckling(Status::NoSolution,
+                           "the shape moves with the load, so that its stiffness is not linear in the load "
+                           "factor: without it " +
+                               std::string(error.what()));
   }
   // Points that a load holds rigid by prestress move without it.
   if (unloaded->equations().size() != state.equations().size())
-    return fail(Status::NoSolution, "the load holds points rigid by prestress, which no load factor multiplies");
+    return refuse_buckling(Status::NoSolution,
+                           "the load holds points rigid by prestress, which no load factor multiplies");
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
-    return fail(Status::NotUnique,
-                "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
+    return refuse_buckling(Status::NotUnique,
+                           "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
   if (state.degrees_of_freedom() == 0) return never_buckles();
 
   LoadedStiffness stiffness(&state, unloaded->multipliers());
   const double low = find_stable_factor(&stiffness);
-  if (low == 0.0) return fail(Status::NoSolution, "it is unstable without the load too");
+  if (low == 0.0) return refuse_buckling(Status::NoSolution, "it is unstable without the load too");
   if (std::isinf(low)) return never_buckles();
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;

@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
+#include "statics/dot.hpp"
 #include "statics/kkt_solver.hpp"
 
 namespace tanor {
@@ -25,12 +26,6 @@ void check_size(std::size_t found, std::size_t wanted, const char* name) {
     throw InputError("", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) +
                              " are needed");
   }
-}
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
 }
 
 }  // namespace

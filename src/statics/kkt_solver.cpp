@@ -7,6 +7,7 @@
 #include "base/groups.hpp"
 #include "factor/inertia.hpp"
 #include "plan/thresholds.hpp"
+#include "statics/dot.hpp"
 
 namespace tanor {
 
@@ -15,12 +16,6 @@ namespace {
 /// C over the stiffness of its points: conjugate gradients then take two or three steps, and half of the digits that it
 /// costs come back by one refinement.
 constexpr double penalty = 1e5;
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 double largest(const std::vector<double>& a) {
   double result = 0.0;

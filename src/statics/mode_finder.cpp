@@ -38,7 +38,7 @@ constexpr double small_residual = 1e-12;
 constexpr double clear_gap = 1e-5;
 constexpr std::size_t most_searches = 8;
 
-ModeSet fail(Status status, std::string what) {
+ModeSet end_without_modes(Status status, std::string what) {
   return {{status, std::move(what)}, {}, {}, 0.0, 0};
 }
 
@@ -93,7 +93,8 @@ ModeSet ModeFinder::find_all() {
   const auto s = static_cast<Rows>(freedoms_);
   if (s == 0) return {{}, VectorXd(0), MatrixXd(mass_.size(), 0), 0.0, 0};
   // With W + s M near a multiple of M, solutions are almost projections: of random vectors they span all that can move.
-  if (!factorize_below_all(10.0 * scale_)) return fail(Status::Singular, "the stiffness matrix has no factor");
+  if (!factorize_below_all(10.0 * scale_))
+    return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   MatrixXd Z = random_matrix(mass_.size(), s, 1);
   VectorXd multipliers;
   for (Rows j = 0; j < s; ++j)
@@ -226,7 +227,8 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
 }
 
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
-  if (!factorize_below_all(least_shift * scale_)) return fail(Status::Singular, "the stiffness matrix has no factor");
+  if (!factorize_below_all(least_shift * scale_))
+    return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   const MatrixXd none(mass_.size(), 0);
   MatrixXd found = run_lanczos(std::min(count + num_guards, freedoms_ - 1), tolerance, none);
   std::size_t searches = 0;
@@ -252,8 +254,8 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
         rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())}, count);
     found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));
   }
-  return fail(Status::NotConverged,
-              "Lanczos' method found " + std::to_string(found.cols()) + " of " + std::to_string(count) + " modes");
+  return end_without_modes(Status::NotConverged, "Lanczos' method found " + std::to_string(found.cols()) + " of " +
+                                                     std::to_string(count) + " modes");
 }
 
 }  // namespace tanor
