@@ -45,7 +45,7 @@ class Step {
     for (std::size_t i = 0; i < num_points_; ++i) add(run_.step, run_.velocities, i, run_.positions);
     std::array<ConstraintReport, 2> reports;
     reports[0] = constrainer_->constrain_positions({.step = run_.step,
-                                                    .old_positions = {kept_[0].data()->data()},
+                                                    .old_positions = {kept_[0].empty() ? nullptr : kept_[0].front().data()},
                                                     .positions = run_.positions,
                                                     .velocities = run_.velocities,
                                                     .time = time,
