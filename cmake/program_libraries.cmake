@@ -1,5 +1,5 @@
 # Libraries without which the program is built all the same, and says what it cannot write:
-# zlib (compression), HDF5 (h5md), libzip (npz), cairo (pictures). Sets has_zlib, has_hdf5, has_zip, has_cairo,
+# zlib (compression), HDF5 (h5md), libzip (npz). Sets has_zlib, has_hdf5, has_zip,
 # program_libraries and program_includes.
 find_package(ZLIB QUIET)
 # Debian's HDF5 without MPI lies in folders of its own; tools that could tell more are slow and pull in MPI.
@@ -7,9 +7,7 @@ find_path(HDF5_SERIAL_INCLUDE_DIR hdf5.h PATH_SUFFIXES hdf5/serial)
 find_library(HDF5_SERIAL_LIBRARY NAMES hdf5_serial hdf5)
 find_path(ZIP_INCLUDE_DIR zip.h)
 find_library(ZIP_LIBRARY zip)
-find_path(CAIRO_INCLUDE_DIR cairo.h PATH_SUFFIXES cairo)
-find_library(CAIRO_LIBRARY cairo)
-mark_as_advanced(HDF5_SERIAL_INCLUDE_DIR HDF5_SERIAL_LIBRARY ZIP_INCLUDE_DIR ZIP_LIBRARY CAIRO_INCLUDE_DIR CAIRO_LIBRARY)
+mark_as_advanced(HDF5_SERIAL_INCLUDE_DIR HDF5_SERIAL_LIBRARY ZIP_INCLUDE_DIR ZIP_LIBRARY)
 
 set(program_libraries)
 set(program_includes)
@@ -17,7 +15,7 @@ set(has_zlib ${ZLIB_FOUND})
 if(has_zlib)
   list(APPEND program_libraries ZLIB::ZLIB)
 endif()
-foreach(library IN ITEMS hdf5:HDF5_SERIAL zip:ZIP cairo:CAIRO)
+foreach(library IN ITEMS hdf5:HDF5_SERIAL zip:ZIP)
   string(REPLACE ":" ";" library ${library})
   list(GET library 0 name)
   list(GET library 1 prefix)

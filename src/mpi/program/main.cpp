@@ -6,11 +6,12 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <optional>
-#include <variant>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
@@ -144,18 +145,20 @@ ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
   return failure.code;
 }
 
-ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
+[[noreturn]] void refuse_command() {
+  throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
+}
+
+/// The ranks of this program, while it runs.
+MpiRanks* all_ranks = nullptr;
+
+ExitCode run_command(int argc, const char* const* argv) {
   try {
-    const cli::Command command = cli::parse_command_line(argc, argv);
-    if (const auto* text = std::get_if<cli::TextRequest>(&command)) {
-      if (ranks.rank() == 0) fmt::print("{}", text->text);
-      return ExitCode::Done;
-    }
-    const auto* options = std::get_if<cli::RunOptions>(&command);
-    if (options == nullptr) throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
-    return Run(ranks, *options).execute();
+    const std::function<ExitCode()> command = cli::parse_command_line(argc, argv);
+    if (all_ranks->rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
+    return command();
   } catch (...) {
-    return tell(ranks, cli::describe_current_exception());
+    return tell(*all_ranks, cli::describe_current_exception());
   }
 }
 
@@ -163,13 +166,56 @@ ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
 
 }  // namespace tanor::mpi
 
+// What the table of commands executes here.
+namespace tanor::cli {
+
+ExitCode execute(const RunOptions& options) {
+  return mpi::Run(*mpi::all_ranks, options).execute();
+}
+ExitCode execute(const SolveOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const ForcesOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const InfoOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const CheckOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const ErrorTimeOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const EquilibriumCommand&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const ModesCommand&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const SelftestOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const ViewOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const ManualOptions&) {
+  mpi::refuse_command();
+}
+ExitCode execute(const CompletionOptions&) {
+  mpi::refuse_command();
+}
+
+}  // namespace tanor::cli
+
 int main(int argc, char** argv) {
   int provided = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   int code = 0;
   {
     tanor::MpiRanks ranks(MPI_COMM_WORLD);
-    code = static_cast<int>(tanor::mpi::run_command(ranks, argc, argv));
+    tanor::mpi::all_ranks = &ranks;
+    code = static_cast<int>(tanor::mpi::run_command(argc, argv));
   }
   MPI_Finalize();
   return code;
