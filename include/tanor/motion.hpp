@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -7,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -168,8 +170,10 @@ class TANOR_API Simulation {
   /// of the whole. Arrays are of the part; those of guests follow their owners. An event's value is the sum of what the
   /// functions of all ranks return. Certificates and ranks of K are of the part alone; where islands lie on several
   /// ranks there are none.
-  Simulation(System system, const Part& part, MotionOptions motion = {}, SolverOptions solver = {},
-             double t_start = 0.0);
+  template <std::same_as<Part> OwnPart>  // so that {} in its place means options
+  Simulation(System system, const OwnPart& part, MotionOptions motion = {}, SolverOptions solver = {},
+             double t_start = 0.0)
+      : Simulation(Spread{}, std::move(system), part, motion, solver, t_start) {}
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
@@ -236,6 +240,10 @@ class TANOR_API Simulation {
 
  private:
   struct TANOR_LOCAL Implementation;
+  struct Spread {};
+  Simulation(Spread, System system, const Part& part, const MotionOptions& motion, const SolverOptions& solver,
+             double t_start);
+
   std::unique_ptr<Implementation> implementation_;
 };
 

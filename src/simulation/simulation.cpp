@@ -395,9 +395,10 @@ struct Simulation::Implementation {
 };
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
-    : Simulation(std::move(system), Part{}, motion, solver, t_start) {}
+    : Simulation(Spread{}, std::move(system), Part{}, motion, solver, t_start) {}
 
-Simulation::Simulation(System system, const Part& part, MotionOptions motion, SolverOptions solver, double t_start)
+Simulation::Simulation(Spread, System system, const Part& part, const MotionOptions& motion,
+                       const SolverOptions& solver, double t_start)
     : implementation_(make_quietly<Implementation>(std::move(system), motion, solver, part, t_start)) {
   const QuietTraps quiet;
   const std::vector<std::size_t> idle = plan().idle_equations;
