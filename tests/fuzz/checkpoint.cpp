@@ -35,7 +35,7 @@ Stopped stop(const std::string& scene_keys, const std::filesystem::path& folder)
   report::write_checkpoint(folder,
                            {.scene = "fuzz",
                             .time = simulation.time(),
-                            .trajectory = {.frames = 1, .xyz_bytes = 100, .pvd_bytes = 100},
+                            .trajectory = {.frames = 1, .files = {{"trajectory.xyz", 100}, {"trajectory.pvd", 100}}},
                             .wall = {},
                             .state = simulation.save()},
                            report::Wait::No);
