@@ -37,7 +37,7 @@ TEST(PermissionTest, ASceneThatMayNotBeReadIsBadInput) {
   const Ended ended = run_script(folder, "chmod 0 s.json; " + as_everybody + "\"$TANOR\" run s.json --out o");
 
   EXPECT_EQ(ended.code, 2) << ended.err;
-  EXPECT_EQ(ended.err, "tanor: s.json: s.json cannot be read: Permission denied\n");
+  EXPECT_EQ(ended.err, "tanor: s.json cannot be read: Permission denied\n");
   EXPECT_FALSE(std::filesystem::exists(folder / "o"));
 }
 

@@ -27,7 +27,7 @@ TEST(HostileInput, ListsInsideListsEndAtAHundred) {
             "scene.json: found more than 100 lists and objects inside one another, wanted a scene");
   expect_short(error_of(repeat(R"({"a":)", megabyte / 5)));
   // A hundred are read, and then found to be no scene.
-  EXPECT_EQ(error_of(repeat("[", 100) + repeat("]", 100)), "scene.json: found a list, wanted an object");
+  EXPECT_EQ(error_of(repeat("[", 100) + repeat("]", 100)), "scene.json: found a list of 1, wanted an object");
 }
 
 // Bytes that go on a character which never began: a long word cannot be cut between two characters.
