@@ -126,7 +126,14 @@ Eigen::VectorXd interpolate(const Basis& basis, std::span<const double> times, s
 
   // The matrix is totally positive and banded: its own order fills nothing.
   Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::NaturalOrdering<int>> factor(matrix);
-  return factor.solve(Eigen::Map<const Eigen::VectorXd>(values.data(), size));
+  const auto fail = [] {
+    throw InputError("",
+                     "table: its times are too unequal for a smooth curve; wanted steps that do not differ so much");
+  };
+  if (factor.info() != Eigen::Success) fail();
+  Eigen::VectorXd coefficients = factor.solve(Eigen::Map<const Eigen::VectorXd>(values.data(), size));
+  if (!coefficients.allFinite()) fail();
+  return coefficients;
 }
 
 }  // namespace

@@ -64,13 +64,13 @@ TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWhatItHas) {
 }
 
 TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
-  for (const std::string trouble : {"rm -r o", "mv o elsewhere", "mv o elsewhere; mkdir o"}) {
+  for (const std::string trouble : {"rm -r o", "mv o elsewhere", "mv o elsewhere && mkdir o"}) {
     const Folder folder;
     write_text(folder / "s.json", pendulum(endless));
 
     const Ended ended = run_script(folder, R"sh("$TANOR" run s.json --out o --quiet & process=$!
       while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
-      while ! )sh" + trouble + R"sh( 2>/dev/null; do true; done  # a frame may come while rm is on its way
+      while ! { )sh" + trouble + R"sh(; } 2>/dev/null; do true; done  # a frame may come while rm is on its way
       wait $process)sh");
 
     EXPECT_EQ(ended.code, 4) << trouble << ": " << ended.err;

@@ -63,10 +63,11 @@ std::size_t count_islands(const System& system) {
 
 }  // namespace
 
-WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, const Simulation& simulation)
+WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, Simulation& simulation)
     : ranks_(ranks), whole_(whole), part_(part) {
   merge_plan(simulation.plan());
   merge_report(simulation.report());
+  merge_rank(simulation);
   positions_ = gather_points(simulation.positions());
   velocities_ = gather_points(simulation.velocities());
   accelerations_ = gather_points(simulation.accelerations());
@@ -128,9 +129,17 @@ void WholeRun::merge_report(const MotionReport& own) {
   report_.friction.several = add(own.friction.several);
 }
 
+/// Ranks of islands that lie on one rank each add up; of islands that are cut the motion knows it.
+void WholeRun::merge_rank(Simulation& simulation) {
+  const std::size_t num_shared = part_.part.shared_rows.size();
+  const double all_shared = sum_of(ranks_, static_cast<double>(num_shared));
+  const double whole = sum_of(ranks_, num_shared > 0 ? 0.0 : static_cast<double>(simulation.rank().rank));
+  rank_of_K_ = all_shared > 0.0 ? report_.rank_changes.now : static_cast<std::size_t>(whole);
+}
+
 report::RunEnd WholeRun::end() const {
   RankReport rank;
-  rank.rank = report_.rank_changes.now;
+  rank.rank = rank_of_K_;
   rank.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank.rank;
   return {whole_,      plan_,          report_,      rank,       report_.time,   positions_,
           velocities_, accelerations_, multipliers_, reactions_, support_forces_};

@@ -11,7 +11,7 @@ namespace tanor::mpi {
 class WholeRun {
  public:
   /// `whole` outlives it. Collective.
-  WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, const Simulation& simulation);
+  WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, Simulation& simulation);
 
   /// On the first rank.
   report::RunEnd end() const;
@@ -23,12 +23,14 @@ class WholeRun {
   std::vector<double> gather_rows(std::span<const double> own) const;
   void merge_plan(const PlanSummary& own);
   void merge_report(const MotionReport& own);
+  void merge_rank(Simulation& simulation);
 
   const MpiRanks& ranks_;
   const System& whole_;
   const RankSystem& part_;
   PlanSummary plan_;
   MotionReport report_;
+  std::size_t rank_of_K_ = 0;
   std::vector<double> positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_;
 };
 
