@@ -216,6 +216,8 @@ TEST(Table, WrongSamplesAreErrors) {
   EXPECT_EQ(error({0}, {1}), "table: 1 row; a table needs at least 2");
   EXPECT_EQ(error({0, 1}, {1}), "table: 2 times but 1 value; a row has one of each");
   EXPECT_EQ(error({0, 1, 1}, {1, 2, 3}), "table: row 3: time 1 after 1; times must strictly increase");
+  EXPECT_EQ(error({0, 1e-300, 2e-300, 3e-300, 1, 2, 3, 4, 5, 6}, {1, -1, 2, 3, 1, -1, 0, 2, 4, 1}),
+            "table: its times are too unequal for a smooth curve; wanted steps that do not differ so much");
   EXPECT_EQ(error({0, 1, 0.5}, {1, 2, 3}), "table: row 3: time 0.5 after 1; times must strictly increase");
   EXPECT_EQ(error({0, infinity}, {1, 2}), "table: row 2: time inf is not finite");
   EXPECT_EQ(error({0, 1}, {NAN, 2}), "table: row 1: value nan is not finite");
