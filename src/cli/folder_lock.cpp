@@ -58,8 +58,12 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& c
 }
 
 FolderLock::~FolderLock() {
-  unlink(file_.c_str());
+  if (is_in_place()) unlink(file_.c_str());
   close(descriptor_);
+}
+
+bool FolderLock::is_in_place() const {
+  return is_named(descriptor_, file_);
 }
 
 }  // namespace tanor::cli

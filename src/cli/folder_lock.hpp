@@ -18,6 +18,9 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
+  /// The folder of that name is still the one that was locked.
+  bool is_in_place() const;
+
  private:
   std::filesystem::path file_;
   int descriptor_ = -1;

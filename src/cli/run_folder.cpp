@@ -93,6 +93,12 @@ void RunFolder::write_frame(const Simulation& simulation) {
   output_ += seconds_since(begin);
 }
 
+/// A folder that somebody has put in the place of ours stays as it is.
+void RunFolder::require_folder(const std::string& file) const {
+  if (lock_ != nullptr && !lock_->is_in_place())
+    throw report::WriteError((directory_ / file).string(), "its folder is gone");
+}
+
 void RunFolder::show(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   facts_.wall = measure_wall();
@@ -102,6 +108,7 @@ void RunFolder::show(const Simulation& simulation) {
 }
 
 std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
+  require_folder(report::summary_name);
   const auto begin = RunPlan::Clock::now();
   if (can_go_on && last_frame_ == simulation.time())
     publish(simulation);
@@ -130,6 +137,7 @@ void RunFolder::take_certificate(const Certificate& certificate) {
 }
 
 void RunFolder::publish(const Simulation& simulation) {
+  require_folder("checkpoint");
   const auto begin = RunPlan::Clock::now();
   if (facts_.has_started) {
     checkpoint_.trajectory = trajectory_.mark();

@@ -54,6 +54,7 @@ class RunFolder {
   std::string finish(Simulation& simulation, bool can_go_on);
 
  private:
+  void require_folder(const std::string& file) const;
   /// Replaces the checkpoint.
   void publish(const Simulation& simulation);
   /// Replaces the page, for somebody who watches.
