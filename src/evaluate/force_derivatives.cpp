@@ -1,4 +1,6 @@
 #include "evaluate/forces.hpp"
+#include "evaluate/pair_stiffness.hpp"
+#include "kinds/energy_groups.hpp"
 
 namespace tanor {
 
@@ -93,6 +95,10 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
   });
   evaluate_formula_derivatives(parallel, t, r, v, to);
   add_potential_derivatives(parallel, t, r, to);
+}
+
+bool has_stiffness(const System& system, const PairForces& pairs) {
+  return !make_pair_energies(system, pairs).points.empty();
 }
 
 }  // namespace tanor

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -132,8 +133,9 @@ double find_stable_factor(LoadedStiffness* stiffness) {
   return low;
 }
 
-/// Inverse iteration from a stable p on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift does not falsify.
-double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
+/// Inverse iteration from a stable p on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift does not falsify. None
+/// where it does not settle.
+std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
   double factor = low;
   for (int k = 0; k < most_iterations; ++k) {
     // (W_0 + low W_1 + s M) y = -W_1 x
@@ -142,7 +144,7 @@ double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
     for (std::size_t i = 0; i < W1x.size(); ++i) W1x[i] -= W0x[i];
     const double before = factor;
     if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
-    if (k > 1 && std::abs(factor - before) <= rounding_of_factor * std::abs(factor)) break;
+    if (k > 1 && std::abs(factor - before) <= rounding_of_factor * std::abs(factor)) return factor;
     for (double& value : W1x) value = -value;
     *x = std::move(W1x);
     stiffness->stand_at(low);
@@ -150,7 +152,7 @@ double refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
     const double size = std::sqrt(dot(*x, *x));
     for (double& value : *x) value /= size > 0.0 ? size : 1.0;
   }
-  return factor;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -191,7 +193,10 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   (void)stiffness.is_stable_at(low);
   stiffness.solve(&x);
   Buckling result;
-  result.load_factor = refine(&stiffness, low, &x);
+  const std::optional<double> factor = refine(&stiffness, low, &x);
+  if (!factor)
+    return refuse_buckling(Status::NotConverged, "inverse iteration does not settle at the load that buckles it");
+  result.load_factor = *factor;
   result.shape.resize(3 * system.num_points());
 
   const Model& model = state.model();

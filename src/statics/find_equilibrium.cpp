@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -42,8 +43,8 @@ class Search {
 
  private:
   Outcome search();
-  Outcome leave_unstable();
-  void classify();
+  void leave_unstable();
+  Outcome classify();
   void choose_start_multipliers();
   std::string name_points_that_move() const;
 
@@ -112,7 +113,10 @@ std::vector<double> Search::positions() const {
 Outcome Search::search() {
   const NewtonLimits limits{options_.force_tolerance, options_.max_iterations};
   equations_.linearise(state_.r.data(), state_.lambda.data());
+  result_.method_used = EquilibriumMethod::Newton;
   if (work_.forces.has_formulas()) {
+    if (options_.method == EquilibriumMethod::Descent)
+      result_.left_out.push_back("descent: forces by formulas may have no potential, Newton's method goes without it");
     UnsymmetricNewton newton(equations_, newton_);
     Outcome outcome = newton.run(limits, &state_, &result_.residuals);
     result_.iterations += newton.iterations();
@@ -120,6 +124,7 @@ Outcome Search::search() {
     return outcome;
   }
   if (options_.method == EquilibriumMethod::Descent) {
+    result_.method_used = EquilibriumMethod::Descent;
     ProjectedDescent descent(equations_, multipliers_);
     Outcome outcome = descent.run(limits, &state_, &result_.residuals);
     result_.iterations += descent.iterations();
@@ -132,13 +137,20 @@ Outcome Search::search() {
   return outcome;
 }
 
-void Search::classify() {
+Outcome Search::classify() {
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
     result_.status = Stability::NotConservative;
-    return;
+    return {};
   }
-  inertia_ = find_inertia(equations_, state_.r, &newton_.solver());
+  bool can_move = equations_.num_rows() < equations_.size();
+  if (std::vector<double> found; !can_move && multipliers_.find(state_.r, prestress_, &found).ok())
+    can_move = multipliers_.rank(state_.r).degrees_of_freedom > 0;
+  inertia_ = find_inertia(equations_, state_.r, can_move, &newton_.solver());
+  if (!inertia_.is_known) {
+    result_.status = Stability::None;
+    return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
+  }
   result_.unstable_directions = inertia_.negative;
   result_.zero_modes = inertia_.zero;
   result_.rigid_zero_modes = inertia_.rigid_zero;
@@ -146,13 +158,14 @@ void Search::classify() {
   result_.status = inertia_.negative > 0                 ? Stability::Unstable
                    : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
                                                          : Stability::Stable;
+  return {};
 }
 
 /// Along the shape that gains most energy, to somewhere else.
-Outcome Search::leave_unstable() {
+void Search::leave_unstable() {
   constexpr int most_times = 12;
   constexpr double far = 0.05;  // of the scene's size
-  for (int time = 0; time < most_times && result_.status == Stability::Unstable; ++time) {
+  for (int time = 0; time < most_times && result_.status == Stability::Unstable && !inertia_.shape.empty(); ++time) {
     double longest = 0.0;
     for (std::size_t i = 0; i < model_.num_moving(); ++i)
       longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
@@ -161,16 +174,15 @@ Outcome Search::leave_unstable() {
       state_.r[i] += far * model_.scene_size / longest * inertia_.shape[i];
     result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
                                text(inertia_.lowest) + " 1/s^2)");
-    const Outcome outcome = search();
+    Outcome outcome = search();
+    if (outcome.ok()) outcome = classify();
     if (!outcome.ok()) {
       state_ = unstable;
-      classify();
+      (void)classify();
       result_.left_out.push_back("beyond it " + outcome.what);
-      return {};
+      return;
     }
-    classify();
   }
-  return {};
 }
 
 std::string Search::name_points_that_move() const {
@@ -185,6 +197,9 @@ std::string Search::name_points_that_move() const {
 }
 
 Outcome Search::run() {
+  result_.status = Stability::None;
+  result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
+  result_.lowest_omega2 = std::numeric_limits<double>::quiet_NaN();
   if (model_.num_moving() == 0) {
     result_.status = Stability::Stable;
     return {};
@@ -192,9 +207,9 @@ Outcome Search::run() {
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
   if (Outcome outcome = search(); !outcome.ok()) return outcome;
-  classify();
+  if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
-  if (may_leave) (void)leave_unstable();
+  if (may_leave) leave_unstable();
 
   const bool is_wanted = options_.accept == AcceptedEquilibria::Any || result_.status == Stability::Stable ||
                          (options_.accept == AcceptedEquilibria::Marginal && result_.status == Stability::Marginal);
@@ -278,8 +293,6 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
   EquilibriumResult result;
   StaticsInput input(system, options);
   result.left_out = input.left_out;
-  result.method_used =
-      options.method == EquilibriumMethod::Descent ? EquilibriumMethod::Descent : EquilibriumMethod::Newton;
 
   std::unique_ptr<Search> search;
   for (int step = 1; step <= options.load_steps; ++step) {

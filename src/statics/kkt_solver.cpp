@@ -204,7 +204,9 @@ bool KktSolver::factorize(double shift) {
 }
 
 std::optional<std::size_t> KktSolver::count_below(double omega2) {
+  const std::vector<double> of_factor = penalties_;  // which solve() goes on with
   assemble(-omega2);
+  penalties_ = of_factor;
   return count_negative_eigenvalues(upper_, values_);
 }
 
@@ -255,7 +257,9 @@ void KktSolver::solve_shifted(double* x, double* y) {
 double KktSolver::solve(double* x, double* y, int refinements) {
   std::copy_n(x, given_.size(), given_.begin());
   std::copy_n(y, rows_given_.size(), rows_given_.begin());
-  std::vector<double> dx = given_, dy = rows_given_;
+  std::vector<double>&dx = residual_, &dy = rows_step_;
+  dx = given_;
+  dy = rows_given_;
   std::fill_n(x, given_.size(), 0.0);
   std::fill_n(y, rows_given_.size(), 0.0);
   double residual = 1.0, rows_before = largest(rows_given_);

@@ -68,8 +68,8 @@ class KktSolver {
   std::optional<Cholesky> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
   double shift_ = 0.0, reciprocal_condition_ = 0.0, row_residual_ = 0.0;
-  std::vector<double> ordered_, force_, move_, product_, residual_, given_;      // scratch [size()]
-  std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_;  // scratch [rows]
+  std::vector<double> ordered_, force_, move_, product_, residual_, given_;                  // scratch [size()]
+  std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_, rows_step_;  // scratch [rows]
 };
 
 }  // namespace tanor

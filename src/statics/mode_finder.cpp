@@ -12,6 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "base/text.hpp"
+
 namespace tanor {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
@@ -143,6 +145,8 @@ class ModeFinder::Operator {
 /// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls.
 MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
   const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
+  count = std::min(count, left - 1);
+  if (count == 0) return MatrixXd(mass_.size(), 0);
   const auto dimension = static_cast<Rows>(std::min(2 * count + spare_dimensions, left));
   Operator op(*this, found);
   Spectra::SymEigsSolver<Operator> solver(op, static_cast<Rows>(count), dimension);
@@ -236,13 +240,18 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     ModeSet modes = refine(std::move(found), count);
     const Bound bound = choose_bound(modes.omega2, count);
     // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
-    const std::size_t counted = kkt_.count_below(bound.omega2).value_or(bound.modes + 1);
-    const std::size_t missing =
-        counted > bound.modes && searches < most_searches ? std::min(counted - bound.modes, count) : 0;
-    MatrixXd more = missing > 0 ? run_lanczos(missing, tolerance, modes.shapes) : none;
+    const std::optional<std::size_t> counted = kkt_.count_below(bound.omega2);
+    const std::size_t below = counted.value_or(bound.modes + 1);
+    const std::size_t missing = below > bound.modes ? std::min(below - bound.modes, count) : 0;
+    const MatrixXd more =
+        missing > 0 && searches < most_searches ? run_lanczos(missing, tolerance, modes.shapes) : none;
     ++searches;
-    const bool is_complete = more.cols() == 0 || rayleigh_quotients(more).minCoeff() > bound.omega2;
-    if (is_complete) {
+    const bool finds_none = more.cols() > 0 && rayleigh_quotients(more).minCoeff() > bound.omega2;
+    if (missing > 0 && (more.cols() == 0 || (finds_none && counted)))
+      return end_without_modes(Status::NotConverged, std::to_string(bound.modes) + " of " + std::to_string(below) +
+                                                         " modes below omega^2 = " + text(bound.omega2) +
+                                                         " 1/s^2 were found");
+    if (missing == 0 || finds_none) {
       modes.omega2.conservativeResize(static_cast<Rows>(count));
       modes.shapes.conservativeResize(Eigen::NoChange, static_cast<Rows>(count));
       return modes;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "statics/rigid_modes.hpp"
 
@@ -110,8 +111,8 @@ double mass_product(const Model& model, const VectorXd& a, const VectorXd& b) {
 /// Lanczos' method on (W + s M)^-1 M within K'q = 0, with the factor that stands: the lowest omega^2 beyond `zero`.
 void find_lowest(const EquilibriumEquations& equations, double shift, double zero, KktSolver* solver,
                  ReducedInertia* result) {
-  constexpr int most_steps = 60;
-  constexpr double enough = 1e-10;
+  constexpr int most_steps = 100;
+  constexpr double enough = 1e-10, at_least = 1e-3;  // residuals over the eigenvalue
   const Model& model = equations.model();
   const auto n = static_cast<Index>(equations.size());
   std::vector<VectorXd> basis;
@@ -129,7 +130,6 @@ void find_lowest(const EquilibriumEquations& equations, double shift, double zer
     start[i] = std::sin(1.0 + 0.7 * static_cast<double>(i) + 1e-3 * static_cast<double>(i * i % 997));
   start = apply(start);
   basis.push_back(start / std::sqrt(mass_product(model, start, start)));
-  double before = 0.0;
   for (int step = 0; step < most_steps; ++step) {
     VectorXd next = apply(basis.back());
     alpha.push_back(mass_product(model, next, basis.back()));
@@ -147,14 +147,14 @@ void find_lowest(const EquilibriumEquations& equations, double shift, double zer
     Index chosen = size - 1;
     while (chosen > 0 && std::abs(1.0 / eigen.eigenvalues()[chosen] - shift) <= zero) --chosen;
     const double theta = eigen.eigenvalues()[chosen];
-    const bool is_found = length * std::abs(eigen.eigenvectors()(size - 1, chosen)) < enough * theta ||
-                          length < 1e-14 * eigen.eigenvalues()[size - 1] || step + 1 == most_steps;
-    before = theta;
+    const double residual = length * std::abs(eigen.eigenvectors()(size - 1, chosen));
+    const bool is_found = residual < enough * theta || length < 1e-14 * eigen.eigenvalues()[size - 1] ||
+                          (step + 1 == most_steps && residual < at_least * theta);
     if (is_found) {
       VectorXd shape = VectorXd::Zero(n);
       for (Index k = 0; k < size; ++k) shape += eigen.eigenvectors()(k, chosen) * basis[static_cast<std::size_t>(k)];
       shape /= std::sqrt(mass_product(model, shape, shape));
-      result->lowest = 1.0 / before - shift;
+      result->lowest = 1.0 / theta - shift;
       result->shape.assign(shape.data(), shape.data() + n);
       return;
     }
@@ -163,17 +163,29 @@ void find_lowest(const EquilibriumEquations& equations, double shift, double zer
   }
 }
 
-ReducedInertia find_sparse(const EquilibriumEquations& equations, KktSolver* solver) {
+/// Where a pivot vanishes a bound nearby is asked for.
+std::optional<std::size_t> count_near(double omega2, KktSolver* solver) {
+  for (const double factor : {1.0, 1.3, 0.7, 2.0}) {
+    if (const auto count = solver->count_below(factor * omega2)) return count;
+  }
+  return std::nullopt;
+}
+
+ReducedInertia find_sparse(const EquilibriumEquations& equations, bool can_move, KktSolver* solver) {
   ReducedInertia result;
-  if (equations.num_rows() >= equations.size()) return result;
+  if (!can_move) return result;
   const double largest = largest_frequency2(equations), zero = zero_tolerance(equations, largest);
   if (!solver->factorize(-zero)) {
-    const auto below = solver->count_below(-zero), up_to = solver->count_below(zero);
-    result.negative = below.value_or(0);
-    result.zero = up_to.value_or(result.negative) - result.negative;
-    double shift = zero;
-    while (!solver->factorize(shift) && shift < 1e3 * largest) shift *= 10.0;
-    find_lowest(equations, shift, zero, solver, &result);
+    const auto below = count_near(-zero, solver), up_to = count_near(zero, solver);
+    result.is_known = below && up_to && *up_to >= *below;
+    if (!result.is_known) return result;
+    result.negative = *below;
+    result.zero = *up_to - *below;
+    for (double shift = zero; shift < 1e4 * largest; shift *= 10.0) {
+      if (!solver->factorize(shift)) continue;
+      find_lowest(equations, shift, zero, solver, &result);
+      break;
+    }
   } else {
     find_lowest(equations, -zero, zero, solver, &result);
   }
@@ -182,9 +194,11 @@ ReducedInertia find_sparse(const EquilibriumEquations& equations, KktSolver* sol
 
 }  // namespace
 
-ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, KktSolver* solver) {
+ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, bool can_move,
+                            KktSolver* solver) {
   if (equations.size() == 0) return {};
-  ReducedInertia result = equations.size() <= most_dense ? find_dense(equations) : find_sparse(equations, solver);
+  ReducedInertia result =
+      equations.size() <= most_dense ? find_dense(equations) : find_sparse(equations, can_move, solver);
   if (result.zero > 0) result.rigid_zero = std::min(result.zero, count_rigid_modes(equations, r));
   return result;
 }

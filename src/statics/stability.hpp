@@ -12,14 +12,17 @@ namespace tanor {
 struct ReducedInertia {
   std::size_t negative = 0, zero = 0;
   std::size_t rigid_zero = 0;  ///< among those that are zero: motions of islands as a whole
+  bool is_known = true;        ///< false: pivots vanish wherever the signs are asked for, and the numbers say nothing
   /// The lowest omega^2 that is not zero, 1/s^2, and its shape [size()], q'Mq = 1; NaN and empty where there is none.
   double lowest = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> shape;
 };
 
-/// Below 300 unknowns by all eigenvalues of the dense matrix; above by the inertia of A - omega^2 M (see KktSolver) on
+/// Up to 300 unknowns by all eigenvalues of the dense matrix; above by the inertia of A - omega^2 M (see KktSolver) on
 /// both sides of zero, and by Lanczos' method on its inverse. Zero: below 1e-9 of the largest omega^2 (less in long
 /// chains, whose lowest ones are small by nature).
-ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, KktSolver* solver);
+/// `can_move`: the rank of K is less than the number of unknowns.
+ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, bool can_move,
+                            KktSolver* solver);
 
 }  // namespace tanor

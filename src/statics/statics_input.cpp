@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "base/text.hpp"
+#include "evaluate/pair_stiffness.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
 
@@ -44,6 +45,22 @@ void leave_out_coordinates(System* system, std::vector<std::string>* left_out) {
                      "an equilibrium is found with constraints: the same motion as /constraints is wanted");
   left_out->push_back("coordinates: the constraints say the same");
   system->coordinates.clear();
+}
+
+/// Without the stiffness of all forces neither stability nor vibrations are known.
+void require_stiffness(const System& system, bool ignores_stability, std::vector<std::string>* left_out) {
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    const auto* const pairs = std::get_if<PairForces>(&system.forces[k]);
+    if (pairs == nullptr || has_stiffness(system, *pairs)) continue;
+    const std::string name = force_name(system, k);
+    if (!ignores_stability)
+      throw InputError("/forces/" + std::to_string(k),
+                       name +
+                           ": pair forces with a cutoff, of law log, or of more than 200 points have no stiffness "
+                           "here, and so neither stability nor modes are known; \"accept\": \"any\" in "
+                           "/equilibrium finds where the system rests");
+    left_out->push_back(name + ": it has no part in the stiffness; the status says what is without it");
+  }
 }
 
 /// Tensions of named rods as multipliers, lambda = -T.
@@ -88,6 +105,7 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
     if (std::holds_alternative<Drag>(system.forces[k]))
       left_out.push_back(force_name(system, k) + ": drag acts on what moves");
   }
+  require_stiffness(system, options.accept == AcceptedEquilibria::Any, &left_out);
   prestress = read_prestress(system, options.prestress);
 }
 
