@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/exit_code.hpp"
+#include "picture/style.hpp"
 #include "scene/overrides.hpp"
 
 namespace tanor::cli {
@@ -84,6 +85,14 @@ struct ViewOptions : CommonOptions {
   bool no_open = false;
 };
 
+/// `tanor picture`: an instant of a run as PNG.
+struct PictureOptions : CommonOptions {
+  std::filesystem::path folder;
+  std::optional<double> time;                ///< s; default: the last frame
+  std::optional<std::filesystem::path> out;  ///< file; default: picture.png in the folder
+  picture::Style style;
+};
+
 /// `tanor help`, `tanor manual`, `tanor completion`: what the table of commands says.
 struct HelpOptions {
   std::string command;  ///< empty: all
@@ -112,6 +121,7 @@ ExitCode execute(const EquilibriumCommand& command);
 ExitCode execute(const ModesCommand& command);
 ExitCode execute(const SelftestOptions& options);
 ExitCode execute(const ViewOptions& options);
+ExitCode execute(const PictureOptions& options);
 ExitCode execute(const HelpOptions& options);
 ExitCode execute(const ManualOptions& options);
 ExitCode execute(const CompletionOptions& options);

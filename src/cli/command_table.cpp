@@ -317,6 +317,117 @@ Command describe_view() {
                     {"tanor view net.out --no-open --port 8080", "on a machine without a screen"}}});
 }
 
+/// "1600x1000"
+Value size_of_picture(picture::Style* style) {
+  return {Word::Text, [style](const std::string& given) -> std::string {
+            constexpr int least = 64, most = 10'000;
+            const std::size_t middle = std::min(given.find('x'), given.size());
+            const auto width = read_number<int>(given.substr(0, middle));
+            const auto height = read_number<int>(given.substr(std::min(middle + 1, given.size())));
+            if (!width || !height || std::min(*width, *height) < least || std::max(*width, *height) > most)
+              return "must be WIDTHxHEIGHT in pixels, 64 to 10000 each, such as 1600x1000, not '" + given + "'";
+            style->width = *width;
+            style->height = *height;
+            return {};
+          }};
+}
+
+/// "auto", an axis, or two angles
+Value view_of_picture(picture::Style* style) {
+  return {Word::Text, [style](const std::string& given) -> std::string {
+            style->from.reset();
+            style->angles.reset();
+            if (given == "auto") return {};
+            const bool is_negative = given.starts_with('-');
+            const std::string axis = given.substr(is_negative ? 1 : 0);
+            if (axis == "x" || axis == "y" || axis == "z") {
+              style->from.emplace().fill(0.0);
+              (*style->from)[static_cast<std::size_t>(axis[0] - 'x')] = is_negative ? -1.0 : 1.0;
+              return {};
+            }
+            const std::size_t middle = std::min(given.find(','), given.size());
+            const auto around = read_number<double>(given.substr(0, middle));
+            const auto above = read_number<double>(given.substr(std::min(middle + 1, given.size())));
+            if (!around || !above || !(std::abs(*around) <= 360.0) || !(std::abs(*above) <= 90.0))
+              return "must be auto, x, -x, y, -y, z, -z (from where one looks) or AROUND,ABOVE in degrees, such as "
+                     "30,20, not '" +
+                     given + "'";
+            style->angles = {*around, *above};
+            return {};
+          }};
+}
+
+Value projection_of_picture(picture::Style* style) {
+  return {Word::Text, [style](const std::string& given) -> std::string {
+            if (given != "perspective" && given != "orthographic")
+              return "must be perspective or orthographic, not '" + given + "'";
+            style->projection =
+                given == "perspective" ? picture::Projection::Perspective : picture::Projection::Orthographic;
+            return {};
+          }};
+}
+
+/// What is shown, names between commas; what is not named is not shown.
+Value parts_of_picture(picture::Style* style) {
+  return {Word::Text, [style](const std::string& given) -> std::string {
+            const std::array<std::pair<const char*, bool*>, 5> parts{{{"points", &style->shows_points},
+                                                                      {"rods", &style->shows_rods},
+                                                                      {"reactions", &style->shows_reactions},
+                                                                      {"guides", &style->shows_guides},
+                                                                      {"legend", &style->shows_legend}}};
+            for (const auto& [name, shows] : parts) *shows = false;
+            std::vector<std::string> words;
+            if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
+            for (const std::string& word : words) {
+              const auto found = std::ranges::find(parts, word, [](const auto& part) { return part.first; });
+              if (found == parts.end())
+                return "must be names of points, rods, reactions, guides, legend between commas, not '" + word + "'";
+              *found->second = true;
+            }
+            return {};
+          }};
+}
+
+Value instant(std::optional<double>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<double> number = read_number<double>(given);
+            if (!number || !std::isfinite(*number)) return "must be a finite number, not '" + given + "'";
+            *target = number;
+            return {};
+          }};
+}
+
+Command describe_picture() {
+  const auto options = std::make_shared<PictureOptions>();
+  picture::Style* style = &options->style;
+  return complete(
+      options,
+      {.name = "picture",
+       .summary = "an instant of a run as a picture, PNG, for papers",
+       .text =
+           "Draws the points, the rods in the colours of their tension, the forces of guides and supports as arrows, "
+           "and the guides, from the frames in trajectory.pvd. Pictures of one run have the same colours, the same "
+           "arrows and the same view. Between two frames positions follow the cubic polynomial through both "
+           "positions and velocities, and forces a straight line.",
+       .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
+       .options =
+           {{"--time", "T", instant(&options->time), "the instant, s; default: the last frame"},
+            {"--out", "FILE", text(Word::File, &options->out), "the picture; default DIR/picture.png"},
+            {"--size", "WxH", size_of_picture(style), "pixels; default 1600x1000"},
+            {"--view", "VIEW", view_of_picture(style),
+             "from where one looks: auto, x, -x, y, -y, z, -z, or AROUND,ABOVE: degrees around the vertical from "
+             "the front, and above it; default auto: from a corner, and straight onto a motion in a plane"},
+            {"--projection", "KIND", projection_of_picture(style),
+             "perspective or orthographic; default: perspective, but for a motion in a plane"},
+            {"--scale", "N", positive(&style->tension_scale),
+             "tension at which the colours end, N; default: that of the run"},
+            {"--show", "LIST", parts_of_picture(style),
+             "of points, rods, reactions, guides, legend, names between commas; default: all"}},
+       .examples = {{"tanor picture net.out --time 0.25", "net.out/picture.png"},
+                    {"tanor picture net.out --time 0.25 --view 30,15 --size 2400x1600 --out net.png", "for a paper"},
+                    {"tanor picture net.out --show rods,legend", "the last frame, rods alone"}}});
+}
+
 Command describe_help() {
   const auto options = std::make_shared<HelpOptions>();
   return {.name = "help",
@@ -354,9 +465,9 @@ Command describe_manual() {
 
 std::vector<Command> make_commands() {
   std::vector<Command> commands;
-  for (const auto& describe : {describe_run, describe_view, describe_info, describe_check, describe_solve,
-                               describe_forces, describe_error_time, describe_equilibrium, describe_modes,
-                               describe_selftest, describe_help, describe_completion, describe_manual})
+  for (const auto& describe : {describe_run, describe_view, describe_picture, describe_info, describe_check,
+                               describe_solve, describe_forces, describe_error_time, describe_equilibrium,
+                               describe_modes, describe_selftest, describe_help, describe_completion, describe_manual})
     commands.push_back(describe());
   return commands;
 }

@@ -6,6 +6,7 @@
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
+#include "report/stored_motion.hpp"
 
 namespace tanor::cli {
 
@@ -36,6 +37,7 @@ void remove_results(const fs::path& directory) {
   report::remove_summary(directory);
   report::remove_file(directory / page_name);
   report::remove_file(directory / report::html_page_name);
+  report::remove_file(directory / report::picture_name);
 }
 
 std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {

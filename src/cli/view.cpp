@@ -1,4 +1,3 @@
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -10,11 +9,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
+#include "cli/module.hpp"
 #include "report/html_page.hpp"
 #include "view/serve.hpp"
 
@@ -24,24 +23,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* module_name = "tanor_view.so";  // src/view/CMakeLists.txt
-
-/// The server, out of the module that lies beside this one.
 view::ServeFunction* load_server() {
-  Dl_info here{};
-  const fs::path folder =
-      dladdr(reinterpret_cast<void*>(&load_server), &here) != 0 ? fs::path(here.dli_fname).parent_path() : fs::path();
-  const fs::path module = folder / module_name;
-  if (!fs::exists(module)) {
-    throw InputError("",
-                     fmt::format("this tanor was built without cpp-httplib and has no server; {} opens in a browser "
-                                 "by itself",
-                                 report::html_page_name));
-  }
-  void* const library = dlopen(module.c_str(), RTLD_NOW);
-  void* const function = library ? dlsym(library, view::serve_symbol) : nullptr;
-  if (!function) throw std::runtime_error(dlerror());
-  return reinterpret_cast<view::ServeFunction*>(function);
+  return reinterpret_cast<view::ServeFunction*>(load_function(
+      "tanor_view", view::serve_symbol,
+      fmt::format("this tanor was built without cpp-httplib and has no server; {} opens in a browser by itself",
+                  report::html_page_name)));
 }
 
 /// The folder of a run that has a page, or the reason why there is none to see.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <stdexcept>
 #include <vector>
 
@@ -64,6 +65,33 @@ std::string compress_for_vtk(std::string_view bytes) {
   return std::string(reinterpret_cast<const char*>(head.data()), head.size() * sizeof head[0]) + blocks;
 }
 
+std::optional<std::string> decompress_for_vtk(std::string_view bytes, std::size_t size) {
+  std::uint64_t head[3];  // number of blocks, their size, that of the last one where it is shorter
+  if (bytes.size() < sizeof head) return {};
+  std::memcpy(head, bytes.data(), sizeof head);
+  bytes.remove_prefix(sizeof head);
+  const std::uint64_t count = head[0], block_size = head[1];
+  if (count > bytes.size() / sizeof count || (count > 0 && (block_size == 0 || (size - 1) / block_size + 1 != count)))
+    return {};
+  std::vector<std::uint64_t> sizes(count);
+  if (count > 0) std::memcpy(sizes.data(), bytes.data(), count * sizeof sizes[0]);
+  bytes.remove_prefix(count * sizeof count);
+  std::string result(size, '\0');
+  std::size_t done = 0;
+  for (const std::uint64_t packed : sizes) {
+    if (packed > bytes.size()) return {};
+    uLongf there = static_cast<uLongf>(std::min<std::uint64_t>(block_size, size - done));
+    const uLongf wanted = there;
+    if (uncompress(reinterpret_cast<Bytef*>(&result[done]), &there, reinterpret_cast<const Bytef*>(bytes.data()),
+                   static_cast<uLong>(packed)) != Z_OK ||
+        there != wanted)
+      return {};
+    done += there;
+    bytes.remove_prefix(packed);
+  }
+  return done == size ? std::optional(std::move(result)) : std::nullopt;
+}
+
 #else
 
 bool has_compression() {
@@ -73,6 +101,9 @@ std::string gzip(std::string_view) {
   throw std::runtime_error("this tanor was built without zlib");
 }
 std::string compress_for_vtk(std::string_view) {
+  throw std::runtime_error("this tanor was built without zlib");
+}
+std::optional<std::string> decompress_for_vtk(std::string_view, std::size_t) {
   throw std::runtime_error("this tanor was built without zlib");
 }
 

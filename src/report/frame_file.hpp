@@ -22,6 +22,7 @@ struct Frame {
   std::span<const double> tensions{};                         ///< R, N: -lambda
   std::span<const double> guide_forces{};                     ///< 3m, N; empty where no point is held
   std::vector<Guide> guides{};                                ///< where they stand now
+  Vector3 gravity{};                                          ///< m/s^2
   double energy = 0.0;                                        ///< J, kinetic and potential
   double position_violation = 0.0, velocity_violation = 0.0;  ///< largest so far, relative
 };

@@ -82,13 +82,8 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
 
 /// Against gravity; z where there is none.
 Vector3 find_up(const System& system) {
-  for (const Force& force : system.forces) {
-    const auto* gravity = std::get_if<Gravity>(&force);
-    if (!gravity || gravity->acceleration == Vector3{}) continue;
-    const Vector3& g = gravity->acceleration;
-    return {-g[0], -g[1], -g[2]};
-  }
-  return {0.0, 0.0, 1.0};
+  const Vector3 g = find_gravity(system);
+  return g == Vector3{} ? Vector3{0.0, 0.0, 1.0} : Vector3{-g[0], -g[1], -g[2]};
 }
 
 Json describe_motion(const Simulation& simulation, const Recording& recording, PackedBytes* bytes) {

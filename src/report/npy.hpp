@@ -18,8 +18,9 @@ void write_npy(const std::filesystem::path& path, std::span<const double> number
 /// The same of any shape.
 void write_npy(OutputFile* file, std::span<const double> numbers, const std::vector<std::size_t>& shape);
 
-/// The bytes of such a file for an array of any shape; `type`: "<f8", "<i4", …
-std::string make_npy(std::string_view type, const std::vector<std::size_t>& shape, std::string_view bytes);
+/// What stands in front of the numbers of an array of any shape; `type`: "<f8", "<i4", … It has at least `size` bytes,
+/// so that it can be replaced while the array grows.
+std::string make_npy_header(std::string_view type, const std::vector<std::size_t>& shape, std::size_t size = 0);
 
 /// Writes a vector of booleans, '|b1'.
 void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values);

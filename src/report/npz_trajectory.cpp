@@ -3,8 +3,10 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <exception>
 #include <memory>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -14,8 +16,6 @@
 
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
-#include "scene/npy.hpp"
-#include "scene/text_file.hpp"
 
 namespace tanor::report {
 
@@ -29,32 +29,35 @@ struct CloseArchive {
 using Archive = std::unique_ptr<zip_t, CloseArchive>;
 
 [[noreturn]] void fail() {
-  throw std::runtime_error("libzip could not make an archive");  // in memory nothing else than memory can end
+  throw std::runtime_error("libzip could not make an archive");
 }
 
-template <class Number>
-std::string_view bytes_of(const std::vector<Number>& numbers) {
-  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
-}
-
-/// An archive in memory.
-class ZipBytes {
+/// Arrays on their way into an archive in a file. libzip reads them where they lie when it closes the archive, so
+/// nothing is copied; what it writes goes on at once.
+class ZipFile {
  public:
-  explicit ZipBytes(bool is_compressed)
-      : is_compressed_(is_compressed), source_(zip_source_buffer_create(nullptr, 0, 0, nullptr)) {
-    if (!source_) fail();
-    zip_source_keep(source_);
-    archive_.reset(zip_open_from_source(source_, ZIP_CREATE | ZIP_TRUNCATE, nullptr));
-    if (!archive_) fail();
+  ZipFile(bool is_compressed, OutputFile* file) : is_compressed_(is_compressed), file_(file) {
+    zip_source_t* const target = zip_source_function_create(&ZipFile::serve, this, nullptr);
+    if (!target) fail();
+    archive_.reset(zip_open_from_source(target, ZIP_CREATE | ZIP_TRUNCATE, nullptr));
+    if (archive_) return;
+    zip_source_free(target);
+    fail();
   }
-  ~ZipBytes() { zip_source_free(source_); }
-  ZipBytes(const ZipBytes&) = delete;
-  ZipBytes& operator=(const ZipBytes&) = delete;
+  ZipFile(const ZipFile&) = delete;
+  ZipFile& operator=(const ZipFile&) = delete;
 
-  void add(const std::string& name, std::string content) {
-    contents_.push_back(std::make_unique<std::string>(std::move(content)));
-    zip_source_t* source = zip_source_buffer(archive_.get(), contents_.back()->data(), contents_.back()->size(), 0);
-    const zip_int64_t index = source ? zip_file_add(archive_.get(), name.c_str(), source, ZIP_FL_ENC_UTF_8) : -1;
+  /// The numbers must stay until `finish`.
+  template <class Number>
+  void add(const std::string& key, std::string_view type, const std::vector<std::size_t>& shape,
+           const std::vector<Number>& numbers) {
+    const std::string& header = headers_.emplace_back(make_npy_header(type, shape));
+    const zip_buffer_fragment_t parts[] = {
+        {reinterpret_cast<zip_uint8_t*>(const_cast<char*>(header.data())), header.size()},
+        {reinterpret_cast<zip_uint8_t*>(const_cast<Number*>(numbers.data())), numbers.size() * sizeof(Number)}};
+    zip_source_t* const source = zip_source_buffer_fragment(archive_.get(), parts, numbers.empty() ? 1 : 2, 0);
+    const zip_int64_t index =
+        source ? zip_file_add(archive_.get(), (key + ".npy").c_str(), source, ZIP_FL_ENC_UTF_8) : -1;
     if (index < 0) fail();
     const auto place = static_cast<zip_uint64_t>(index);
     constexpr time_t year_1980 = 315619200;  // as numpy does: equal arrays are equal files
@@ -63,44 +66,89 @@ class ZipBytes {
       fail();
   }
 
-  std::string finish() {
-    if (zip_close(archive_.get()) != 0) fail();
+  void finish() {
+    const bool is_closed = zip_close(archive_.get()) == 0;
+    if (trouble_) std::rethrow_exception(trouble_);
+    if (!is_closed) fail();
     (void)archive_.release();  // closing has freed it
-    zip_stat_t stat;
-    if (zip_source_stat(source_, &stat) != 0 || zip_source_open(source_) != 0) fail();
-    std::string bytes(stat.size, '\0');
-    const zip_int64_t read = zip_source_read(source_, bytes.data(), bytes.size());
-    zip_source_close(source_);
-    if (read != static_cast<zip_int64_t>(bytes.size())) fail();
-    return bytes;
   }
 
  private:
+  /// What libzip asks of a file that is written anew.
+  static zip_int64_t serve(void* self, void* data, zip_uint64_t size, zip_source_cmd_t command) {
+    return static_cast<ZipFile*>(self)->answer(data, size, command);
+  }
+  zip_int64_t answer(void* data, zip_uint64_t size, zip_source_cmd_t command) {
+    try {
+      switch (command) {
+        case ZIP_SOURCE_SUPPORTS:
+          return zip_source_make_command_bitmap(ZIP_SOURCE_SUPPORTS, ZIP_SOURCE_OPEN, ZIP_SOURCE_READ, ZIP_SOURCE_CLOSE,
+                                                ZIP_SOURCE_STAT, ZIP_SOURCE_ERROR, ZIP_SOURCE_FREE, ZIP_SOURCE_SEEK,
+                                                ZIP_SOURCE_TELL, ZIP_SOURCE_BEGIN_WRITE, ZIP_SOURCE_WRITE,
+                                                ZIP_SOURCE_SEEK_WRITE, ZIP_SOURCE_TELL_WRITE, ZIP_SOURCE_COMMIT_WRITE,
+                                                ZIP_SOURCE_ROLLBACK_WRITE, ZIP_SOURCE_REMOVE, -1);
+        case ZIP_SOURCE_WRITE:
+          file_->write(std::string_view(static_cast<const char*>(data), size));
+          end_ = std::max(end_, file_->tell());
+          return static_cast<zip_int64_t>(size);
+        case ZIP_SOURCE_SEEK_WRITE: {
+          const zip_int64_t place = zip_source_seek_compute_offset(file_->tell(), end_, data, size, nullptr);
+          if (place < 0) return -1;
+          file_->seek(static_cast<std::uint64_t>(place));
+          return 0;
+        }
+        case ZIP_SOURCE_TELL_WRITE:
+          return static_cast<zip_int64_t>(file_->tell());
+        case ZIP_SOURCE_STAT:  // there is nothing yet
+          zip_stat_init(static_cast<zip_stat_t*>(data));
+          static_cast<zip_stat_t*>(data)->valid = ZIP_STAT_SIZE;
+          return sizeof(zip_stat_t);
+        case ZIP_SOURCE_ERROR: {
+          auto* const codes = static_cast<int*>(data);
+          codes[0] = trouble_ ? ZIP_ER_WRITE : ZIP_ER_OK;
+          codes[1] = 0;
+          return 2 * sizeof(int);
+        }
+        default:
+          return 0;
+      }
+    } catch (...) {  // libzip is C
+      trouble_ = std::current_exception();
+      return -1;
+    }
+  }
+
   bool is_compressed_;
-  zip_source_t* source_;
+  OutputFile* file_;
+  std::uint64_t end_ = 0;            ///< of what is written; libzip goes back for the head of each array
+  std::deque<std::string> headers_;  ///< stay where they are
+  std::exception_ptr trouble_;
   Archive archive_;
-  std::vector<std::unique_ptr<std::string>> contents_;  ///< libzip reads them when it closes
 };
 
-/// The numbers of one array of an archive of ours; `size`: how many it has at most.
+struct CloseFile {
+  void operator()(zip_file_t* file) const { zip_fclose(file); }
+};
+
+/// The numbers of one array of an archive of ours; `size`: how many it has at least.
 std::vector<double> read_array(const std::string& name, zip_t* archive, const std::string& key, std::size_t size) {
   const zip_int64_t index = zip_name_locate(archive, (key + ".npy").c_str(), 0);
   zip_stat_t stat;
-  constexpr std::size_t most_of_a_header = 1 << 16;
   if (index < 0 || zip_stat_index(archive, static_cast<zip_uint64_t>(index), 0, &stat) != 0 ||
       stat.size < size * sizeof(double))
     throw InputError(name, "has fewer frames than the checkpoint says; run without --resume");
-  std::string bytes(std::min<std::size_t>(stat.size, size * sizeof(double) + most_of_a_header), '\0');
-  zip_file_t* file = zip_fopen_index(archive, static_cast<zip_uint64_t>(index), 0);
-  const zip_int64_t read = file ? zip_fread(file, bytes.data(), bytes.size()) : -1;
-  if (file) zip_fclose(file);
-  constexpr std::size_t smallest_header = 64;
-  const std::size_t begin = bytes.find('\n') + 1;  // of the numbers, behind the line of the header
-  if (read != static_cast<zip_int64_t>(bytes.size()) || begin < smallest_header ||
-      bytes.size() < begin + size * sizeof(double))
-    throw InputError(name, "is damaged; run without --resume");
+  const std::unique_ptr<zip_file_t, CloseFile> file(zip_fopen_index(archive, static_cast<zip_uint64_t>(index), 0));
+  const auto take = [&](void* bytes, std::size_t count) {
+    if (!file || zip_fread(file.get(), bytes, count) != static_cast<zip_int64_t>(count))
+      throw InputError(name, "is damaged; run without --resume");
+  };
+  // Magic, version and the length of the text that follows; then the numbers.
+  std::array<unsigned char, 10> head{};
+  take(head.data(), head.size());
+  std::string text(head[8] + 256u * head[9], '\0');
+  take(text.data(), text.size());
   std::vector<double> numbers(size);
-  std::copy_n(bytes.data() + begin, size * sizeof(double), reinterpret_cast<char*>(numbers.data()));
+  take(numbers.data(), size * sizeof(double));
   return numbers;
 }
 
@@ -138,16 +186,7 @@ void NpzTrajectory::synchronize() {
 }
 
 void NpzTrajectory::save() const {
-  ZipBytes zip(is_compressed_);
   const std::size_t frames = times_.size(), m = shown_->num_points, num_rods = shown_->rods.size();
-  const auto add = [&](const char* key, std::string_view type, std::vector<std::size_t> shape, std::string_view bytes) {
-    zip.add(std::string(key) + ".npy", make_npy(type, shape, bytes));
-  };
-  add("time", "<f8", {frames}, bytes_of(times_));
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    add(row_names[k], "<f8",
-        k == 3 ? std::vector<std::size_t>{frames, num_rods} : std::vector<std::size_t>{frames, m, 3},
-        bytes_of(rows_[k]));
   const std::vector<std::int32_t> points(shown_->points.begin(), shown_->points.end());
   std::vector<std::int32_t> rods;
   for (const auto& [i, j] : shown_->rods) {
@@ -155,10 +194,16 @@ void NpzTrajectory::save() const {
     for (const std::int32_t end : {i, beyond < 0 ? j : shown_->images[static_cast<std::size_t>(beyond)].point})
       rods.push_back(points[static_cast<std::size_t>(end)]);
   }
-  add("points", "<i4", {m}, bytes_of(points));
-  add("rods", "<i4", {num_rods, 2}, bytes_of(rods));
-  const std::string bytes = zip.finish();
-  replace_file(path_, [&](OutputFile* file) { file->write(std::string_view(bytes)); });
+  replace_file(path_, [&](OutputFile* file) {
+    ZipFile zip(is_compressed_, file);
+    zip.add("time", "<f8", {frames}, times_);
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      zip.add(row_names[k], "<f8",
+              k == 3 ? std::vector<std::size_t>{frames, num_rods} : std::vector<std::size_t>{frames, m, 3}, rows_[k]);
+    zip.add("points", "<i4", {m}, points);
+    zip.add("rods", "<i4", {num_rods, 2}, rods);
+    zip.finish();
+  });
 }
 
 }  // namespace tanor::report

@@ -12,7 +12,7 @@ namespace tanor::report {
 
 /// Arrays of all frames for numpy.load: `time` (F), `position`, `velocity`, `acceleration` (F x m x 3), `tension`
 /// (F x R), `points` (m), `rods` (R x 2, numbers of points). Frames are kept in memory; the file is replaced as a
-/// whole, from the first frame on, whenever `synchronize` is called.
+/// whole, from the first frame on, whenever `synchronize` is called; that takes no more memory.
 class NpzTrajectory : public FrameFile {
  public:
   /// `shown` must outlive it. `frames`: 0 for a new file, else those of an existing one to go on behind; throws

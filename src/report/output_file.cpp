@@ -64,6 +64,14 @@ void OutputFile::write(std::span<const double> numbers) {
   write(std::string_view(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()));
 }
 
+void OutputFile::seek(std::uint64_t place) {
+  if (fseeko(file_.get(), static_cast<off_t>(place), SEEK_SET) != 0) throw WriteError(name_);
+}
+
+std::uint64_t OutputFile::tell() const {
+  return static_cast<std::uint64_t>(ftello(file_.get()));
+}
+
 void OutputFile::flush() {
   if (std::fflush(file_.get()) != 0) throw WriteError(name_);
 }

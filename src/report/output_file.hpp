@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -27,9 +28,11 @@ class OutputFile {
 
   void write(std::string_view bytes);
   void write(std::span<const double> numbers);
-  void flush();        ///< hands everything written so far to the operating system
-  void synchronize();  ///< waits until the disk has it
-  void close();        ///< the last word on success; the destructor closes without a word
+  void seek(std::uint64_t place);  ///< goes on writing at a place counted from the beginning
+  std::uint64_t tell() const;      ///< where it writes
+  void flush();                    ///< hands everything written so far to the operating system
+  void synchronize();              ///< waits until the disk has it
+  void close();                    ///< the last word on success; the destructor closes without a word
 
  private:
   using Handle = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;

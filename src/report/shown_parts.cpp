@@ -96,4 +96,14 @@ std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<con
   return images;
 }
 
+Vector3 find_gravity(const System& system) {
+  Vector3 sum{};
+  for (const Force& force : system.forces) {
+    const auto* gravity = std::get_if<Gravity>(&force);
+    if (!gravity) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += gravity->acceleration[axis];
+  }
+  return sum;
+}
+
 }  // namespace tanor::report

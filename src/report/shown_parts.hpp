@@ -42,4 +42,7 @@ std::vector<double> gather_images(const ShownParts& shown, std::span<const doubl
 /// The same for positions: the images are shifted.
 std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<const double> positions);
 
+/// m/s^2; 0 where the system has none.
+Vector3 find_gravity(const System& system);
+
 }  // namespace tanor::report

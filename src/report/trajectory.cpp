@@ -218,6 +218,7 @@ void Trajectory::write_frame(const Simulation& simulation) {
                     .tensions = tensions_,
                     .guide_forces = guide_forces_,
                     .guides = place_guides(simulation.system(), simulation.time(), start_, most_guides),
+                    .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,
                     .position_violation = report.position_violation,
                     .velocity_violation = report.velocity_violation};

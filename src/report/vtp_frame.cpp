@@ -114,6 +114,7 @@ constexpr std::string_view list_tail = "</Collection>\n</VTKFile>\n";
 void add_field(const Frame& frame, Document* document) {
   document->open("FieldData");
   document->add_text("TimeValue", {&frame.time, 1});
+  document->add_text("gravity", frame.gravity);
   for (const Guide& guide : frame.guides)
     document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);
   document->close("FieldData");

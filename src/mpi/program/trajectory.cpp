@@ -1,25 +1,15 @@
 #include "mpi/program/trajectory.hpp"
 
-#include <fmt/format.h>
-
 #include <cstring>
 #include <string>
+
+#include "report/npy.hpp"
 
 namespace tanor::mpi {
 
 namespace {
 
-constexpr std::size_t header_size = 128;  // of a .npy file of version 1
-
-/// The header of an array of numbers; `shape` as Python writes a tuple.
-std::string make_header(const std::string& shape) {
-  constexpr std::size_t preamble = 10;
-  std::string text = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': {}, }}", shape);
-  text.resize(header_size - preamble - 1, ' ');
-  const auto length = static_cast<unsigned>(header_size - preamble);
-  return std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(length & 255u) + static_cast<char>(length >> 8u) +
-         text + "\n";
-}
+constexpr std::size_t header_size = 128;  // room for any shape, in front of the numbers
 
 std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
@@ -54,10 +44,10 @@ void Trajectory::write_frame(const Simulation& simulation) {
   frames.write_points(header_size + 24 * num_points_ * times_.size(), 3, points_,
                       simulation.positions().first(3 * points_.size()));
   times_.push_back(simulation.time());
-  frames.write(0, bytes_of(make_header(fmt::format("({}, {}, 3)", times_.size(), num_points_))));
+  frames.write(0, bytes_of(report::make_npy_header("<f8", {times_.size(), num_points_, 3}, header_size)));
   SharedFile times(ranks_, folder_ / "trajectory_times.npy", SharedFile::Mode::Write);
   times.write(header_size, std::as_bytes(std::span(times_)));
-  times.write(0, bytes_of(make_header(fmt::format("({},)", times_.size()))));
+  times.write(0, bytes_of(report::make_npy_header("<f8", {times_.size()}, header_size)));
 }
 
 }  // namespace tanor::mpi

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "cli/command_line.hpp"
+#include "cli/messages.hpp"
+#include "cli/module.hpp"
+#include "picture/draw.hpp"
+#include "report/output_file.hpp"
+#include "report/stored_motion.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+picture::Drawn draw(const picture::Picture& picture) {
+  const auto function = reinterpret_cast<picture::DrawFunction*>(
+      load_function("tanor_picture", picture::draw_symbol,
+                    "this tanor was built without cairo and draws no pictures; trajectory.pvd opens in ParaView"));
+  picture::Drawn drawn;
+  std::string trouble;
+  function(picture, &drawn, &trouble);
+  if (!trouble.empty()) throw std::runtime_error("no picture could be drawn: " + trouble);
+  return drawn;
+}
+
+/// The instant that is asked for; the last one where none is.
+double choose_time(const PictureOptions& options, const report::StoredMotion& motion) {
+  const double begin = motion.begin(), end = motion.end(), time = options.time.value_or(end);
+  // What was printed with some digits is meant.
+  const double rounding = 1e-9 * (end - begin);
+  if (!(time >= begin - rounding && time <= end + rounding)) {
+    throw InputError("--time", fmt::format("must be between {:g} and {:g} s, the frames of {}, not {:g}", begin, end,
+                                           options.folder.string(), time));
+  }
+  return std::min(std::max(time, begin), end);
+}
+
+}  // namespace
+
+ExitCode execute(const PictureOptions& options) {
+  const report::StoredMotion motion(options.folder);
+  const report::StoredMotion::Instant instant = motion.at(choose_time(options, motion));
+  const std::filesystem::path file = options.out.value_or(options.folder / report::picture_name);
+  const picture::Drawn drawn = draw({.frame = instant.frame, .extent = motion.measure(), .style = options.style});
+  report::replace_file(file, [&](report::OutputFile* png) { png->write(std::string_view(drawn.png)); });
+
+  const bool is_frame = instant.before == instant.after;
+  if (options.json) {
+    const auto or_null = [](double number) { return number > 0.0 ? nlohmann::ordered_json(number) : nullptr; };
+    print_json({{"file", file.string()},
+                {"t", instant.frame.time},
+                {"frames", {instant.before, instant.after}},
+                {"width", options.style.width},
+                {"height", options.style.height},
+                {"tension_scale", or_null(drawn.tension_scale)},
+                {"arrow", or_null(drawn.arrow)}});
+  } else if (!options.quiet) {
+    print_message(fmt::format(
+        "t = {:g} s in {}{}", instant.frame.time, file.string(),
+        is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
+  }
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

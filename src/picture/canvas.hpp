@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "picture/camera.hpp"
+#include "picture/colours.hpp"
+
+namespace tanor::picture {
+
+/// Turned places all of them.
+struct Ball {
+  Vec3 center;
+  double radius;
+  Rgb colour;
+};
+
+/// A cone with flat ends: a rod where both radii are equal, the head of an arrow where one is 0.
+struct Cone {
+  Vec3 a, b;
+  double radius_a, radius_b;
+  Rgb colour;
+};
+
+/// A surface that one can look through, with lines on it: an ellipsoid with its half axes, or a parallelogram with two
+/// half sides (its third axis is 0).
+struct Surface {
+  Vec3 center;
+  Vec3 axes[3];
+};
+
+/// Rows of a picture, each pixel of several samples with their depth.
+class Canvas {
+ public:
+  Canvas(const Camera& camera, int width, int first_row, int last_row);
+
+  void add(const Ball& ball);
+  void add(const Cone& cone);
+  /// Shades what is behind an edge, and lets the far part fade into the ground by `haze`, 0 … 1. `radius`: of a bead.
+  void finish(double haze, double radius);
+  /// After `finish`, since surfaces hide nothing.
+  void add(const Surface& surface);
+  /// Writes the rows first … last - 1 of a picture, 0xffrrggbb a pixel.
+  void resolve(int first, int last, std::uint32_t* picture) const;
+
+ private:
+  struct Hit {
+    double depth;
+    Vec3 normal;
+  };
+  template <class Intersect>
+  void paint(const std::array<double, 4>& bounds, Rgb colour, const Intersect& intersect);
+  template <class Visit>
+  void visit(const std::array<double, 4>& bounds, const Visit& visit);
+  float cover(const Surface& surface, Vec3 place, Vec3 direction) const;
+
+  const Camera& camera_;
+  int width_, first_row_, rows_;  ///< pixels
+  int columns_;                   ///< samples in a row of samples
+  std::vector<float> depths_;
+  std::vector<Rgb> colours_;
+};
+
+}  // namespace tanor::picture

@@ -1,0 +1,95 @@
+#include "picture/draw.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "picture/camera.hpp"
+#include "picture/canvas.hpp"
+#include "picture/legend.hpp"
+#include "picture/shapes.hpp"
+
+namespace tanor::picture {
+
+namespace {
+
+constexpr int rows_of_a_band = 64;
+
+/// Fading of what is far away: much where a crowd needs depth.
+double choose_haze(const Picture& picture) {
+  constexpr std::size_t crowd = 3000;
+  return picture.frame.num_points() > crowd ? 0.75 : 0.3;
+}
+
+/// Draws the rows of a band; rows around it are drawn too, for the shades of edges.
+void draw_band(const Picture& picture, const Camera& camera, const Shapes& shapes, double bead, int first,
+               std::uint32_t* pixels) {
+  const int last = std::min(first + rows_of_a_band, picture.style.height), around = 2 + picture.style.width / 450;
+  Canvas canvas(camera, picture.style.width, first - around, last + around);
+  for (const Cone& cone : shapes.cones) canvas.add(cone);
+  for (const Ball& ball : shapes.balls) canvas.add(ball);
+  canvas.finish(choose_haze(picture), bead);
+  for (const Surface& surface : shapes.surfaces) canvas.add(surface);
+  canvas.resolve(first, last, pixels);
+}
+
+/// Band by band, by all threads; the pixels do not depend on their number.
+std::vector<std::uint32_t> draw_motion(const Picture& picture, const Camera& camera, const Shapes& shapes,
+                                       double bead) {
+  const int height = picture.style.height;
+  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(picture.style.width) * static_cast<std::size_t>(height));
+  std::atomic<int> next = 0;
+  std::exception_ptr failure;
+  std::mutex failing;
+  const auto work = [&] {
+    try {
+      for (int first = 0; (first = next.fetch_add(rows_of_a_band)) < height;)
+        draw_band(picture, camera, shapes, bead, first, pixels.data());
+    } catch (...) {
+      const std::lock_guard lock(failing);
+      failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (unsigned k = 1; k < std::max(1u, std::thread::hardware_concurrency()); ++k) threads.emplace_back(work);
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+  return pixels;
+}
+
+/// A round force whose arrow is as long as fits beside the picture.
+double choose_arrow(double largest) {
+  const double unit = std::pow(10.0, std::floor(std::log10(largest)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * unit <= largest) return factor * unit;
+  return unit;
+}
+
+}  // namespace
+
+Drawn draw(const Picture& picture) {
+  const Scale scale = choose_scale(picture);
+  const Layout layout = arrange(picture, scale.tension > 0.0);
+  const Camera camera(choose_eye(picture), scale.outline, 1.4 * scale.bead, layout.motion);
+  const Shapes shapes = build_shapes(picture, scale, camera);
+  std::vector<std::uint32_t> pixels = draw_motion(picture, camera, shapes, scale.bead);
+
+  const report::MotionExtent& extent = picture.extent;
+  Key key{.tension_scale = scale.tension,
+          .least_tension = extent.least_tension < 0.0 ? -scale.tension : 0.0,
+          .most_tension = extent.most_tension > 0.0 || !(extent.least_tension < 0.0) ? scale.tension : 0.0};
+  if (scale.arrow > 0.0) {
+    key.arrow = choose_arrow(extent.largest_force);
+    key.arrow_pixels = key.arrow * scale.arrow / camera.pixel(camera.middle_depth());
+  }
+  return {finish_picture(picture, layout, key, &pixels), scale.tension, key.arrow};
+}
+
+}  // namespace tanor::picture

@@ -1,0 +1,102 @@
+#include "picture/guide_shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include <tanor/kinds/line_frame.hpp>
+
+namespace tanor::picture {
+
+namespace {
+
+constexpr double turn = 2.0 * std::numbers::pi;
+
+Vec3 unit(Vec3 v) {
+  return (1.0 / norm(v)) * v;
+}
+
+/// Two unit vectors orthogonal to a direction and to one another.
+std::array<Vec3, 2> frame_around(Vec3 direction) {
+  const auto [e1, e2] = line_frame(Vector3{direction.x, direction.y, direction.z});
+  return {make_vec3(e1), make_vec3(e2)};
+}
+
+/// Turns places, m, into those of the picture.
+Vec3 turned(const GuideSpace& space, Vec3 place) {
+  return space.camera.turn((1.0 / space.size) * (place - space.middle));
+}
+Vec3 turned_side(const GuideSpace& space, Vec3 side) {
+  return space.camera.turn_direction((1.0 / space.size) * side);
+}
+
+void add_curve(const std::vector<Vec3>& places, const GuideSpace& space, Shapes* shapes) {
+  constexpr double radius = 0.0018;
+  for (std::size_t k = 0; k + 1 < places.size(); ++k) {
+    const Vec3 a = turned(space, places[k]), b = turned(space, places[k + 1]);
+    const double thick = std::max(radius, 0.7 * space.camera.pixel(a.z));
+    shapes->cones.push_back({a, b, thick, thick, guide_colour});
+    shapes->balls.push_back({a, thick, guide_colour});
+  }
+}
+
+void add_surface(Vec3 center, const std::array<Vec3, 3>& axes, const GuideSpace& space, Shapes* shapes) {
+  shapes->surfaces.push_back(
+      {turned(space, center), {turned_side(space, axes[0]), turned_side(space, axes[1]), turned_side(space, axes[2])}});
+}
+
+void add_helix(std::span<const double> n, const GuideSpace& space, Shapes* shapes) {
+  const Vec3 origin = load(n.data(), 0), axis = unit(load(n.data(), 1));
+  const double radius = n[6], pitch = n[7], phase = n[8];
+  const auto [e1, e2] = frame_around(axis);
+  const double height = dot(axis, space.middle - origin), reach = 0.5 * space.size;
+  constexpr double parts_of_a_turn = 48.0, most_parts = 6000.0;
+  const auto count = static_cast<std::size_t>(
+      std::min(most_parts, std::ceil(parts_of_a_turn * std::max(1.0, 2.0 * reach / std::abs(pitch)))));
+  std::vector<Vec3> places;
+  for (std::size_t k = 0; k <= count; ++k) {
+    const double z = height + reach * (2.0 * static_cast<double>(k) / static_cast<double>(count) - 1.0);
+    const double angle = phase + turn * z / pitch;
+    places.push_back(origin + z * axis + radius * std::cos(angle) * e1 + radius * std::sin(angle) * e2);
+  }
+  add_curve(places, space, shapes);
+}
+
+void add_circle(Vec3 center, Vec3 normal, double radius, const GuideSpace& space, Shapes* shapes) {
+  constexpr int parts = 144;
+  const auto [u, v] = frame_around(normal);
+  std::vector<Vec3> places;
+  for (int k = 0; k <= parts; ++k)
+    places.push_back(center + radius * std::cos(turn * k / parts) * u + radius * std::sin(turn * k / parts) * v);
+  add_curve(places, space, shapes);
+}
+
+}  // namespace
+
+void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes) {
+  const std::vector<double>& n = guide.numbers;
+  const auto at = [&](std::size_t first) { return Vec3{n[first], n[first + 1], n[first + 2]}; };
+  if (guide.kind == "plane") {
+    // normal.r = offset, round the foot of the middle
+    const Vec3 normal = at(0);
+    const Vec3 foot = space.middle + ((n[3] - dot(normal, space.middle)) / squared(normal)) * normal;
+    const double side = 0.38 * space.size;
+    const auto [u, v] = frame_around(normal);
+    add_surface(foot, {side * u, side * v, Vec3{}}, space, shapes);
+  } else if (guide.kind == "sphere") {
+    add_surface(at(0), {Vec3{n[3], 0, 0}, {0, n[3], 0}, {0, 0, n[3]}}, space, shapes);
+  } else if (guide.kind == "ellipsoid") {
+    const Vec3 e = unit(at(6)), h = at(9), f = unit(h - dot(h, e) * e);
+    add_surface(at(0), {n[3] * e, n[4] * f, n[5] * cross(e, f)}, space, shapes);
+  } else if (guide.kind == "line") {
+    const Vec3 along = unit(at(3)), near = at(0) + dot(along, space.middle - at(0)) * along;
+    add_curve({near - 0.5 * space.size * along, near + 0.5 * space.size * along}, space, shapes);
+  } else if (guide.kind == "circle") {
+    add_circle(at(0), at(3), n[6], space, shapes);
+  } else if (guide.kind == "helix") {
+    add_helix(n, space, shapes);
+  }
+}
+
+}  // namespace tanor::picture

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "picture/shapes.hpp"
+
+namespace tanor::picture {
+
+/// Where guides are drawn: what has no end is drawn round the middle, as far as the size.
+struct GuideSpace {
+  Vec3 middle;
+  double size;  ///< m
+  const Camera& camera;
+};
+
+/// Adds the picture of a plane, sphere, ellipsoid, line, circle or helix; other kinds have none.
+void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes);
+
+}  // namespace tanor::picture

@@ -1,0 +1,137 @@
+#include "picture/legend.hpp"
+
+#include <cairo.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include "picture/colours.hpp"
+
+namespace tanor::picture {
+
+namespace {
+
+constexpr double bar_columns = 7.0;  // letters wide, beside the motion
+constexpr double head_rows = 2.2;    // letters high, above and below it
+
+struct Destroy {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  void operator()(cairo_t* context) const { cairo_destroy(context); }
+};
+
+/// Four digits at most; a true minus.
+std::string words(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", std::abs(number));
+  return (number < 0.0 ? "\u2212" : "") + std::string(text);
+}
+
+void set_colour(cairo_t* c, Rgb colour) {
+  cairo_set_source_rgb(c, colour.r, colour.g, colour.b);
+}
+
+void write(cairo_t* c, double x, double y, const std::string& text) {
+  cairo_move_to(c, x, y);
+  cairo_show_text(c, text.c_str());
+}
+
+/// 1, 2 or 5 times a power of ten, so that about four fit.
+double choose_tick(double range) {
+  const double rough = range / 4.0, unit = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * unit >= rough) return factor * unit;
+  return 10.0 * unit;
+}
+
+void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
+  const double font = layout.font, x = layout.motion.left + layout.motion.width + 1.2 * font;
+  const double top = layout.motion.top + 0.16 * layout.motion.height, height = 0.68 * layout.motion.height;
+  const double width = 0.9 * font, range = key.most_tension - key.least_tension;
+  const auto place = [&](double tension) { return top + height * (key.most_tension - tension) / range; };
+  const int rows = std::max(1, static_cast<int>(std::lround(height)));
+  for (int k = 0; k < rows; ++k) {
+    set_colour(c, colour_of(key.most_tension - range * (k + 0.5) / rows, key.tension_scale));
+    cairo_rectangle(c, x, std::round(top) + k, width, 1.0);
+    cairo_fill(c);
+  }
+  set_colour(c, ink);
+  cairo_set_line_width(c, std::max(1.0, 0.05 * font));
+  cairo_rectangle(c, x, std::round(top), width, rows);
+  cairo_stroke(c);
+  write(c, x - 0.2 * font, top - 0.9 * font, "tension, N");
+  const double tick = choose_tick(range);
+  for (double k = std::ceil(key.least_tension / tick - 1e-9); k * tick <= key.most_tension + 1e-9 * range; ++k) {
+    const double y = place(k * tick);
+    cairo_move_to(c, x + width, y);
+    cairo_line_to(c, x + width + 0.25 * font, y);
+    cairo_stroke(c);
+    write(c, x + width + 0.45 * font, y + 0.35 * font, words(k * tick));
+  }
+}
+
+void draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key& key) {
+  const double font = layout.font, head = std::min(0.6 * font, 0.5 * key.arrow_pixels);
+  set_colour(c, force_colour);
+  cairo_set_line_width(c, 0.16 * font);
+  cairo_move_to(c, x, y);
+  cairo_line_to(c, x + key.arrow_pixels - head, y);
+  cairo_stroke(c);
+  cairo_move_to(c, x + key.arrow_pixels, y);
+  cairo_line_to(c, x + key.arrow_pixels - head, y - 0.45 * head);
+  cairo_line_to(c, x + key.arrow_pixels - head, y + 0.45 * head);
+  cairo_close_path(c);
+  cairo_fill(c);
+  set_colour(c, ink);
+  write(c, x + key.arrow_pixels + 0.5 * font, y + 0.35 * font, words(key.arrow) + " N, from guides and supports");
+}
+
+cairo_status_t take_bytes(void* text, const unsigned char* bytes, unsigned size) {
+  static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(bytes), size);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+void require(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) throw std::runtime_error(cairo_status_to_string(status));
+}
+
+}  // namespace
+
+Layout arrange(const Picture& picture, bool has_colours) {
+  const Style& style = picture.style;
+  Layout layout;
+  layout.font = std::max(9.0, 0.024 * std::min<double>(style.height, 0.8 * style.width));
+  const double edge = style.shows_legend ? head_rows * layout.font : 0.0;
+  layout.motion = {0.0, edge, static_cast<double>(style.width), style.height - 2.0 * edge};
+  if (style.shows_legend && has_colours) layout.motion.width -= bar_columns * layout.font;
+  layout.motion.width = std::max(8.0, layout.motion.width);
+  layout.motion.height = std::max(8.0, layout.motion.height);
+  return layout;
+}
+
+std::string finish_picture(const Picture& picture, const Layout& layout, const Key& key,
+                           std::vector<std::uint32_t>* pixels) {
+  const int width = picture.style.width, height = picture.style.height;
+  const std::unique_ptr<cairo_surface_t, Destroy> surface(cairo_image_surface_create_for_data(
+      reinterpret_cast<unsigned char*>(pixels->data()), CAIRO_FORMAT_RGB24, width, height, 4 * width));
+  const std::unique_ptr<cairo_t, Destroy> context(cairo_create(surface.get()));
+  cairo_t* const c = context.get();
+  if (picture.style.shows_legend) {
+    const double font = layout.font;
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(c, font);
+    set_colour(c, ink);
+    write(c, font, 1.6 * font, "t = " + words(picture.frame.time) + " s");
+    if (key.tension_scale > 0.0) draw_bar(c, layout, key);
+    if (key.arrow > 0.0) draw_arrow(c, font, height - 1.2 * font, layout, key);
+  }
+  require(cairo_status(c));
+  cairo_surface_flush(surface.get());
+  std::string png;
+  require(cairo_surface_write_to_png_stream(surface.get(), take_bytes, &png));
+  return png;
+}
+
+}  // namespace tanor::picture

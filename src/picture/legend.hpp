@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "picture/camera.hpp"
+#include "picture/draw.hpp"
+
+namespace tanor::picture {
+
+/// What stands beside the motion, pixels.
+struct Layout {
+  double font = 0.0;  ///< size of the letters
+  Area motion;
+};
+Layout arrange(const Picture& picture, bool has_colours);
+
+/// What the words say.
+struct Key {
+  double tension_scale = 0.0;              ///< N; 0: no colours
+  double least_tension = 0.0;              ///< N, of the bar
+  double most_tension = 0.0;               ///< N, of the bar
+  double arrow = 0.0, arrow_pixels = 0.0;  ///< N, and the length of its arrow; 0: no arrows
+};
+
+/// Adds time, colour bar and arrow to a picture of 0xffrrggbb a pixel, and returns it as a PNG file.
+std::string finish_picture(const Picture& picture, const Layout& layout, const Key& key,
+                           std::vector<std::uint32_t>* pixels);
+
+}  // namespace tanor::picture

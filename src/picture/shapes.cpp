@@ -1,0 +1,159 @@
+#include "picture/shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "picture/guide_shapes.hpp"
+
+namespace tanor::picture {
+
+namespace {
+
+constexpr double largest_arrow = 0.13, least_arrow = 0.004;
+constexpr double largest_bead = 0.015;
+
+Vec3 point(const std::vector<double>& rows, std::size_t k) {
+  return load(rows.data(), k);
+}
+
+/// Lengths in parts of the size, places from the middle.
+Vec3 scaled(const Scale& scale, Vec3 place) {
+  return (1.0 / scale.size) * (place - scale.middle);
+}
+
+/// Up to three numbers of two digits, so that the ends of colours are round.
+double round_up(double number) {
+  if (!(number > 0.0)) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
+  return std::ceil(number / unit * (1.0 - 1e-12)) * unit;
+}
+
+/// The outline grows round the tips of the arrows.
+void take_arrows(const Picture& picture, Scale* scale) {
+  const report::MotionExtent& extent = picture.extent;
+  for (std::size_t k = 0; k < extent.held.size(); ++k) {
+    const Vec3 force = make_vec3(extent.forces[k]);
+    const double longest = std::min(1.0, 1.3 * extent.largest_force / norm(force));
+    scale->outline.push_back(scaled(*scale, make_vec3(extent.held[k])) + scale->arrow * longest * force);
+  }
+}
+
+void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
+  const report::StoredFrame& frame = picture.frame;
+  for (std::size_t k = 0; k < frame.rods.size(); ++k) {
+    const auto [i, j] = frame.rods[k];
+    const Vec3 a = camera.turn(scaled(scale, point(frame.positions, i))),
+               b = camera.turn(scaled(scale, point(frame.positions, j)));
+    const double radius = std::max(scale.rod, 0.7 * camera.pixel(0.5 * (a.z + b.z)));
+    shapes->cones.push_back({a, b, radius, radius, colour_of(frame.tensions[k], scale.tension)});
+  }
+}
+
+void add_points(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
+  const report::StoredFrame& frame = picture.frame;
+  for (std::size_t k = 0; k < frame.num_points(); ++k) {
+    const Vec3 place = camera.turn(scaled(scale, point(frame.positions, k)));
+    const bool is_support = frame.is_support[k];
+    const double radius = std::max(scale.bead, camera.pixel(place.z)) * (is_support ? 1.35 : 1.0);
+    shapes->balls.push_back({place, radius, is_support ? support_colour : bead_colour});
+  }
+}
+
+/// An arrow with its foot at a point: a shaft, and a head that is a third of a short arrow.
+void add_arrow(Vec3 foot, Vec3 arrow, double thickness, Shapes* shapes) {
+  const double length = norm(arrow);
+  if (length < least_arrow) return;
+  const double head = std::min(3.4 * thickness, 0.45 * length);
+  const Vec3 neck = foot + ((length - head) / length) * arrow, tip = foot + arrow;
+  const double shaft = 0.32 * thickness * head / (3.4 * thickness);
+  shapes->cones.push_back({foot, neck, shaft, shaft, force_colour});
+  shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, force_colour});
+}
+
+void add_forces(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
+  const report::StoredFrame& frame = picture.frame;
+  const double thickness = std::clamp(scale.bead, 0.004, largest_bead);
+  for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
+    const Vec3 force = point(frame.guide_forces, k);
+    if (!std::isfinite(squared(force)) || !(norm(force) > 1e-6 * picture.extent.largest_force)) continue;
+    const Vec3 place = camera.turn(scaled(scale, point(frame.positions, k)));
+    add_arrow(place, camera.turn_direction(scale.arrow * force), thickness, shapes);
+  }
+}
+
+}  // namespace
+
+Scale choose_scale(const Picture& picture) {
+  const report::MotionExtent& extent = picture.extent;
+  const auto points = static_cast<double>(picture.frame.num_points());
+  Scale scale;
+  const double diagonal = norm(make_vec3(extent.most) - make_vec3(extent.least));
+  scale.size = diagonal > 0.0 ? diagonal : 1.0;
+  scale.middle = 0.5 * (make_vec3(extent.least) + make_vec3(extent.most));
+  for (const Vector3& place : extent.outline) scale.outline.push_back(scaled(scale, make_vec3(place)));
+  if (picture.style.shows_reactions && extent.largest_force > 0.0) scale.arrow = largest_arrow / extent.largest_force;
+  if (picture.style.shows_rods && !picture.frame.rods.empty())
+    scale.tension =
+        picture.style.tension_scale.value_or(round_up(std::max(extent.most_tension, -extent.least_tension)));
+  scale.bead =
+      std::min(largest_bead, extent.rod_length > 0.0 ? 0.3 * extent.rod_length / scale.size : 0.12 / std::sqrt(points));
+  scale.rod = 0.6 * scale.bead;
+  if (scale.arrow > 0.0) take_arrows(picture, &scale);
+  return scale;
+}
+
+Eye choose_eye(const Picture& picture) {
+  constexpr double flat = 0.02;
+  const Style& style = picture.style;
+  const Vec3 extent = make_vec3(picture.extent.most) - make_vec3(picture.extent.least);
+  const std::array<double, 3> sides{extent.x, extent.y, extent.z};
+  const std::array<Vec3, 3> axes{Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  std::optional<std::size_t> thin;
+  for (std::size_t k = 3; k-- > 0;)
+    if (sides[k] < flat * norm(extent) && !thin) thin = k;
+  // Against gravity; without gravity z, or y where the motion is in the plane of x and y.
+  const Vec3 gravity = make_vec3(picture.frame.gravity);
+  Vec3 up = squared(gravity) > 0.0 ? (-1.0 / norm(gravity)) * gravity : thin == 2u ? axes[1] : axes[2];
+  const Vec3 sideways = std::abs(up.x) < 0.7 ? axes[0] : axes[1];
+  Vec3 right = sideways - dot(sideways, up) * up;
+  right = (1.0 / norm(right)) * right;
+  const Vec3 front = cross(right, up);
+
+  Eye eye;
+  const bool is_straight = thin && std::abs(dot(axes[*thin], up)) < 0.7;
+  if (style.from) {
+    eye.back = make_vec3(*style.from);
+  } else if (style.angles) {
+    const double around = (*style.angles)[0] * std::numbers::pi / 180.0,
+                 above = (*style.angles)[1] * std::numbers::pi / 180.0;
+    eye.back = std::cos(above) * (std::cos(around) * front + std::sin(around) * right) + std::sin(above) * up;
+  } else if (is_straight) {
+    eye.back = (*thin == 1 ? -1.0 : 1.0) * axes[*thin];
+  } else {
+    eye.back = front + 0.55 * right + 0.4 * up;
+  }
+  eye.back = (1.0 / norm(eye.back)) * eye.back;
+  if (std::abs(dot(eye.back, up)) > 0.999) up = -(eye.back.x + eye.back.y + eye.back.z > 0.0 ? 1.0 : -1.0) * front;
+  eye.right = cross(up, eye.back);
+  eye.right = (1.0 / norm(eye.right)) * eye.right;
+  eye.up = cross(eye.back, eye.right);
+  eye.is_perspective = style.projection == Projection::Auto ? !(is_straight && !style.from && !style.angles)
+                                                            : style.projection == Projection::Perspective;
+  return eye;
+}
+
+Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& camera) {
+  const Style& style = picture.style;
+  Shapes shapes;
+  if (style.shows_rods) add_rods(picture, scale, camera, &shapes);
+  if (style.shows_points) add_points(picture, scale, camera, &shapes);
+  if (style.shows_reactions) add_forces(picture, scale, camera, &shapes);
+  if (style.shows_guides) {
+    const GuideSpace space{scale.middle, scale.size, camera};
+    for (const report::Guide& guide : picture.frame.guides) add_guide(guide, space, &shapes);
+  }
+  return shapes;
+}
+
+}  // namespace tanor::picture

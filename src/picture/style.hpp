@@ -1,0 +1,21 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+namespace tanor::picture {
+
+enum class Projection { Auto, Perspective, Orthographic };
+
+/// How an instant is shown. What is not said is chosen: from a corner in perspective; straight and without perspective
+/// where the motion is in a plane.
+struct Style {
+  int width = 1600, height = 1000;  ///< pixels
+  Projection projection = Projection::Auto;
+  std::optional<std::array<double, 3>> from{};    ///< from the middle to the eye
+  std::optional<std::array<double, 2>> angles{};  ///< degrees: around the vertical from the front, and above it
+  std::optional<double> tension_scale{};          ///< N, end of the colours
+  bool shows_points = true, shows_rods = true, shows_reactions = true, shows_guides = true, shows_legend = true;
+};
+
+}  // namespace tanor::picture

@@ -1,0 +1,147 @@
+#include "report/motion_extent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace tanor::report {
+
+namespace {
+
+constexpr double typical = 0.97;  // part of the numbers that colours and arrows are scaled for
+constexpr std::size_t most_arrows = 20'000;
+
+double quantile(std::vector<double>* numbers, double part) {
+  if (numbers->empty()) return 0.0;
+  const auto place = numbers->begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(numbers->size() - 1));
+  std::nth_element(numbers->begin(), place, numbers->end());
+  return *place;
+}
+
+Vector3 row(const std::vector<double>& numbers, std::size_t k) {
+  return {numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]};
+}
+
+double distance(const Vector3& a, const Vector3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+void take(const Vector3& place, double radius, MotionExtent* extent) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent->least[axis] = std::min(extent->least[axis], place[axis] - radius);
+    extent->most[axis] = std::max(extent->most[axis], place[axis] + radius);
+  }
+}
+
+/// The places that are farthest in each of some directions, which cover the sphere evenly (Fibonacci's lattice).
+class Outline {
+ public:
+  Outline() {
+    constexpr int count = 64;
+    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    for (int k = 0; k < count; ++k) {
+      const double z = 1.0 - (2.0 * k + 1.0) / count, ring = std::sqrt(1.0 - z * z);
+      directions_.push_back({ring * std::cos(golden * k), ring * std::sin(golden * k), z});
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) directions_.emplace_back()[axis] = sign;
+    heights_.assign(directions_.size(), -std::numeric_limits<double>::infinity());
+    places_.resize(directions_.size());
+  }
+
+  void take(const Vector3& place, double radius = 0.0) {
+    for (std::size_t k = 0; k < directions_.size(); ++k) {
+      const Vector3& d = directions_[k];
+      const double height = place[0] * d[0] + place[1] * d[1] + place[2] * d[2] + radius;
+      if (!(height > heights_[k])) continue;
+      heights_[k] = height;
+      places_[k] = {place[0] + radius * d[0], place[1] + radius * d[1], place[2] + radius * d[2]};
+    }
+  }
+  const std::vector<Vector3>& places() const { return places_; }
+
+ private:
+  std::vector<Vector3> directions_, places_;
+  std::vector<double> heights_;
+};
+
+/// Round guides are shown as a whole, unless the motion is at a small place of them.
+void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* extent, Outline* outline) {
+  for (const auto& [kind, name, n] : guides) {
+    const double radius = kind == "sphere"      ? n[3]
+                          : kind == "circle"    ? n[6]
+                          : kind == "ellipsoid" ? std::max({n[3], n[4], n[5]})
+                                                : 0.0;
+    if (!(radius > 0.0) || radius > 2.0 * size) continue;
+    take({n[0], n[1], n[2]}, radius, extent);
+    outline->take({n[0], n[1], n[2]}, radius);
+  }
+}
+
+/// The colours reach to the typical largest tensions.
+void scale_tensions(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
+  std::vector<double> pulled, pushed, lengths;
+  for (const StoredFrame& frame : frames) {
+    for (std::size_t k = 0; k < frame.rods.size(); ++k) {
+      const auto [i, j] = frame.rods[k];
+      lengths.push_back(distance(row(frame.positions, i), row(frame.positions, j)));
+      const double tension = frame.tensions[k];
+      if (!std::isfinite(tension)) continue;
+      (tension < 0.0 ? pushed : pulled).push_back(std::abs(tension));
+    }
+  }
+  extent->most_tension = quantile(&pulled, typical);
+  extent->least_tension = -quantile(&pushed, typical);
+  extent->rod_length = quantile(&lengths, 0.5);
+  // A rounding is no push.
+  constexpr double rounding = 1e-6;
+  if (-extent->least_tension < rounding * extent->most_tension) extent->least_tension = 0.0;
+  if (extent->most_tension < -rounding * extent->least_tension) extent->most_tension = 0.0;
+}
+
+/// Forces of guides and supports; what is left by roundings where none acts is no force.
+void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
+  constexpr double rounding = 1e-6;
+  double largest = 0.0;
+  for (const StoredFrame& frame : frames)
+    for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
+      const double size = distance(row(frame.guide_forces, k), {});
+      if (std::isfinite(size)) largest = std::max(largest, size);
+    }
+  std::vector<double> sizes;
+  for (const StoredFrame& frame : frames) {
+    for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
+      const Vector3 force = row(frame.guide_forces, k);
+      const double size = distance(force, {});
+      if (!(size > rounding * largest) || !std::isfinite(size)) continue;
+      sizes.push_back(size);
+      if (extent->held.size() >= most_arrows) continue;
+      extent->held.push_back(row(frame.positions, k));
+      extent->forces.push_back(force);
+    }
+  }
+  extent->largest_force = quantile(&sizes, typical);
+}
+
+}  // namespace
+
+MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
+  constexpr double all = std::numeric_limits<double>::infinity();
+  MotionExtent extent{.least = {all, all, all}, .most = {-all, -all, -all}};
+  Outline outline;
+  for (const StoredFrame& frame : frames) {
+    for (std::size_t k = 0; k < frame.num_points(); ++k) {
+      take(row(frame.positions, k), 0.0, &extent);
+      outline.take(row(frame.positions, k));
+    }
+  }
+  const double size = distance(extent.least, extent.most);
+  for (const StoredFrame& frame : frames) take_guides(frame.guides, size, &extent, &outline);
+  extent.outline = outline.places();
+  scale_tensions(frames, &extent);
+  collect_forces(frames, &extent);
+  return extent;
+}
+
+}  // namespace tanor::report

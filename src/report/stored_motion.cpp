@@ -1,0 +1,89 @@
+#include "report/stored_motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <tanor/error.hpp>
+
+#include "report/vtp_frame.hpp"
+
+namespace tanor::report {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<double> mix(const std::vector<double>& a, const std::vector<double>& b, double part) {
+  std::vector<double> mixed(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) mixed[k] = (1.0 - part) * a[k] + part * b[k];
+  return mixed;
+}
+
+/// Row by row r(s) = (1 + 2s)(1 - s)^2 r_0 + s(1 - s)^2 h v_0 + s^2(3 - 2s) r_1 - s^2(1 - s) h v_1, s from 0 to 1.
+std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, double s) {
+  const double h = b.time - a.time, u = 1.0 - s;
+  std::vector<double> r(a.positions.size());
+  for (std::size_t k = 0; k < r.size(); ++k)
+    r[k] = (1.0 + 2.0 * s) * u * u * a.positions[k] + s * u * u * h * a.velocities[k] +
+           s * s * (3.0 - 2.0 * s) * b.positions[k] - s * s * u * h * b.velocities[k];
+  return r;
+}
+
+/// Where guides stand between two frames; those that are not the same ones stay.
+std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide>& later, double part) {
+  for (std::size_t k = 0; k < std::min(guides.size(), later.size()); ++k)
+    if (guides[k].kind == later[k].kind) guides[k].numbers = mix(guides[k].numbers, later[k].numbers, part);
+  return guides;
+}
+
+}  // namespace
+
+StoredMotion::StoredMotion(const fs::path& directory) {
+  const fs::path list = directory / VtpTrajectory::list_name;
+  const std::string name = directory.string();
+  if (!fs::exists(directory)) throw InputError(name, "there is no such folder");
+  if (!fs::is_directory(directory)) throw InputError(name, "is a file; wanted the folder of a run, such as net.out");
+  if (!fs::exists(list)) {
+    throw InputError(name, fmt::format("there is no {}; tanor run SCENE --out {} --trajectory xyz,vtp makes it",
+                                       VtpTrajectory::list_name, name));
+  }
+  frames_ = read_frame_list(list);
+  if (frames_.empty()) throw InputError(list.string(), "names no frames");
+}
+
+StoredMotion::Instant StoredMotion::at(double time) const {
+  // A time that was printed with some digits is that of the frame.
+  const double rounding = 1e-9 * (end() - begin());
+  const auto after =
+      std::ranges::lower_bound(frames_.begin(), frames_.end() - 1, time - rounding, {}, &ListedFrame::time);
+  const auto before = after == frames_.begin() || after->time <= time + rounding ? after : after - 1;
+  StoredFrame first = read_vtp(before->file);
+  if (before == after) return {std::move(first), before->time, before->time};
+  const StoredFrame last = read_vtp(after->file);
+  if (last.positions.size() != first.positions.size() || last.rods != first.rods ||
+      last.guide_forces.size() != first.guide_forces.size())
+    throw InputError(after->file.string(), "holds other points or rods than the frame before");
+  const double part = (time - before->time) / (after->time - before->time);
+  StoredFrame frame = first;
+  frame.time = time;
+  frame.positions = follow_hermite(first, last, part);
+  frame.tensions = mix(first.tensions, last.tensions, part);
+  frame.guide_forces = mix(first.guide_forces, last.guide_forces, part);
+  frame.guides = mix_guides(std::move(first.guides), last.guides, part);
+  return {std::move(frame), before->time, after->time};
+}
+
+MotionExtent StoredMotion::measure() const {
+  constexpr double most_points = 5e5;
+  constexpr std::size_t least_frames = 12, most_frames = 400;
+  std::vector<StoredFrame> frames{read_vtp(frames_.front().file)};
+  const auto affordable = static_cast<std::size_t>(most_points / static_cast<double>(frames[0].num_points()));
+  const std::size_t count = std::min(frames_.size(), std::clamp(affordable, least_frames, most_frames));
+  for (std::size_t k = 1; k < count; ++k)
+    frames.push_back(read_vtp(frames_[k * (frames_.size() - 1) / (count - 1)].file));
+  return measure_motion(frames);
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,96 @@
+/// `tanor picture`: instants of a run as PNG files.
+
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+const std::string swing = R"({"tanor_scene": 1, "name": "swing",
+  "points": {"positions": [[0, 0, 0], [1, 0, 0]]}, "supports": [{"points": [0]}],
+  "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0, 1]]}],
+  "forces": [{"kind": "gravity", "acceleration": [0, -9.81, 0]}],
+  "motion": {"t_end": 0.4, "output_every": 0.1}})";
+
+/// Width and height in the head of a PNG file.
+std::array<int, 2> read_size(const std::string& png) {
+  EXPECT_TRUE(png.starts_with("\x89PNG\r\n\x1a\n"));
+  const auto number = [&](std::size_t at) {
+    int value = 0;
+    for (std::size_t k = at; k < at + 4; ++k) value = 256 * value + static_cast<unsigned char>(png.at(k));
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+void simulate(const Folder& folder, const Words& more = {}) {
+  write_text(folder / "s.json", swing);
+  Words words{"run", "s.json", "--quiet"};
+  words.insert(words.end(), more.begin(), more.end());
+  const Ended ended = run_program(folder, words);
+  ASSERT_EQ(ended.code, 0) << ended.err;
+}
+
+TEST(PictureCommandTest, DrawsAnInstantAndSaysBetweenWhichFrames) {
+  const Folder folder;
+  simulate(folder);
+
+  const Ended ended =
+      run_program(folder, {"picture", "swing.out", "--time", "0.25", "--out", "p.png", "--size", "320x200"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.err, "tanor: t = 0.25 s in p.png, between the frames at 0.2 s and 0.3 s\n");
+  EXPECT_EQ(read_size(read_text(folder / "p.png")), (std::array{320, 200}));
+
+  const Ended frame = run_program(folder, {"picture", "swing.out", "--time", "0.3", "--json"});
+  const json facts = json::parse(frame.out);
+  EXPECT_EQ(facts["file"], "swing.out/picture.png");
+  EXPECT_EQ(facts["frames"][0], facts["frames"][1]);
+  EXPECT_EQ(facts["width"], 1600);
+  EXPECT_GT(facts["tension_scale"].get<double>(), 10.0);
+  EXPECT_GT(facts["arrow"].get<double>(), 0.0);
+  EXPECT_EQ(read_size(read_text(folder / "swing.out/picture.png")), (std::array{1600, 1000}));
+}
+
+TEST(PictureCommandTest, WithoutATimeItIsTheLastFrame) {
+  const Folder folder;
+  simulate(folder, {"--out", "o"});
+  const Ended ended = run_program(folder, {"picture", "o", "--json", "--size", "100x100"});
+  EXPECT_EQ(json::parse(ended.out)["t"], 0.4);
+}
+
+TEST(PictureCommandTest, ANewRunTakesThePictureOfTheOldOneAway) {
+  const Folder folder;
+  simulate(folder, {"--out", "o"});
+  ASSERT_EQ(run_program(folder, {"picture", "o", "--size", "100x100"}).code, 0);
+  simulate(folder, {"--out", "o"});
+  EXPECT_FALSE(std::filesystem::exists(folder / "o/picture.png"));
+}
+
+TEST(PictureCommandTest, SaysWhatIsWrong) {
+  const Folder folder;
+  simulate(folder, {"--out", "o"});
+  const auto complain = [&](Words words) {
+    words.insert(words.begin(), {"picture", "o"});
+    return complaint(folder, words);
+  };
+  EXPECT_TRUE(contains(complain({"--time", "0.5"}), "--time: must be between 0 and 0.4 s, the frames of o, not 0.5"));
+  EXPECT_TRUE(contains(complain({"--time", "-0.1"}), "--time"));
+  EXPECT_TRUE(contains(complain({"--time", "nan"}), "--time: must be a finite number"));
+  EXPECT_TRUE(contains(complain({"--size", "10x10"}), "--size: must be WIDTHxHEIGHT"));
+  EXPECT_TRUE(contains(complain({"--size", "1000"}), "--size"));
+  EXPECT_TRUE(contains(complain({"--view", "w"}), "--view: must be auto, x, -x"));
+  EXPECT_TRUE(contains(complain({"--view", "0,91"}), "--view"));
+  EXPECT_TRUE(contains(complain({"--projection", "fish-eye"}), "--projection: must be perspective or orthographic"));
+  EXPECT_TRUE(contains(complain({"--scale", "0"}), "--scale: must be a finite number > 0"));
+  EXPECT_TRUE(contains(complain({"--show", "rods,ropes"}), "not 'ropes'"));
+  EXPECT_TRUE(contains(complaint(folder, {"picture", "missing"}), "missing: there is no such folder"));
+  EXPECT_TRUE(contains(complaint(folder, {"picture", "s.json"}), "is a file; wanted the folder of a run"));
+  std::filesystem::create_directory(folder / "empty");
+  EXPECT_TRUE(contains(complaint(folder, {"picture", "empty"}), "there is no trajectory.pvd"));
+  write_text(folder / "o/trajectory/frame_000001.vtp", "<VTKFile>");
+  EXPECT_TRUE(contains(complain({"--time", "0.1"}), "frame_000001.vtp: is damaged"));
+}
+
+}  // namespace
+}  // namespace tanor::cli

@@ -1,0 +1,247 @@
+/// Pictures of instants, read back by libpng: what is where, and in which colour.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "picture/decoded.hpp"
+#include "picture/draw.hpp"
+#include "report/motion_extent.hpp"
+
+namespace tanor::picture {
+namespace {
+
+using Colour = std::array<int, 3>;
+constexpr Colour bead{120, 133, 150}, support{26, 31, 38}, force{10, 122, 92};
+
+void expect_colour(const Decoded& picture, int x, int y, const Colour& wanted, int allowed = 6) {
+  const std::uint8_t* found = picture.at(x, y);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], wanted[k], allowed) << "pixel " << x << ", " << y << ", part " << k;
+}
+
+bool is_near(const std::uint8_t* pixel, const Colour& wanted, int allowed) {
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(pixel[k] - wanted[k]) > allowed) return false;
+  return true;
+}
+
+/// What of a picture is drawn, pixels.
+struct Bounds {
+  int left = 1 << 20, right = -1, top = 1 << 20, bottom = -1;
+  int count = 0;
+};
+template <class Counts>
+Bounds bound(const Decoded& picture, const Counts& counts) {
+  Bounds bounds;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (!counts(x, y)) continue;
+      bounds.left = std::min(bounds.left, x);
+      bounds.right = std::max(bounds.right, x);
+      bounds.top = std::min(bounds.top, y);
+      bounds.bottom = std::max(bounds.bottom, y);
+      ++bounds.count;
+    }
+  }
+  return bounds;
+}
+Bounds bound_drawn(const Decoded& picture) {
+  return bound(picture, [&](int x, int y) { return !picture.is_ground(x, y); });
+}
+Bounds bound_colour(const Decoded& picture, const Colour& colour, int allowed = 8) {
+  return bound(picture, [&](int x, int y) { return is_near(picture.at(x, y), colour, allowed); });
+}
+
+/// A support at the origin and a bead at (1, 0, 0), joined by a rod.
+Picture make_rod(double tension) {
+  report::StoredFrame frame;
+  frame.positions = {0, 0, 0, 1, 0, 0};
+  frame.velocities.resize(6);
+  frame.is_support = {true, false};
+  frame.rods = {{0, 1}};
+  frame.tensions = {tension};
+  frame.gravity = {0, -9.81, 0};
+  Picture picture{frame, {}, {.width = 400, .height = 300, .tension_scale = 10.0, .shows_legend = false}};
+  return picture;
+}
+
+Decoded paint(Picture picture) {
+  picture.extent = report::measure_motion({picture.frame});
+  return decode(draw(picture).png);
+}
+
+TEST(PictureTest, ARodHasTheColourOfItsTension) {
+  const auto expect_rod = [](double tension, const Colour& wanted) {
+    Picture picture = make_rod(tension);
+    picture.style.width = 800;
+    picture.style.height = 600;
+    const Decoded painted = paint(picture);
+    ASSERT_EQ(painted.width, 800);
+    ASSERT_EQ(painted.height, 600);
+    // The axis is between two rows, a thirteenth of the radius from either: one faces the lamp and is whiter by 1.5 %.
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(0.5 * (painted.at(400, 299)[k] + painted.at(400, 300)[k]), wanted[k], 4) << k;
+  };
+  // Half of the scale: in the middle between the second and the third stop of the colours.
+  expect_rod(5.0, {228, 126, 45});
+  expect_rod(-5.0, {77, 140, 210});
+  expect_rod(0.0, {199, 199, 196});
+  expect_rod(1e9, {112, 28, 8});
+  expect_rod(std::nan(""), {217, 217, 217});
+}
+
+TEST(PictureTest, APlaneMotionIsSeenStraightAndFillsThePicture) {
+  const Decoded picture = paint(make_rod(5.0));
+  const Bounds all = bound_drawn(picture);
+  EXPECT_GE(all.left, 1);
+  EXPECT_LE(all.right, 398);
+  EXPECT_GE(all.right - all.left, 370);
+  EXPECT_NEAR(all.top + all.bottom, 299, 2) << "in the middle";
+  // The left end is the support and larger, the right one the bead.
+  const Bounds dark = bound_colour(picture, support, 12), light = bound_colour(picture, bead, 12);
+  EXPECT_LT(dark.right, 30);
+  EXPECT_GT(light.left, 370);
+  EXPECT_GT(dark.count, light.count);
+}
+
+TEST(PictureTest, EdgesAreSmooth) {
+  // Across the edge of the rod there are pixels between its colour and the ground.
+  const Decoded picture = paint(make_rod(5.0));
+  Picture turned = make_rod(5.0);
+  turned.frame.positions = {0, 0, 0, 1, 0.7, 0};
+  const Decoded slanted = paint(turned);
+  std::array<bool, 256> blues{};
+  for (int y = 0; y < slanted.height; ++y) blues[slanted.at(200, y)[2]] = blues[slanted.at(201, y)[2]] = true;
+  EXPECT_GT(std::count(blues.begin(), blues.end(), true), 6);
+  EXPECT_EQ(picture.bytes, paint(make_rod(5.0)).bytes) << "and every run gives the same";
+}
+
+TEST(PictureTest, WhatIsInFrontHidesWhatIsBehind) {
+  Picture picture = make_rod(5.0);
+  picture.style.from = {{1, 0, 0}};
+  expect_colour(paint(picture), 200, 150, bead);
+  picture.style.from = {{-1, 0, 0}};
+  expect_colour(paint(picture), 200, 150, support);
+}
+
+/// Widths of what is drawn side by side, from the left.
+std::vector<int> measure_widths(const Decoded& picture) {
+  std::vector<int> widths;
+  bool was_drawn = false;
+  for (int x = 0; x < picture.width; ++x) {
+    bool is_drawn = false;
+    for (int y = 0; y < picture.height; ++y) is_drawn |= !picture.is_ground(x, y);
+    if (is_drawn && !was_drawn) widths.push_back(0);
+    if (is_drawn) ++widths.back();
+    was_drawn = is_drawn;
+  }
+  return widths;
+}
+
+TEST(PictureTest, PerspectiveMakesTheNearOnesLarger) {
+  Picture picture = make_rod(5.0);
+  picture.frame.positions = {-0.5, 0, 0.5, 0.5, 0, -0.5};
+  picture.frame.is_support = {true, true};
+  picture.style.from = {{0, 0, 1}};
+  picture.style.shows_rods = false;
+  picture.style.projection = Projection::Perspective;
+  const std::vector<int> seen = measure_widths(paint(picture));
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_GT(seen[0], 1.3 * seen[1]);
+  EXPECT_GT(seen[1], 5);
+  picture.style.projection = Projection::Orthographic;
+  const std::vector<int> equal = measure_widths(paint(picture));
+  ASSERT_EQ(equal.size(), 2u);
+  EXPECT_NEAR(equal[0], equal[1], 1);
+}
+
+TEST(PictureTest, AReactionIsAnArrowAlongItsForce) {
+  Picture picture = make_rod(5.0);
+  picture.frame.guide_forces = {0, 3, 0, 0, 1e-12, 0};
+  const Decoded up = paint(picture);
+  const Bounds arrow = bound_colour(up, force, 30);
+  const Bounds dark = bound_colour(up, support, 12);
+  EXPECT_GT(arrow.count, 20);
+  EXPECT_LT(arrow.bottom, dark.bottom) << "upwards from the support";
+  EXPECT_LT(arrow.right, 200) << "a rounding is no force";
+  picture.style.shows_reactions = false;
+  EXPECT_EQ(bound_colour(paint(picture), force, 30).count, 0);
+}
+
+TEST(PictureTest, EveryKindOfGuideIsDrawn) {
+  const std::vector<report::Guide> guides{{"plane", "", {0, 0, 1, 0}},
+                                          {"sphere", "", {0.5, 0, 0, 0.4}},
+                                          {"line", "", {0, 0.2, 0, 1, 0, 0}},
+                                          {"circle", "", {0.5, 0, 0, 0, 0, 1, 0.4}},
+                                          {"ellipsoid", "", {0.5, 0, 0, 0.4, 0.3, 0.2, 1, 0, 0, 0, 1, 0}},
+                                          {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 0.3, 0}}};
+  Picture picture = make_rod(5.0);
+  picture.style.from = {{0.3, 0.2, 1}};
+  for (const report::Guide& guide : guides) {
+    picture.frame.guides = {guide};
+    picture.style.shows_guides = true;
+    const Decoded with = paint(picture);
+    picture.style.shows_guides = false;
+    const Decoded without = paint(picture);
+    const Bounds differing =
+        bound(with, [&](int x, int y) { return !std::equal(with.at(x, y), with.at(x, y) + 3, without.at(x, y)); });
+    EXPECT_GT(differing.count, 300) << guide.kind;
+    EXPECT_GT(differing.right - differing.left, 100) << guide.kind;
+  }
+}
+
+TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
+  Picture picture = make_rod(5.0);
+  picture.style.shows_legend = true;
+  const Decoded painted = paint(picture);
+  const Bounds top = bound_colour(painted, {112, 28, 8}, 4), low = bound_colour(painted, {199, 199, 196}, 3);
+  EXPECT_GT(top.left, 330);
+  EXPECT_LT(top.top, 90);
+  EXPECT_GT(low.bottom, 190);
+  // Words in the upper left corner.
+  const Bounds words = bound(painted, [&](int x, int y) { return x < 100 && y < 20 && painted.at(x, y)[0] < 128; });
+  EXPECT_GT(words.count, 20);
+  // The motion keeps away from the bar.
+  EXPECT_LT(bound_colour(painted, bead, 10).right, 345);
+}
+
+TEST(PictureTest, TheSameInstantIsTheSameInLargeAndInSmall) {
+  Picture picture = make_rod(5.0);
+  const Decoded small = paint(picture);
+  picture.style.width = 1200;
+  picture.style.height = 900;
+  const Decoded large = paint(picture);
+  const Bounds a = bound_drawn(small), b = bound_drawn(large);
+  EXPECT_NEAR(3 * a.left, b.left, 6);
+  EXPECT_NEAR(3 * a.bottom, b.bottom, 6);
+}
+
+TEST(PictureTest, AHundredThousandBeadsAreDrawn) {
+  Picture picture = make_rod(0.0);
+  picture.frame = {};
+  constexpr int side = 46;
+  for (int k = 0; k < side * side * side; ++k) {
+    for (const int number : {k % side, k / side % side, k / side / side}) picture.frame.positions.push_back(number);
+  }
+  picture.frame.velocities.resize(picture.frame.positions.size());
+  picture.frame.is_support.resize(side * side * side);
+  const Decoded painted = paint(picture);
+  EXPECT_GT(bound_drawn(painted).count, 20'000);
+  EXPECT_LT(bound_drawn(painted).right, 399);
+}
+
+TEST(PictureTest, OnePointWithoutExtentIsDrawn) {
+  Picture picture = make_rod(0.0);
+  picture.frame.positions = {7, 7, 7};
+  picture.frame.velocities.resize(3);
+  picture.frame.is_support = {false};
+  picture.frame.rods.clear();
+  picture.frame.tensions.clear();
+  EXPECT_GT(bound_drawn(paint(picture)).count, 50);
+}
+
+}  // namespace
+}  // namespace tanor::picture

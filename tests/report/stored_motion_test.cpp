@@ -1,0 +1,185 @@
+/// Frames for ParaView, read back by the program itself.
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <tanor/error.hpp>
+
+#include "report/compression.hpp"
+#include "report/reading.hpp"
+#include "report/shown_parts.hpp"
+#include "report/stored_motion.hpp"
+#include "report/vtp_frame.hpp"
+
+namespace tanor::report {
+namespace {
+
+/// A support, two beads on rods and a bead that no rod holds; the second rod ends at an image.
+System make_system() {
+  System system;
+  system.positions = {0, 0, 0, 0.1, 0, 0, 0.9, 0, 0, 0, 1, 0};
+  system.velocities.resize(12);
+  system.masses = {1, 1, 1, 1};
+  system.supports = {{.points = {0}}};
+  system.constraints = {Rods{.name = "rods", .pairs = {{0, 1}, {1, 2}}, .offsets = {{0, 0, 0}, {-1, 0, 0}}}};
+  return system;
+}
+
+/// Rows that follow cubic polynomials, so that Hermite's ones are exact.
+struct Rows {
+  std::vector<double> positions, velocities, accelerations, tensions{0, 0}, forces;
+  Frame frame(std::size_t number, double t) {
+    positions.clear();
+    velocities.clear();
+    forces.clear();
+    for (int k = 0; k < 12; ++k) {
+      positions.push_back(k + t - k * t * t + 0.3 * t * t * t);
+      velocities.push_back(1 - 2 * k * t + 0.9 * t * t);
+      forces.push_back(k < 3 ? k + t : 0.0);
+    }
+    accelerations = velocities;
+    tensions = {1 + t, -2 * t};
+    return {.number = number,
+            .time = t,
+            .positions = positions,
+            .velocities = velocities,
+            .accelerations = accelerations,
+            .tensions = tensions,
+            .guide_forces = forces,
+            .guides = {{"sphere", "a <ball> & \"more\"", {0, 0, t, 1}}, {"plane", "", {0, 0, 1, -0.5}}},
+            .gravity = {0, 0, -9.81}};
+  }
+};
+
+void write_motion(const Folder& folder, const ShownParts& shown, bool is_compressed = false) {
+  VtpTrajectory trajectory(folder.path(), &shown, is_compressed);
+  Rows rows;
+  for (std::size_t k = 0; k < 5; ++k) trajectory.write(rows.frame(k, 0.25 * static_cast<double>(k)));
+}
+
+TEST(StoredFrameTest, ReadsBackWhatWasWritten) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  for (const bool is_compressed : {false, true}) {
+    if (is_compressed && !has_compression()) continue;
+    const Folder folder;
+    Rows rows;
+    const Frame written = rows.frame(0, 0.1 + 0.2);
+    write_vtp(folder / "f.vtp", shown, written, is_compressed);
+    const StoredFrame frame = read_vtp(folder / "f.vtp");
+
+    EXPECT_EQ(frame.time, 0.1 + 0.2);
+    EXPECT_EQ(std::vector(frame.positions.begin(), frame.positions.begin() + 12), rows.positions);
+    EXPECT_EQ(frame.positions.size(), 15u) << "the image follows";
+    EXPECT_EQ(frame.positions[12], rows.positions[6] - 1.0);
+    EXPECT_EQ(std::vector(frame.velocities.begin(), frame.velocities.begin() + 12), rows.velocities);
+    EXPECT_EQ(std::vector(frame.guide_forces.begin(), frame.guide_forces.begin() + 12), rows.forces);
+    EXPECT_EQ(frame.is_support, (std::vector<bool>{true, false, false, false, false}));
+    EXPECT_EQ(frame.rods, (std::vector<std::array<std::int32_t, 2>>{{0, 1}, {1, 4}}));
+    EXPECT_EQ(frame.tensions, rows.tensions);
+    ASSERT_EQ(frame.guides.size(), 2u);
+    EXPECT_EQ(frame.guides[0].kind, "sphere");
+    EXPECT_EQ(frame.guides[0].name, "a <ball> & \"more\"");
+    EXPECT_EQ(frame.guides[0].numbers, (std::vector<double>{0, 0, 0.1 + 0.2, 1}));
+    EXPECT_EQ(frame.gravity, (Vector3{0, 0, -9.81}));
+  }
+}
+
+TEST(StoredFrameTest, DamagedFilesAreRefusedByName) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  std::mt19937 random(5);
+  for (const bool is_compressed : {false, true}) {
+    if (is_compressed && !has_compression()) continue;
+    const Folder folder;
+    Rows rows;
+    write_vtp(folder / "f.vtp", shown, rows.frame(0, 0.5), is_compressed);
+    const std::string whole = read_text(folder / "f.vtp");
+    for (int k = 0; k < 300; ++k) {
+      write_text(folder / "cut.vtp", whole.substr(0, random() % whole.size()));
+      try {
+        read_vtp(folder / "cut.vtp");
+        ADD_FAILURE() << "a file that is cut was read";
+      } catch (const InputError& error) {
+        EXPECT_NE(error.where().find("cut.vtp"), std::string::npos);
+      }
+      // Any byte changed: refused, or read as other numbers.
+      std::string changed = whole;
+      changed[random() % changed.size()] = static_cast<char>(random());
+      write_text(folder / "changed.vtp", changed);
+      try {
+        const StoredFrame frame = read_vtp(folder / "changed.vtp");
+        for (const auto& [i, j] : frame.rods) EXPECT_LT(static_cast<std::size_t>(std::max(i, j)), frame.num_points());
+        EXPECT_EQ(frame.positions.size(), 3 * frame.num_points());
+      } catch (const InputError&) {
+      }
+    }
+  }
+}
+
+TEST(StoredMotionTest, BetweenFramesPositionsAreCubicAndForcesLinear) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  write_motion(folder, shown);
+  const StoredMotion motion(folder.path());
+  EXPECT_EQ(motion.begin(), 0.0);
+  EXPECT_EQ(motion.end(), 1.0);
+  Rows rows;
+  for (const double t : {0.1, 0.3, 0.7, 0.99}) {
+    const StoredMotion::Instant instant = motion.at(t);
+    rows.frame(0, t);
+    EXPECT_LT(instant.before, t);
+    EXPECT_GT(instant.after, t);
+    EXPECT_EQ(instant.frame.time, t);
+    for (std::size_t k = 0; k < 12; ++k) {
+      EXPECT_NEAR(instant.frame.positions[k], rows.positions[k], 1e-14);
+      EXPECT_NEAR(instant.frame.guide_forces[k], rows.forces[k], 1e-14);
+    }
+    EXPECT_NEAR(instant.frame.tensions[1], rows.tensions[1], 1e-15);
+    EXPECT_NEAR(instant.frame.guides[0].numbers[2], t, 1e-15);
+  }
+}
+
+TEST(StoredMotionTest, AFrameIsShownAsItIs) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  write_motion(folder, shown);
+  const StoredMotion motion(folder.path());
+  Rows rows;
+  for (const double t : {0.0, 0.25, 0.75, 1.0}) {
+    const StoredMotion::Instant instant = motion.at(t + 1e-12);
+    rows.frame(0, t);
+    EXPECT_EQ(instant.before, t);
+    EXPECT_EQ(instant.after, t);
+    EXPECT_EQ(std::vector(instant.frame.positions.begin(), instant.frame.positions.begin() + 12), rows.positions);
+  }
+}
+
+TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  write_motion(folder, shown);
+  const MotionExtent extent = StoredMotion(folder.path()).measure();
+  EXPECT_EQ(extent.least_tension, -1.5) << "0.97 of the five that push";
+  EXPECT_EQ(extent.most_tension, 1.75);
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_LE(extent.least[axis], static_cast<double>(axis));
+  EXPECT_FALSE(extent.held.empty());
+  // No place of any frame lies beyond the outline in one of its directions.
+  double farthest = -HUGE_VAL;
+  for (const Vector3& place : extent.outline) farthest = std::max(farthest, place[0]);
+  EXPECT_EQ(farthest, extent.most[0]);
+}
+
+TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
+  const Folder folder;
+  EXPECT_THROW(StoredMotion(folder / "missing"), InputError);
+  EXPECT_THROW(StoredMotion(folder.path()), InputError);
+  write_text(folder / "trajectory.pvd", "<VTKFile><Collection></Collection></VTKFile>");
+  EXPECT_THROW(StoredMotion(folder.path()), InputError);
+  write_text(folder / "trajectory.pvd", "<DataSet timestep=\"1\" file=\"a\"/><DataSet timestep=\"0\" file=\"b\"/>");
+  EXPECT_THROW(StoredMotion(folder.path()), InputError);
+}
+
+}  // namespace
+}  // namespace tanor::report
