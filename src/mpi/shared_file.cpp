@@ -119,14 +119,13 @@ struct Header {
   std::size_t size() const { return end() + 48 * num_points; }
 };
 
-/// Of owned points; on the first rank of supports, too, so that the file has all of them.
+}  // namespace
+
 std::vector<Index> points_to_write(const MpiRanks& ranks, const RankSystem& part) {
   std::size_t count = part.num_owned;
   if (ranks.rank() == 0) count = part.points.size() - part.part.guests.size();
   return {part.points.begin(), part.points.begin() + static_cast<std::ptrdiff_t>(count)};
 }
-
-}  // namespace
 
 void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                       std::size_t num_points, const Simulation& simulation) {

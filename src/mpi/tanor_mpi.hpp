@@ -85,6 +85,10 @@ class TANOR_API SharedFile {
   MPI_File file_ = MPI_FILE_NULL;
 };
 
+/// Points whose rows a rank writes into such a file: those that it owns, and on the first rank the supports too, so
+/// that the file has all of them. They are the first ones of its part.
+TANOR_API std::vector<Index> points_to_write(const MpiRanks& ranks, const RankSystem& part);
+
 /// Saves a motion so that it goes on on any number of ranks; replaces the file when all is written.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                 std::size_t num_points, const Simulation& simulation);

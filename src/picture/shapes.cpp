@@ -76,7 +76,7 @@ void add_forces(const Picture& picture, const Scale& scale, const Camera& camera
   const double thickness = std::clamp(scale.bead, 0.004, largest_bead);
   for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
     const Vec3 force = point(frame.guide_forces, k);
-    if (!std::isfinite(squared(force)) || !(norm(force) > 1e-6 * picture.extent.largest_force)) continue;
+    if (!std::isfinite(squared(force))) continue;
     const Vec3 place = camera.turn(scaled(scale, point(frame.positions, k)));
     add_arrow(place, camera.turn_direction(scale.arrow * force), thickness, shapes);
   }

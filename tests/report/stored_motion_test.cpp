@@ -171,6 +171,22 @@ TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
   EXPECT_EQ(farthest, extent.most[0]);
 }
 
+TEST(MotionExtentTest, RoundingsAreNeitherForcesNorPushes) {
+  StoredFrame frame;
+  frame.is_support.resize(100);
+  frame.positions.resize(300);
+  frame.guide_forces.resize(300, 1e-14);
+  frame.guide_forces[4] = -5.0;
+  frame.rods.assign(100, {0, 1});
+  frame.tensions.assign(100, -1e-13);
+  frame.tensions[0] = 3.0;
+  const MotionExtent extent = measure_motion({frame});
+  EXPECT_EQ(extent.largest_force, 5.0);
+  EXPECT_EQ(extent.held.size(), 1u);
+  EXPECT_EQ(extent.least_tension, 0.0);
+  EXPECT_EQ(extent.most_tension, 3.0);
+}
+
 TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
   const Folder folder;
   EXPECT_THROW(StoredMotion(folder / "missing"), InputError);

@@ -199,6 +199,9 @@ ExitCode execute(const SelftestOptions&) {
 ExitCode execute(const ViewOptions&) {
   mpi::refuse_command();
 }
+ExitCode execute(const PictureOptions&) {
+  mpi::refuse_command();
+}
 ExitCode execute(const ManualOptions&) {
   mpi::refuse_command();
 }

@@ -19,11 +19,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 
 Trajectory::Trajectory(const MpiRanks& ranks, const std::filesystem::path& folder, const RankSystem& part,
                        std::size_t num_points)
-    : ranks_(ranks), folder_(folder), num_points_(num_points) {
-  std::size_t count = part.num_owned;
-  if (ranks.rank() == 0) count = part.points.size() - part.part.guests.size();
-  points_.assign(part.points.begin(), part.points.begin() + static_cast<std::ptrdiff_t>(count));
-}
+    : ranks_(ranks), folder_(folder), points_(points_to_write(ranks, part)), num_points_(num_points) {}
 
 void Trajectory::keep_until(double time) {
   const std::filesystem::path name = folder_ / "trajectory_times.npy";

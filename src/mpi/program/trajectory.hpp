@@ -18,8 +18,6 @@ class Trajectory {
   void write_frame(const Simulation& simulation);
 
  private:
-  void write_headers();
-
   const MpiRanks& ranks_;
   std::filesystem::path folder_;
   std::vector<Index> points_;  // those that this rank writes: the first ones of its part
