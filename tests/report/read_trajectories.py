@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Runs a scene with all formats of a trajectory and reads each back with another program's reader: h5py, numpy, ASE.
+"""Runs a scene with all formats of a trajectory and reads each back with another program's reader: numpy, h5py, ASE, VTK,
+LAMMPS (`read_dump` and `rerun`), ParaView (pvpython).
 
-    read_trajectories.py TANOR FOLDER
+    read_trajectories.py TANOR FOLDER [--all]
 
-A run in two parts must give the files of one run, and compressed ones those of plain ones. h5py and ASE are left out where
-they cannot be imported; the last line names who has read.
+A run in two parts must give the files of one run, and compressed ones those of plain ones. Readers that are not installed are
+left out, with `--all` none but ParaView may be; the last line names who has read.
 """
 
 import csv
@@ -14,6 +15,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 
 import numpy as np
 
@@ -25,6 +27,12 @@ try:
     import ase.io
 except ImportError:
     ase = None
+try:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+except ImportError:
+    vtk_to_numpy = None
+LAMMPS, PVPYTHON = shutil.which("lmp"), shutil.which("pvpython")
 
 FORMATS = "xyz,vtp,lammps,h5md,csv,npz"
 
@@ -123,8 +131,115 @@ def check_rods(out: pathlib.Path, arrays: dict) -> None:
     assert len(starts) == 9
 
 
+def check_vtk(out: pathlib.Path, arrays: dict) -> None:
+    """VTK's own reader on every frame that the list names."""
+    frames = ET.parse(out / "trajectory.pvd").findall("Collection/DataSet")
+    assert [float(frame.get("timestep")) for frame in frames] == arrays["time"].tolist()
+    for k, frame in enumerate(frames):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(out / frame.get("file")))
+        reader.Update()
+        data = reader.GetOutput()
+        points, cells, field = data.GetPointData(), data.GetCellData(), data.GetFieldData()
+        assert np.array_equal(vtk_to_numpy(data.GetPoints().GetData()), arrays["position"][k])
+        for key in ("velocity", "acceleration"):
+            assert np.array_equal(vtk_to_numpy(points.GetArray(key)), arrays[key][k]), key
+        assert vtk_to_numpy(points.GetArray("support")).tolist() == [1, 0, 0, 0]
+        # The point on the ball is no rod's: a vertex, which comes first.
+        assert data.GetNumberOfVerts() == 1 and data.GetNumberOfLines() == 2
+        tensions = vtk_to_numpy(cells.GetArray("tension"))
+        assert np.isnan(tensions[0]) and np.array_equal(tensions[1:], arrays["tension"][k])
+        assert vtk_to_numpy(data.GetLines().GetConnectivityArray()).tolist() == [0, 1, 1, 2]
+        assert field.GetArray("TimeValue").GetValue(0) == arrays["time"][k]
+        assert vtk_to_numpy(field.GetArray("gravity")).tolist() == [0, 0, -9.81]
+        assert vtk_to_numpy(field.GetArray("guide sphere ball")).tolist() == [0, 0.5, 0, 0.5]
+        # The ball alone holds point 3: its force is m w - m g there.
+        held = vtk_to_numpy(points.GetArray("guide_force"))[3]
+        assert abs(held - 0.3 * (arrays["acceleration"][k, 3] - [0, 0, -9.81])).max() < 1e-9
+
+
+PARAVIEW = """
+import sys
+from paraview.simple import PVDReader
+from paraview import servermanager
+from vtkmodules.util.numpy_support import vtk_to_numpy
+reader = PVDReader(FileName=sys.argv[1])
+for time in reader.TimestepValues:
+    reader.UpdatePipeline(time)
+    data = servermanager.Fetch(reader)
+    numbers = vtk_to_numpy(data.GetPoints().GetData()).ravel().tolist() + vtk_to_numpy(data.GetCellData().GetArray("tension")).tolist()
+    print(repr(time), *map(repr, numbers))
+"""
+
+
+def check_paraview(out: pathlib.Path, arrays: dict) -> None:
+    """ParaView opens the list and goes through its times."""
+    script = out.parent / "read_pvd.py"
+    script.write_text(PARAVIEW, encoding="utf-8")
+    told = subprocess.run([PVPYTHON, "--force-offscreen-rendering", str(script), str(out / "trajectory.pvd")], check=True,
+                          stdout=subprocess.PIPE, text=True).stdout
+    rows = np.array([[float(word) for word in line.split()] for line in told.splitlines()])
+    assert rows[:, 0].tolist() == arrays["time"].tolist()
+    assert np.array_equal(rows[:, 1:13], arrays["position"].reshape(-1, 12))
+    assert np.array_equal(rows[:, 14:], arrays["tension"])
+
+
+LAMMPS_INPUT = """
+units si
+atom_modify map array
+region everywhere block -10 10 -10 10 -10 10
+create_box 2 everywhere
+create_atoms 1 single 0 0 0
+create_atoms 1 single 1 0 0
+create_atoms 1 single 2 0 0
+create_atoms 1 single 3 0 0
+mass * 1
+pair_style zero 1
+pair_coeff * *
+comm_modify cutoff 10
+read_dump {dump} 8 x y z vx vy vz replace yes box no format native
+dump once all custom 1 once.dump id x y z vx vy vz
+dump_modify once sort id format float %.17g
+run 0
+undump once
+thermo 1
+thermo_style custom step
+dump again all custom 1 again.dump id x y z
+dump_modify again sort id format float %.17g
+rerun {dump} dump x y z box no replace yes
+"""
+
+
+def read_dump(path: pathlib.Path) -> dict:
+    """{step: rows} of a dump of LAMMPS' own."""
+    lines, frames, k = path.read_text(encoding="utf-8").splitlines(), {}, 0
+    while k < len(lines):
+        step, count = int(lines[k + 1]), int(lines[k + 3])
+        frames[step] = np.array([[float(word) for word in line.split()] for line in lines[k + 9:k + 9 + count]])
+        k += 9 + count
+    return frames
+
+
+def check_lammps(out: pathlib.Path, arrays: dict) -> None:
+    """LAMMPS takes one frame for its state, and goes through all of them."""
+    (out / "in.lammps").write_text(LAMMPS_INPUT.format(dump="trajectory.dump"), encoding="utf-8")
+    subprocess.run([LAMMPS, "-in", "in.lammps", "-log", "none", "-screen", "none"], cwd=out, check=True)
+    once, again = read_dump(out / "once.dump"), read_dump(out / "again.dump")
+    state = next(iter(once.values()))
+    assert np.allclose(state[:, 1:4], arrays["position"][8], rtol=1e-9, atol=1e-9)
+    assert np.allclose(state[:, 4:7], arrays["velocity"][8], rtol=1e-9, atol=1e-9)
+    assert sorted(again) == list(range(9))
+    for step, rows in again.items():
+        assert np.allclose(rows[:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
+
+
 def main() -> int:
     tanor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    readers = {"h5py": h5py, "ASE": ase, "VTK": vtk_to_numpy, "LAMMPS": LAMMPS, "ParaView": PVPYTHON}
+    missing = [name for name, reader in readers.items() if not reader and name != "ParaView"]
+    if "--all" in sys.argv and missing:
+        print("not installed:", ", ".join(missing), file=sys.stderr)
+        return 1
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "scene.json").write_text(json.dumps(SCENE), encoding="utf-8")
@@ -146,11 +261,17 @@ def main() -> int:
                 (out / file).write_bytes(gzip.decompress((out / f"{file}.gz").read_bytes()))
                 assert (out / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
         check_rods(out, arrays)
+        if vtk_to_numpy:
+            check_vtk(out, arrays)
+        if PVPYTHON:
+            check_paraview(out, arrays)
+        if LAMMPS:
+            check_lammps(out, arrays)
         if ase:
             check_ase(out, arrays)
     for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
         assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
-    print("read back:", "numpy, csv, gzip" + (", h5py" if h5py else "") + (", ASE" if ase else ""))
+    print("read back:", ", ".join(["numpy", "csv", "gzip", *(name for name, reader in readers.items() if reader)]))
     return 0
 
 
