@@ -169,9 +169,24 @@ void check_names(std::span<const std::string> names, const Constants& constants)
 
 using ForceFormulas = std::vector<Formula>;
 
+/// Values alone, row by row.
+void evaluate_forces_of_few(const ForceFormulas& formulas, const ForceBatch& batch) {
+  const std::size_t size = formulas.size();
+  for (std::size_t row = 0; row < batch.count; ++row) {
+    const auto load = [&, r = batch.r + row * size, v = batch.v + row * size](int variable, double* x) {
+      const auto i = static_cast<std::size_t>(variable);
+      *x = i < size ? r[i] : i < 2 * size ? v[i - size] : batch.t;
+    };
+    for (std::size_t component = 0; component < size; ++component)
+      batch.f[row * size + component] = formulas[component].evaluate_loading<double>(load);
+  }
+}
+
 void evaluate_force(const void* context, const ForceBatch& batch) {
+  constexpr std::size_t few = 4;  // rows that cost less one by one, with the same bits
   const auto& formulas = *static_cast<const ForceFormulas*>(context);
   const std::size_t size = formulas.size();  // 3p
+  if (batch.count <= few && batch.derivative == nullptr) return evaluate_forces_of_few(formulas, batch);
   for_each_group(batch.count, [&](const Rows& rows) {
     const Variables variables(batch, rows, size);
     for (std::size_t component = 0; component < size; ++component) {
