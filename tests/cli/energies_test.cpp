@@ -20,8 +20,9 @@ struct End {
 std::string led(const End& end) {
   return R"({"tanor_scene": 1, "points": {"positions": [[-1,0,0],[0,0,0],[1,1,0],[-1,0,1]], "masses": 1},
     "supports": [{"points": [0, 1, 3]}],
-    "constraints": [{"kind": "line", "name": "way", "points": [2], "direction": [0,0,1], "origin": [)" +
-         end.path + R"(, 0]}],
+    "constraints": [{"kind": "line", "name": "way", "points": [2], "direction": [0,0,1], "origin": {"formula": [)" +
+         end.path + R"(, "0"]}},
+      {"kind": "plane", "name": "floor", "points": [2], "normal": [0,0,1]}],
     "forces": [)" +
          end.force + R"(], "motion": {"start": "project", "t_end": 2, "output_every": 0.1}})";
 }
@@ -45,13 +46,13 @@ TEST_P(EnergyEnds, AreExitCode3WithTheTupleAndTheTime) {
 
 // clang-format off
 const End ends[] = {
-    {"ABondAtItsLimit", R"({"formula": "1 + t"}, 0)", R"({"kind": "bond", "law": "fene", "pairs": [[1,2]], "stiffness": 5, "limit": 1.5})",
+    {"ABondAtItsLimit", R"("1 + t", "0")", R"({"kind": "bond", "law": "fene", "pairs": [[1,2]], "stiffness": 5, "limit": 1.5})",
      "bond0: [1, 2]: the distance 1.5", 0.5},
-    {"AnAngleThatBecomesStraight", R"(1, {"formula": "max(1 - t, 0)"})", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 2})",
+    {"AnAngleThatBecomesStraight", R"json("1", "max(1 - t, 0)")json", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 2})",
      "bending0: [0, 1, 2]: its angle is straight", 1.0},
-    {"ATorsionInLine", R"(1, {"formula": "max(1 - t, 0)"})", R"({"kind": "torsion", "law": "opls", "quadruples": [[3,0,1,2]], "coefficients": [1,1,1,1]})",
+    {"ATorsionInLine", R"json("1", "max(1 - t, 0)")json", R"({"kind": "torsion", "law": "opls", "quadruples": [[3,0,1,2]], "coefficients": [1,1,1,1]})",
      "torsion0: [3, 0, 1, 2]: three of its points are on one line", 1.0},
-    {"AnEnergyOfAUser", R"(1, {"formula": "1 - t"})", R"json({"kind": "potential", "points": [[1,2]], "energy": "log(y2 - y1)"})json",
+    {"AnEnergyOfAUser", R"("1", "1 - t")", R"json({"kind": "potential", "points": [[1,2]], "energy": "log(y2 - y1)"})json",
      "potential0: [1, 2]: the energy or its gradient is not finite", 1.0},
 };
 // clang-format on
