@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/huge_pages.hpp"
 #include "factor/front_kernels.hpp"
 #include "factor/front_tree.hpp"
 #include "factor/supernodes.hpp"
@@ -57,7 +58,7 @@ class Multifrontal {
  private:
   /// What a thread has for itself.
   struct Workspace {
-    std::vector<double> stacks[2], y;
+    LargeArray<double> stacks[2], y;
   };
   /// Part of a lower triangle in tiles.
   struct Tile {
@@ -106,8 +107,8 @@ class Multifrontal {
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
-  std::vector<double> panels_;                   // L
-  std::vector<double> arenas_[2];                // updates that pass between tasks
+  LargeArray<double> panels_;                    // L
+  LargeArray<double> arenas_[2];                 // updates that pass between tasks
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
   std::vector<double> z_;                        // x, then the vectors of shared fronts
