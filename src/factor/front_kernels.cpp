@@ -356,4 +356,50 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
   }
 }
 
+TANOR_EACH_INSTRUCTION_SET
+void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                               const double* inverse_pivots, double* y) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          Eight x[count];
+          for (std::size_t q = 0; q < count; ++q) {
+            x[q] = eight_at(y + front_width * (j + q));
+            for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
+            x[q] *= inverse_pivots[j + q];
+            eight_to(y + front_width * (j + q)) = x[q];
+          }
+          for (std::size_t i = j + count; i < rows; ++i) {
+            Eight sum = eight_at(y + front_width * i);
+            for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * x[q];
+            eight_to(y + front_width * i) = sum;
+          }
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                                const double* inverse_pivots, double* y) {
+  for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
+    with_columns(
+        end - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          Eight x[count];
+          for (std::size_t q = 0; q < count; ++q) x[q] = eight_at(y + front_width * (j + q));
+          for (std::size_t i = j + count; i < rows; ++i) {
+            const Eight y_i = eight_at(y + front_width * i);
+            for (std::size_t q = 0; q < count; ++q) x[q] -= c[q * stride + i] * y_i;
+          }
+          for (std::size_t q = count; q-- > 0;) {
+            for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
+            x[q] *= inverse_pivots[j + q];
+            eight_to(y + front_width * (j + q)) = x[q];
+          }
+        });
+    if (j == 0) return;
+  }
+}
+
 }  // namespace tanor_kernels

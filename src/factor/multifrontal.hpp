@@ -40,6 +40,9 @@ class Multifrontal {
     eliminate(x, threads);
     substitute(x, threads);
   }
+  /// The same of many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]: each number of
+  /// L is fetched once for all of them. Different threads may do this at the same time.
+  void solve_eights(double* x, std::size_t groups) const;
   /// Both halves of a solve, one after the other: L y = x from the leaves to the roots, which leaves in the kept rows
   /// of x what the others make of them; L' x = y back, from the kept rows of x.
   void eliminate(double* x, int threads = 1);
