@@ -3,7 +3,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <iostream>
 #include <random>
 
 #include <tanor/modes.hpp>
