@@ -62,7 +62,8 @@ void expect_modes(const ModeSet& found, const Dense& dense, double scale) {
   if (dense.K.cols() > 0) {
     const VectorXd lengths = dense.K.colwise().norm().transpose() * std::sqrt(1.0 / dense.mass.minCoeff());
     const VectorXd worst = (dense.K.transpose() * q).cwiseAbs().rowwise().maxCoeff();
-    RC_ASSERT((worst.array() <= 1e-11 * lengths.array().max(1e-300)).all());
+    // Shapes are combinations of random moves, whose condition multiplies rounding.
+    RC_ASSERT((worst.array() <= 1e-10 * lengths.array().max(1e-300)).all());
   }
   RC_ASSERT((found.omega2 - dense.omega2.head(count)).cwiseAbs().maxCoeff() < 1e-9 * scale);
   // With the best multipliers, the residual is no larger than what is told.
