@@ -37,4 +37,22 @@ void read_modes(const Cursor& modes, Scene* scene) {
   }
 }
 
+ModesOptions modes_options(const Scene& scene) {
+  ModesOptions options = scene.modes;
+  options.time = scene.equilibrium.at;
+  options.prestress = scene.equilibrium.prestress;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
+}
+
+BucklingOptions buckling_options(const Scene& scene) {
+  BucklingOptions options;
+  options.loads = scene.buckling_loads;
+  options.time = scene.equilibrium.at;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
+}
+
 }  // namespace tanor::scene
