@@ -17,6 +17,7 @@
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
 #include "simulation/saved_state.hpp"
+#include "system/fingerprint.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
