@@ -13,7 +13,6 @@
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
-#include "cli/command_line.hpp"
 #include "cli/suggestion.hpp"
 
 namespace tanor::cli {
@@ -48,12 +47,12 @@ Value positive(std::optional<double>* target) {
 }
 
 /// What a clock can add, s.
-Value interval(double* target) {
+Value interval(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
             const std::optional<double> number = read_number<double>(given);
             if (!number || !(*number >= 0.0 && *number <= 1e9))
               return "must be a number from 0 to 1e9, not '" + given + "'";
-            *target = *number;
+            target->emplace(*number);
             return {};
           }};
 }
@@ -136,7 +135,7 @@ Command complete(const std::shared_ptr<Options>& options, Command command) {
   command.options.push_back(
       {"--quiet", "", yes(&options->quiet), "no progress and no notes; warnings and errors stay"});
   command.options.push_back({"--json", "", yes(&options->json), "print the result as JSON"});
-  command.execute = [options] { return execute(*options); };
+  command.request = [options] { return *options; };
   return command;
 }
 
@@ -325,7 +324,7 @@ Command describe_help() {
           .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: all of them", false}},
           .options = {{"--json", "", yes(&options->json), "print the table of commands as JSON"}},
           .examples = {{"tanor help run", "all options of run"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 Command describe_completion() {
@@ -336,7 +335,7 @@ Command describe_completion() {
           .arguments = {{"SHELL", text(Word::Shell, &options->shell), "bash or zsh"}},
           .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
                        {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 Command describe_manual() {
@@ -347,7 +346,7 @@ Command describe_manual() {
           .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: tanor itself", false}},
           .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"}},
           .examples = {{"tanor manual run | man -l -", "read one that is not installed"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 }  // namespace

@@ -32,8 +32,11 @@ std::string describe(const Modes& modes) {
   std::string line = fmt::format("{} of {} modes: omega = {} rad/s", modes.count(), modes.degrees_of_freedom, text);
   if (modes.zero_modes > 0)
     line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
-  if (modes.unstable_directions > 0)
+  if (modes.unstable_directions > 0 && modes.decay.empty())
     line += fmt::format("; unstable: {} grow (negative: growth rate, 1/s)", modes.unstable_directions);
+  if (modes.unstable_directions > 0 && !modes.decay.empty())
+    line += fmt::format("; unstable: {} grow, the fastest by {:.6g} 1/s", modes.unstable_directions,
+                        -std::ranges::min(modes.decay));
   return line;
 }
 

@@ -27,8 +27,7 @@ void read_modes(const Cursor& modes, Scene* scene) {
   } else {
     scene->modes.count = static_cast<std::size_t>(count.integer(1, most_modes, 10));
   }
-  if (const Cursor damped = modes["damped"]; damped.boolean(false))
-    damped.fail("false: vibrations are those without damping");
+  scene->modes.damped = modes["damped"].boolean(false);
   const Cursor buckling = modes["buckling"];
   if (buckling.is_string()) {
     scene->buckling_loads = {name_of_load(buckling, scene->system)};

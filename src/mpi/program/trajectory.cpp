@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string>
 
+#include "cli/output_folder.hpp"
+
 namespace tanor::mpi {
 
 namespace {
@@ -36,7 +38,7 @@ Trajectory::Trajectory(const MpiRanks& ranks, const std::filesystem::path& folde
 }
 
 void Trajectory::keep_until(double time) {
-  const std::filesystem::path name = folder_ / "trajectory_times.npy";
+  const std::filesystem::path name = folder_ / cli::mpi_times_name;
   if (!std::filesystem::exists(name)) return;
   SharedFile file(ranks_, name, SharedFile::Mode::Read);
   const std::size_t size = std::filesystem::file_size(name);
@@ -50,14 +52,16 @@ void Trajectory::keep_until(double time) {
 
 /// The numbers first, then the header that tells of them.
 void Trajectory::write_frame(const Simulation& simulation) {
-  SharedFile frames(ranks_, folder_ / "trajectory.npy", SharedFile::Mode::Write);
+  SharedFile frames(ranks_, folder_ / cli::mpi_trajectory_name, SharedFile::Mode::Write);
   frames.write_points(header_size + 24 * num_points_ * times_.size(), 3, points_,
                       simulation.positions().first(3 * points_.size()));
   times_.push_back(simulation.time());
   frames.write(0, bytes_of(make_header(fmt::format("({}, {}, 3)", times_.size(), num_points_))));
-  SharedFile times(ranks_, folder_ / "trajectory_times.npy", SharedFile::Mode::Write);
+  frames.synchronize();
+  SharedFile times(ranks_, folder_ / cli::mpi_times_name, SharedFile::Mode::Write);
   times.write(header_size, std::as_bytes(std::span(times_)));
   times.write(0, bytes_of(make_header(fmt::format("({},)", times_.size()))));
+  times.synchronize();
 }
 
 }  // namespace tanor::mpi
