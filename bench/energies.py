@@ -57,7 +57,7 @@ def make_generated_data() -> None:
     number = range(1, chains * beads + 1)
     bonds = [(k, k + 1) for k in number if k % beads != 0]
     angles = [(k, k + 1, k + 2) for k in number if (k - 1) % beads < beads - 2]
-    rows = [f"{len(number)} atoms", f"{len(bonds)} bonds", f"{len(angles)} angles", "1 atom types", "1 bond types",
+    rows = ["generate: melt with energies", "", f"{len(number)} atoms", f"{len(bonds)} bonds", f"{len(angles)} angles", "1 atom types", "1 bond types",
             "1 angle types", ""]
     rows += [f"0 {edge:.17g} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")]
     rows += ["", "Masses", "", "1 1", "", "Bond Coeffs # fene", "", "1 30 1.5 1 1", "", "Angle Coeffs # cosine", "", "1 1.5"]
