@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """A melt of 32,000 beads with FENE bonds and cosine bending: tanor's bonds and bendings beside LAMMPS' own.
 
-    energies.py [--rounds 5] [--steps 100] [--drift STEPS]
+    energies.py [--rounds 5] [--steps 100] [--drift STEPS] [--generated]
 
 Writes build/data/melt_bonds.data from the melt of scripts/fetch_examples (FENE: K 30, R0 1.5; bending: K 1.5), runs
 `lmp` and build/bench/energies on it in turn, one thread, and prints the medians: LAMMPS' "Bond" time a step, which is
 that of bonds and angles, and tanor's evaluation of both. LAMMPS computes the repulsion of bonded beads with the bond,
 tanor with the pairs. --drift runs both for so many steps of 0.003 and prints |E - E(0)| over the kinetic energy.
+--generated takes a melt of tanor's own generator in place of the fetched one (320 chains of 100 beads, which begin as a
+crystal; needs tanor's package for Python, build/python).
 """
 
 import argparse
@@ -15,6 +17,7 @@ import pathlib
 import re
 import statistics
 import subprocess
+import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -34,6 +37,36 @@ def make_data() -> None:
     text = re.sub(r"^Atoms.*\n", lambda _: coefficients, text, count=1, flags=re.M)
     text += "\n\nAngles\n\n" + "\n".join(f"{k + 1} 1 {i} {j} {l}" for k, (i, j, l) in enumerate(angles)) + "\n"
     DATA.write_text(text)
+
+
+def make_generated_data() -> None:
+    """The same of `generate: melt` with energies: its beads, chain by chain, with their velocities."""
+    sys.path.insert(0, str(ROOT / "build/python"))
+    import tanor
+
+    chains, beads = 320, 100
+    scene = {"tanor_scene": 1, "generate": {"kind": "melt", "bonds": "energies", "chains": chains, "count": beads - 1,
+                                            "spacing": 1, "mass": 1}}
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "melt.json"
+        file.write_text(json.dumps(scene))
+        start = tanor.Simulation(tanor.Scene(file), tanor.MotionOptions(method="rattle", step=0.003))
+    positions, velocities = start.positions.tolist(), start.velocities.tolist()
+    pitch = 0.85**(-1 / 3)
+    edges = [max(r[axis] for r in positions) + pitch for axis in range(3)]
+    number = range(1, chains * beads + 1)
+    bonds = [(k, k + 1) for k in number if k % beads != 0]
+    angles = [(k, k + 1, k + 2) for k in number if (k - 1) % beads < beads - 2]
+    rows = ["generate: melt with energies", "", f"{len(number)} atoms", f"{len(bonds)} bonds", f"{len(angles)} angles", "1 atom types", "1 bond types",
+            "1 angle types", ""]
+    rows += [f"0 {edge:.17g} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")]
+    rows += ["", "Masses", "", "1 1", "", "Bond Coeffs # fene", "", "1 30 1.5 1 1", "", "Angle Coeffs # cosine", "", "1 1.5"]
+    rows += ["", "Atoms # molecular", ""]
+    rows += [f"{k} {(k - 1) // beads + 1} 1 {x:.17g} {y:.17g} {z:.17g}" for k, (x, y, z) in zip(number, positions)]
+    rows += ["", "Velocities", ""] + [f"{k} {x:.17g} {y:.17g} {z:.17g}" for k, (x, y, z) in zip(number, velocities)]
+    rows += ["", "Bonds", ""] + [f"{n + 1} 1 {i} {j}" for n, (i, j) in enumerate(bonds)]
+    rows += ["", "Angles", ""] + [f"{n + 1} 1 {i} {j} {k}" for n, (i, j, k) in enumerate(angles)]
+    DATA.write_text("\n".join(rows) + "\n")
 
 
 def run_lammps(steps: int, thermo: int) -> str:
@@ -99,9 +132,14 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--steps", type=int, default=100)
     parser.add_argument("--drift", type=int, default=0)
+    parser.add_argument("--generated", action="store_true")
     options = parser.parse_args()
-    subprocess.run([ROOT / "scripts/fetch_examples", "melt"], check=True, stdout=subprocess.DEVNULL)
-    make_data()
+    DATA.parent.mkdir(parents=True, exist_ok=True)
+    if options.generated:
+        make_generated_data()
+    else:
+        subprocess.run([ROOT / "scripts/fetch_examples", "melt"], check=True, stdout=subprocess.DEVNULL)
+        make_data()
     compare_times(options.rounds, options.steps)
     if options.drift:
         compare_drifts(options.drift)

@@ -73,7 +73,7 @@ if [[ ${1:-} != --quick ]]; then
 
   headline "valgrind: memory and leaks of the self-test"
   valgrind --quiet --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite --child-silent-after-fork=yes \
-    build/src/cli/tanor selftest
+    --suppressions=scripts/valgrind.supp build/src/cli/tanor selftest
 
   headline "binary interface"
   scripts/abi

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
-PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
+PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "recorded", "user_kernel", "kinds/*", "kinds",
                   "system", "ranks",
                   "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
-                  "motion", "enum_names", "tanor"]
+                  "motion", "enum_names", "statics_names", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -43,7 +43,7 @@ def public_name(header: str) -> str:
 
 # room: what it may see. Data flows downwards; look upstream.
 ROOMS = {
-    "base":     Sees("", "error", "omp.h"),
+    "base":     Sees("", "error", "omp.h sys/mman.h"),
     "plan":     Sees("", "export", ""),
     "system":   Sees("base", "system", "Eigen/"),
     "kinds":    Sees("base system", "system", ""),
@@ -54,7 +54,7 @@ ROOMS = {
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
     "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
-    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
@@ -62,7 +62,9 @@ ROOMS = {
     "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
-    "mpi":      Sees("system/members.hpp base/groups.hpp cli scene report", "tanor", "mpi.h metis.h omp.h unistd.h fmt/"),
+    "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "
+                     "scene report", "tanor",
+                     "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "sys/resource.h zlib.h hdf5.h zip.h"),

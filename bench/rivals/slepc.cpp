@@ -26,7 +26,7 @@ namespace {
 
 using namespace tanor;
 
-constexpr double tolerance = 1e-10;
+constexpr double tolerance = 1e-8;
 
 /// One symmetric matrix with all its entries, by rows.
 class Matrix {

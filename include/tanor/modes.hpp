@@ -20,8 +20,10 @@ struct ModesOptions {
   std::vector<Prestress> prestress{};
   double force_tolerance = 1e-6;  ///< largest |f + K lambda| that passes for an equilibrium, of the largest force
   double tolerance = 1e-10;       ///< of Lanczos' method: residual of a mode over 1/(omega^2 + s)
-  bool damped = false;            ///< not available: an InputError that says so
-  bool ignore_friction = false;   ///< else Coulomb friction is an InputError: it rests in many places
+  /// Small motions with what acts on velocities, and about equilibria of forces without a potential; up to 300 degrees
+  /// of freedom, beyond them an InputError that says so.
+  bool damped = false;
+  bool ignore_friction = false;  ///< else Coulomb friction is an InputError: it rests in many places
   SolverOptions solver{};
 };
 
@@ -29,14 +31,23 @@ struct ModesOptions {
 ///
 ///   Z'WZ q = omega^2 Z'MZ q,   K'Z = 0,   W = -df/dr - sum over rows of lambda Hess xi
 ///
-/// without damping (Gould 1985 for the inertia; docs/statics.md).
+/// without damping (Gould 1985 for the inertia; docs/statics.md). Damped: x(t) = r + Re(q e^(lambda t)) with
+///
+///   (lambda^2 M + lambda D + W) q + K mu = 0,   K'q = 0,   D = -df/dv,   lambda = -decay + i omega
+///
+/// where W and D need not be symmetric: decay < 0 is an oscillation that grows (flutter), or with omega = 0 divergence.
 struct [[nodiscard]] Modes {
-  /// Not ok: some modes were not found, forces have no potential, or self-stress makes W ambiguous; what is below is
-  /// then empty.
+  /// Not ok: some modes were not found, forces have no potential (undamped), or self-stress makes W ambiguous; what is
+  /// below is then empty.
   Outcome outcome;
-  std::vector<double> omega;   ///< rad/s, the lowest omega^2 first; negative: a shape that grows as e^(-omega t)
-  std::vector<double> shapes;  ///< [modes x 3n], m, in the user's order, supports 0; q'Mq = 1
-  /// Largest |M^-1/2 (W q + K mu - omega^2 M q)| over the largest |omega^2| of these modes.
+  /// rad/s, the lowest omega^2 first; negative: a shape that grows as e^(-omega t). Damped: the imaginary part of
+  /// lambda, not negative, the smallest |lambda| first; each pair of conjugate lambda once.
+  std::vector<double> omega;
+  std::vector<double> decay;             ///< 1/s, minus the real part of lambda; empty: without damping
+  std::vector<double> shapes;            ///< [modes x 3n], m, in the user's order, supports 0; q'Mq = 1
+  std::vector<double> shapes_imaginary;  ///< the same of complex shapes, q^H M q = 1; empty: without damping
+  /// Largest |M^-1/2 (W q + K mu - omega^2 M q)| over the largest |omega^2| of these modes; damped: of lambda^2 M +
+  /// lambda D + W over the largest |lambda|^2 of all.
   double residual_max = 0.0;
   std::size_t degrees_of_freedom = 0;   ///< 3(n - supports) - rank K
   std::size_t unstable_directions = 0;  ///< modes that grow, of those that were asked for

@@ -88,16 +88,14 @@ std::string list_methods() {
   return text;
 }
 
-std::function<ExitCode()> say(const std::string& text) {
-  return [text] {
-    std::fputs(text.c_str(), stdout);
-    return ExitCode::Done;
-  };
-}
-
 }  // namespace
 
-std::function<ExitCode()> parse_command_line(int argc, const char* const* argv) {
+ExitCode execute(const Words& words) {
+  std::fputs(words.text.c_str(), stdout);
+  return ExitCode::Done;
+}
+
+Request parse_command_line(int argc, const char* const* argv) {
   const std::vector<Command> commands = make_commands();
   CLI::App app(std::string(program_summary), "tanor");
   app.set_version_flag("--version", describe(build_info()));
@@ -111,18 +109,16 @@ std::function<ExitCode()> parse_command_line(int argc, const char* const* argv) 
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return [command = asked() == commands.end() ? std::string() : asked()->name] {
-      return execute(HelpOptions{.command = command});
-    };
+    return HelpOptions{.command = asked() == commands.end() ? std::string() : asked()->name};
   } catch (const CLI::CallForVersion& version) {
-    return say(version.what() + std::string("\n"));
+    return Words{version.what() + std::string("\n")};
   } catch (const CLI::ParseError& error) {
     throw InputError("", std::string(error.what()) + "; see tanor " +
                              (asked() == commands.end() ? "" : asked()->name + " ") + "--help");
   }
   if (asked() != commands.end()) {
     require_complete(*asked(), *app.get_subcommand(asked()->name));
-    return asked()->execute;
+    return asked()->request();
   }
   if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
     const std::string& word = extras.front();
@@ -131,7 +127,7 @@ std::function<ExitCode()> parse_command_line(int argc, const char* const* argv) 
                              suggest(word, is_option ? list_program_options() : list_names(commands)) +
                              "; see tanor --help");
   }
-  if (lists_methods) return say(list_methods());
+  if (lists_methods) return Words{list_methods()};
   throw InputError("", "a command is required, such as tanor run SCENE; see tanor --help");
 }
 

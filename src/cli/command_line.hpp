@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "cli/exit_code.hpp"
@@ -24,8 +24,8 @@ struct RunOptions : CommonOptions {
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
-  double checkpoint_every = 60.0;  ///< s of the clock, at most, between two checkpoints
-  bool report = false;             ///< a page for a browser, report.html
+  std::optional<double> checkpoint_every;  ///< s of the clock, at most, between two checkpoints; default 60
+  bool report = false;                     ///< a page for a browser, report.html
 };
 
 /// `tanor solve`
@@ -106,9 +106,18 @@ struct CompletionOptions {
   std::string shell;
 };
 
-/// Reads the command line and returns what it asks for. Throws InputError for wrong usage, the option in its `where()`
-/// where there is one.
-std::function<ExitCode()> parse_command_line(int argc, const char* const* argv);
+/// `tanor --version`, `tanor --methods`: words alone.
+struct Words {
+  std::string text;
+};
+
+/// What a command line asks for.
+using Request = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
+                             EquilibriumCommand, ModesCommand, SelftestOptions, ViewOptions, PictureOptions,
+                             HelpOptions, ManualOptions, CompletionOptions, Words>;
+
+/// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
+Request parse_command_line(int argc, const char* const* argv);
 
 // One for each command, in the file of its name.
 ExitCode execute(const RunOptions& options);
@@ -125,5 +134,6 @@ ExitCode execute(const PictureOptions& options);
 ExitCode execute(const HelpOptions& options);
 ExitCode execute(const ManualOptions& options);
 ExitCode execute(const CompletionOptions& options);
+ExitCode execute(const Words& words);
 
 }  // namespace tanor::cli

@@ -2,30 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include <tanor/error.hpp>
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
-#include "cli/command_line.hpp"
+#include "cli/picture_values.hpp"
 #include "cli/suggestion.hpp"
+#include "cli/values.hpp"
 
 namespace tanor::cli {
 
 namespace {
-
-template <class Number>
-std::optional<Number> read_number(const std::string& text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
-}
 
 /// A text of any kind but an empty one. `Target` is a string, a path, or one that need not be there.
 template <class Target>
@@ -48,12 +40,12 @@ Value positive(std::optional<double>* target) {
 }
 
 /// What a clock can add, s.
-Value interval(double* target) {
+Value interval(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
             const std::optional<double> number = read_number<double>(given);
             if (!number || !(*number >= 0.0 && *number <= 1e9))
               return "must be a number from 0 to 1e9, not '" + given + "'";
-            *target = *number;
+            target->emplace(*number);
             return {};
           }};
 }
@@ -80,19 +72,6 @@ Value method(std::optional<std::string>* target) {
             if (std::ranges::find(names, given) == names.end())
               return "must be one of those that tanor --methods lists, not '" + given + "'" + suggest(given, names);
             *target = given;
-            return {};
-          }};
-}
-
-/// Words between commas; each use of the option adds some.
-Value list(Word word, std::vector<std::string>* target) {
-  return {word, [target](const std::string& given) -> std::string {
-            for (std::size_t begin = 0; begin <= given.size();) {
-              const std::size_t end = std::min(given.find(',', begin), given.size());
-              if (end == begin) return "must be names between commas, not '" + given + "'";
-              target->push_back(given.substr(begin, end - begin));
-              begin = end + 1;
-            }
             return {};
           }};
 }
@@ -136,7 +115,7 @@ Command complete(const std::shared_ptr<Options>& options, Command command) {
   command.options.push_back(
       {"--quiet", "", yes(&options->quiet), "no progress and no notes; warnings and errors stay"});
   command.options.push_back({"--json", "", yes(&options->json), "print the result as JSON"});
-  command.execute = [options] { return execute(*options); };
+  command.request = [options] { return *options; };
   return command;
 }
 
@@ -317,77 +296,6 @@ Command describe_view() {
                     {"tanor view net.out --no-open --port 8080", "on a machine without a screen"}}});
 }
 
-/// "1600x1000"
-Value size_of_picture(picture::Style* style) {
-  return {Word::Text, [style](const std::string& given) -> std::string {
-            constexpr int least = 64, most = 10'000;
-            const std::size_t middle = std::min(given.find('x'), given.size());
-            const auto width = read_number<int>(given.substr(0, middle));
-            const auto height = read_number<int>(given.substr(std::min(middle + 1, given.size())));
-            if (!width || !height || std::min(*width, *height) < least || std::max(*width, *height) > most)
-              return "must be WIDTHxHEIGHT in pixels, 64 to 10000 each, such as 1600x1000, not '" + given + "'";
-            style->width = *width;
-            style->height = *height;
-            return {};
-          }};
-}
-
-/// "auto", an axis, or two angles
-Value view_of_picture(picture::Style* style) {
-  return {Word::Text, [style](const std::string& given) -> std::string {
-            style->from.reset();
-            style->angles.reset();
-            if (given == "auto") return {};
-            const bool is_negative = given.starts_with('-');
-            const std::string axis = given.substr(is_negative ? 1 : 0);
-            if (axis == "x" || axis == "y" || axis == "z") {
-              style->from.emplace().fill(0.0);
-              (*style->from)[static_cast<std::size_t>(axis[0] - 'x')] = is_negative ? -1.0 : 1.0;
-              return {};
-            }
-            const std::size_t middle = std::min(given.find(','), given.size());
-            const auto around = read_number<double>(given.substr(0, middle));
-            const auto above = read_number<double>(given.substr(std::min(middle + 1, given.size())));
-            if (!around || !above || !(std::abs(*around) <= 360.0) || !(std::abs(*above) <= 90.0))
-              return "must be auto, x, -x, y, -y, z, -z (from where one looks) or AROUND,ABOVE in degrees, such as "
-                     "30,20, not '" +
-                     given + "'";
-            style->angles = {*around, *above};
-            return {};
-          }};
-}
-
-Value projection_of_picture(picture::Style* style) {
-  return {Word::Text, [style](const std::string& given) -> std::string {
-            if (given != "perspective" && given != "orthographic")
-              return "must be perspective or orthographic, not '" + given + "'";
-            style->projection =
-                given == "perspective" ? picture::Projection::Perspective : picture::Projection::Orthographic;
-            return {};
-          }};
-}
-
-/// What is shown, names between commas; what is not named is not shown.
-Value parts_of_picture(picture::Style* style) {
-  return {Word::Text, [style](const std::string& given) -> std::string {
-            const std::array<std::pair<const char*, bool*>, 5> parts{{{"points", &style->shows_points},
-                                                                      {"rods", &style->shows_rods},
-                                                                      {"reactions", &style->shows_reactions},
-                                                                      {"guides", &style->shows_guides},
-                                                                      {"legend", &style->shows_legend}}};
-            for (const auto& [name, shows] : parts) *shows = false;
-            std::vector<std::string> words;
-            if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
-            for (const std::string& word : words) {
-              const auto found = std::ranges::find(parts, word, [](const auto& part) { return part.first; });
-              if (found == parts.end())
-                return "must be names of points, rods, reactions, guides, legend between commas, not '" + word + "'";
-              *found->second = true;
-            }
-            return {};
-          }};
-}
-
 Value instant(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
             const std::optional<double> number = read_number<double>(given);
@@ -436,7 +344,7 @@ Command describe_help() {
           .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: all of them", false}},
           .options = {{"--json", "", yes(&options->json), "print the table of commands as JSON"}},
           .examples = {{"tanor help run", "all options of run"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 Command describe_completion() {
@@ -447,7 +355,7 @@ Command describe_completion() {
           .arguments = {{"SHELL", text(Word::Shell, &options->shell), "bash or zsh"}},
           .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
                        {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 Command describe_manual() {
@@ -458,7 +366,7 @@ Command describe_manual() {
           .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: tanor itself", false}},
           .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"}},
           .examples = {{"tanor manual run | man -l -", "read one that is not installed"}},
-          .execute = [options] { return execute(*options); }};
+          .request = [options] { return *options; }};
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/exit_code.hpp"
+#include "cli/command_line.hpp"
 
 /// The one description of the command line: the parser, the help, the completions of shells and the manual pages all
 /// read it. docs/architecture.md, "How to add a command".
@@ -48,7 +48,7 @@ struct Command {
   std::vector<Argument> arguments = {};
   std::vector<Option> options = {};
   std::vector<Example> examples = {};
-  std::function<ExitCode()> execute = {};  ///< does it, with what was read
+  std::function<Request()> request = {};  ///< what was read
 };
 
 /// All commands in the order of the help, which is that in which a new user needs them. What they read is in them:

@@ -5,14 +5,16 @@
 #include <string>
 
 #include <tanor/equilibrium.hpp>
+#include <tanor/statics_names.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
-#include "cli/modes.hpp"
 #include "cli/output_folder.hpp"
 #include "report/equilibrium.hpp"
 #include "report/output_file.hpp"
+#include "scene/equilibrium.hpp"
+#include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -23,7 +25,7 @@ namespace {
 std::string describe(const EquilibriumResult& found) {
   const double relative = found.largest_force > 0.0 ? found.residual_force / found.largest_force : 0.0;
   std::string line = fmt::format("{} after {} iterations, residual {:.1e} N ({:.1e} of the largest force)",
-                                 report::name_of(found.status), found.iterations, found.residual_force, relative);
+                                 name_of(found.status), found.iterations, found.residual_force, relative);
   if (found.lowest_omega2 > 0.0) line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.lowest_omega2));
   if (found.zero_modes > 0)
     line += fmt::format(", {} zero modes, {} of them rigid", found.zero_modes, found.rigid_zero_modes);
@@ -35,21 +37,20 @@ std::string describe(const EquilibriumResult& found) {
 
 ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
-  EquilibriumOptions options = scene.equilibrium;
-  options.solver = scene.solver;
+  const EquilibriumOptions options = scene::equilibrium_options(scene);
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
   std::optional<Modes> vibrations;
   Outcome buckled;
   if (found.outcome.ok()) {
     naming_file(command.scene, [&] {
       if (command.modes) {
-        ModesOptions wanted = modes_options(scene);
+        ModesOptions wanted = scene::modes_options(scene);
         wanted.count = *command.modes;
         wanted.multipliers = found.multipliers;
         vibrations = modes(scene.system, found.positions, wanted);
       }
       if (scene.buckling_loads.empty()) return;
-      const Buckling buckling = find_buckling(scene.system, found.positions, buckling_options(scene));
+      const Buckling buckling = find_buckling(scene.system, found.positions, scene::buckling_options(scene));
       buckled = buckling.outcome;
       if (buckled.ok()) found.buckling_load_factor = buckling.load_factor;
     });

@@ -5,6 +5,7 @@
 #include <exception>
 #include <string>
 #include <system_error>
+#include <variant>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
@@ -24,7 +25,7 @@ namespace {
 /// Executes what the command line asks for; any trouble is one line on stderr.
 ExitCode run_command(int argc, const char* const* argv) {
   try {
-    return parse_command_line(argc, argv)();
+    return std::visit([](const auto& request) { return execute(request); }, parse_command_line(argc, argv));
   } catch (...) {
     const Failure failure = describe_current_exception();
     print_message(failure.message, Tone::Error);

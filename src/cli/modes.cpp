@@ -10,10 +10,10 @@
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
-#include "cli/modes.hpp"
 #include "cli/output_folder.hpp"
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
+#include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -32,34 +32,19 @@ std::string describe(const Modes& modes) {
   std::string line = fmt::format("{} of {} modes: omega = {} rad/s", modes.count(), modes.degrees_of_freedom, text);
   if (modes.zero_modes > 0)
     line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
-  if (modes.unstable_directions > 0)
+  if (modes.unstable_directions > 0 && modes.decay.empty())
     line += fmt::format("; unstable: {} grow (negative: growth rate, 1/s)", modes.unstable_directions);
+  if (modes.unstable_directions > 0 && !modes.decay.empty())
+    line += fmt::format("; unstable: {} grow, the fastest by {:.6g} 1/s", modes.unstable_directions,
+                        -std::ranges::min(modes.decay));
   return line;
 }
 
 }  // namespace
 
-ModesOptions modes_options(const scene::Scene& scene) {
-  ModesOptions options = scene.modes;
-  options.time = scene.equilibrium.at;
-  options.prestress = scene.equilibrium.prestress;
-  options.ignore_friction = scene.equilibrium.ignore_friction;
-  options.solver = scene.solver;
-  return options;
-}
-
-BucklingOptions buckling_options(const scene::Scene& scene) {
-  BucklingOptions options;
-  options.loads = scene.buckling_loads;
-  options.time = scene.equilibrium.at;
-  options.ignore_friction = scene.equilibrium.ignore_friction;
-  options.solver = scene.solver;
-  return options;
-}
-
 ExitCode execute(const ModesCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
-  ModesOptions options = modes_options(scene);
+  ModesOptions options = scene::modes_options(scene);
   if (command.count) options.count = *command.count;
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   const Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
@@ -71,7 +56,7 @@ ExitCode execute(const ModesCommand& command) {
   facts.equations = found.multipliers.size();
   if (!scene.buckling_loads.empty()) {
     facts.buckling =
-        in_scene([&] { return find_buckling(scene.system, scene.system.positions, buckling_options(scene)); });
+        in_scene([&] { return find_buckling(scene.system, scene.system.positions, scene::buckling_options(scene)); });
   }
 
   const fs::path directory = choose_folder(command.out, scene);

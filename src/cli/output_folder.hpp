@@ -16,4 +16,12 @@ inline std::filesystem::path choose_folder(const std::optional<std::filesystem::
   return name + ".out";
 }
 
+/// What tanor-mpi writes beside a summary.
+inline constexpr const char *mpi_checkpoint_name = "checkpoint.mpi", *mpi_trajectory_name = "trajectory.npy",
+                            *mpi_times_name = "trajectory_times.npy";
+
+/// Removes what an earlier run of tanor or tanor-mpi has left, and nothing else: none of it could be told from the new
+/// run's own.
+void remove_results(const std::filesystem::path& folder);
+
 }  // namespace tanor::cli

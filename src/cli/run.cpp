@@ -33,8 +33,8 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   RunPlan plan;
   plan.begin = begin;
   plan.directory = choose_folder(options.out, scene);
-  plan.checkpoint_every =
-      std::chrono::duration_cast<RunPlan::Clock::duration>(std::chrono::duration<double>(options.checkpoint_every));
+  const std::chrono::duration<double> checkpoint_every(options.checkpoint_every.value_or(60.0));
+  plan.checkpoint_every = std::chrono::duration_cast<RunPlan::Clock::duration>(checkpoint_every);
   plan.has_html_page = options.report && report::has_html_page();
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume || !fs::exists(plan.directory)) return plan;

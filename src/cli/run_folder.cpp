@@ -3,18 +3,16 @@
 #include <algorithm>
 
 #include "cli/machine.hpp"
+#include "cli/output_folder.hpp"
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
-#include "report/stored_motion.hpp"
 
 namespace tanor::cli {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr const char* page_name = "report.txt";
 
 double seconds_since(RunPlan::Clock::time_point begin) {
   return std::chrono::duration<double>(RunPlan::Clock::now() - begin).count();
@@ -28,16 +26,6 @@ report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simu
   facts.t_end = scene.t_end;
   facts.has_started = simulation.outcome().ok();
   return facts;
-}
-
-/// Removes what an earlier run has left, and nothing else: none of it could be told from this run's own.
-void remove_results(const fs::path& directory) {
-  report::remove_checkpoint(directory);
-  report::remove_trajectory(directory);
-  report::remove_summary(directory);
-  report::remove_file(directory / page_name);
-  report::remove_file(directory / report::html_page_name);
-  report::remove_file(directory / report::picture_name);
 }
 
 std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
@@ -120,7 +108,8 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);
   std::string page = report::format_page(facts_, simulation);
-  report::replace_file(directory_ / page_name, [&](report::OutputFile* file) { file->write(std::string_view(page)); });
+  report::replace_file(directory_ / report::page_name,
+                       [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   if (recording_) report::write_html_page(directory_, facts_, simulation, *recording_);
   return page;
 }

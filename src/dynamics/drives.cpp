@@ -50,6 +50,18 @@ bool depends_on_state(const Expression& expression) {
   return false;
 }
 
+/// With a tuple's own numbers in the place of the variables behind its coordinates.
+Expression with_constants(const Potential& group, std::size_t k) {
+  Expression result = *group.kernel.expression;
+  const auto first = result.variables.begin() + 3 * group.kernel.num_points;
+  const auto last = first + static_cast<std::ptrdiff_t>(group.constants.size());
+  for (std::size_t c = 0; const std::vector<double>& each : group.constants)
+    result.instructions[static_cast<std::size_t>(first[static_cast<std::ptrdiff_t>(c++)])] = {
+        .operation = Expression::Operation::Constant, .constant = each[each.size() == 1 ? 0 : k]};
+  result.variables.erase(first, last);
+  return result;
+}
+
 double length_of(const VectorFunction& a, double t) {
   const std::array<Jet<2>, 3> at = a(t);
   return std::hypot(at[0].value(), at[1].value(), at[2].value());
@@ -136,7 +148,7 @@ void Drives::add(const Parameter& parameter, double scale, const Group& group) {
 void Drives::add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
                  std::span<const Index> users_points) {
   Program added{as,
-                SeriesProgram(expression, as == Program::As::AConstraint),
+                SeriesProgram(expression, as == Program::As::AConstraint || as == Program::As::AnEnergy),
                 {},
                 first_coordinate,
                 scale,
@@ -152,23 +164,31 @@ double Drives::lever(const VectorFunction& direction, double t) const {
 }
 
 void Drives::add_force(const Force& force, std::span<const double> inverse_mass) {
-  const auto lightness = [&](Index point) {
-    return inverse_mass[static_cast<std::size_t>(numbering_.inner_point[static_cast<std::size_t>(point)])];
+  // of the lightest of some points
+  const auto largest_inverse = [&](std::span<const Index> points) {
+    double largest = 0.0;
+    for (const Index point : points) largest = std::max(largest, inverse_mass[numbering_.inner_point[point]]);
+    return largest;
+  };
+  // A black box tells nothing of its functions of time.
+  const auto may_be_driven = [](const auto& kernel) {
+    return kernel.expression != nullptr && depends_on_time(*kernel.expression);
   };
   if (const auto* given = std::get_if<ConstantForce>(&force)) {
-    double largest = 0.0;
-    for (const Index point : given->points) largest = std::max(largest, lightness(point));
+    const double largest = largest_inverse(given->points);
     if (largest > 0.0) add(given->force, Level::Acceleration, largest, given->points);
-  } else if (const auto* formula = std::get_if<FormulaForce>(&force)) {
-    // A black box tells nothing of its functions of time.
-    if (formula->kernel.expression == nullptr || !depends_on_time(*formula->kernel.expression)) return;
+  } else if (const auto* formula = std::get_if<FormulaForce>(&force); formula && may_be_driven(formula->kernel)) {
     const auto watch = [&](std::span<const Index> points) {
-      double largest = 0.0;
-      for (const Index point : points) largest = std::max(largest, lightness(point));
+      const double largest = largest_inverse(points);
       if (largest > 0.0) add(*formula->kernel.expression, Program::As::AForce, largest, 0, points);
     };
     for_some(formula->points.size(), [&](std::size_t k) { watch({&formula->points[k], 1}); });
     for_some(formula->tuples.size(), [&](std::size_t k) { watch(formula->tuples[k]); });
+  } else if (const auto* group = std::get_if<Potential>(&force); group && may_be_driven(group->kernel)) {
+    for_some(group->points.size(), [&](std::size_t k) {
+      const double largest = largest_inverse(group->points[k]);
+      if (largest > 0.0) add(with_constants(*group, k), Program::As::AnEnergy, largest, 0, group->points[k]);
+    });
   }
 }
 
@@ -240,13 +260,12 @@ DriveReport Drives::look(const DrivenStep& step, const Place& place) {
   }
   for (const Program& each : programs_) {
     report.is_of_time_alone = report.is_of_time_alone && each.is_of_time_alone;
-    const bool is_force = each.as == Program::As::AForce;
     if (each.as == Program::As::SomeCoordinates && place.q == nullptr) continue;
-    const Level level = is_force ? Level::Acceleration : Level::Position;
+    const Level level = each.is_force() ? Level::Acceleration : Level::Position;
     place_samples(step, level, nullptr);
     make_times();
     const double scale = each.scale / run(each, place);
-    for (std::size_t m = 0; m < each.program.num_results(); ++m)
+    for (std::size_t m = 0; m < each.num_values(); ++m)
       judge(step, place, each.points, level, scale, values_.data() + m * times_.size(), each.name, &report);
   }
   return report;
@@ -291,49 +310,6 @@ void Drives::place_samples(const DrivenStep& step, Level level, const ScalarFunc
   }
   num_samples_ = widths_.size();
   choose_weights();
-}
-
-/// Writes values_ [result][time]; returns |gradient| of constraints where the step begins, else 1.
-double Drives::run(const Program& each, const Place& place) {
-  const SeriesProgram& program = each.program;
-  const std::size_t num_times = times_.size(), num_results = program.num_results();
-  lanes_.resize(program.num_lanes(0) * series_width);
-  auto* const lanes = reinterpret_cast<SeriesLane*>(lanes_.data());
-  const std::size_t time = program.num_variables() - 1;
-  for (std::size_t i = 0; i < time; ++i) {
-    double value = 0.0;
-    if (each.as == Program::As::SomeCoordinates) {
-      value = place.q[each.first_coordinate + i];
-    } else {
-      // of a force: 3p coordinates, then as many velocities
-      const std::size_t num_coordinates = each.as == Program::As::AForce ? time / 2 : time;
-      const double* const from = i < num_coordinates ? place.r : place.v;
-      value = from[3 * static_cast<std::size_t>(each.points[i % num_coordinates / 3]) + i % 3];
-    }
-    *program.variable(lanes, 0, i) = SeriesLane{} + value;
-  }
-  values_.resize(num_results * num_times);
-  double steepness = 1.0;
-  for (std::size_t first = 0; first < num_times; first += series_width) {
-    const std::size_t count = std::min(series_width, num_times - first);
-    SeriesLane& t = *program.variable(lanes, 0, time);
-    for (std::size_t lane = 0; lane < series_width; ++lane) t[lane] = times_[first + std::min(lane, count - 1)];
-    program.evaluate(lanes, 0, 0);
-    for (std::size_t m = 0; m < num_results; ++m) {
-      for (std::size_t lane = 0; lane < count; ++lane)
-        values_[m * num_times + first + lane] = (*program.result(lanes, 0, m))[lane];
-    }
-    if (first > 0 || each.as != Program::As::AConstraint) continue;
-    const SeriesLane one = SeriesLane{} + 1.0;
-    program.differentiate(lanes, 0, 0, &one);
-    double square = 0.0;
-    for (std::size_t i = 0; i < time; ++i) {
-      const double slope = (*program.adjoint(lanes, 0, i))[0];
-      square += slope * slope;
-    }
-    if (square > 0.0) steepness = std::sqrt(square);
-  }
-  return steepness;
 }
 
 /// e at the samples, by Clenshaw's scheme for all of them side by side:

@@ -51,13 +51,17 @@ class Drives {
   };
   /// An expression of the positions (of forces: and velocities) of some points, or of coordinates, and of time.
   struct Program {
-    enum class As { AForce, AConstraint, SomeCoordinates } as;
+    enum class As { AForce, AnEnergy, AConstraint, SomeCoordinates } as;
     SeriesProgram program;
     std::vector<Index> points;     // inner
     std::size_t first_coordinate;  // of the user's, where it is one of those
     double scale;                  // 1/mass of forces, else 1
     bool is_of_time_alone;
     std::size_t name;
+
+    bool is_force() const { return as == As::AForce || as == As::AnEnergy; }
+    /// What is looked at: of an energy its gradient.
+    std::size_t num_values() const { return as == As::AnEnergy ? 3 * points.size() : program.num_results(); }
   };
 
   void add(const ScalarFunction& function, Level level, double scale, std::span<const Index> users_points);
@@ -76,6 +80,7 @@ class Drives {
 
   void place_samples(const DrivenStep& step, Level level, const ScalarFunction* function);
   double run(const Program& program, const Place& place);
+  void load_state(const Program& program, const Place& place, SeriesLane* lanes) const;
   void silence_rounding(const DrivenStep& step, const double* samples, double largest);
   /// Of x and v; and how far the function moves them.
   struct Misses {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/disjoint_sets.hpp"
 #include "base/numbers.hpp"
 #include "base/vec3.hpp"
 
@@ -12,15 +13,9 @@ namespace tanor {
 Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> couplings, std::size_t num_moving)
     : group_(num_moving) {
   std::iota(group_.begin(), group_.end(), 0);
-  const auto find_root = [&](Index i) {
-    while (group_[i] != i) i = group_[i] = group_[group_[i]];
-    return i;
-  };
   const auto moves = [&](Index point) { return static_cast<std::size_t>(point) < num_moving; };
   const auto join = [&](Index i, Index j) {
-    if (!moves(i) || !moves(j)) return;
-    const Index a = find_root(i), b = find_root(j);
-    group_[std::max(a, b)] = std::min(a, b);
+    if (moves(i) && moves(j)) join_sets(group_.data(), i, j);
   };
   // Row by row, the first point that moves with each other one.
   std::vector<Index> first_of_row;

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.hpp"
 #include "base/text.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
@@ -27,21 +28,13 @@ bool closes_loops(const System& system, const Numbering& numbering) {
   // Points of one tree have one root; all supports and centers are one place.
   std::vector<Index> parent(numbering.num_moving + 1);
   std::iota(parent.begin(), parent.end(), 0);
-  const auto find_root = [&](Index i) {
-    while (parent[static_cast<std::size_t>(i)] != i) {
-      Index& up = parent[static_cast<std::size_t>(i)];
-      i = up = parent[static_cast<std::size_t>(up)];
-    }
-    return i;
-  };
   const auto ground = static_cast<Index>(numbering.num_moving);
   const auto place = [&](Index point) {
     return std::min(numbering.inner_point[static_cast<std::size_t>(point)], ground);
   };
   const auto joins_what_is_joined = [&](Index i, Index j) {
-    const Index a = find_root(i), b = find_root(j);
-    if (a == b) return i != j;  // between supports alone: idle
-    parent[static_cast<std::size_t>(a)] = b;
+    if (find_root(parent.data(), i) == find_root(parent.data(), j)) return i != j;  // between supports alone: idle
+    join_sets(parent.data(), i, j);
     return false;
   };
   const auto closes = [&]<class Group>(const Group& group) {

@@ -68,6 +68,10 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
 
 /// M^-1 eta = w - M^-1 f
 Power MultiplierSeries::power_along(const Kinematics& at, const double* w) {
+  if (!model_.is_rheonomic()) {
+    work_.forces.evaluate_powers(model_.parallel, at.t, at.x, at.v);
+    return work_.power(nullptr, at.x, at.v);
+  }
   reaction_.resize(3 * model_.num_points());
   work_.evaluate_free(at.t, at.x, at.v, reaction_.data());
   for (std::size_t i = 0; i < reaction_.size(); ++i) reaction_[i] = w[i] - reaction_[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -17,5 +18,23 @@ namespace tanor {
 ///
 /// `rank`: at the initial positions. Users' order, increasing; empty where something of it moves.
 std::vector<Index> find_prestress_rigid_points(const System& system, const RankReport& rank);
+
+/// They stand: they become supports.
+inline void hold_rigid_points(System* system, std::vector<Index> points) {
+  if (!points.empty()) system->supports.push_back({"points held rigid by prestress", std::move(points), {}});
+}
+
+/// What becomes of a system that has such points: `make(system)` once more with those that `find` says of the last one
+/// made as supports, until there are none. `all`: these, in the order in which they were found.
+template <class Make, class Find>
+auto make_without_rigid_points(System system, const Make& make, const Find& find, std::vector<Index>* all) {
+  for (;;) {
+    auto made = make(system);
+    const std::vector<Index> rigid = find(*made);
+    if (rigid.empty()) return made;
+    all->insert(all->end(), rigid.begin(), rigid.end());
+    hold_rigid_points(&system, rigid);
+  }
+}
 
 }  // namespace tanor

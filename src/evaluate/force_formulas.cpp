@@ -32,10 +32,10 @@ void Forces::add_formula(const FormulaForce& formula, const Numbering& numbering
     for (const Index point : tuple) add_point(point);
   if (group.points.empty()) return;
   formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-  if (group.points_per_member() == 1) {
-    if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
-      formula_passages_.push_back(std::move(passages));
-  }
+  // A support alone is not moved, whatever acts on it.
+  const std::vector<Index> points = group.points_per_member() == 1 ? list_moving(group.points) : group.points;
+  if (auto passages = make_force_passages(group.kernel, points, mass_))
+    formula_passages_.push_back(std::move(passages));
   formulas_.push_back(std::move(group));
 }
 

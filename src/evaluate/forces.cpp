@@ -31,6 +31,14 @@ Forces::Forces(const System& system, const Numbering& numbering)
       group.name = force_name(system, g);
       add_potential(std::move(group), numbering, &potential_forces);
     };
+    // Energies that may change within a small part of a step: steps look for that.
+    const auto add_narrow_energies = [&](EnergyGroup group) {
+      std::vector<Index> points;
+      for (const Index point : group.points) points.push_back(numbering.inner_point[point]);
+      if (auto passages = make_energy_passages(group.kernel, points, group.constants, mass_))
+        formula_passages_.push_back(std::move(passages));
+      add_energies(std::move(group));
+    };
     std::visit(
         Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
                    [&](const ConstantForce& given) {
@@ -78,7 +86,13 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        add_spring(numbering, {i, j, numbers[0], 0.0, numbers[1], -1}, &spring_ends);
                      }
                    },
-                   [&](const Potential& group) { add_energies(make_energy_group(system, group)); },
+                   [&](const Potential& group) { add_narrow_energies(make_energy_group(system, group)); },
+                   [&](const Torsions& group) {
+                     // The force of a harmonic one jumps at rest +- pi.
+                     EnergyGroup energies = make_energy_group(system, group);
+                     group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies))
+                                                       : add_energies(std::move(energies));
+                   },
                    [&]<HasEnergy Group>(const Group& group) { add_energies(make_energy_group(system, group)); },
                    // A kind that has no loop of its own.
                    [&]<class Group>(const Group& group) {
@@ -158,6 +172,12 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
   });
   for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
   for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
+}
+
+void Forces::evaluate_powers(const Parallel& parallel, double t, const double* r, const double* v) {
+  if (forces_depend_on_time_) given_.set_time(t);
+  evaluate_formulas(parallel, t, r, v);
+  if (potentials_depend_on_time_) evaluate_potentials(parallel, t, r);
 }
 
 double Forces::find_passage(const Parallel& parallel, PointPath* path) {

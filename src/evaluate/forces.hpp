@@ -74,7 +74,10 @@ class Forces {
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f,
                 Which which = Which::All);
 
-  /// Forces that may act between the looks of a step alone: pairs, and formulas with narrow places.
+  /// What `power` and `power_of_potentials` read of `evaluate`, at the same place: less than all forces.
+  void evaluate_powers(const Parallel& parallel, double t, const double* r, const double* v);
+
+  /// Forces that may act between the looks of a step alone: pairs, formulas and energies with narrow places.
   bool may_be_passed() const { return has_pairs() || !formula_passages_.empty(); }
   /// The part of a step to make instead of one that passes such forces unseen; 1: it passes none.
   double find_passage(const Parallel& parallel, PointPath* path);

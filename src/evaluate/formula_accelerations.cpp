@@ -1,3 +1,4 @@
+#include <array>
 #include <utility>
 
 #include "evaluate/formula_passages.hpp"
@@ -7,31 +8,96 @@ namespace tanor {
 
 namespace {
 
-/// a = f/m
-class ForcePassages final : public FormulaPassages {
- public:
-  ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
-      : FormulaPassages(*kernel.expression, Variables::OfPointsAndTheirRates, true),
+/// Members are tuples of p points, of which some may be supports.
+class TuplePassages : public FormulaPassages {
+ protected:
+  TuplePassages(const Expression& expression, Variables variables, bool thread_safe, std::size_t num_constants,
+                std::span<const Index> points, std::span<const double> masses)
+      : FormulaPassages(expression, variables, thread_safe, num_constants),
         points_(points.begin(), points.end()),
         masses_(masses) {
     append_points(points);
   }
 
- private:
-  Allowed allow(const PointPath& path, std::size_t member) const override {
-    return FormulaPassages::allow(path, std::span(&points_[member], 1));
+  std::size_t num_accelerations() const override { return num_numbers(); }
+  std::span<const Index> own(std::size_t member) const {
+    const std::size_t p = num_numbers() / 3;
+    return std::span(points_).subspan(member * p, p);
   }
-  std::size_t num_accelerations() const override { return 3; }
-  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
-    const Index point = points_[member];
-    const auto [r, v] = path.at(point, s);
-    const std::array<double, 7> variables{r.x, r.y, r.z, v.x, v.y, v.z, path.t + s * path.h};
-    formula().evaluate(variables.data(), a);
-    for (std::size_t i = 0; i < 3; ++i) a[i] /= masses_[static_cast<std::size_t>(point)];
+  /// a = f/m, in place; supports stay.
+  void divide_by_masses(std::size_t member, double* a) const {
+    for (std::size_t i = 0; const Index point : own(member)) {
+      const double inverse = moves(point) ? 1.0 / masses_[static_cast<std::size_t>(point)] : 0.0;
+      store(a, i, inverse * load(a, i));
+      ++i;
+    }
   }
 
-  std::vector<Index> points_;
+ private:
+  bool moves(Index point) const { return static_cast<std::size_t>(point) < masses_.size(); }
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    std::array<Index, ForceKernel::most_points> moving;  // NOLINT: filled below
+    std::size_t count = 0;
+    for (const Index point : own(member))
+      if (moves(point)) moving[count++] = point;
+    return FormulaPassages::allow(path, std::span(moving).first(count));
+  }
+
+  std::vector<Index> points_;  // [member][p]
   std::span<const double> masses_;
+};
+static_assert(ForceKernel::most_points == PotentialKernel::most_points);
+
+/// a = f/m
+class ForcePassages final : public TuplePassages {
+ public:
+  ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
+      : TuplePassages(*kernel.expression, Variables::OfPointsAndTheirRates, true, 0, points, masses) {}
+
+ private:
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> variables;
+    const std::size_t count = num_numbers();
+    variables.resize(2 * count + 1);
+    for (std::size_t i = 0; const Index point : own(member)) {
+      const auto [r, v] = path.at(point, s);
+      store(variables.data(), i, r);
+      store(variables.data() + count, i++, v);
+    }
+    variables.back() = path.t + s * path.h;
+    formula().evaluate(variables.data(), a);
+    divide_by_masses(member, a);
+  }
+};
+
+/// a = -(dU/dr)/m. Where U changes its course, its gradient does: both are made of the same functions.
+class EnergyPassages final : public TuplePassages {
+ public:
+  EnergyPassages(const PotentialKernel& kernel, std::span<const Index> points, std::span<const double> constants,
+                 std::span<const double> masses)
+      : TuplePassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe,
+                      static_cast<std::size_t>(kernel.num_constants), points, masses),
+        kernel_(kernel) {
+    append_constants(constants);
+  }
+
+ private:
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> r;
+    r.resize(num_numbers());
+    for (std::size_t i = 0; const Index point : own(member)) store(r.data(), i++, path.at(point, s).r);
+    double energy = 0.0;
+    kernel_.evaluate(kernel_.context.get(), {.count = 1,
+                                             .t = path.t + s * path.h,
+                                             .r = r.data(),
+                                             .constants = constants(member).data(),
+                                             .energy = &energy,
+                                             .gradient = a});
+    for (std::size_t i = 0; i < num_numbers(); ++i) a[i] = -a[i];
+    divide_by_masses(member, a);
+  }
+
+  PotentialKernel kernel_;
 };
 
 /// What holds its points on xi = 0 while they move, and what turns other forces: with the gradient g of xi and the
@@ -144,6 +210,14 @@ std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, 
                                                      std::span<const double> masses) {
   if (kernel.expression == nullptr) return nullptr;
   return if_needed(std::make_unique<ForcePassages>(kernel, inner_points, masses));
+}
+
+std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
+                                                      std::span<const Index> inner_points,
+                                                      std::span<const double> constants,
+                                                      std::span<const double> masses) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<EnergyPassages>(kernel, inner_points, constants, masses));
 }
 
 std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,

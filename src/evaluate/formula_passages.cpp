@@ -85,12 +85,16 @@ bool is_within(const Intervals& a, const Intervals& b) {
 
 }  // namespace
 
-FormulaPassages::FormulaPassages(const Expression& expression, Variables variables, bool thread_safe)
+FormulaPassages::FormulaPassages(const Expression& expression, Variables variables, bool thread_safe,
+                                 std::size_t num_constants)
     : narrowness_(expression),
       variables_(variables),
-      num_numbers_(variables == Variables::OfPointsAndTheirRates ? 3 : narrowness_.num_variables() - 1),
+      num_constants_(num_constants),
+      num_numbers_((narrowness_.num_variables() - 1 - num_constants) /
+                   (variables == Variables::OfPointsAndTheirRates ? 2 : 1)),
       thread_safe_(thread_safe) {
-  for (std::size_t i = num_numbers_; i + 1 < narrowness_.num_variables(); ++i)
+  const std::size_t num_rates = variables == Variables::OfPointsAndTheirRates ? num_numbers_ : 0;
+  for (std::size_t i = num_numbers_; i < num_numbers_ + num_rates; ++i)
     asks_for_rates_ = asks_for_rates_ || narrowness_.asks_for(i);
 }
 
@@ -153,6 +157,12 @@ void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::siz
       ways.rate_to[lane] = rates[piece + 1][k];
     }
     enclose_ways(ways, length, to + i, asks_for_rates_ ? to + num_numbers_ + i : nullptr);
+  }
+  const std::size_t before_constants = narrowness_.num_variables() - 1 - num_constants_;
+  for (std::size_t i = 0; i < num_constants_; ++i) {
+    Eight constant;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) constant[lane] = constants(std::min(first + lane, last))[i];
+    to[before_constants + i] = {constant, constant};
   }
   const Eight zero{};
   to[narrowness_.num_variables() - 1] = {zero + t, zero + (t + length)};
@@ -240,6 +250,11 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
       from = to;
     }
     enclose_ways(ways, length, &variables[i], asks_for_rates_ ? &variables[own.size() + i] : nullptr);
+  }
+  const std::size_t before_constants = narrowness_.num_variables() - 1 - num_constants_;
+  for (std::size_t i = 0; i < num_constants_; ++i) {
+    const Eight constant = Eight{} + constants(member)[i];
+    variables[before_constants + i] = {constant, constant};
   }
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double t = path.t + (begin + static_cast<double>(lane) * part) * path.h;

@@ -42,9 +42,10 @@ class FormulaPassages {
   double find(const Parallel& parallel, PointPath* path);
 
  protected:
-  /// Which numbers of a path the variables of the formula are; the last variable is the time.
+  /// Which numbers of a path the variables of the formula are; then come what each member has a constant of its own
+  /// for, and the time.
   enum class Variables { OfPoints, OfPointsAndTheirRates, OfMechanics };
-  FormulaPassages(const Expression& expression, Variables variables, bool thread_safe);
+  FormulaPassages(const Expression& expression, Variables variables, bool thread_safe, std::size_t num_constants = 0);
 
   struct Allowed {
     double r, v;  // m, m/s: what a member may miss
@@ -65,9 +66,15 @@ class FormulaPassages {
     return std::span(numbers_).subspan(member * num_numbers_, num_numbers_);
   }
   void append_number(Index number) { numbers_.push_back(number); }
+  void append_constants(std::span<const double> constants) {
+    constants_.insert(constants_.end(), constants.begin(), constants.end());
+  }
   void append_points(std::span<const Index> points) {
     for (const Index point : points)
       for (Index c = 0; c < 3; ++c) append_number(3 * point + c);
+  }
+  std::span<const double> constants(std::size_t member) const {
+    return std::span(constants_).subspan(member * num_constants_, num_constants_);
   }
   const Narrowness& formula() const { return narrowness_; }
 
@@ -87,9 +94,10 @@ class FormulaPassages {
 
   Narrowness narrowness_;
   Variables variables_;
-  std::size_t num_numbers_;
+  std::size_t num_constants_, num_numbers_;
   bool thread_safe_, asks_for_rates_ = false;
   std::vector<Index> numbers_;     // [member][number]
+  std::vector<double> constants_;  // [member][constant]
   std::vector<char> is_doubtful_;  // [member]
   // Of each group of eight members: where counts were taken, and how far beyond the path.
   struct Box {
@@ -101,9 +109,14 @@ class FormulaPassages {
   std::vector<Intervals> sides_;  // [group][variable]
 };
 
-/// Of forces on single points. `masses` [moving point], kg, outlives it.
+/// Of forces on the p points of tuples, [member][p]. `masses` [moving point], kg, outlives it.
 std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
                                                      std::span<const double> masses);
+/// Of energies of p points, with each tuple's own constants.
+std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
+                                                      std::span<const Index> inner_points,
+                                                      std::span<const double> constants,
+                                                      std::span<const double> masses);
 /// Of constraints, K'w = -phi: members of p points. Null: nothing is narrow, or nothing is known.
 std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
                                                           std::span<const Index> inner_points);

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <tuple>
+#include <utility>
 
 #include "base/instruction_sets.hpp"
+#include "evaluate/equal_operations.hpp"
 
 namespace tanor {
 
@@ -298,33 +298,24 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
 }  // namespace
 
 Narrowness::Narrowness(const Expression& expression) {
-  // Equal instructions are one.
-  std::map<std::tuple<Operation, int, int, double>, int> known;
-  std::vector<int> place(expression.instructions.size());
-  for (std::size_t i = 0; i < expression.instructions.size(); ++i) {
-    Instruction instruction = expression.instructions[i];
+  Expression bare = expression;
+  for (Instruction& instruction : bare.instructions) {
     const Operands operands = operands_of(instruction.operation);
-    instruction.a = operands.a ? place[static_cast<std::size_t>(instruction.a)] : 0;
-    instruction.b = operands.b ? place[static_cast<std::size_t>(instruction.b)] : 0;
-    const Instruction& over =
-        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.a)];
-    const Instruction& under =
-        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.b)];
+    if (!operands.a) instruction.a = 0;
+    if (!operands.b) instruction.b = 0;
+    instruction.c = 0;
+  }
+  bare = join_equal_operations(bare);
+  instructions_ = std::move(bare.instructions);
+  variables_ = std::move(bare.variables);
+  results_ = std::move(bare.results);
+  for (Instruction& instruction : instructions_) {
+    const Instruction& over = instructions_[static_cast<std::size_t>(instruction.a)];
+    const Instruction& under = instructions_[static_cast<std::size_t>(instruction.b)];
     const bool is_tanh = instruction.operation == Operation::Divide && over.operation == Operation::Sinh &&
                          under.operation == Operation::Cosh && over.a == under.a;
     instruction.c = is_tanh ? 1 + over.a : 0;
-    const std::tuple key{instruction.operation, instruction.a, instruction.b, instruction.constant};
-    const auto found = known.find(key);
-    if (instruction.operation != Operation::Variable && found != known.end()) {
-      place[i] = found->second;
-      continue;
-    }
-    place[i] = static_cast<int>(instructions_.size());
-    known[key] = place[i];
-    instructions_.push_back(instruction);
   }
-  for (const int variable : expression.variables) variables_.push_back(place[static_cast<std::size_t>(variable)]);
-  for (const int result : expression.results) results_.push_back(place[static_cast<std::size_t>(result)]);
 
   // Backwards: the functions that results need, and all that these need.
   std::vector<char> is_needed(instructions_.size(), 0);

@@ -66,6 +66,7 @@ class ProgramFamily {
   void load(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
             bool points_known = true) {
     SeriesLane* const base = lanes(chunk);
+    const std::size_t count = std::min(series_width, size_ - chunk * series_width);
     for (std::size_t i = 0; i < variables_.size(); ++i) {
       const SeriesVariable& variable = variables_[i];
       SeriesLane& lane_values = program_.variable(base, order_, i)[k];
@@ -73,7 +74,7 @@ class ProgramFamily {
         lane_values = SeriesLane{};
         continue;
       }
-      for (std::size_t lane = 0; lane < series_width; ++lane) {
+      for (std::size_t lane = 0; lane < count; ++lane) {
         const std::size_t m = member(chunk, lane);
         if (variable.source == SeriesVariable::Source::Time) {
           const std::size_t slot = functions_[m * functions_per_member_ + static_cast<std::size_t>(variable.function)];
@@ -86,6 +87,7 @@ class ProgramFamily {
         const std::size_t place = 3 * point(m, variable.point) + static_cast<std::size_t>(variable.component);
         lane_values[lane] = is_position ? from[place] : (k + 1) * from[place];
       }
+      for (std::size_t lane = count; lane < series_width; ++lane) lane_values[lane] = lane_values[count - 1];
     }
   }
 

@@ -1,9 +1,9 @@
 #include "evaluate/series_program.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include "base/instruction_sets.hpp"
+#include "evaluate/equal_operations.hpp"
 
 namespace tanor {
 
@@ -41,7 +41,8 @@ bool needs_quotient(Operation operation) {
 
 }  // namespace
 
-SeriesProgram::SeriesProgram(Expression expression, bool with_adjoints) : expression_(std::move(expression)) {
+SeriesProgram::SeriesProgram(const Expression& expression, bool with_adjoints)
+    : expression_(join_equal_operations(expression)) {
   if (!with_adjoints) return;
   num_adjoints_ = num_instructions();
   for (const Expression::Instruction& instruction : expression_.instructions) {

@@ -20,7 +20,7 @@ using SeriesLane =
 class SeriesProgram {
  public:
   SeriesProgram() = default;
-  SeriesProgram(Expression expression, bool with_adjoints);
+  SeriesProgram(const Expression& expression, bool with_adjoints);
 
   std::size_t num_variables() const { return expression_.variables.size(); }
   std::size_t num_results() const { return expression_.results.size(); }

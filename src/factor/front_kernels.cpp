@@ -19,6 +19,15 @@ constexpr std::size_t tile = 4;      // columns that are worked on at once
 constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
 constexpr std::size_t height = 512;  // … with so many rows
 
+constexpr std::size_t line = 8;      // numbers of a cache line
+constexpr std::size_t ahead = 4096;  // numbers of L that are fetched before they are needed
+
+/// Fetches what a sweep reads next. Panels are too small, and follow each other too quickly, for the machine to read
+/// ahead by itself: a solve of a net takes 0.6 times as long.
+[[gnu::always_inline]] inline void fetch(const double* from, std::size_t count) {
+  for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k, 0, 2);
+}
+
 /// The lanes that hold row i.
 constexpr std::size_t lanes_of(std::size_t i) {
   return i / front_width * front_width;
@@ -266,6 +275,7 @@ void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride,
     with_columns(
         columns - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
+          for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
           for (std::size_t i = 0; i < rows; i += front_width) {
             Eight sum = eight_at(y + i);
             for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
@@ -282,6 +292,7 @@ void find_products(std::size_t columns, std::size_t rows, std::size_t stride, co
     with_columns(
         columns - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
+          for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
           Eight sum[count]{};
           for (std::size_t i = 0; i < rows; i += front_width) {
             const Eight y_i = eight_at(y + i);
@@ -299,6 +310,7 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
     with_columns(
         columns - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
+          if (rows == stride) fetch(c + ahead, count * stride);
           double x[count];
           for (std::size_t q = 0; q < count; ++q) {
             x[q] = y[j + q];
@@ -322,6 +334,7 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
     with_columns(
         end - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
+          if (rows == stride) fetch(c - ahead, count * stride);
           double x[count];
           for (std::size_t q = 0; q < count; ++q) {
             x[q] = y[j + q];
@@ -338,6 +351,52 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
             x[q] *= inverse_pivots[j + q];
           }
           for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+        });
+    if (j == 0) return;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                               const double* inverse_pivots, double* y) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          Eight x[count];
+          for (std::size_t q = 0; q < count; ++q) {
+            x[q] = eight_at(y + front_width * (j + q));
+            for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
+            x[q] *= inverse_pivots[j + q];
+            eight_to(y + front_width * (j + q)) = x[q];
+          }
+          for (std::size_t i = j + count; i < rows; ++i) {
+            Eight sum = eight_at(y + front_width * i);
+            for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * x[q];
+            eight_to(y + front_width * i) = sum;
+          }
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                                const double* inverse_pivots, double* y) {
+  for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
+    with_columns(
+        end - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          Eight x[count];
+          for (std::size_t q = 0; q < count; ++q) x[q] = eight_at(y + front_width * (j + q));
+          for (std::size_t i = j + count; i < rows; ++i) {
+            const Eight y_i = eight_at(y + front_width * i);
+            for (std::size_t q = 0; q < count; ++q) x[q] -= c[q * stride + i] * y_i;
+          }
+          for (std::size_t q = count; q-- > 0;) {
+            for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
+            x[q] *= inverse_pivots[j + q];
+            eight_to(y + front_width * (j + q)) = x[q];
+          }
         });
     if (j == 0) return;
   }

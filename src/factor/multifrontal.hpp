@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/huge_pages.hpp"
 #include "factor/front_kernels.hpp"
 #include "factor/front_tree.hpp"
 #include "factor/supernodes.hpp"
@@ -39,6 +40,9 @@ class Multifrontal {
     eliminate(x, threads);
     substitute(x, threads);
   }
+  /// The same of many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]: each number of
+  /// L is fetched once for all of them. Different threads may do this at the same time.
+  void solve_eights(double* x, std::size_t groups) const;
   /// Both halves of a solve, one after the other: L y = x from the leaves to the roots, which leaves in the kept rows
   /// of x what the others make of them; L' x = y back, from the kept rows of x.
   void eliminate(double* x, int threads = 1);
@@ -57,7 +61,7 @@ class Multifrontal {
  private:
   /// What a thread has for itself.
   struct Workspace {
-    std::vector<double> stacks[2], y;
+    LargeArray<double> stacks[2], y;
   };
   /// Part of a lower triangle in tiles.
   struct Tile {
@@ -106,8 +110,8 @@ class Multifrontal {
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
-  std::vector<double> panels_;                   // L
-  std::vector<double> arenas_[2];                // updates that pass between tasks
+  LargeArray<double> panels_;                    // L
+  LargeArray<double> arenas_[2];                 // updates that pass between tasks
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
   std::vector<double> z_;                        // x, then the vectors of shared fronts

@@ -8,20 +8,6 @@
 /// own: sums do not depend on which task comes first.
 namespace tanor {
 
-namespace {
-
-constexpr std::size_t line = 8;              // numbers of a cache line
-constexpr std::size_t ahead = 4096;          // numbers of L that are fetched before they are needed …
-constexpr std::size_t fetched_alone = 8192;  // … but in panels which the machine itself reads ahead
-
-/// Small panels follow each other too quickly for the machine to read ahead.
-void prefetch(const double* from, std::size_t count) {
-  if (count > fetched_alone) return;
-  for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k);
-}
-
-}  // namespace
-
 /// Finds where a sequence's rows stand while it is solved: its own columns in `z_`, what is above in its roots'
 /// vectors.
 void Multifrontal::find_places() {
@@ -80,8 +66,6 @@ void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, W
     const Front& front = tree_.fronts[s];
     if (is_kept(front)) continue;
     const double* const panel = panels_.data() + front.panel;
-    const std::size_t size = front.stride * front.columns;
-    prefetch(panel + ahead, size);
     const int* const places = places_.data() + supernodes_.rows_start[s];
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
@@ -98,8 +82,6 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
     const Front& front = tree_.fronts[s];
     if (is_kept(front)) continue;
     const double* const panel = panels_.data() + front.panel;
-    const std::size_t size = front.stride * front.columns;
-    if (front.panel > ahead) prefetch(panel - ahead, size);
     if (front.is_shared) fetch_from_above(s);
     const int* const places = places_.data() + supernodes_.rows_start[s];
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
@@ -197,6 +179,39 @@ void Multifrontal::substitute(double* x, int threads) {
   tree_.solve_graph.run(threads_of_solve(threads), TaskGraph::Direction::Backwards, [&](int task, int thread) {
     backwards(tree_.solve_tasks[static_cast<std::size_t>(task)], x, workspaces_[static_cast<std::size_t>(thread)]);
   });
+}
+
+void Multifrontal::solve_eights(double* x, std::size_t groups) const {
+  constexpr std::size_t width = tanor_kernels::front_width;
+  std::vector<double> y(width * tree_.largest_stride);
+  const auto fetch = [&](const double* from, std::size_t s) {
+    for (std::size_t i = 0; i < tree_.fronts[s].rows; ++i)
+      std::copy_n(from + width * static_cast<std::size_t>(rows_of(s)[i]), width, y.data() + width * i);
+  };
+  const auto put = [&](double* to, std::size_t s, std::size_t rows) {
+    for (std::size_t i = 0; i < rows; ++i)
+      std::copy_n(y.data() + width * i, width, to + width * static_cast<std::size_t>(rows_of(s)[i]));
+  };
+  // Columns stand in the order of elimination: children before parents.
+  const std::size_t size = width * pivots_.size();
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
+    const Front& front = tree_.fronts[s];
+    for (double* own = x; own != x + groups * size; own += size) {
+      fetch(own, s);
+      tanor_kernels::substitute_eight_forwards(front.columns, front.rows, front.stride, panels_.data() + front.panel,
+                                               inverse_pivots_.data() + front.first_column, y.data());
+      put(own, s, front.rows);
+    }
+  }
+  for (std::size_t s = tree_.fronts.size(); s-- > 0;) {
+    const Front& front = tree_.fronts[s];
+    for (double* own = x; own != x + groups * size; own += size) {
+      fetch(own, s);
+      tanor_kernels::substitute_eight_backwards(front.columns, front.rows, front.stride, panels_.data() + front.panel,
+                                                inverse_pivots_.data() + front.first_column, y.data());
+      put(own, s, front.columns);
+    }
+  }
 }
 
 }  // namespace tanor

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.hpp"
 #include "host/point_address.hpp"
 
 namespace tanor {
@@ -301,18 +302,12 @@ void HostParts::find_islands(Part* all) {
   all->moving.erase(std::unique(all->moving.begin(), all->moving.end()), all->moving.end());
   Index* const parent = key_of_point_.data();
   for (const Index point : all->moving) parent[point] = point;
-  const auto root_of = [&](Index point) {
-    while (parent[point] != point) point = parent[point] = parent[parent[point]];
-    return point;
-  };
   for (const ConstraintId id : all->members) {
-    Index root = -1;
+    Index first = -1;
     for (const Index point : inventory_.points(id)) {
       if (points_.is_support(point)) continue;
-      const Index other = root_of(point);
-      const Index least = root < 0 ? other : std::min(root, other);
-      if (root >= 0) parent[std::max(root, other)] = least;
-      root = least;
+      if (first < 0) first = point;
+      join_sets(parent, first, point);
     }
   }
   std::map<Index, std::int64_t> without_points;

@@ -67,6 +67,7 @@ void run_torsions(const void* law, const EnergyRange& range) {
   run_kernel<EnergyKernel<Torsions>>(law, range);
 }
 
+/// `run` calls one of these: gcc takes the address of a function with clones for that of a local variable, and warns.
 template <class Group>
 EnergyLoop make_loop(const Group& group, void (*run)(const void*, const EnergyRange&)) {
   return {std::make_shared<const EnergyKernel<Group>>(group), EnergyKernel<Group>::num_numbers, run};
@@ -75,13 +76,13 @@ EnergyLoop make_loop(const Group& group, void (*run)(const void*, const EnergyRa
 }  // namespace
 
 EnergyLoop make_energy_loop(const Bonds& bonds) {
-  return make_loop(bonds, run_bonds);
+  return make_loop(bonds, [](const void* law, const EnergyRange& range) { run_bonds(law, range); });
 }
 EnergyLoop make_energy_loop(const Bendings& bendings) {
-  return make_loop(bendings, run_bendings);
+  return make_loop(bendings, [](const void* law, const EnergyRange& range) { run_bendings(law, range); });
 }
 EnergyLoop make_energy_loop(const Torsions& torsions) {
-  return make_loop(torsions, run_torsions);
+  return make_loop(torsions, [](const void* law, const EnergyRange& range) { run_torsions(law, range); });
 }
 
 }  // namespace tanor

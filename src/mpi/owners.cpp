@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "base/disjoint_sets.hpp"
 #include "base/groups.hpp"
 #include "mpi/tanor_mpi.hpp"
 #include "system/members.hpp"
@@ -97,20 +98,14 @@ class Clusters {
 
  private:
   Index find(Index point) {
-    if (root_[static_cast<std::size_t>(point)] == nobody) return nobody;
-    while (root_[static_cast<std::size_t>(point)] != point) {
-      Index& up = root_[static_cast<std::size_t>(point)];
-      point = up = root_[static_cast<std::size_t>(up)];
-    }
-    return point;
+    return root_[static_cast<std::size_t>(point)] == nobody ? nobody : find_root(root_.data(), point);
   }
   void join(std::span<const Index> points) {
     Index first = nobody;
     for (const Index point : points) {
-      const Index root = find(point);
-      if (root == nobody) continue;
-      if (first != nobody) root_[static_cast<std::size_t>(std::max(root, first))] = std::min(root, first);
-      first = first == nobody ? root : std::min(root, first);
+      if (root_[static_cast<std::size_t>(point)] == nobody) continue;
+      if (first == nobody) first = point;
+      join_sets(root_.data(), first, point);
     }
   }
   void number() {

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <cstring>
 #include <numeric>
 #include <stdexcept>
 
@@ -29,6 +27,14 @@ SharedFile::SharedFile(const MpiRanks& ranks, const std::filesystem::path& name,
 
 SharedFile::~SharedFile() {
   if (file_ != MPI_FILE_NULL) MPI_File_close(&file_);
+}
+
+void SharedFile::resize(std::size_t size) {
+  check(MPI_File_set_size(file_, static_cast<MPI_Offset>(size)), name_);
+}
+
+void SharedFile::synchronize() {
+  check(MPI_File_sync(file_), name_);
 }
 
 void SharedFile::write(std::size_t offset, std::span<const std::byte> bytes) {
@@ -104,68 +110,6 @@ void SharedFile::read_points(std::size_t offset, std::size_t width, std::span<co
   for (std::size_t k = 0; k < points.size(); ++k)
     std::copy_n(sorted.numbers.begin() + static_cast<std::ptrdiff_t>(width * k), width,
                 numbers.begin() + static_cast<std::ptrdiff_t>(width * sorted.order[k]));
-}
-
-namespace {
-
-/// What a checkpoint begins with; the motion's progress follows, then positions and velocities of all points.
-struct Header {
-  std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', 'm', 'p', 'i'};
-  std::uint64_t version = 1, num_points = 0, progress_bytes = 0;
-
-  std::size_t end() const { return (sizeof(Header) + progress_bytes + 7) / 8 * 8; }
-  std::size_t positions() const { return end(); }
-  std::size_t velocities() const { return end() + 24 * num_points; }
-  std::size_t size() const { return end() + 48 * num_points; }
-};
-
-}  // namespace
-
-std::vector<Index> points_to_write(const MpiRanks& ranks, const RankSystem& part) {
-  std::size_t count = part.num_owned;
-  if (ranks.rank() == 0) count = part.points.size() - part.part.guests.size();
-  return {part.points.begin(), part.points.begin() + static_cast<std::ptrdiff_t>(count)};
-}
-
-void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                      std::size_t num_points, const Simulation& simulation) {
-  const std::vector<std::byte> progress = simulation.save_progress();
-  Header header;
-  header.num_points = num_points;
-  header.progress_bytes = progress.size();
-  // That of the first rank stands there; others' may have other lengths.
-  MPI_Bcast(&header, sizeof header, MPI_BYTE, 0, ranks.communicator());
-  const std::filesystem::path unfinished = name.string() + ".new";
-  {
-    SharedFile file(ranks, unfinished, SharedFile::Mode::Write);
-    file.write(0, std::as_bytes(std::span(&header, 1)));
-    file.write(sizeof header, progress);
-    const std::vector<Index> points = points_to_write(ranks, part);
-    file.write_points(header.positions(), 3, points, simulation.positions().first(3 * points.size()));
-    file.write_points(header.velocities(), 3, points, simulation.velocities().first(3 * points.size()));
-  }
-  if (ranks.rank() == 0) std::filesystem::rename(unfinished, name);
-  MPI_Barrier(ranks.communicator());
-}
-
-void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                     std::size_t num_points, Simulation* simulation) {
-  const auto refuse = [&](const std::string& why) { throw InputError(name.string(), why); };
-  SharedFile file(ranks, name, SharedFile::Mode::Read);
-  Header header, expected;
-  const std::vector<std::byte> first = file.read(0, sizeof header);
-  if (first.size() < sizeof header) refuse("ends too early");
-  std::memcpy(&header, first.data(), sizeof header);
-  if (header.magic != expected.magic || header.version != expected.version)
-    refuse("is no checkpoint of this version of tanor-mpi");
-  if (header.num_points != num_points)
-    refuse("holds " + std::to_string(header.num_points) + " points, the system has " + std::to_string(num_points));
-  if (std::filesystem::file_size(name) != header.size()) refuse("ends too early, or too late");
-  const std::vector<std::byte> progress = file.read(sizeof header, header.progress_bytes);
-  std::vector<double> positions(3 * part.points.size()), velocities(positions.size());
-  file.read_points(header.positions(), 3, part.points, positions);
-  file.read_points(header.velocities(), 3, part.points, velocities);
-  simulation->restore_progress(progress, positions, velocities);
 }
 
 }  // namespace tanor

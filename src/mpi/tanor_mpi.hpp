@@ -68,6 +68,10 @@ class TANOR_API SharedFile {
   SharedFile(const SharedFile&) = delete;
   SharedFile& operator=(const SharedFile&) = delete;
 
+  /// Cuts off what lies behind so many bytes, or adds zeros.
+  void resize(std::size_t size);
+  /// Waits until the disk has what was written.
+  void synchronize();
   /// Bytes of the first rank, at an offset.
   void write(std::size_t offset, std::span<const std::byte> bytes);
   std::vector<std::byte> read(std::size_t offset, std::size_t size);
@@ -85,15 +89,20 @@ class TANOR_API SharedFile {
   MPI_File file_ = MPI_FILE_NULL;
 };
 
-/// Points whose rows a rank writes into such a file: those that it owns, and on the first rank the supports too, so
-/// that the file has all of them. They are the first ones of its part.
-TANOR_API std::vector<Index> points_to_write(const MpiRanks& ranks, const RankSystem& part);
+/// How many of its points, the first ones, a rank writes into such a file: those that it owns, and on the first rank
+/// the supports too, so that the file has all of them.
+TANOR_API std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part);
 
-/// Saves a motion so that it goes on on any number of ranks; replaces the file when all is written.
+/// Saves a motion of `whole` so that it goes on on any number of ranks; replaces the file when the disk has all of it.
+/// `mark` is what the host knows its input by, the same on every rank.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                                std::size_t num_points, const Simulation& simulation);
-/// Goes on from there. Throws InputError where the file is of another system, or damaged.
+                                const System& whole, const Simulation& simulation, const std::string& mark = {});
+/// Goes on from there. Throws InputError where one byte of the file is not what was written, or where it is of a system
+/// with other points, masses, supports, members of constraints or kinds of entries. (What functions compute cannot be
+/// compared: a host marks its files.)
 TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                               std::size_t num_points, Simulation* simulation);
+                               const System& whole, Simulation* simulation);
+/// The mark of a file. Throws InputError where the file is none of these, or its mark is damaged.
+TANOR_API std::string read_checkpoint_mark(const MpiRanks& ranks, const std::filesystem::path& name);
 
 }  // namespace tanor

@@ -11,7 +11,9 @@ void bind_reports(py::module_& module);
 void bind_motion_reports(py::module_& module);
 void bind_constrainer(py::module_& module);
 void bind_dynamics(py::module_& module);
+void bind_scalar(py::module_& module);
 void bind_scene(py::module_& module);
 void bind_simulation(py::module_& module);
+void bind_statics(py::module_& module);
 
 }  // namespace tanor::python

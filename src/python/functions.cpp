@@ -1,5 +1,7 @@
 #include "python/functions.hpp"
 
+#include <tanor/recorded.hpp>
+
 #include <pybind11/numpy.h>
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "python/arrays.hpp"
+#include "python/scalar.hpp"
 
 namespace tanor::python {
 namespace {
@@ -82,10 +85,6 @@ const py::object& callable_of(const void* context) {
   return **static_cast<const Shared*>(context);
 }
 
-std::shared_ptr<const void> context_of(const Given& given) {
-  return std::make_shared<const Shared>(given.value);
-}
-
 /// The parts of a tuple that a function returned.
 std::vector<py::object> parts_of(const py::object& result, std::size_t count, const char* wanted) {
   if (!py::isinstance<py::tuple>(result) || py::len(result) != count)
@@ -96,11 +95,14 @@ std::vector<py::object> parts_of(const py::object& result, std::size_t count, co
   return parts;
 }
 
-void evaluate_force(const void* context, const ForceBatch& batch) {
+/// `p`: points of a tuple, 0 where each point stands alone.
+void evaluate_force(const void* context, const ForceBatch& batch, py::ssize_t p) {
   const py::gil_scoped_acquire acquired;
   const auto k = static_cast<py::ssize_t>(batch.count);
-  const py::object f = callable_of(context)(batch.t, lend(batch.r, {k, 3}), lend(batch.v, {k, 3}));
-  copy_result(f, 3 * batch.count, "forces [k, 3]", batch.f);
+  const std::vector<py::ssize_t> shape = p > 0 ? std::vector{k, p, py::ssize_t{3}} : std::vector{k, py::ssize_t{3}};
+  const py::object f = callable_of(context)(batch.t, lend(batch.r, shape), lend(batch.v, shape));
+  copy_result(f, 3 * batch.count * static_cast<std::size_t>(std::max(p, py::ssize_t{1})),
+              p > 0 ? "forces [k, p, 3]" : "forces [k, 3]", batch.f);
 }
 
 void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::ssize_t p) {
@@ -187,9 +189,15 @@ VectorFunction vector_function_of_time(const Given& given) {
   return result;
 }
 
-void read(const Given& given, ForceKernel* kernel) {
+void read(const Given& given, int num_points, ForceKernel* kernel) {
   if (PyCallable_Check(given.value.ptr()) != 0) {
-    *kernel = {.thread_safe = false, .context = context_of(given), .evaluate = evaluate_force};
+    kernel->num_points = std::max(num_points, 1);
+    kernel->thread_safe = false;
+    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
+    kernel->evaluate = [](const void* context, const ForceBatch& batch) {
+      const auto& function = *static_cast<const TupleFunction*>(context);
+      evaluate_force(&function.callable, batch, function.num_points);
+    };
     return;
   }
   const Text text = text_of(given);
@@ -221,7 +229,7 @@ void read(const Given& given, int num_points, ConstraintKernel* kernel) {
 
 void read(const Given& given, int num_points, const std::vector<std::string>& own_constants, PotentialKernel* kernel) {
   if (PyCallable_Check(given.value.ptr()) != 0) {
-    if (!own_constants.empty()) given.fail("a text, where there are constants");
+    if (!own_constants.empty()) given.fail("a text or a Definition, where there are constants");
     kernel->num_points = num_points;
     kernel->thread_safe = kernel->depends_on_time = false;
     kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
@@ -231,8 +239,15 @@ void read(const Given& given, int num_points, const std::vector<std::string>& ow
     };
     return;
   }
+  if (py::hasattr(given.value, "function")) {
+    auto energy = record_energy(given, num_points, own_constants);
+    *kernel = locate(given, [&] {
+      return expression_potential(std::move(energy), num_points, static_cast<int>(own_constants.size()));
+    });
+    return;
+  }
   const Text text = text_of(given);
-  if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula or a callable of r");
+  if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula, a Definition or a callable of r");
   *kernel = locate(given, [&] {
     return formula_potential(text.text.cast<std::string>(), num_points, text.constants, own_constants);
   });

@@ -37,8 +37,8 @@ struct Extra<UserConstraints> {
 template <>
 struct Extra<FormulaForce> {
   static constexpr bool members_are_optional = true;
-  static constexpr std::tuple fields{FieldOf("kernel", &FormulaForce::kernel, {.is_required = true}),
-                                     FieldOf("tuples", &FormulaForce::tuples)};
+  static constexpr std::tuple fields{FieldOf("tuples", &FormulaForce::tuples),
+                                     FieldOf("kernel", &FormulaForce::kernel, {.is_required = true})};
 };
 template <>
 struct Extra<Potential> {
@@ -130,6 +130,31 @@ struct Description<MotionOptions> {
                                      FieldOf("order", &MotionOptions::order),
                                      FieldOf("spectral_radius", &MotionOptions::spectral_radius)};
 };
+template <>
+struct Description<EquilibriumOptions> {
+  static constexpr std::tuple fields{FieldOf("method", &EquilibriumOptions::method),
+                                     FieldOf("force_tolerance", &EquilibriumOptions::force_tolerance),
+                                     FieldOf("max_iterations", &EquilibriumOptions::max_iterations),
+                                     FieldOf("accept", &EquilibriumOptions::accept),
+                                     FieldOf("at", &EquilibriumOptions::at),
+                                     FieldOf("load_steps", &EquilibriumOptions::load_steps),
+                                     FieldOf("prestress", &EquilibriumOptions::prestress),
+                                     FieldOf("ignore_friction", &EquilibriumOptions::ignore_friction)};
+};
+template <>
+struct Description<ModesOptions> {
+  static constexpr std::tuple fields{
+      FieldOf("count", &ModesOptions::count),         FieldOf("time", &ModesOptions::time),
+      FieldOf("prestress", &ModesOptions::prestress), FieldOf("force_tolerance", &ModesOptions::force_tolerance),
+      FieldOf("tolerance", &ModesOptions::tolerance), FieldOf("ignore_friction", &ModesOptions::ignore_friction)};
+};
+template <>
+struct Description<BucklingOptions> {
+  static constexpr std::tuple fields{FieldOf("loads", &BucklingOptions::loads, {.is_required = true}),
+                                     FieldOf("time", &BucklingOptions::time),
+                                     FieldOf("force_tolerance", &BucklingOptions::force_tolerance),
+                                     FieldOf("ignore_friction", &BucklingOptions::ignore_friction)};
+};
 
 template <class Struct, class Visit>
 void for_each_described(const Visit& visit) {
@@ -142,6 +167,8 @@ void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* g
   const Given own = given[field.name];
   if constexpr (std::is_same_v<Value, ConstraintKernel>) {
     read(own, group->tuples.empty() ? 1 : static_cast<int>(group->tuples[0].size()), &(group->*field.value));
+  } else if constexpr (std::is_same_v<Value, ForceKernel>) {
+    read(own, group->tuples.empty() ? 0 : static_cast<int>(group->tuples[0].size()), &(group->*field.value));
   } else if constexpr (std::is_same_v<Value, PotentialKernel>) {
     std::vector<std::string> names;
     const Given constants = given["constants"];
@@ -197,14 +224,16 @@ std::vector<Entry> read_entries(const Given& list, const char* wanted) {
 template <class Kernel>
 constexpr const char* kernel_in_words() {
   if constexpr (std::is_same_v<Kernel, ForceKernel>)
-    return "three formulas in x, y, z, vx, vy, vz, t, or a callable (t, r [k, 3], v [k, 3]) -> forces [k, 3], N";
+    return "three formulas in x, y, z, vx, vy, vz, t, or a callable (t, r [k, 3], v [k, 3]) -> forces [k, 3], N; with "
+           "tuples three for each of their points in x1, y1, z1, x2, ..., vx1, ..., t, or a callable (t, r [k, p, 3], "
+           "v [k, p, 3]) -> forces [k, p, 3]";
   if constexpr (std::is_same_v<Kernel, ConstraintKernel>)
     return "a formula in x1, y1, z1, x2, ..., t, or a callable (t, r [k, p, 3], v [k, p, 3]) -> (xi [k], gradient "
            "[k, p, 3], rate [k], phi [k])";
   if constexpr (std::is_same_v<Kernel, PotentialKernel>)
-    return "a formula in x1, y1, z1, x2, ..., t and the names of the constants, J, or a callable r [k, p, 3] -> "
-           "(energy "
-           "[k], gradient [k, p, 3], hessian [k, 3p, 3p] or None)";
+    return "a formula in x1, y1, z1, x2, ..., t and the names of the constants, J, a Definition of (r1 [3], r2 [3], "
+           "..., t, and the constants by name), or a callable r [k, p, 3] -> (energy [k], gradient [k, p, 3], hessian "
+           "[k, 3p, 3p] or None)";
   if constexpr (std::is_same_v<Kernel, FrictionKernel>)
     return "a callable (t, r [k, 3], v [k, 3], multipliers [k, p]) -> (tau [k, 3], N, its derivative in the "
            "multipliers [k, 3, p])";
@@ -290,6 +319,18 @@ MotionOptions read_motion_options(const py::object& options) {
   return options.is_none() ? MotionOptions{} : read_struct<MotionOptions>({options, "/motion"});
 }
 
+EquilibriumOptions read_equilibrium_options(const py::object& options) {
+  return read_struct<EquilibriumOptions>({options, "/equilibrium"});
+}
+
+ModesOptions read_modes_options(const py::object& options) {
+  return read_struct<ModesOptions>({options, "/modes"});
+}
+
+BucklingOptions read_buckling_options(const py::object& options) {
+  return read_struct<BucklingOptions>({options, "/buckling"});
+}
+
 SolverOptions options_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().solver : SolverOptions{};
 }
@@ -331,6 +372,9 @@ py::list descriptions() {
   describe<Support>("supports", "", &all);
   describe<SolverOptions>("options", "", &all);
   describe<MotionOptions>("options", "", &all);
+  describe<EquilibriumOptions>("options", "", &all);
+  describe<ModesOptions>("options", "", &all);
+  describe<BucklingOptions>("options", "", &all);
   return all;
 }
 

@@ -14,6 +14,9 @@ System read_system(const py::object& system_or_scene);
 std::vector<Constraint> read_constraints(const py::object& constraints);
 SolverOptions read_solver_options(const py::object& options);
 MotionOptions read_motion_options(const py::object& options);
+EquilibriumOptions read_equilibrium_options(const py::object& options);
+ModesOptions read_modes_options(const py::object& options);
+BucklingOptions read_buckling_options(const py::object& options);
 
 /// What the file of a Scene says; the defaults for a System.
 SolverOptions options_of_scene(const py::object& system_or_scene);

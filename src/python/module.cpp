@@ -14,6 +14,8 @@ PYBIND11_MODULE(_core, module) {
   bind_constrainer(module);
   bind_dynamics(module);
   bind_simulation(module);
+  bind_statics(module);
+  bind_scalar(module);
   bind_system_functions(module);
   module.def("_descriptions", &descriptions);
   module.attr("__version__") = tanor::build_info().version;

@@ -3,6 +3,7 @@
 #include <pybind11/numpy.h>
 
 #include <limits>
+#include <utility>
 
 #include "python/functions.hpp"
 
@@ -82,6 +83,16 @@ void read(const Given& given, bool* flag) {
 void read(const Given& given, int* number) {
   if (PyIndex_Check(given.value.ptr()) == 0) given.fail("a whole number");
   *number = given.value.cast<int>();
+}
+
+void read(const Given& given, std::size_t* count) {
+  if (py::isinstance<py::str>(given.value) && given.value.cast<std::string>() == "all") {
+    *count = std::numeric_limits<std::size_t>::max();
+    return;
+  }
+  if (PyIndex_Check(given.value.ptr()) == 0 || py::int_(given.value).cast<long long>() < 0)
+    given.fail("a whole number, 0 or more, or \"all\"");
+  *count = py::int_(given.value).cast<std::size_t>();
 }
 
 void read(const Given& given, double* number) {
@@ -208,15 +219,34 @@ void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples) {
   read_tuples(given, "quadruples of points, whole numbers [n, 4]", quadruples);
 }
 
-void read(const Given& given, std::vector<std::vector<double>>* constants) {
-  constants->clear();
+namespace {
+
+/// visit(name, numbers) for each entry of a dict; a number is a list of one.
+template <class Visit>
+void for_each_list(const Given& given, const char* wanted, const Visit& visit) {
   if (py::len(given.value) == 0) return;
-  if (!py::isinstance<py::dict>(given.value)) given.fail("a dict of names, each with a number or one number a tuple");
+  if (!py::isinstance<py::dict>(given.value)) given.fail(wanted);
   for (const auto& [name, numbers] : given.value.cast<py::dict>()) {
     const auto array = numbers_of(py::reinterpret_borrow<py::object>(numbers));
-    if (array.ndim() > 1) given.fail("a number or one number a tuple behind each name");
-    constants->emplace_back(array.data(), array.data() + array.size());
+    if (array.ndim() > 1 || array.size() == 0) given.fail(wanted);
+    visit(name.template cast<std::string>(), std::vector<double>(array.data(), array.data() + array.size()));
   }
+}
+
+}  // namespace
+
+void read(const Given& given, std::vector<std::vector<double>>* constants) {
+  constants->clear();
+  for_each_list(given, "a dict of names, each with a number or one number a tuple",
+                [&](const std::string&, std::vector<double> numbers) { constants->push_back(std::move(numbers)); });
+}
+
+void read(const Given& given, std::vector<Prestress>* prestress) {
+  prestress->clear();
+  for_each_list(given, "a dict of names of rods, each with a tension or one tension a rod",
+                [&](std::string name, std::vector<double> tensions) {
+                  prestress->push_back({std::move(name), std::move(tensions)});
+                });
 }
 
 void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
@@ -230,6 +260,9 @@ py::object default_of(bool flag) {
 }
 py::object default_of(int number) {
   return py::int_(number);
+}
+py::object default_of(std::size_t count) {
+  return py::int_(count);
 }
 py::object default_of(double number) {
   return py::float_(number);

@@ -8,8 +8,9 @@
 #include <type_traits>
 #include <vector>
 
-#include <tanor/enum_names.hpp>
+#include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
+#include <tanor/statics_names.hpp>
 #include <tanor/system.hpp>
 
 #include "python/call.hpp"
@@ -33,7 +34,8 @@ struct Given {
 };
 
 void read(const Given& given, bool* flag);
-void read(const Given& given, int* number);  // Index, too
+void read(const Given& given, int* number);         // Index, too
+void read(const Given& given, std::size_t* count);  // "all" is the largest number
 void read(const Given& given, double* number);
 void read(const Given& given, std::optional<double>* number);
 void read(const Given& given, std::string* text);
@@ -52,6 +54,7 @@ void read(const Given& given, std::vector<std::array<Index, 3>>* triples);
 void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples);
 void read(const Given& given, std::vector<std::vector<Index>>* tuples);
 void read(const Given& given, std::vector<std::vector<double>>* constants);  // of a dict of names
+void read(const Given& given, std::vector<Prestress>* prestress);            // likewise
 
 /// The words of an enumeration, "auto, normal, tangent".
 template <class Enum>
@@ -74,6 +77,7 @@ void read(const Given& given, Enum* value) {
 /// The default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
 py::object default_of(bool flag);
 py::object default_of(int number);
+py::object default_of(std::size_t count);
 py::object default_of(double number);
 py::object default_of(const std::optional<double>& number);
 py::object default_of(const std::string& text);
@@ -99,6 +103,7 @@ template <class Value>
 constexpr TypeInWords in_words() {
   if constexpr (std::is_same_v<Value, bool>) return {"bool", "true or false"};
   if constexpr (std::is_same_v<Value, int>) return {"int", "a whole number"};
+  if constexpr (std::is_same_v<Value, std::size_t>) return {"int | str", "a whole number or \"all\""};
   if constexpr (std::is_same_v<Value, double>) return {"float", "a number"};
   if constexpr (std::is_same_v<Value, std::optional<double>>) return {"float | None", "a number or None"};
   if constexpr (std::is_same_v<Value, std::string>) return {"str", "a text"};
@@ -116,6 +121,8 @@ constexpr TypeInWords in_words() {
   if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 4>>>) return {"ArrayLike", "int [n, 4]"};
   if constexpr (std::is_same_v<Value, std::vector<std::vector<double>>>)
     return {"dict[str, ArrayLike]", "names, each with a number for all tuples or one for each"};
+  if constexpr (std::is_same_v<Value, std::vector<Prestress>>)
+    return {"dict[str, ArrayLike]", "names of rods, each with a number for all or one for each"};
   if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) return {"ArrayLike", "int [n, p]"};
   if constexpr (std::is_enum_v<Value>) return {"str", "a word"};
   return {"Any", ""};

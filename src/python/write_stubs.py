@@ -40,6 +40,7 @@ ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "Arr
              "progress": "Callable[[MotionReport], bool | None] | None", "direction": "str", "mode": "str",
              "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
              "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
+OPTIONS = {"find_equilibrium": "EquilibriumOptions", "modes": "ModesOptions", "find_buckling": "BucklingOptions"}
 NUMBERS = {"step", "max_step", "rtol", "atol", "t_end", "threads"}
 
 
@@ -78,6 +79,7 @@ def compiled(name: str, doc: str, indent: str) -> str:
     """The first line of pybind11's docstring is the signature."""
     match = re.match(r"(\w+)\((.*)\) -> (.*)", doc)
     arguments = ", ".join(argument(part) for part in split(match[2]))
+    arguments = arguments.replace("options: SolverOptions", "options: " + OPTIONS.get(name, "SolverOptions"))
     result = re.sub(r"tanor\._core\.", "", match[3]).replace("List[", "list[").replace("Tuple[", "tuple[")
     arguments = arguments.replace("self: _core.", "self: ").replace("tanor._core.", "")
     arguments = re.sub(r"self: [\w.:<>]+", "self", arguments)

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <utility>
 
 #include "base/checksum.hpp"
@@ -74,20 +73,6 @@ void require_sound(const Checkpoint& checkpoint) {
   }
 }
 
-/// Why two fingerprints differ: by the first thing that both name and that is another one, or in whole.
-std::string name_difference(std::string_view before, std::string_view now) {
-  std::string changed;
-  scene::LineReader old_lines("", before), new_lines("", now);
-  const auto name_of = [](std::string_view line) { return line.substr(std::min(line.find(' '), line.size())); };
-  while (old_lines.next() && new_lines.next()) {
-    const std::string_view name = name_of(new_lines.line());
-    if (name.empty() || name != name_of(old_lines.line())) return "belongs to another scene";
-    if (changed.empty() && new_lines.line() != old_lines.line())
-      changed = fmt::format("is of an earlier version of the scene:{} was changed", name);
-  }
-  return changed.empty() ? "belongs to another scene" : changed;
-}
-
 /// The lines and bytes between the first line and the last. Throws InputError where one byte is not what was written.
 std::string_view open_content(std::string_view text) {
   if (!text.starts_with(first_line())) {
@@ -125,6 +110,19 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
 }
 
 }  // namespace
+
+std::string name_difference(std::string_view before, std::string_view now) {
+  std::string changed;
+  scene::LineReader old_lines("", before), new_lines("", now);
+  const auto name_of = [](std::string_view line) { return line.substr(std::min(line.find(' '), line.size())); };
+  while (old_lines.next() && new_lines.next()) {
+    const std::string_view name = name_of(new_lines.line());
+    if (name.empty() || name != name_of(old_lines.line())) return "belongs to another scene";
+    if (changed.empty() && new_lines.line() != old_lines.line())
+      changed = fmt::format("is of an earlier version of the scene:{} was changed", name);
+  }
+  return changed.empty() ? "belongs to another scene" : changed;
+}
 
 std::string make_fingerprint(std::span<const fs::path> files, const System& system) {
   std::string lines;

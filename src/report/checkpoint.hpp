@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -26,6 +27,10 @@ struct Checkpoint {
 
 /// A line for each file of a scene and for the start that they led to: 16 hexadecimal digits of the bytes, the name.
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
+
+/// Why two fingerprints differ, by the first thing that both name and that is another one: "is of an earlier version of
+/// the scene: net.json was changed"; or that they are of two scenes.
+std::string name_difference(std::string_view before, std::string_view now);
 
 /// Replaces `directory/checkpoint`: a line with the format's number; a line with a JSON object; the bytes of the
 /// simulation; a line with the checksum of everything before.

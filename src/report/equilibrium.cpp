@@ -1,10 +1,10 @@
 #include "report/equilibrium.hpp"
 
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <utility>
 
+#include <tanor/statics_names.hpp>
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
@@ -32,7 +32,7 @@ Json describe(const EquilibriumResult& found) {
           {"why", json_or_null(std::string_view(found.outcome.what))},
           {"iterations", found.iterations},
           {"factorizations", found.factorizations},
-          {"method_used", found.method_used == EquilibriumMethod::Descent ? "descent" : "newton"},
+          {"method_used", name_of(found.method_used)},
           {"residual_force", known(found.residual_force)},
           {"largest_force", known(found.largest_force)},
           {"violation", known(found.violation)},
@@ -160,11 +160,6 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
 }
 
 }  // namespace
-
-std::string_view name_of(Stability status) {
-  constexpr std::array<std::string_view, 5> names{"none", "stable", "marginal", "unstable", "not_conservative"};
-  return names[static_cast<std::size_t>(status)];
-}
 
 void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
                        const std::optional<Modes>& modes) {

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* shapes_name = "shapes.npy";
+constexpr const char *shapes_name = "shapes.npy", *imaginary_name = "shapes_imaginary.npy";
 constexpr int frames_of_period = 24;
 constexpr double largest_move = 0.05;  // of the scene's size, in pictures
 
@@ -52,7 +52,7 @@ double measure_move(std::span<const double> shape) {
   return largest;
 }
 
-/// r + a q cos(omega t) over one period, and its derivatives.
+/// r + a q cos(omega t) over one period, of damped modes the real part of q, and its derivatives.
 void write_picture(const fs::path& directory, const ShownParts& shown, std::span<const double> positions,
                    const Modes& modes, std::size_t mode) {
   const std::string name = fmt::format("mode_{}", mode + 1);
@@ -87,21 +87,26 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
 }  // namespace
 
 void add_modes(const fs::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json) {
-  if (!modes || !modes->outcome.ok()) {
-    remove_file(directory / shapes_name);
-    return json->add("modes", {});
-  }
+  for (const char* name : {shapes_name, imaginary_name}) remove_file(directory / name);
+  if (!modes || !modes->outcome.ok()) return json->add("modes", {});
   const std::size_t count = modes->count(), points = count > 0 ? modes->shapes.size() / (3 * count) : 0;
-  replace_file(directory / shapes_name, [&](OutputFile* file) { write_npy(file, modes->shapes, {count, points, 3}); });
+  const auto write_shapes = [&](const char* name, const std::vector<double>& shapes) {
+    replace_file(directory / name, [&](OutputFile* file) { write_npy(file, shapes, {count, points, 3}); });
+  };
+  write_shapes(shapes_name, modes->shapes);
+  const bool is_damped = !modes->decay.empty();
+  if (is_damped) write_shapes(imaginary_name, modes->shapes_imaginary);
   json->begin_object("modes");
   json->add("count", count);
   json->add_numbers("omega", modes->omega);
   json->add("frequency_hz", frequencies(*modes));
+  if (is_damped) json->add_numbers("decay", modes->decay);
   json->add("residual_max", modes->residual_max);
   json->add("unstable_directions", modes->unstable_directions);
   json->add("zero_modes", modes->zero_modes);
   json->add("rigid_zero_modes", modes->rigid_zero_modes);
   json->add("shapes", shapes_name);
+  if (is_damped) json->add("shapes_imaginary", imaginary_name);
   json->end();
 }
 

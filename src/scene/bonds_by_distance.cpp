@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,10 +15,12 @@ constexpr double slack = 0.45, least = 0.4;  // angstrom
 constexpr std::size_t most_partners = 24;    // more is no molecule: lengths in other units, atoms in one place
 
 /// Bins of atoms, no narrower than the longest bond, over the cell, or over a box around all atoms that nothing
-/// repeats.
+/// repeats. Atoms without an element are in none.
 class Bins {
  public:
-  Bins(const std::vector<Vector3>& positions, Cell cell, double reach) : positions_(&positions) {
+  Bins(const Imported& data, double reach) : data_(&data) {
+    const std::vector<Vector3>& positions = data.positions;
+    Cell cell = data.cell;
     Vector3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     for (const Vector3& r : positions) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -34,8 +37,8 @@ class Bins {
     // Heights of the cell over its faces.
     const double xy = cell.xy / cell.yy, xz = (cell.xy * cell.yz / cell.yy - cell.xz) / cell.zz, yz = cell.yz / cell.zz;
     const Vector3 heights{cell.xx / std::sqrt(1.0 + xy * xy + xz * xz), cell.yy / std::hypot(1.0, yz), cell.zz};
-    // A few atoms a bin, whatever the cell: more bins than that only cost memory.
-    const double most = std::cbrt(static_cast<double>(positions.size())) + 1.0;
+    // As narrow as they may be, however far some atoms are from the others: bins that are empty cost nothing.
+    constexpr double most = 1 << 20;
     for (std::size_t k = 0; k < 3; ++k)
       counts_[k] = static_cast<std::int64_t>(std::clamp(std::floor(heights[k] / reach), 1.0, most));
     sort_atoms();
@@ -44,20 +47,21 @@ class Bins {
   /// visit(j, distance) once for all atoms j near i.
   template <class Visit>
   void for_each_near(std::size_t i, const Visit& visit) const {
-    const auto home = find_bin((*positions_)[i]);
+    const auto home = find_bin(data_->positions[i]);
     // The bins on both sides; a row of one or two bins has fewer.
     const auto last = [&](std::size_t k) { return std::min<std::int64_t>(counts_[k], 3) - 1; };
     for (std::int64_t x = 0; x <= last(0); ++x)
       for (std::int64_t y = 0; y <= last(1); ++y)
         for (std::int64_t z = 0; z <= last(2); ++z) {
-          const std::size_t bin = number_of({home[0] + x - 1, home[1] + y - 1, home[2] + z - 1});
-          for (std::size_t k = starts_[bin]; k < starts_[bin + 1]; ++k) visit(atoms_[k], distance(i, atoms_[k]));
+          const std::int64_t bin = number_of({home[0] + x - 1, home[1] + y - 1, home[2] + z - 1});
+          auto atom = std::ranges::lower_bound(atoms_, bin, {}, &Binned::bin);
+          for (; atom != atoms_.end() && atom->bin == bin; ++atom) visit(atom->number, distance(i, atom->number));
         }
   }
 
  private:
   double distance(std::size_t i, std::size_t j) const {
-    const Vector3 &a = (*positions_)[i], &b = (*positions_)[j];
+    const Vector3 &a = data_->positions[i], &b = data_->positions[j];
     Vector3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const Vector3 shift = cell_.shift(cell_.nearest_images(d));
     return std::hypot(d[0] - shift[0], d[1] - shift[1], d[2] - shift[2]);
@@ -75,28 +79,26 @@ class Bins {
     }
     return bin;
   }
-  std::size_t number_of(std::array<std::int64_t, 3> bin) const {
+  std::int64_t number_of(std::array<std::int64_t, 3> bin) const {
     for (std::size_t k = 0; k < 3; ++k) bin[k] = (bin[k] + counts_[k]) % counts_[k];
-    return static_cast<std::size_t>((bin[0] * counts_[1] + bin[1]) * counts_[2] + bin[2]);
+    return (bin[0] * counts_[1] + bin[1]) * counts_[2] + bin[2];
   }
 
   void sort_atoms() {
-    starts_.assign(static_cast<std::size_t>(counts_[0] * counts_[1] * counts_[2]) + 2, 0);
-    std::vector<std::size_t> bins;
-    for (const Vector3& r : *positions_) {
-      bins.push_back(number_of(find_bin(r)));
-      ++starts_[bins.back() + 2];
-    }
-    for (std::size_t k = 2; k < starts_.size(); ++k) starts_[k] += starts_[k - 1];
-    atoms_.resize(bins.size());
-    for (std::size_t i = 0; i < bins.size(); ++i) atoms_[starts_[bins[i] + 1]++] = i;
+    for (std::size_t i = 0; i < data_->positions.size(); ++i)
+      if (data_->elements[i]) atoms_.push_back({number_of(find_bin(data_->positions[i])), i});
+    std::ranges::sort(atoms_, {}, [](const Binned& atom) { return std::pair(atom.bin, atom.number); });
   }
 
-  const std::vector<Vector3>* positions_;
+  struct Binned {
+    std::int64_t bin;
+    std::size_t number;
+  };
+  const Imported* data_;
   Cell cell_;
   std::array<bool, 3> is_periodic_{};
   std::array<std::int64_t, 3> counts_{};
-  std::vector<std::size_t> starts_, atoms_;  ///< atoms of bin b: atoms_[starts_[b]] … atoms_[starts_[b + 1] - 1]
+  std::vector<Binned> atoms_;  ///< bin by bin
 };
 
 }  // namespace
@@ -106,22 +108,24 @@ std::vector<Imported::Bond> find_bonds_by_distance(const Imported& data) {
   for (const Element* element : data.elements)
     if (element) largest = std::max(largest, element->covalent_radius);
   if (largest == 0.0) return {};
-  const Bins bins(data.positions, data.cell, data.angstrom * (2.0 * largest + slack));
+  const Bins bins(data, data.angstrom * (2.0 * largest + slack));
 
   std::vector<Imported::Bond> bonds;
   std::vector<std::int32_t> partners;
   for (std::size_t i = 0; i < data.positions.size(); ++i) {
     if (!data.elements[i]) continue;
     partners.clear();
+    std::size_t near = 0;
     bins.for_each_near(i, [&](std::size_t j, double distance) {
-      if (j <= i || !data.elements[j]) return;
       const double most = data.elements[i]->covalent_radius + data.elements[j]->covalent_radius + slack;
-      if (distance < data.angstrom * most && distance > data.angstrom * least)
-        partners.push_back(static_cast<std::int32_t>(j));
+      if (j == i || !(distance < data.angstrom * most)) return;
+      // Where many atoms are in one place, only the first one meets them all.
+      if (++near > most_partners)
+        throw InputError("", fmt::format("found point {} within bonding distance of more than {} others, wanted at "
+                                         "most {}",
+                                         i, most_partners, most_partners));
+      if (j > i && distance > data.angstrom * least) partners.push_back(static_cast<std::int32_t>(j));
     });
-    if (partners.size() > most_partners)
-      throw InputError("", fmt::format("found point {} within bonding distance of {} others, wanted at most {}", i,
-                                       partners.size(), most_partners));
     std::ranges::sort(partners);
     for (const std::int32_t j : partners) bonds.push_back({1, {static_cast<std::int32_t>(i), j}});
   }

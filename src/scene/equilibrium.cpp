@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include <tanor/statics_names.hpp>
+
 namespace tanor::scene {
 
 namespace {
@@ -40,14 +42,8 @@ void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
   equilibrium.object(
       {"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress", "friction"});
   EquilibriumOptions& options = scene->equilibrium;
-  options.method = equilibrium["method"].choice<EquilibriumMethod>({{"auto", EquilibriumMethod::Auto},
-                                                                    {"newton", EquilibriumMethod::Newton},
-                                                                    {"descent", EquilibriumMethod::Descent}},
-                                                                   options.method);
-  options.accept = equilibrium["accept"].choice<AcceptedEquilibria>({{"stable", AcceptedEquilibria::Stable},
-                                                                     {"marginal", AcceptedEquilibria::Marginal},
-                                                                     {"any", AcceptedEquilibria::Any}},
-                                                                    options.accept);
+  options.method = equilibrium["method"].choice<EquilibriumMethod>(options.method);
+  options.accept = equilibrium["accept"].choice<AcceptedEquilibria>(options.accept);
   options.force_tolerance = equilibrium["force_tolerance"].positive(options.force_tolerance);
   constexpr int most = std::numeric_limits<int>::max();
   options.max_iterations = static_cast<int>(equilibrium["max_iterations"].integer(1, most, options.max_iterations));
@@ -58,6 +54,12 @@ void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
     options.ignore_friction = true;
   }
   if (const Cursor prestress = equilibrium["prestress"]) options.prestress = read_prestress(prestress, scene->system);
+}
+
+EquilibriumOptions equilibrium_options(const Scene& scene) {
+  EquilibriumOptions options = scene.equilibrium;
+  options.solver = scene.solver;
+  return options;
 }
 
 }  // namespace tanor::scene

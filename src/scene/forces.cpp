@@ -159,8 +159,8 @@ struct Extra<Potential> {
     }
     const int num_points = potential->points.empty() ? 1 : static_cast<int>(potential->points[0].size());
     const Cursor energy = entry["energy"];
-    potential->kernel =
-        energy.locate([&] { return formula_potential(energy.string(), num_points, context.parameters, names); });
+    const std::string& text = energy.string();
+    potential->kernel = energy.locate([&] { return formula_potential(text, num_points, context.parameters, names); });
   }
 
  private:

@@ -1,6 +1,7 @@
 #include "scene/generate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -193,15 +194,71 @@ void project_chain_velocities(const std::vector<Vector3>& directions, std::vecto
   }
 }
 
+constexpr double melt_density = 0.85;  // points per spacing^3, that of bead-spring melts
+
+struct Melt {
+  std::int64_t count, chains;  ///< of bonds in a chain, of chains
+  double speed;                ///< root of k T/m
+};
+
+/// Place k of a way through a cube of so many sites an edge that goes from neighbour to neighbour.
+std::array<std::int64_t, 3> snake(std::int64_t k, std::int64_t edge) {
+  const std::int64_t row = k / edge, layer = row / edge;
+  const std::int64_t x = k % edge, y = row % edge;
+  return {row % 2 == 0 ? x : edge - 1 - x, layer % 2 == 0 ? y : edge - 1 - y, layer};
+}
+
+/// The bead-spring model of Kremer & Grest (1990), which is a crystal at the start: chains follow each other on a
+/// simple cubic lattice, where no two beads overlap. FENE bonds with 30 epsilon/spacing^2 and 1.5 spacing, bendings
+/// k (1 + cos theta), and repulsion (wca) in a periodic box.
+PointSet generate_beads(Sketch sketch, const Melt& melt, double epsilon, double bending) {
+  const double pitch = sketch.spacing / std::cbrt(melt_density);
+  const std::int64_t beads = melt.count + 1, num_points = melt.chains * beads;
+  const auto edge = std::max<std::int64_t>(std::llround(std::cbrt(static_cast<double>(num_points))), 1);
+  const std::int64_t layers = (num_points + edge * edge - 1) / (edge * edge);
+  PointSet& points = sketch.points;
+  for (std::int64_t k = 0; k < num_points; ++k) {
+    Vector3 place;
+    std::ranges::transform(snake(k, edge), place.begin(),
+                           [&](std::int64_t x) { return static_cast<double>(x) * pitch; });
+    points.add_point(place);
+    for (int axis = 0; axis < 3; ++axis) points.velocities.push_back(melt.speed * sketch.random.normal());
+  }
+  Bonds bonds{.name = "bonds",
+              .law = BondLaw::Fene,
+              .stiffness = 30.0 * epsilon / (sketch.spacing * sketch.spacing),
+              .limit = 1.5 * sketch.spacing};
+  Bendings bendings{.name = "bendings", .law = BendingLaw::Cosine, .stiffness = bending};
+  for (std::int64_t k = 0; k < num_points; ++k) {
+    const auto bead = static_cast<Index>(k);
+    if (k % beads >= 1) bonds.pairs.push_back({bead - 1, bead});
+    if (k % beads >= 2) bendings.triples.push_back({bead - 2, bead - 1, bead});
+  }
+  const double side = static_cast<double>(edge) * pitch;
+  points.forces = {std::move(bonds), PairForces{.name = "beads",
+                                                .law = PairLaw::Wca,
+                                                .epsilon = epsilon,
+                                                .sigma = sketch.spacing,
+                                                .box = {side, side, static_cast<double>(layers) * pitch}}};
+  if (bending > 0.0 && !bendings.triples.empty()) points.forces.emplace_back(std::move(bendings));
+  points.masses.assign(points.positions.size() / 3, sketch.mass);
+  return std::move(points);
+}
+
 PointSet generate_melt(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const std::int64_t count = read_count(entry["count"]);
   const std::int64_t chains = read_count(entry["chains"], count + 1);
   check_room(chains * (count + 1));
   const double speed = std::sqrt(entry["temperature"].non_negative(1.0) / sketch.mass);
-  constexpr double density = 0.85;  // points per spacing^3, that of bead-spring melts
+  if (entry["bonds"].choice<bool>({{"rods", false}, {"energies", true}}, false)) {
+    const double epsilon = entry["epsilon"].positive(1.0), bending = entry["bending"].non_negative(1.5);
+    return generate_beads(std::move(sketch), {count, chains, speed}, epsilon, bending);
+  }
+  for (const char* key : {"epsilon", "bending"})
+    if (const Cursor given = entry[key]) given.complain(R"(it is read where "bonds" is "energies" alone)");
   const double num_points = static_cast<double>(chains) * static_cast<double>(count + 1);
-  const double edge = sketch.spacing * std::max(2.0, std::cbrt(num_points / density));
+  const double edge = sketch.spacing * std::max(2.0, std::cbrt(num_points / melt_density));
   const auto is_inside = [edge](const Vector3& r) {
     return std::all_of(r.begin(), r.end(), [edge](double x) { return x >= 0.0 && x <= edge; });
   };
@@ -231,7 +288,9 @@ const std::vector<Kind<PointSet>> kinds = {
     {"lattice", {"spacing", "mass", "seed", "size"}, generate_lattice},
     {"tree", {"spacing", "mass", "seed", "count"}, generate_tree},
     {"clusters", {"spacing", "mass", "seed", "clusters", "count"}, generate_clusters},
-    {"melt", {"spacing", "mass", "seed", "chains", "count", "temperature"}, generate_melt},
+    {"melt",
+     {"spacing", "mass", "seed", "chains", "count", "temperature", "bonds", "epsilon", "bending"},
+     generate_melt},
 };
 
 }  // namespace

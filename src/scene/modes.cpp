@@ -27,8 +27,7 @@ void read_modes(const Cursor& modes, Scene* scene) {
   } else {
     scene->modes.count = static_cast<std::size_t>(count.integer(1, most_modes, 10));
   }
-  if (const Cursor damped = modes["damped"]; damped.boolean(false))
-    damped.fail("false: vibrations are those without damping");
+  scene->modes.damped = modes["damped"].boolean(false);
   const Cursor buckling = modes["buckling"];
   if (buckling.is_string()) {
     scene->buckling_loads = {name_of_load(buckling, scene->system)};
@@ -36,6 +35,24 @@ void read_modes(const Cursor& modes, Scene* scene) {
     for (const Cursor& load : buckling.optional_list("the name of a force, or a list of names"))
       scene->buckling_loads.push_back(name_of_load(load, scene->system));
   }
+}
+
+ModesOptions modes_options(const Scene& scene) {
+  ModesOptions options = scene.modes;
+  options.time = scene.equilibrium.at;
+  options.prestress = scene.equilibrium.prestress;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
+}
+
+BucklingOptions buckling_options(const Scene& scene) {
+  BucklingOptions options;
+  options.loads = scene.buckling_loads;
+  options.time = scene.equilibrium.at;
+  options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.solver = scene.solver;
+  return options;
 }
 
 }  // namespace tanor::scene

@@ -9,10 +9,6 @@
 
 namespace tanor {
 
-/// A number that tells a System from others: by its points, masses, members of constraints and kinds of all entries.
-/// (What functions compute cannot be compared.)
-std::uint64_t fingerprint_of(const System& system);
-
 /// The bytes of a snapshot: "tanor st", the number of the format and of the byte order, the fingerprint of the system,
 /// all numbers of the snapshot, a checksum of everything before.
 std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint);

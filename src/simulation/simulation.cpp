@@ -10,12 +10,14 @@
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "certificate/certificate.hpp"
+#include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
 #include "ranks/cut_form.hpp"
 #include "ranks/shared_mechanics.hpp"
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
 #include "simulation/saved_state.hpp"
+#include "system/fingerprint.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
@@ -409,7 +411,7 @@ Simulation::Simulation(Spread, System system, const Part& part, const MotionOpti
     all.insert(all.end(), rigid.begin(), rigid.end());
     System held = implementation_->model.system;
     if (!given) given = held;
-    if (!rigid.empty()) held.supports.push_back({"points held rigid by prestress", rigid, {}});
+    hold_rigid_points(&held, rigid);
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, part, t_start);
   }
   if (all.empty()) return;

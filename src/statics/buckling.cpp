@@ -60,31 +60,35 @@ System without_loads(const System& system, const std::vector<std::string>& loads
   return result;
 }
 
-/// Z'W(p)Z for multipliers lambda_0 + p lambda_1, at a fixed shape.
+/// Z'W(p)Z at a fixed shape, where multipliers and so W are linear in the load factor p.
 class LoadedStiffness {
  public:
   /// `state`: under the load; lambda_0: without it.
   LoadedStiffness(GivenEquilibrium* state, std::vector<double> lambda_0)
-      : state_(*state), lambda_0_(std::move(lambda_0)), lambda_1_(state->multipliers()), kkt_(state->equations()) {
-    for (std::size_t a = 0; a < lambda_1_.size(); ++a) lambda_1_[a] -= lambda_0_[a];
-    scale_ = ModeFinder(state->equations(), kkt_, 0).scale();
-  }
+      : state_(*state),
+        lambda_0_(std::move(lambda_0)),
+        lambda_1_(state->multipliers()),
+        W_0_(evaluate(lambda_0_)),
+        W_1_(evaluate(lambda_1_)),
+        kkt_(state->equations()),
+        scale_(ModeFinder(state->equations(), kkt_, 0).scale()) {}
 
   double scale() const { return scale_; }
-  void stand_at(double p) {
-    std::vector<double> lambda(lambda_0_);
-    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += p * lambda_1_[a];
-    state_.linearise(lambda);
-  }
+  /// Where it is, the solver has the factor.
   bool is_stable_at(double p) {
-    stand_at(p);
+    // lambda = lambda_0 + p (lambda_1 - lambda_0)
+    std::vector<double> lambda(lambda_0_);
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += p * (lambda_1_[a] - lambda_0_[a]);
+    state_.linearise(lambda);
     return kkt_.factorize(little_mass * scale_);
   }
-  std::vector<double> multiply(double p, const std::vector<double>& x) {
-    stand_at(p);
-    std::vector<double> y(x.size());
-    state_.equations().stiffness().multiply(x.data(), y.data());
-    return y;
+  /// W(0) x, and what the load adds, (W(1) - W(0)) x.
+  std::pair<std::vector<double>, std::vector<double>> multiply(const std::vector<double>& x) const {
+    std::vector<double> without(x.size()), by_load(x.size());
+    W_0_.multiply(x.data(), without.data());
+    W_1_.multiply(x.data(), by_load.data());
+    for (std::size_t i = 0; i < x.size(); ++i) by_load[i] -= without[i];
+    return {std::move(without), std::move(by_load)};
   }
   /// x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
   void solve(std::vector<double>* x) {
@@ -93,10 +97,16 @@ class LoadedStiffness {
   }
 
  private:
+  StiffnessMatrix evaluate(const std::vector<double>& lambda) {
+    state_.linearise(lambda);
+    return state_.equations().stiffness();
+  }
+
   GivenEquilibrium& state_;
-  std::vector<double> lambda_0_, lambda_1_;
+  std::vector<double> lambda_0_, lambda_1_;  // without the load, under it
+  StiffnessMatrix W_0_, W_1_;
   KktSolver kkt_;
-  double scale_ = 1.0;
+  double scale_;
 };
 
 Buckling never_buckles() {
@@ -133,21 +143,18 @@ double find_stable_factor(LoadedStiffness* stiffness) {
   return low;
 }
 
-/// Inverse iteration from a stable p on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift does not falsify. None
-/// where it does not settle.
+/// Inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift
+/// does not falsify. None where it does not settle.
 std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
   double factor = low;
   for (int k = 0; k < most_iterations; ++k) {
     // (W_0 + low W_1 + s M) y = -W_1 x
-    const std::vector<double> W0x = stiffness->multiply(0.0, *x);
-    std::vector<double> W1x = stiffness->multiply(1.0, *x);
-    for (std::size_t i = 0; i < W1x.size(); ++i) W1x[i] -= W0x[i];
+    auto [W0x, W1x] = stiffness->multiply(*x);
     const double before = factor;
     if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
     if (k > 1 && std::abs(factor - before) <= rounding_of_factor * std::abs(factor)) return factor;
     for (double& value : W1x) value = -value;
     *x = std::move(W1x);
-    stiffness->stand_at(low);
     stiffness->solve(x);
     const double size = std::sqrt(dot(*x, *x));
     for (double& value : *x) value /= size > 0.0 ? size : 1.0;

@@ -43,6 +43,7 @@ class Search {
 
  private:
   Outcome search();
+  std::size_t find_freedoms();
   void leave_unstable();
   Outcome classify();
   void choose_start_multipliers();
@@ -130,23 +131,29 @@ Outcome Search::search() {
     result_.iterations += descent.iterations();
     if (!outcome.ok()) return outcome;
   }
-  const int iterations = newton_.iterations(), factorizations = newton_.factorizations();
   Outcome outcome = newton_.run(limits, &state_, &result_.residuals);
-  result_.iterations += newton_.iterations() - iterations;
-  result_.factorizations += newton_.factorizations() - factorizations;
+  result_.iterations += newton_.iterations();
+  result_.factorizations += newton_.factorizations();
   return outcome;
 }
 
+/// 3n - rank K; of many unknowns, where K has fewer rows, at least.
+std::size_t Search::find_freedoms() {
+  const bool wants_rank = equations_.size() <= equations_.num_rows() || equations_.size() <= most_dense_unknowns;
+  std::vector<double> found;
+  if (equations_.num_rows() > 0 && wants_rank && multipliers_.find(state_.r, prestress_, &found).ok())
+    return multipliers_.rank(state_.r).degrees_of_freedom;
+  return equations_.size() - std::min(equations_.num_rows(), equations_.size());
+}
+
 Outcome Search::classify() {
+  const std::size_t freedoms = find_freedoms();
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
     result_.status = Stability::NotConservative;
     return {};
   }
-  bool can_move = equations_.num_rows() < equations_.size();
-  if (std::vector<double> found; !can_move && multipliers_.find(state_.r, prestress_, &found).ok())
-    can_move = multipliers_.rank(state_.r).degrees_of_freedom > 0;
-  inertia_ = find_inertia(equations_, state_.r, can_move, &newton_.solver());
+  inertia_ = find_inertia(equations_, state_.r, freedoms, &newton_.solver());
   if (!inertia_.is_known) {
     result_.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
@@ -265,24 +272,19 @@ void Search::write() {
 }
 
 /// Points held rigid by prestress stand: they become supports, as in a Simulation.
-std::unique_ptr<Search> start_search(System system, const EquilibriumOptions& options, const StaticsInput& input,
+std::unique_ptr<Search> start_search(const System& system, const EquilibriumOptions& options, const StaticsInput& input,
                                      EquilibriumResult* result) {
-  const std::vector<double> positions = system.positions;
-  std::vector<Index> all;
-  std::unique_ptr<Search> search;
-  for (;;) {
-    search = std::make_unique<Search>(system, options, input.prestress, result);
-    search->start_at(positions, nullptr);
-    const std::vector<Index> rigid = options.prestress.empty() ? search->find_rigid_points() : std::vector<Index>();
-    if (rigid.empty()) break;
-    all.insert(all.end(), rigid.begin(), rigid.end());
-    system.supports.push_back({"points held rigid by prestress", rigid, {}});
-  }
-  if (!all.empty())
-    result->left_out.push_back(text_of_count(all.size(), "point") + " from point " +
-                               std::to_string(*std::min_element(all.begin(), all.end())) +
-                               " on: held rigid by prestress between supports, the tension of their rods is not "
-                               "determined");
+  const auto make = [&](const System& held) {
+    auto search = std::make_unique<Search>(held, options, input.prestress, result);
+    search->start_at(system.positions, nullptr);
+    return search;
+  };
+  const auto find = [&](Search& search) {
+    return options.prestress.empty() ? search.find_rigid_points() : std::vector<Index>();
+  };
+  std::vector<Index> rigid;
+  std::unique_ptr<Search> search = make_without_rigid_points(system, make, find, &rigid);
+  if (!rigid.empty()) result->left_out.push_back(describe_rigid_points(rigid));
   return search;
 }
 
@@ -293,6 +295,10 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
   EquilibriumResult result;
   StaticsInput input(system, options);
   result.left_out = input.left_out;
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    if (std::holds_alternative<Drag>(system.forces[k]))
+      result.left_out.push_back(force_name(system, k) + ": drag acts on what moves");
+  }
 
   std::unique_ptr<Search> search;
   for (int step = 1; step <= options.load_steps; ++step) {
@@ -302,7 +308,7 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
     if (search) before = search->state();
     if (search) loaded.supports = search->system().supports;
     if (!search) {
-      search = start_search(std::move(loaded), options, input, &result);
+      search = start_search(loaded, options, input, &result);
     } else {
       const std::vector<double> positions = search->positions();
       search = std::make_unique<Search>(std::move(loaded), options, input.prestress, &result);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <random>
 
 #include "base/text.hpp"
@@ -48,22 +47,20 @@ GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim&
 
 std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, const EquilibriumClaim& claim,
                                                              const EquilibriumOptions& options) {
-  std::vector<std::string> left_out;
-  for (;;) {
-    auto state = std::make_unique<GivenEquilibrium>(system, claim, options);
-    const std::string complaint = state->find_complaint(claim.force_tolerance);
-    if (complaint.empty()) {
-      state->linearise(state->lambda_);
-      std::ranges::move(left_out, std::back_inserter(state->input_.left_out));
-      return state;
-    }
+  const auto make = [&](const System& held) { return std::make_unique<GivenEquilibrium>(held, claim, options); };
+  const auto find = [&](GivenEquilibrium& state) {
+    const std::string complaint = state.find_complaint(claim.force_tolerance);
+    if (complaint.empty()) return std::vector<Index>();
     std::vector<Index> rigid;
-    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state->model().system, state->rank_);
+    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state.model().system, state.rank_);
     if (rigid.empty()) throw InputError("", complaint);
-    left_out = {text_of_count(rigid.size(), "point") + " from point " + std::to_string(std::ranges::min(rigid)) +
-                " on: held rigid by prestress between supports, the tension of their rods is not determined"};
-    system.supports.push_back({"points held rigid by prestress", std::move(rigid), {}});
-  }
+    return rigid;
+  };
+  std::vector<Index> rigid;
+  std::unique_ptr<GivenEquilibrium> state = make_without_rigid_points(std::move(system), make, find, &rigid);
+  if (!rigid.empty()) state->input_.left_out.push_back(describe_rigid_points(rigid));
+  state->linearise(state->lambda_);
+  return state;
 }
 
 void GivenEquilibrium::find_multipliers(std::span<const double> given) {

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "base/eight.hpp"
 #include "base/groups.hpp"
 #include "factor/inertia.hpp"
-#include "plan/thresholds.hpp"
-#include "statics/dot.hpp"
 
 namespace tanor {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
 
 namespace {
 
@@ -17,10 +18,8 @@ namespace {
 /// costs come back by one refinement.
 constexpr double penalty = 1e5;
 
-double largest(const std::vector<double>& a) {
-  double result = 0.0;
-  for (const double x : a) result = larger(result, std::abs(x));
-  return result;
+double largest(const Eigen::Ref<const MatrixXd>& a) {
+  return a.size() > 0 ? a.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
 }
 
 /// Pairs (column, row) of a triangle of points, sorted, each once.
@@ -42,10 +41,6 @@ TrianglePattern make_triangle(std::size_t size, std::vector<std::pair<int, int>>
 KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
     : equations_(equations), model_(equations.model()), penalties_(model_.num_rows(), 0.0) {
   make_pattern(ordering);
-  for (std::vector<double>* each : {&ordered_, &force_, &move_, &product_, &residual_, &given_})
-    each->resize(equations_.size());
-  for (std::vector<double>* each : {&rows_residual_, &direction_, &image_, &scaled_, &rows_given_})
-    each->resize(model_.num_rows());
 }
 
 void KktSolver::make_pattern(Ordering ordering) {
@@ -73,8 +68,6 @@ void KktSolver::make_pattern(Ordering ordering) {
   for_pairs_of_rows([&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
 
   const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering);
-  // Blocks of 3 x 3: each operation on a point is 27 on numbers, and each entry 9.
-  is_supernodal_ = 3.0 * order.flops > plan::flops_for_fronts * order.factor_nonzeros;
   place_.resize(n);
   for (std::size_t k = 0; k < n; ++k)
     place_[order.permutation.empty() ? k : static_cast<std::size_t>(order.permutation[k])] = static_cast<int>(k);
@@ -109,22 +102,19 @@ void KktSolver::make_pattern(Ordering ordering) {
     }
   }
   values_.resize(upper_.rows.size());
-  TrianglePattern pattern = upper_;
-  if (is_supernodal_) {
-    // The lower triangle: the transpose, by counting.
-    const Groups<std::pair<int, int>> lower(upper_.size(), [&](const auto& add) {
-      for (std::size_t column = 0; column < upper_.size(); ++column) {
-        for (int k = upper_.start[column]; k < upper_.start[column + 1]; ++k)
-          add(upper_.rows[static_cast<std::size_t>(k)], std::pair{static_cast<int>(column), k});
-      }
-    });
-    pattern.start.assign(lower.start.begin(), lower.start.end());
-    for (std::size_t k = 0; k < lower.entries.size(); ++k) {
-      pattern.rows[k] = lower.entries[k].first;
-      transposed_.push_back(lower.entries[k].second);
+  // The lower triangle: the transpose, by counting.
+  const Groups<std::pair<int, int>> lower(upper_.size(), [&](const auto& add) {
+    for (std::size_t column = 0; column < upper_.size(); ++column) {
+      for (int k = upper_.start[column]; k < upper_.start[column + 1]; ++k)
+        add(upper_.rows[static_cast<std::size_t>(k)], std::pair{static_cast<int>(column), k});
     }
+  });
+  lower_.start.assign(lower.start.begin(), lower.start.end());
+  for (const auto& [row, k] : lower.entries) {
+    lower_.rows.push_back(row);
+    transposed_.push_back(k);
   }
-  factor_.emplace(std::move(pattern), is_supernodal_);
+  factor_.emplace(lower_);
 }
 
 /// Of the block (i, j) where it is in the upper triangle, else -1.
@@ -143,7 +133,12 @@ void KktSolver::find_penalties(double shift) {
   double most = 0.0;
   for (std::size_t i = 0; i < stiffness.size(); ++i) {
     const Block3& own = blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)];
-    for (const double entry : own.entries) stiffness[i] = std::max(stiffness[i], std::abs(entry));
+    // Of W and of s M, which may cancel each other.
+    const double mass = shift * model_.mass[i];
+    for (int row = 0; row < 3; ++row) {
+      for (int c = 0; c < 3; ++c)
+        stiffness[i] = std::max(stiffness[i], std::abs(own(row, c) - (row == c ? mass : 0.0)) + std::abs(mass));
+    }
     most = std::max(most, stiffness[i]);
   }
   const double least = most > 0.0 ? 1e-6 * most : std::max(std::abs(shift), 1.0);
@@ -192,15 +187,9 @@ void KktSolver::expand(double* values) const {
 bool KktSolver::factorize(double shift) {
   shift_ = shift;
   assemble(shift);
-  double* const values = factor_->values();
-  if (is_supernodal_) {
-    for (std::size_t k = 0; k < transposed_.size(); ++k) values[k] = values_[static_cast<std::size_t>(transposed_[k])];
-  } else {
-    std::copy(values_.begin(), values_.end(), values);
-  }
-  const Cholesky::Quality quality = factor_->factorize(model_.parallel.threads());
-  reciprocal_condition_ = quality.positive_definite ? quality.reciprocal_condition : 0.0;
-  return quality.positive_definite;
+  std::vector<double> values(transposed_.size());
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = values_[static_cast<std::size_t>(transposed_[k])];
+  return factor_->factorize(lower_, values.data(), model_.parallel.threads()) == lower_.size();
 }
 
 std::optional<std::size_t> KktSolver::count_below(double omega2) {
@@ -210,78 +199,147 @@ std::optional<std::size_t> KktSolver::count_below(double omega2) {
   return count_negative_eigenvalues(upper_, values_);
 }
 
-/// to = A^-1 from
-void KktSolver::apply_inverse(const double* from, double* to) {
-  for (std::size_t i = 0; i < place_.size(); ++i) store(ordered_.data(), place_[i], load(from, i));
-  factor_->solve(ordered_.data(), model_.parallel.threads());
-  for (std::size_t i = 0; i < place_.size(); ++i) store(to, i, load(ordered_.data(), place_[i]));
+/// x := A^-1 x, of many columns by eight at once.
+void KktSolver::apply_inverse(MatrixXd* x) {
+  const int threads = model_.parallel.threads();
+  const std::size_t n = place_.size(), columns = static_cast<std::size_t>(x->cols());
+  if (columns == 1) {
+    ordered_.resize(3 * n);
+    for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), place_[i], load(x->data(), i));
+    factor_->solve(ordered_.data(), threads);
+    for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), place_[i]));
+    return;
+  }
+  model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes,
+                             [&](std::size_t begin, std::size_t end) {
+                               const std::size_t size = 3 * n * num_lanes;
+                               std::vector<double> lanes((end - begin) * size);
+                               const auto for_numbers = [&](const auto& visit) {
+                                 for (std::size_t j = begin * num_lanes; j < std::min(end * num_lanes, columns); ++j) {
+                                   double* const own = lanes.data() + (j / num_lanes - begin) * size + j % num_lanes;
+                                   double* const column = x->col(static_cast<Eigen::Index>(j)).data();
+                                   for (std::size_t i = 0; i < n; ++i) {
+                                     double* const at = own + 3 * num_lanes * static_cast<std::size_t>(place_[i]);
+                                     for (std::size_t axis = 0; axis < 3; ++axis)
+                                       visit(column[3 * i + axis], at[num_lanes * axis]);
+                                   }
+                                 }
+                               };
+                               for_numbers([](double& given, double& own) { own = given; });
+                               factor_->solve_eights(lanes.data(), end - begin);
+                               for_numbers([](double& found, double& own) { found = own; });
+                             },
+                             1);
 }
 
-/// One round: x = A^-1(a + K(Cb - y)) with y by conjugate gradients, which C preconditions.
-void KktSolver::solve_shifted(double* x, double* y) {
-  const std::size_t rows = rows_residual_.size();
-  // x = A^-1 (a + K C b), residual = K'x - b
-  for (std::size_t k = 0; k < rows; ++k) scaled_[k] = penalties_[k] * y[k];
-  std::copy_n(x, force_.size(), force_.begin());
-  equations_.add_reactions(scaled_.data(), force_.data());
-  apply_inverse(force_.data(), x);
-  equations_.apply_transposed(x, rows_residual_.data());
-  for (std::size_t k = 0; k < rows; ++k) rows_residual_[k] = penalties_[k] > 0.0 ? rows_residual_[k] - y[k] : 0.0;
-  std::fill_n(y, rows, 0.0);
-
-  constexpr int most_steps = 12;
-  constexpr double enough = 1e-24;  // of squares
-  double before = 0.0, first = 0.0;
-  for (int step = 0; step < most_steps; ++step) {
-    for (std::size_t k = 0; k < rows; ++k) scaled_[k] = penalties_[k] * rows_residual_[k];
-    const double now = dot(scaled_, rows_residual_);
-    if (step == 0) first = now;
-    if (!(now > enough * first) || (step > 0 && now > before)) break;
-    for (std::size_t k = 0; k < rows; ++k) direction_[k] = scaled_[k] + (step > 0 ? now / before * direction_[k] : 0.0);
-    before = now;
-    std::fill(force_.begin(), force_.end(), 0.0);
-    equations_.add_reactions(direction_.data(), force_.data());
-    apply_inverse(force_.data(), move_.data());
-    equations_.apply_transposed(move_.data(), image_.data());
-    const double curvature = dot(direction_, image_);
-    if (!(curvature > 0.0)) break;
-    const double length = now / curvature;
-    for (std::size_t k = 0; k < rows; ++k) {
-      y[k] += length * direction_[k];
-      rows_residual_[k] -= length * image_[k];
-    }
-    for (std::size_t i = 0; i < move_.size(); ++i) x[i] -= length * move_[i];
+/// y += K lambda, and rows = K'x, by columns.
+void KktSolver::add_reactions(const MatrixXd& lambda, MatrixXd* y) const {
+  for (Eigen::Index j = 0; j < lambda.cols(); ++j) equations_.add_reactions(lambda.col(j).data(), y->col(j).data());
+}
+void KktSolver::apply_transposed(const MatrixXd& x, MatrixXd* rows) const {
+  rows->resize(static_cast<Eigen::Index>(penalties_.size()), x.cols());
+  for (Eigen::Index j = 0; j < x.cols(); ++j) equations_.apply_transposed(x.col(j).data(), rows->col(j).data());
+  for (std::size_t row = 0; row < penalties_.size(); ++row) {
+    if (penalties_[row] == 0.0) rows->row(static_cast<Eigen::Index>(row)).setZero();
   }
 }
 
+/// One round: x = A^-1(a + K(Cb - y)) with y by conjugate gradients, which C preconditions, each column for itself.
+void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y) {
+  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
+  const Eigen::Index columns = x->cols();
+  // x = A^-1 (a + K C b), residual = K'x - b
+  scaled_ = C.asDiagonal() * *y;
+  add_reactions(scaled_, x);
+  apply_inverse(x);
+  apply_transposed(*x, &rows_residual_);
+  rows_residual_ -= *y;
+  y->setZero();
+
+  constexpr int most_steps = 12;
+  constexpr double enough = 1e-24;  // of squares
+  direction_.setZero(y->rows(), columns);
+  VectorXd now(columns), before(columns), first(columns);
+  std::vector<char> is_done(static_cast<std::size_t>(columns), 0);
+  for (int step = 0; step < most_steps; ++step) {
+    scaled_ = C.asDiagonal() * rows_residual_;
+    now = scaled_.cwiseProduct(rows_residual_).colwise().sum();
+    if (step == 0) first = now;
+    for (Eigen::Index j = 0; j < columns; ++j) {
+      char& done = is_done[static_cast<std::size_t>(j)];
+      done = done != 0 || !(now[j] > enough * first[j]) || (step > 0 && now[j] > before[j]) ? 1 : 0;
+      if (done != 0)
+        direction_.col(j).setZero();
+      else
+        direction_.col(j) = scaled_.col(j) + (step > 0 ? now[j] / before[j] : 0.0) * direction_.col(j);
+    }
+    if (std::ranges::all_of(is_done, [](char done) { return done != 0; })) break;
+    before = now;
+    move_.setZero(x->rows(), columns);
+    add_reactions(direction_, &move_);
+    apply_inverse(&move_);
+    apply_transposed(move_, &image_);
+    for (Eigen::Index j = 0; j < columns; ++j) {
+      const double curvature = direction_.col(j).dot(image_.col(j));
+      if (is_done[static_cast<std::size_t>(j)] != 0 || !(curvature > 0.0)) {
+        is_done[static_cast<std::size_t>(j)] = 1;
+        continue;
+      }
+      const double length = now[j] / curvature;
+      y->col(j) += length * direction_.col(j);
+      rows_residual_.col(j) -= length * image_.col(j);
+      x->col(j) -= length * move_.col(j);
+    }
+  }
+}
+
+void KktSolver::solve_roughly(MatrixXd* x) {
+  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
+  apply_inverse(x);
+  // x -= A^-1 K C K'x
+  apply_transposed(*x, &rows_residual_);
+  scaled_ = C.asDiagonal() * rows_residual_;
+  move_.setZero(x->rows(), x->cols());
+  add_reactions(scaled_, &move_);
+  apply_inverse(&move_);
+  *x -= move_;
+}
+
 double KktSolver::solve(double* x, double* y, int refinements) {
-  std::copy_n(x, given_.size(), given_.begin());
-  std::copy_n(y, rows_given_.size(), rows_given_.begin());
-  std::vector<double>&dx = residual_, &dy = rows_step_;
-  dx = given_;
-  dy = rows_given_;
-  std::fill_n(x, given_.size(), 0.0);
-  std::fill_n(y, rows_given_.size(), 0.0);
-  double residual = 1.0, rows_before = largest(rows_given_);
+  return solve(Eigen::Map<MatrixXd>(x, static_cast<Eigen::Index>(equations_.size()), 1),
+               Eigen::Map<MatrixXd>(y, static_cast<Eigen::Index>(penalties_.size()), 1), refinements);
+}
+
+double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, int refinements) {
+  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
+  const MatrixXd given = x, rows_given = C.cwiseSign().asDiagonal() * y;
+  MatrixXd dx = given, dy = y;
+  x.setZero();
+  y.setZero();
+  double residual = 1.0, rows_before = largest(rows_given);
   for (int round = 0; round < refinements; ++round) {
-    solve_shifted(dx.data(), dy.data());
-    for (std::size_t i = 0; i < dx.size(); ++i) x[i] += dx[i];
-    for (std::size_t k = 0; k < dy.size(); ++k) y[k] += dy[k];
+    solve_shifted(&dx, &dy);
+    x += dx;
+    y += dy;
     // a - (W + s M) x - K y, and b - K'x
-    equations_.stiffness().multiply(x, product_.data());
-    double scale = std::max(largest(given_), largest(product_));
-    for (std::size_t i = 0; i < dx.size(); ++i) dx[i] = given_[i] - product_[i] - shift_ * model_.mass[i / 3] * x[i];
-    for (std::size_t k = 0; k < dy.size(); ++k) scaled_[k] = -y[k];
-    equations_.add_reactions(scaled_.data(), dx.data());
-    equations_.apply_transposed(x, dy.data());
-    for (std::size_t k = 0; k < dy.size(); ++k) dy[k] = penalties_[k] > 0.0 ? rows_given_[k] - dy[k] : 0.0;
-    const double now = scale > 0.0 ? largest(dx) / scale : 0.0, rows_now = largest(dy);
-    const bool is_better = now < 0.5 * residual || rows_now < 0.5 * rows_before;
-    residual = now;
+    double worst = 0.0;
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      equations_.stiffness().multiply(x.col(j).data(), dx.col(j).data());
+      const double scale = std::max(largest(given.col(j)), largest(dx.col(j)));
+      for (Eigen::Index i = 0; i < dx.rows(); ++i)
+        dx(i, j) = given(i, j) - dx(i, j) - shift_ * model_.mass[static_cast<std::size_t>(i) / 3] * x(i, j);
+      scaled_.col(j) = -y.col(j);
+      equations_.add_reactions(scaled_.col(j).data(), dx.col(j).data());
+      if (scale > 0.0) worst = larger(worst, largest(dx.col(j)) / scale);
+    }
+    apply_transposed(x, &dy);
+    dy = rows_given - dy;
+    const double rows_now = largest(dy), wanted = largest(rows_given);
+    const bool is_better = worst < 0.5 * residual || rows_now < 0.5 * rows_before;
+    residual = worst;
     rows_before = rows_now;
-    const double rows_given = largest(rows_given_);
-    row_residual_ = rows_given > 0.0 ? rows_now / rows_given : 0.0;
-    if ((now < 1e-15 && rows_now < 1e-15 * largest(rows_given_)) || !is_better) break;
+    row_residual_ = wanted > 0.0 ? rows_now / wanted : 0.0;
+    if ((worst < 1e-15 && rows_now < 1e-15 * wanted) || !is_better) break;
   }
   return residual;
 }

@@ -4,7 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "factor/cholesky.hpp"
+#include <Eigen/Core>
+
+#include "factor/multifrontal.hpp"
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor {
@@ -25,11 +27,14 @@ class KktSolver {
   /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
   /// Z'WZ q = omega^2 Z'MZ q is at or below -s, and there is no factor.
   [[nodiscard]] bool factorize(double shift);
-  /// (min/max diagonal of L)^2 of the last factor: A is singular to rounding where this is.
-  double reciprocal_condition() const { return reciprocal_condition_; }
   /// x [size()] := a, y [rows of the model] := b on entry; the solution on return. Returns the residual of forces over
   /// the largest force among a and the terms that it balances. `refinements`: how often the whole system is asked.
   double solve(double* x, double* y, int refinements = 3);
+  /// The same of many right-hand sides at once, x [size(), columns] and y [rows, columns]; the worst residual.
+  double solve(Eigen::Ref<Eigen::MatrixXd> x, Eigen::Ref<Eigen::MatrixXd> y, int refinements);
+  /// x := (A^-1 - A^-1 K C K'A^-1) x by columns: what `solve` gives where b = 0, but for the square of W over C, 1e-10.
+  /// It is symmetric, as Lanczos' method wants it.
+  void solve_roughly(Eigen::MatrixXd* x);
   /// |b - K'x| over |b| after the last solve: near 1 where rows that depend on each other want what no move can do.
   double row_residual() const { return row_residual_; }
 
@@ -49,8 +54,10 @@ class KktSolver {
   void assemble(double shift);
   void expand(double* values) const;
   void find_penalties(double shift);
-  void solve_shifted(double* x, double* y);
-  void apply_inverse(const double* from, double* to);
+  void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y);
+  void apply_inverse(Eigen::MatrixXd* x);
+  void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
+  void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;
 
   const EquilibriumEquations& equations_;
   const Model& model_;
@@ -63,13 +70,13 @@ class KktSolver {
   std::vector<Product> products_;
   TrianglePattern upper_;
   std::vector<double> values_;
-  bool is_supernodal_ = false;
-  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one, where fronts factorize
-  std::optional<Cholesky> factor_;
+  TrianglePattern lower_;
+  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one
+  std::optional<Multifrontal> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
-  double shift_ = 0.0, reciprocal_condition_ = 0.0, row_residual_ = 0.0;
-  std::vector<double> ordered_, force_, move_, product_, residual_, given_;                  // scratch [size()]
-  std::vector<double> rows_residual_, direction_, image_, scaled_, rows_given_, rows_step_;  // scratch [rows]
+  double shift_ = 0.0, row_residual_ = 0.0;
+  std::vector<double> ordered_;                                        // scratch [size()]
+  Eigen::MatrixXd move_, rows_residual_, direction_, image_, scaled_;  // scratch [size() or rows, columns]
 };
 
 }  // namespace tanor

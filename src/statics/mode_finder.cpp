@@ -1,7 +1,5 @@
 #include "statics/mode_finder.hpp"
 
-#include <Spectra/SymEigsSolver.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "statics/block_lanczos.hpp"
 
 namespace tanor {
 
@@ -28,16 +27,21 @@ constexpr double growth_of_shift = 8.0;
 constexpr double least_shift = 1e-9;
 /// Modes beyond those that are wanted: the bound below which all are counted finds a gap among them.
 constexpr std::size_t num_guards = 2;
-/// Dimensions of the Krylov space beyond twice the modes that are sought.
-constexpr std::size_t spare_dimensions = 10;
-constexpr Rows most_restarts = 300;
-/// Inverse iterations on all modes together after Lanczos' method, and the residual that needs no more.
-constexpr int most_refinements = 4;
-/// Of a solve with the KKT matrix; in Lanczos' method one round is enough, since Rayleigh-Ritz with W itself follows.
-constexpr int full_refinements = 3;
-constexpr double small_residual = 1e-12;
-/// A gap this much larger than omega^2 + s tells two modes apart for certain.
-constexpr double clear_gap = 1e-5;
+/// Columns of a block: copies of one mode that are seen at once. Dimensions of the Krylov space beyond twice the modes
+/// that are sought, in blocks.
+constexpr std::size_t most_in_block = 32;
+constexpr Rows spare_blocks = 5;
+/// Lanczos' method, and inverse iterations on all modes together after it, go on to such a part of the tolerance:
+/// beside a large shift, eigenvalues of the inverse lie close together, and shapes have fewer digits than they.
+constexpr double part_of_tolerance = 1e-2;
+constexpr int most_refinements = 8;
+/// Rounds of a solve with the KKT matrix: of moves of any kind, and of modes, which inverse iteration refines besides.
+constexpr int full_refinements = 3, mode_refinements = 2;
+/// A gap this much larger than omega^2 + s tells two modes apart for certain: where constraints are penalties of 1e5,
+/// the second factor knows omega^2 to 1e-5 …
+constexpr double clear_gap = 1e-3;
+/// … and rounding leaves so much of the scale of omega^2.
+constexpr double least_gap = 1e-9;
 constexpr std::size_t most_searches = 8;
 
 ModeSet end_without_modes(Status status, std::string what) {
@@ -81,33 +85,40 @@ bool ModeFinder::factorize_below_all(double first_shift) {
   return false;
 }
 
-VectorXd ModeFinder::solve(const VectorXd& force, int refinements, VectorXd* multipliers) {
-  VectorXd x = force;
-  multipliers->setZero(static_cast<Rows>(equations_.model().num_rows()));
-  kkt_.solve(x.data(), multipliers->data(), refinements);
-  ++solves_;
-  return x;
+/// (W + s M) x + K mu = forces, K'x = 0
+ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, int refinements) {
+  MatrixXd none = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), forces.cols());
+  Pairs result{std::move(forces), std::move(none)};
+  kkt_.solve(result.x, result.multipliers, refinements);
+  solves_ += static_cast<std::size_t>(result.x.cols());
+  return result;
+}
+
+MatrixXd ModeFinder::multiply_by_stiffness(const MatrixXd& x) const {
+  MatrixXd result(x.rows(), x.cols());
+  for (Rows j = 0; j < x.cols(); ++j) equations_.stiffness().multiply(x.col(j).data(), result.col(j).data());
+  return result;
 }
 
 // ---- few freedoms ----
 
-ModeSet ModeFinder::find_all() {
+std::optional<MatrixXd> ModeFinder::find_basis() {
   const auto s = static_cast<Rows>(freedoms_);
-  if (s == 0) return {{}, VectorXd(0), MatrixXd(mass_.size(), 0), 0.0, 0};
+  if (s == 0) return MatrixXd(mass_.size(), 0);
   // With W + s M near a multiple of M, solutions are almost projections: of random vectors they span all that can move.
-  if (!factorize_below_all(10.0 * scale_))
-    return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
-  MatrixXd Z = random_matrix(mass_.size(), s, 1);
-  VectorXd multipliers;
-  for (Rows j = 0; j < s; ++j)
-    Z.col(j) = root_mass_.cwiseProduct(solve(mass_.cwiseProduct(Z.col(j)), full_refinements, &multipliers));
-  const Eigen::HouseholderQR<MatrixXd> qr(Z);
-  Z = qr.householderQ() * MatrixXd::Identity(mass_.size(), s);
-  Z = root_mass_.cwiseInverse().asDiagonal() * Z;
+  if (!factorize_below_all(10.0 * scale_)) return std::nullopt;
+  const MatrixXd moves =
+      root_mass_.asDiagonal() * solve(mass_.asDiagonal() * random_matrix(mass_.size(), s, 1), full_refinements).x;
+  const Eigen::HouseholderQR<MatrixXd> qr(moves);
+  return root_mass_.cwiseInverse().asDiagonal() * (qr.householderQ() * MatrixXd::Identity(mass_.size(), s));
+}
 
-  MatrixXd WZ(mass_.size(), s);
-  for (Rows j = 0; j < s; ++j) equations_.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
-  MatrixXd stiffness = Z.transpose() * WZ;
+ModeSet ModeFinder::find_all() {
+  const std::optional<MatrixXd> basis = find_basis();
+  if (!basis) return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
+  const MatrixXd& Z = *basis;
+  if (Z.cols() == 0) return {{}, VectorXd(0), Z, 0.0, 0};
+  MatrixXd stiffness = Z.transpose() * multiply_by_stiffness(Z);
   stiffness = 0.5 * (stiffness + stiffness.transpose()).eval();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(stiffness);
   const VectorXd& omega2 = eigen.eigenvalues();
@@ -118,63 +129,42 @@ ModeSet ModeFinder::find_all() {
 
 // ---- many freedoms ----
 
-/// What Lanczos' method sees, in the form that Spectra wants: y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what
-/// was found before.
-class ModeFinder::Operator {
- public:
-  using Scalar = double;
-
-  Operator(ModeFinder& finder, const MatrixXd& found)
-      : finder_(finder), found_(finder.root_mass_.asDiagonal() * found) {}
-
-  Rows rows() const { return finder_.mass_.size(); }
-  Rows cols() const { return rows(); }
-  void perform_op(const double* x_in, double* y_out) const {
-    const Eigen::Map<const VectorXd> x(x_in, rows());
-    Eigen::Map<VectorXd> y(y_out, rows());
-    VectorXd multipliers;
-    y = finder_.root_mass_.cwiseProduct(finder_.solve(finder_.root_mass_.cwiseProduct(x), 1, &multipliers));
-    if (found_.cols() > 0) y -= found_ * (found_.transpose() * y);
-  }
-
- private:
-  ModeFinder& finder_;
-  MatrixXd found_;
-};
-
 /// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls.
 MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
   const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
-  count = std::min(count, left - 1);
+  count = std::min(count, left);
   if (count == 0) return MatrixXd(mass_.size(), 0);
-  const auto dimension = static_cast<Rows>(std::min(2 * count + spare_dimensions, left));
-  Operator op(*this, found);
-  Spectra::SymEigsSolver<Operator> solver(op, static_cast<Rows>(count), dimension);
-  const VectorXd start = random_matrix(mass_.size(), 1, static_cast<unsigned>(2 + found.cols()));
-  solver.init(start.data());
-  solver.compute(Spectra::SortRule::LargestAlge, most_restarts, tolerance);
-  return root_mass_.cwiseInverse().asDiagonal() * solver.eigenvectors();
+  // y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what was found before
+  const MatrixXd before = root_mass_.asDiagonal() * found;
+  const auto apply = [&](const MatrixXd& x) {
+    MatrixXd y = root_mass_.asDiagonal() * x;
+    kkt_.solve_roughly(&y);
+    solves_ += static_cast<std::size_t>(y.cols());
+    y = root_mass_.asDiagonal() * y;
+    y -= before * (before.transpose() * y);
+    return y;
+  };
+  const auto block = static_cast<Rows>(std::min(std::clamp(count, fewest_in_block, most_in_block), left));
+  const MatrixXd start = random_matrix(mass_.size(), block, static_cast<unsigned>(2 + found.cols()));
+  const auto wanted = static_cast<Rows>(count);
+  return root_mass_.cwiseInverse().asDiagonal() *
+         find_largest(apply, apply(start), {wanted, 2 * wanted + spare_blocks * block, part_of_tolerance * tolerance})
+             .vectors;
 }
 
-VectorXd ModeFinder::rayleigh_quotients(const MatrixXd& x) const {
-  VectorXd result(x.cols()), Wx(x.rows());
-  for (Rows j = 0; j < x.cols(); ++j) {
-    equations_.stiffness().multiply(x.col(j).data(), Wx.data());
-    result[j] = x.col(j).dot(Wx) / x.col(j).cwiseAbs2().dot(mass_);
-  }
-  return result;
+double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
+  const VectorXd stiffness = x.cwiseProduct(multiply_by_stiffness(x)).colwise().sum();
+  const VectorXd masses = x.cwiseAbs2().transpose() * mass_;
+  return stiffness.cwiseQuotient(masses).minCoeff();
 }
 
 /// Rayleigh-Ritz: the best modes that the columns of x span. The residual is that of the lowest `wanted` ones.
 ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Rows count = pairs.x.cols();
-  MatrixXd Wx(mass_.size(), count);
-  for (Rows j = 0; j < count; ++j) {
-    const double norm = std::sqrt(pairs.x.col(j).cwiseAbs2().dot(mass_));
-    pairs.x.col(j) /= norm;
-    pairs.multipliers.col(j) /= norm;
-    equations_.stiffness().multiply(pairs.x.col(j).data(), Wx.col(j).data());
-  }
+  const VectorXd scale = (pairs.x.cwiseAbs2().transpose() * mass_).cwiseSqrt().cwiseInverse();
+  pairs.x *= scale.asDiagonal();
+  pairs.multipliers *= scale.asDiagonal();
+  const MatrixXd Wx = multiply_by_stiffness(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
   const MatrixXd stiffness = pairs.x.transpose() * Wx, masses = pairs.x.transpose() * Mx;
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (stiffness + stiffness.transpose()),
@@ -194,19 +184,13 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
 }
 
 /// Inverse iteration on all columns together: (W + s M) y + K mu = M x, K'y = 0, then the best modes that y spans.
-ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted) {
+ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted, double tolerance) {
   ModeSet best;
   for (int k = 0; k < most_refinements; ++k) {
-    Pairs pairs{x, MatrixXd(static_cast<Rows>(equations_.model().num_rows()), x.cols())};
-    VectorXd multipliers;
-    for (Rows j = 0; j < x.cols(); ++j) {
-      pairs.x.col(j) = solve(mass_.cwiseProduct(x.col(j)), full_refinements, &multipliers);
-      pairs.multipliers.col(j) = multipliers;
-    }
-    ModeSet next = rotate(std::move(pairs), wanted);
-    const bool is_better = k == 0 || next.residual < 0.5 * best.residual;
+    ModeSet next = rotate(solve(mass_.asDiagonal() * x, mode_refinements), wanted);
+    const bool is_better = k == 0 || next.residual < 0.8 * best.residual;
     if (k == 0 || next.residual < best.residual) best = std::move(next);
-    if (!is_better || best.residual <= small_residual) break;
+    if (!is_better || best.residual <= part_of_tolerance * tolerance) break;
     x = best.shapes;
   }
   return best;
@@ -214,39 +198,56 @@ ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted) {
 
 /// A number between the omega^2 of two modes that stand clearly apart, at or behind the last one that is wanted.
 ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t count) const {
+  const auto apart = [&](double value) { return std::abs(value) + shift_; };
+  const double least = least_gap * scale_;
   double widest = clear_gap;
   Bound bound;
   for (auto k = static_cast<Rows>(count); k < omega2.size(); ++k) {
-    const double gap = (omega2[k] - omega2[k - 1]) / (std::abs(omega2[k]) + shift_);
-    if (gap <= widest) continue;
+    const double step = omega2[k] - omega2[k - 1], gap = step / apart(omega2[k]);
+    if (gap <= widest || step <= least) continue;
     widest = gap;
     bound = {0.5 * (omega2[k] + omega2[k - 1]), static_cast<std::size_t>(k)};
   }
   if (bound.modes > 0) return bound;
   // The last mode that is wanted and those behind it are equal: what lies below all of these is counted.
   Rows k = static_cast<Rows>(count) - 1;
-  const double little = clear_gap * (std::abs(omega2[k]) + shift_);
+  const double little = std::max(clear_gap * apart(omega2[k]), least);
   while (k > 0 && omega2[k] - omega2[k - 1] < little) --k;
   return {omega2[k] - 0.5 * little, static_cast<std::size_t>(k)};
+}
+
+ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
+  constexpr double tolerance = 1e-8;  // Rayleigh quotients have the square of it
+  shift_ = shift;
+  MatrixXd found = run_lanczos(std::min(count, freedoms_), tolerance, MatrixXd(mass_.size(), 0));
+  MatrixXd no_multipliers = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols());
+  return rotate({std::move(found), std::move(no_multipliers)}, 0);
+}
+
+/// Where none is expected below, a Cholesky factor by fronts says so sooner than the pivots do.
+std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
+  if (bound.modes == 0 && kkt_.factorize(-bound.omega2)) return 0;
+  if (bound.modes == 0 && !kkt_.factorize(shift_)) return std::nullopt;
+  return kkt_.count_below(bound.omega2);
 }
 
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
   if (!factorize_below_all(least_shift * scale_))
     return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   const MatrixXd none(mass_.size(), 0);
-  MatrixXd found = run_lanczos(std::min(count + num_guards, freedoms_ - 1), tolerance, none);
+  MatrixXd found = run_lanczos(std::min(count + num_guards, freedoms_), tolerance, none);
   std::size_t searches = 0;
   while (static_cast<std::size_t>(found.cols()) >= count) {
-    ModeSet modes = refine(std::move(found), count);
+    ModeSet modes = refine(std::move(found), count, tolerance);
     const Bound bound = choose_bound(modes.omega2, count);
     // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
-    const std::optional<std::size_t> counted = kkt_.count_below(bound.omega2);
+    const std::optional<std::size_t> counted = count_below(bound);
     const std::size_t below = counted.value_or(bound.modes + 1);
     const std::size_t missing = below > bound.modes ? std::min(below - bound.modes, count) : 0;
     const MatrixXd more =
         missing > 0 && searches < most_searches ? run_lanczos(missing, tolerance, modes.shapes) : none;
     ++searches;
-    const bool finds_none = more.cols() > 0 && rayleigh_quotients(more).minCoeff() > bound.omega2;
+    const bool finds_none = more.cols() > 0 && lowest_rayleigh_quotient(more) > bound.omega2;
     if (missing > 0 && (more.cols() == 0 || (finds_none && counted)))
       return end_without_modes(Status::NotConverged, std::to_string(bound.modes) + " of " + std::to_string(below) +
                                                          " modes below omega^2 = " + text(bound.omega2) +

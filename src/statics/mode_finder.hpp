@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,9 +32,11 @@ class ModeFinder {
   /// s of the last search, 1/s^2.
   double shift() const { return shift_; }
 
+  /// All moves that break no constraint, M-orthonormal by columns; none: the stiffness matrix has no factor.
+  std::optional<Eigen::MatrixXd> find_basis();
   /// All of them, by a dense basis Z of what can move: for few freedoms.
   ModeSet find_all();
-  /// The lowest `count`, at most half of the freedoms: by Lanczos' method on
+  /// The lowest `count`, at most half of the freedoms: by Lanczos' method on blocks with
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///
@@ -41,26 +44,32 @@ class ModeFinder {
   /// the number of negative pivots of a second factor (Sylvester's law of inertia); those that are missing are then
   /// sought among what is orthogonal to the modes that were found.
   ModeSet find_lowest(std::size_t count, double tolerance);
+  /// Some of the lowest, uncounted, with the factor that stands, of the shift s; of copies it sees as many as a block
+  /// has columns. Fewer than `count` where Lanczos' method stalls.
+  ModeSet find_some_lowest(double shift, std::size_t count);
+
+  static constexpr std::size_t fewest_in_block = 4;
 
  private:
-  class Operator;
   struct Pairs {
     Eigen::MatrixXd x, multipliers;  // columns; of the KKT matrix, K mu = M x - (W + s M) x
   };
 
   bool factorize_below_all(double first_shift);
   void find_stiffness_scale();
-  Eigen::VectorXd solve(const Eigen::VectorXd& force, int refinements, Eigen::VectorXd* multipliers);
+  Pairs solve(Eigen::MatrixXd forces, int refinements);
+  Eigen::MatrixXd multiply_by_stiffness(const Eigen::MatrixXd& x) const;
   Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
-  ModeSet refine(Eigen::MatrixXd x, std::size_t wanted);
+  ModeSet refine(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   ModeSet rotate(Pairs pairs, std::size_t wanted) const;
   /// That so many modes lie below omega2.
   struct Bound {
     double omega2 = 0.0;
     std::size_t modes = 0;
   };
+  std::optional<std::size_t> count_below(const Bound& bound);
   Bound choose_bound(const Eigen::VectorXd& omega2, std::size_t count) const;
-  Eigen::VectorXd rayleigh_quotients(const Eigen::MatrixXd& x) const;
+  double lowest_rayleigh_quotient(const Eigen::MatrixXd& x) const;
 
   const EquilibriumEquations& equations_;
   KktSolver& kkt_;

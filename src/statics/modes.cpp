@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
+#include "statics/damped_modes.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 #include "statics/rigid_modes.hpp"
@@ -34,11 +37,19 @@ EquilibriumOptions describe_system(const ModesOptions& options) {
   return result;
 }
 
-void add_damping(const System& system, std::vector<std::string>* left_out) {
+/// What acts on velocities alone, and takes no part.
+void leave_out_damping(const System& system, bool damped, std::vector<std::string>* left_out) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
-    const auto* const springs = std::get_if<Springs>(&system.forces[k]);
-    if (springs != nullptr && springs->damping > 0.0)
-      left_out->push_back(force_name(system, k) + ": its damping takes no part in vibrations");
+    const std::string name = force_name(system, k);
+    if (const auto* const springs = std::get_if<Springs>(&system.forces[k]);
+        springs != nullptr && springs->damping > 0.0 && !damped)
+      left_out->push_back(name + ": its damping takes no part in vibrations");
+    const auto* const drag = std::get_if<Drag>(&system.forces[k]);
+    if (drag == nullptr) continue;
+    if (!damped)
+      left_out->push_back(name + ": drag acts on what moves");
+    else if (drag->quadratic > 0.0)
+      left_out->push_back(name + ": quadratic drag vanishes in small motions");
   }
 }
 
@@ -60,20 +71,42 @@ Plan make_plan(std::size_t freedoms, std::size_t size, std::size_t wanted) {
   return {wanted, false};
 }
 
-void write_modes(const GivenEquilibrium& state, const ModeSet& found, std::size_t count, double zero, Modes* result) {
-  const Model& model = state.model();
-  const std::size_t numbers = 3 * model.num_points();
-  result->shapes.resize(count * numbers);
-  std::vector<double> inner(numbers, 0.0);
+/// A column of real numbers for each mode, in the user's order.
+std::vector<double> scatter_shapes(const Model& model, const Eigen::Ref<const Eigen::MatrixXd>& shapes) {
+  const std::size_t numbers = 3 * model.num_points(), count = static_cast<std::size_t>(shapes.cols());
+  std::vector<double> result(count * numbers), inner(numbers, 0.0);
+  for (std::size_t j = 0; j < count; ++j) {
+    const auto shape = shapes.col(static_cast<Eigen::Index>(j));
+    std::copy(shape.begin(), shape.end(), inner.begin());
+    model.numbering.scatter_points(inner, std::span(result).subspan(j * numbers, numbers));
+  }
+  return result;
+}
+
+void write_modes(const Model& model, const ModeSet& found, std::size_t count, double zero, Modes* result) {
+  result->shapes = scatter_shapes(model, found.shapes.leftCols(static_cast<Eigen::Index>(count)));
   for (std::size_t j = 0; j < count; ++j) {
     const double omega2 = found.omega2[static_cast<Eigen::Index>(j)];
     const bool is_zero = std::abs(omega2) <= zero;
     result->omega.push_back(is_zero ? 0.0 : std::copysign(std::sqrt(std::abs(omega2)), omega2));
     result->zero_modes += is_zero ? 1 : 0;
     result->unstable_directions += result->omega.back() < 0.0 ? 1 : 0;
-    const auto shape = found.shapes.col(static_cast<Eigen::Index>(j));
-    std::copy(shape.begin(), shape.end(), inner.begin());
-    model.numbering.scatter_points(inner, std::span(result->shapes).subspan(j * numbers, numbers));
+  }
+}
+
+/// Real parts below the rounding of the fastest motion are none.
+void write_damped_modes(const Model& model, const DampedModeSet& found, std::size_t count, double zero, Modes* result) {
+  constexpr double rounding_of_decay = 1e-12;
+  const auto kept = static_cast<Eigen::Index>(std::min(count, static_cast<std::size_t>(found.lambda.size())));
+  const double fastest = found.lambda.size() > 0 ? found.lambda.cwiseAbs().maxCoeff() : 0.0;
+  result->shapes = scatter_shapes(model, found.shapes.leftCols(kept).real());
+  result->shapes_imaginary = scatter_shapes(model, found.shapes.leftCols(kept).imag());
+  for (const std::complex<double>& lambda : found.lambda.head(kept)) {
+    const bool is_zero = std::norm(lambda) <= zero, decays = std::abs(lambda.real()) > rounding_of_decay * fastest;
+    result->omega.push_back(is_zero ? 0.0 : lambda.imag());
+    result->decay.push_back(is_zero || !decays ? 0.0 : -lambda.real());
+    result->zero_modes += is_zero ? 1 : 0;
+    result->unstable_directions += result->decay.back() < 0.0 ? 1 : 0;
   }
 }
 
@@ -82,11 +115,28 @@ Modes& fail(Modes& result, Status status, std::string what) {
   return result;
 }
 
+/// What makes the stiffness useless; ok: nothing.
+Outcome find_obstacle(GivenEquilibrium& state, const ModesOptions& options) {
+  const double asymmetry = options.damped ? 0.0 : state.equations().stiffness().asymmetry();
+  if (asymmetry > allowed_asymmetry) {
+    return {Status::NoSolution,
+            "not conservative: the stiffness matrix is unsymmetric by " + text(asymmetry) +
+                " of its largest entry, so some force has no potential, and vibrations may gain energy; \"damped\": "
+                "true takes it as it is"};
+  }
+  if (!options.multipliers.empty() || !options.prestress.empty()) return {};
+  const std::string rows = state.find_ambiguous_stiffness();
+  if (rows.empty()) return {};
+  return {
+      Status::NotUnique,
+      "rods pull against each other by a self-stress that the forces do not determine, and the stiffness depends on "
+      "it (" +
+          rows + "); a prestress must be given"};
+}
+
 }  // namespace
 
 Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options) {
-  if (options.damped)
-    throw InputError("/modes/damped", "found true, wanted false: vibrations are those without damping");
   const QuietTraps quiet;
   const std::unique_ptr<GivenEquilibrium> standing = GivenEquilibrium::stand_at(
       system, {positions, options.multipliers, options.force_tolerance}, describe_system(options));
@@ -94,34 +144,36 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   const Model& model = state.model();
   Modes result;
   result.left_out = state.left_out();
-  add_damping(system, &result.left_out);
+  leave_out_damping(system, options.damped, &result.left_out);
   result.degrees_of_freedom = state.degrees_of_freedom();
   result.multipliers.resize(model.numbering.num_user_rows);
   model.numbering.scatter_rows(state.multipliers(), result.multipliers);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
-
-  if (const double asymmetry = state.equations().stiffness().asymmetry(); asymmetry > allowed_asymmetry) {
-    return fail(result, Status::NoSolution,
-                "not conservative: the stiffness matrix is unsymmetric by " + text(asymmetry) +
-                    " of its largest entry, so some force has no potential, and vibrations may gain energy");
-  }
-  if (options.multipliers.empty() && options.prestress.empty()) {
-    if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
-      return fail(result, Status::NotUnique,
-                  "rods pull against each other by a self-stress that the forces do not determine, and the stiffness "
-                  "depends on it (" +
-                      rows + "); a prestress must be given");
+  if (options.damped && !plan.is_dense)
+    throw InputError("/modes/damped", "found true with " + std::to_string(result.degrees_of_freedom) +
+                                          " degrees of freedom; damped modes are found of at most " +
+                                          std::to_string(most_dense_freedoms));
+  if (Outcome outcome = find_obstacle(state, options); !outcome.ok()) {
+    result.outcome = std::move(outcome);
+    return result;
   }
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom);
-  const ModeSet found = plan.is_dense ? finder.find_all() : finder.find_lowest(plan.count, options.tolerance);
-  if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
   const double zero = std::max(rounding, share_of_residual * state.relative_residual()) * finder.scale();
-  write_modes(state, found, plan.count, zero, &result);
-  result.residual_max = found.residual;
-  if (result.zero_modes > 0) {
-    result.rigid_zero_modes = std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
+  if (options.damped) {
+    const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
+    if (!basis) return fail(result, Status::Singular, "the stiffness matrix has no factor");
+    const DampedModeSet found = find_damped_modes(state.equations(), state.positions().data(), *basis, std::sqrt(zero));
+    write_damped_modes(model, found, options.count, zero, &result);
+    result.residual_max = found.residual;
+  } else {
+    const ModeSet found = plan.is_dense ? finder.find_all() : finder.find_lowest(plan.count, options.tolerance);
+    if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
+    write_modes(model, found, plan.count, zero, &result);
+    result.residual_max = found.residual;
   }
+  if (result.zero_modes > 0)
+    result.rigid_zero_modes = std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
   return result;
 }
 

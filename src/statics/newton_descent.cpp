@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/text.hpp"
+#include "statics/dot.hpp"
 
 namespace tanor {
 
@@ -12,10 +12,6 @@ namespace {
 
 constexpr int most_disturbances = 3;
 constexpr double eps = std::numeric_limits<double>::epsilon();
-
-double inner_product(const std::vector<double>& a, const double* b) {
-  return std::inner_product(a.begin(), a.end(), b, 0.0);
-}
 
 }  // namespace
 
@@ -50,6 +46,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   residual_ = measure(*state);
   tension_ = find_tension();
   mass_shift_ = 0.0;
+  iterations_ = factorizations_ = disturbances_ = 0;
   bool trusts_newton = true;
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
@@ -60,16 +57,15 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     if (residual_.force <= std::max(limits.force_tolerance * residual_.scale, done > 0 ? rounding : 0.0) &&
         residual_.violation <= violation_tolerance())
       return {};
-    if (done == limits.max_iterations) return explain(*state, "does not converge");
+    if (done == limits.max_iterations) return explain("does not converge");
     ++iterations_;
     constexpr double near = 0.1;
     trusts_newton = (trusts_newton || combined(residual_) < near) && try_newton(state);
     if (!trusts_newton && !try_descent(state)) {
-      if (disturbances_ == most_disturbances) return explain(*state, "stalls");
+      if (disturbances_ == most_disturbances) return explain("stalls");
       disturb(state);
     }
-    if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size)
-      return explain(*state, "moves away without end");
+    if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size) return explain("moves away without end");
   }
 }
 
@@ -161,6 +157,21 @@ void NewtonDescent::correct_lengths(std::vector<double>* r) {
   }
 }
 
+/// Of W beside the largest mass, 1/s^2.
+double NewtonDescent::find_frequency2() const {
+  return equations_.stiffness().largest() / *std::max_element(model_.mass.begin(), model_.mass.end());
+}
+
+/// A + s M, with as much of the masses as it takes.
+bool NewtonDescent::factorize_with_masses() {
+  const double frequency2 = find_frequency2(), most = 1e12 * std::max(frequency2, mass_shift_);
+  while (!factorize(mass_shift_)) {
+    mass_shift_ = std::max(4.0 * mass_shift_, 1e-4 * frequency2);
+    if (!(mass_shift_ < most)) return false;
+  }
+  return true;
+}
+
 bool NewtonDescent::try_descent(StaticState* state) {
   const double most_tension = 1e9 * std::max(residual_.scale, 1e-300);
   std::vector<double> image(equations_.size()), rows(model_.num_rows());
@@ -168,12 +179,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
   for (Step step; tension_ <= most_tension;) {
     equations_.linearise(state->r.data(), state->lambda.data(), StiffnessMatrix::Curvature::Convex);
     equations_.stiffness().add_tension(tension_, state->r.data());
-    for (double least = mass_shift_; !factorize(mass_shift_);) {
-      const double frequency2 =
-          equations_.stiffness().largest() / *std::max_element(model_.mass.begin(), model_.mass.end());
-      mass_shift_ = std::max(4.0 * mass_shift_, 1e-4 * frequency2);
-      if (!(mass_shift_ < 1e12 * std::max(frequency2, least))) return false;
-    }
+    if (!factorize_with_masses()) return false;
     solve_consistent_step(&step);
 
     // nu is larger than any multiplier, so that the penalty is exact.
@@ -181,7 +187,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
       penalties_[a] = std::max(penalties_before[a], 1.2 * std::abs(state->lambda[a] + step.dlambda[a]));
     equations_.stiffness().multiply(step.dr.data(), image.data());
     equations_.apply_transposed(step.dr.data(), rows.data());
-    double predicted = inner_product(step.dr, equations_.forces().data()) - 0.5 * inner_product(step.dr, image.data());
+    double predicted = dot(step.dr, equations_.forces()) - 0.5 * dot(step.dr, image);
     for (std::size_t a = 0; a < rows.size(); ++a)
       predicted += penalties_[a] * (std::abs(xi_[a]) - std::abs(xi_[a] + rows[a]));
     const double before = merit(state->r);
@@ -198,7 +204,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
       *state = std::move(next);
       residual_ = measure(*state);
       tension_ *= ratio > 0.7 ? 0.1 : ratio > 0.3 ? 0.4 : ratio < 0.1 ? 3.0 : 1.0;
-      mass_shift_ = mass_shift_ > 1e-10 ? 0.1 * mass_shift_ : 0.0;
+      mass_shift_ = mass_shift_ > 1e-6 * find_frequency2() ? 0.1 * mass_shift_ : 0.0;
       return true;
     }
     penalties_ = penalties_before;
@@ -208,7 +214,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
   return false;
 }
 
-Outcome NewtonDescent::explain(const StaticState&, const char* why) const {
+Outcome NewtonDescent::explain(const char* why) const {
   const auto point = model_.numbering.user_point[residual_.worst_point];
   return {Status::NotConverged,
           std::string("no equilibrium was found: the search ") + why + " after " + std::to_string(iterations_) +

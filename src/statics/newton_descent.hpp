@@ -45,7 +45,7 @@ class NewtonDescent {
   /// From `state`; ok: an equilibrium to the tolerance. `residuals`: of each iteration, N.
   Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
   const StaticResidual& residual() const { return residual_; }
-  int iterations() const { return iterations_; }
+  int iterations() const { return iterations_; }  ///< of the last run
   int factorizations() const { return factorizations_; }
   KktSolver& solver() { return solver_; }
   StaticResidual measure(const StaticState& state);
@@ -56,8 +56,10 @@ class NewtonDescent {
   };
   bool try_newton(StaticState* state);
   bool try_descent(StaticState* state);
-  Outcome explain(const StaticState& state, const char* why) const;
+  Outcome explain(const char* why) const;
   bool factorize(double shift);
+  bool factorize_with_masses();
+  double find_frequency2() const;
   void solve_step(Step* step);
   void solve_consistent_step(Step* step);
   void disturb(StaticState* state);

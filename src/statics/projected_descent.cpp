@@ -17,30 +17,41 @@ constexpr double near = 1e-3;
 
 }  // namespace
 
+/// To xi = 0. From a place of perfect symmetry nothing leads out of it but another place.
+Outcome ProjectedDescent::find_start(Projector& projector, std::vector<double>* r) {
+  if (model_.num_rows() == 0) return {};
+  NearestPoint nearest(equations_.work(), multipliers_.linearization(), projector);
+  const std::vector<double> given = *r;
+  ProjectionReport start = nearest.find(equations_.time(), r->data());
+  if (start.outcome.ok()) return {};
+  for (std::size_t i = 0; i < equations_.size(); ++i)
+    (*r)[i] = given[i] + 0.1 * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  return nearest.find(equations_.time(), r->data()).outcome;
+}
+
+/// v along xi = 0, with the factor of S that stands.
+void ProjectedDescent::turn_along_constraints(std::vector<double>* v) {
+  if (model_.num_rows() == 0) return;
+  rates_.resize(model_.num_rows());
+  (void)multipliers_.linearization().apply_transposed(v->data(), nullptr, rates_.data());
+  multipliers_.linearization().correct(rates_.data(), v->data());
+}
+
 Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals) {
-  Workspace& work = equations_.work();
   const double t = equations_.time();
   const std::size_t size = equations_.size();
-  Linearization linearization(work, {});
-  Residuals beside(work, linearization.blocks());
-  Projector projector(work, linearization, beside);
+  Linearization& linearization = multipliers_.linearization();
+  Residuals beside(equations_.work(), linearization.blocks());
+  Projector projector(equations_.work(), linearization, beside);
   std::vector<double>& r = state->r;
-  if (model_.num_rows() > 0) {
-    const std::vector<double> given = r;
-    ProjectionReport start = NearestPoint(work, linearization, projector).find(t, r.data());
-    if (!start.outcome.ok()) {
-      // From a place of perfect symmetry nothing leads out of it.
-      for (std::size_t i = 0; i < size; ++i)
-        r[i] = given[i] + 0.1 * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
-      start = NearestPoint(work, linearization, projector).find(t, r.data());
-    }
-    if (!start.outcome.ok()) return start.outcome;
-  }
-  std::vector<double> g(size), xi(model_.num_rows()), v(r.size(), 0.0), zero(model_.num_rows(), 0.0);
+  if (Outcome outcome = find_start(projector, &r); !outcome.ok()) return outcome;
+  std::vector<double> g(size), xi(model_.num_rows()), v(r.size(), 0.0);
+  const std::vector<double> zero(model_.num_rows(), 0.0);
   double dt = 0.0, longest_dt = 0.0, mixing = first_mixing;
   int downhill = 0;
   for (iterations_ = 0; iterations_ < limits.max_iterations; ++iterations_) {
     if (Outcome outcome = multipliers_.find(r, zero, &state->lambda); !outcome.ok()) return outcome;
+    turn_along_constraints(&v);
     const double scale = equations_.evaluate(r.data(), state->lambda.data(), g.data(), xi.data());
     double force = 0.0, power = 0.0, speed2 = 0.0, slope2 = 0.0, fastest = 0.0;
     for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -78,12 +89,7 @@ Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, st
     const double longest = dt * model_.largest_norm(v.data());
     const double step = dt * std::min(1.0, 0.1 * model_.smallest_length / std::max(longest, 1e-300));
     for (std::size_t i = 0; i < size; ++i) r[i] += step * v[i];
-    if (model_.num_rows() == 0) continue;
-    if (Outcome outcome = linearization.update(t, r.data()); !outcome.ok()) return outcome;
     if (ProjectionReport report = projector.project_positions(t, r.data()); !report.outcome.ok()) return report.outcome;
-    std::vector<double> rates(model_.num_rows());
-    (void)linearization.apply_transposed(v.data(), nullptr, rates.data());
-    linearization.correct(rates.data(), v.data());
   }
   return {};
 }

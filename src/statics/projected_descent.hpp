@@ -24,9 +24,13 @@ class ProjectedDescent {
   int iterations() const { return iterations_; }
 
  private:
+  Outcome find_start(Projector& projector, std::vector<double>* r);
+  void turn_along_constraints(std::vector<double>* v);
+
   EquilibriumEquations& equations_;
   const Model& model_;
   SmallestMultipliers& multipliers_;
+  std::vector<double> rates_;  // scratch [rows]
   int iterations_ = 0;
 };
 

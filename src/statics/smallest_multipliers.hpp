@@ -20,11 +20,15 @@ class SmallestMultipliers {
   Outcome find(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda);
   /// The rank of K at r, where `find` was asked last.
   RankReport rank(const std::vector<double>& r) { return rank_.report(r.data(), false); }
+  /// K and the factor of S there.
+  Linearization& linearization() { return linearization_; }
 
  private:
   EquilibriumEquations& equations_;
   Linearization linearization_;
   GradientRank rank_;
+  std::vector<double> g_, xi_, b_;  // scratch [3 moving points], [rows]
+  std::vector<double> w_, dw_;      // scratch [3 points]
 };
 
 }  // namespace tanor

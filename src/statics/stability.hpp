@@ -18,11 +18,14 @@ struct ReducedInertia {
   std::vector<double> shape;
 };
 
-/// Up to 300 unknowns by all eigenvalues of the dense matrix; above by the inertia of A - omega^2 M (see KktSolver) on
-/// both sides of zero, and by Lanczos' method on its inverse. Zero: below 1e-9 of the largest omega^2 (less in long
+/// So many unknowns have dense matrices.
+inline constexpr std::size_t most_dense_unknowns = 300;
+
+/// Up to so many unknowns by all eigenvalues of the dense matrix; above by the inertia of A - omega^2 M (see KktSolver)
+/// on both sides of zero, and by Lanczos' method on its inverse. Zero: below 1e-9 of the largest omega^2 (less in long
 /// chains, whose lowest ones are small by nature).
-/// `can_move`: the rank of K is less than the number of unknowns.
-ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, bool can_move,
+/// `freedoms`: the number of unknowns less the rank of K.
+ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, std::size_t freedoms,
                             KktSolver* solver);
 
 }  // namespace tanor

@@ -101,12 +101,13 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
   system.velocities.clear();
   leave_out_friction(&system, options.ignore_friction, &left_out);
   leave_out_coordinates(&system, &left_out);
-  for (std::size_t k = 0; k < system.forces.size(); ++k) {
-    if (std::holds_alternative<Drag>(system.forces[k]))
-      left_out.push_back(force_name(system, k) + ": drag acts on what moves");
-  }
   require_stiffness(system, options.accept == AcceptedEquilibria::Any, &left_out);
   prestress = read_prestress(system, options.prestress);
+}
+
+std::string describe_rigid_points(const std::vector<Index>& points) {
+  return text_of_count(points.size(), "point") + " from point " + std::to_string(std::ranges::min(points)) +
+         " on: held rigid by prestress between supports, the tension of their rods is not determined";
 }
 
 System with_load(const System& system, double factor, double t) {

@@ -17,6 +17,9 @@ struct StaticsInput {
   std::vector<std::string> left_out;  ///< by name
 };
 
+/// "3 points from point 7 on: held rigid by prestress …"
+std::string describe_rigid_points(const std::vector<Index>& points);
+
 /// With gravity and constant forces times `factor`, at t.
 System with_load(const System& system, double factor, double t);
 

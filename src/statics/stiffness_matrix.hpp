@@ -31,13 +31,12 @@ class StiffnessMatrix {
   void add_tension(double tension, const double* r);
 
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move
-  std::size_t size() const { return 3 * num_points(); }
   /// Blocks of point i: start()[i] … start()[i + 1] - 1, beside increasing columns().
   std::span<const int> start() const { return start_; }
   std::span<const int> columns() const { return columns_; }
   std::span<const Block3> blocks() const { return blocks_; }
 
-  /// y = W x [size()].
+  /// y = W x [3 num_points()].
   void multiply(const double* x, double* y) const;
   /// Largest |W - W'| over the largest |W|: beyond rounding, some force has no potential.
   double asymmetry() const;

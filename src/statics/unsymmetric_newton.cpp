@@ -125,6 +125,7 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   const auto combined = [](const StaticResidual& at, double scale) {
     return (scale > 0.0 ? at.force / scale : at.force) + at.violation;
   };
+  iterations_ = factorizations_ = 0;
   double shift = 0.0;
   StaticResidual now = measure_.measure(*state);
   const double first_scale = now.scale;

@@ -2,12 +2,12 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/curved.hpp>
 #include <tanor/error.hpp>
 #include <tanor/kernel.hpp>
 
 #include "base/text.hpp"
 #include "system/formula.hpp"
+#include "system/formula_names.hpp"
 #include "system/lanes.hpp"
 
 namespace tanor {
@@ -149,29 +149,6 @@ void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
   });
 }
 
-/// Is a formula that is just the name this variable?
-bool is_name(const std::string& name) {
-  try {
-    return name != "pi" && Formula(name, {&name, 1}).depends_on(0);
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-/// As a message shows it: control characters, which would cut it or run over it, as \x00.
-std::string show(const std::string& name) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string result;
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x20 && byte != 0x7f)
-      result += c;
-    else
-      result += std::string("\\x") + digits[byte / 16] + digits[byte % 16];
-  }
-  return result;
-}
-
 void check_names(std::span<const std::string> names, const Constants& constants) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];
@@ -181,8 +158,8 @@ void check_names(std::span<const std::string> names, const Constants& constants)
                                 : constants.contains(name) ? "a constant"
                                                            : "another coordinate"));
     }
-    if (!is_name(name)) {
-      throw InputError("", "the coordinate '" + show(name) +
+    if (!is_variable_name(name)) {
+      throw InputError("", "the coordinate '" + show_name(name) +
                                "' has no name of letters, digits and '_' that is neither a function nor pi");
     }
   }
@@ -192,9 +169,24 @@ void check_names(std::span<const std::string> names, const Constants& constants)
 
 using ForceFormulas = std::vector<Formula>;
 
+/// Values alone, row by row.
+void evaluate_forces_of_few(const ForceFormulas& formulas, const ForceBatch& batch) {
+  const std::size_t size = formulas.size();
+  for (std::size_t row = 0; row < batch.count; ++row) {
+    const auto load = [&, r = batch.r + row * size, v = batch.v + row * size](int variable, double* x) {
+      const auto i = static_cast<std::size_t>(variable);
+      *x = i < size ? r[i] : i < 2 * size ? v[i - size] : batch.t;
+    };
+    for (std::size_t component = 0; component < size; ++component)
+      batch.f[row * size + component] = formulas[component].evaluate_loading<double>(load);
+  }
+}
+
 void evaluate_force(const void* context, const ForceBatch& batch) {
+  constexpr std::size_t few = 4;  // rows that cost less one by one, with the same bits
   const auto& formulas = *static_cast<const ForceFormulas*>(context);
   const std::size_t size = formulas.size();  // 3p
+  if (batch.count <= few && batch.derivative == nullptr) return evaluate_forces_of_few(formulas, batch);
   for_each_group(batch.count, [&](const Rows& rows) {
     const Variables variables(batch, rows, size);
     for (std::size_t component = 0; component < size; ++component) {
@@ -206,69 +198,6 @@ void evaluate_force(const void* context, const ForceBatch& batch) {
   });
 }
 
-// ---- potentials ----------------------------------------------------------------------------------------------------
-
-struct PotentialFormula {
-  Formula formula;
-  std::size_t size, num_constants;  // 3p, c
-};
-
-/// One member with T for its numbers: variable(i) has its place among those that are derived by, or is constant.
-template <class T, class Variable>
-T evaluate_member(const PotentialFormula& of, const PotentialBatch& batch, std::size_t k, const Variable& variable) {
-  return of.formula.evaluate_loading<T>([&](int number, T* x) {
-    const auto i = static_cast<std::size_t>(number);
-    const bool is_time = i == of.size + of.num_constants;
-    *x = variable(i, is_time       ? batch.t
-                     : i < of.size ? batch.r[of.size * k + i]
-                                   : batch.constants[of.num_constants * k + i - of.size]);
-  });
-}
-
-/// The derivatives in the coordinates of points a and b.
-Curved<6> evaluate_curved(const PotentialFormula& of, const PotentialBatch& batch, std::size_t k, std::size_t a,
-                          std::size_t b) {
-  return evaluate_member<Curved<6>>(of, batch, k, [&](std::size_t i, double x) {
-    const int first = i < of.size && i / 3 == a ? 0 : i < of.size && i / 3 == b ? 3 : -1;
-    return first < 0 ? Curved<6>(x) : Curved<6>::variable(x, first + static_cast<int>(i % 3));
-  });
-}
-
-void evaluate_hessian(const PotentialFormula& of, const PotentialBatch& batch, std::size_t k) {
-  double* const hessian = batch.hessian + of.size * of.size * k;
-  const auto write = [&](const Curved<6>& u, std::size_t a, std::size_t first, std::size_t b, std::size_t second) {
-    for (std::size_t entry = 0; entry < 9; ++entry) {
-      const double value = u.second(first + entry / 3, second + entry % 3);
-      hessian[(3 * a + entry / 3) * of.size + 3 * b + entry % 3] = value;
-      hessian[(3 * b + entry % 3) * of.size + 3 * a + entry / 3] = value;
-    }
-  };
-  const std::size_t p = of.size / 3;
-  for (std::size_t a = 0; a < p; ++a) {
-    write(evaluate_curved(of, batch, k, a, a), a, 0, a, 0);
-    for (std::size_t b = a + 1; b < p; ++b) write(evaluate_curved(of, batch, k, a, b), a, 0, b, 3);
-  }
-}
-
-void evaluate_potential(const void* context, const PotentialBatch& batch) {
-  const auto& of = *static_cast<const PotentialFormula*>(context);
-  for (std::size_t k = 0; k < batch.count; ++k) {
-    batch.energy[k] = evaluate_member<double>(of, batch, k, [](std::size_t, double x) { return x; });
-    for (std::size_t first = 0; first < of.size && batch.gradient != nullptr; first += 3) {
-      const auto u = evaluate_member<Forward<3>>(of, batch, k, [&](std::size_t i, double x) {
-        return first <= i && i < first + 3 ? Forward<3>::variable(x, static_cast<int>(i - first)) : Forward<3>(x);
-      });
-      std::copy_n(u.d.begin(), 3, batch.gradient + of.size * k + first);
-    }
-    if (batch.hessian != nullptr) evaluate_hessian(of, batch, k);
-    if (batch.rate == nullptr) continue;
-    const auto u = evaluate_member<Forward<1>>(of, batch, k, [&](std::size_t i, double x) {
-      return i == of.size + of.num_constants ? Forward<1>::variable(x, 0) : Forward<1>(x);
-    });
-    batch.rate[k] = u.d[0];
-  }
-}
-
 /// Parses; an error gets the place of the text.
 Formula parse_at(const std::string& place, std::string_view text, std::span<const std::string> variables,
                  const Constants& constants) {
@@ -277,39 +206,6 @@ Formula parse_at(const std::string& place, std::string_view text, std::span<cons
   } catch (const InputError& error) {
     throw InputError(place, error.what());
   }
-}
-
-/// x1, y1, z1, x2, …
-std::vector<std::string> name_coordinates(int num_points) {
-  std::vector<std::string> names;
-  for (int i = 1; i <= num_points; ++i) {
-    for (const char* axis : {"x", "y", "z"}) names.push_back(axis + text(i));
-  }
-  return names;
-}
-
-/// An energy that would be one if it could read velocities: says so.
-void refuse_velocities(std::string_view energy, int num_points, std::vector<std::string> variables,
-                       const Constants& constants) {
-  const std::size_t first = variables.size();
-  std::vector<std::string> velocities{"vx", "vy", "vz"};
-  for (const std::string& name : name_coordinates(num_points)) velocities.push_back("v" + name);
-  for (const std::string& name : velocities) {
-    if (!constants.contains(name) && std::ranges::count(variables, name) == 0) variables.push_back(name);
-  }
-  const auto find_velocity = [&]() -> std::string {
-    try {
-      const Formula formula(energy, variables, constants);
-      for (std::size_t i = first; i < variables.size(); ++i) {
-        if (formula.depends_on(static_cast<int>(i))) return variables[i];
-      }
-    } catch (const InputError&) {  // said where the text is parsed as what it is
-    }
-    return {};
-  };
-  const std::string found = find_velocity();
-  if (!found.empty())
-    throw InputError("", "'" + found + "': a potential depends on positions and time; use kind formula");
 }
 
 }  // namespace
@@ -357,33 +253,6 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
     return r;
   });
   kernel.context = std::make_shared<const CoordinateFormulas>(std::move(formulas));
-  return kernel;
-}
-
-PotentialKernel formula_potential(std::string_view energy, int num_points, const Constants& constants,
-                                  std::span<const std::string> own_constants) {
-  if (num_points < 1 || num_points > PotentialKernel::most_points) {
-    throw InputError("", "an energy of " + text_of_count(num_points, "point") + "; 1 to " +
-                             text(PotentialKernel::most_points) + " are right");
-  }
-  std::vector<std::string> variables = name_coordinates(num_points);
-  PotentialKernel kernel{.num_points = num_points,
-                         .num_constants = static_cast<int>(own_constants.size()),
-                         .evaluate = evaluate_potential};
-  const std::size_t size = variables.size();
-  for (const std::string& name : own_constants) {
-    if (!is_name(name) || name == "t" || constants.contains(name) || std::ranges::count(variables, name) > 0)
-      throw InputError("", "the constant '" + show(name) + "' has a name that is taken or is none");
-    variables.push_back(name);
-  }
-  variables.emplace_back("t");
-  refuse_velocities(energy, num_points, variables, constants);
-  PotentialFormula formula{Formula(energy, variables, constants), size, own_constants.size()};
-  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
-    return std::vector{formula.formula.evaluate(std::span(x))};
-  });
-  kernel.depends_on_time = formula.formula.depends_on(static_cast<int>(variables.size()) - 1);
-  kernel.context = std::make_shared<const PotentialFormula>(std::move(formula));
   return kernel;
 }
 

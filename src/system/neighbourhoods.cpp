@@ -6,6 +6,7 @@
 #include <span>
 #include <variant>
 
+#include "base/disjoint_sets.hpp"
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 
@@ -37,21 +38,13 @@ class Joining {
   }
   bool is_support(Index point) const { return root_[static_cast<std::size_t>(point)] < 0; }
   /// -1: a support.
-  Index find(Index point) {
-    if (is_support(point)) return -1;
-    while (root_[static_cast<std::size_t>(point)] != point) {
-      Index& up = root_[static_cast<std::size_t>(point)];
-      point = up = root_[static_cast<std::size_t>(up)];
-    }
-    return point;
-  }
+  Index find(Index point) { return is_support(point) ? -1 : find_root(root_.data(), point); }
   void join(std::span<const Index> points) {
     Index first = -1;
     for (const Index point : points) {
-      const Index root = find(point);
-      if (root < 0) continue;
-      if (first >= 0) root_[static_cast<std::size_t>(std::max(root, first))] = std::min(root, first);
-      first = first < 0 ? root : std::min(root, first);
+      if (is_support(point)) continue;
+      if (first < 0) first = point;
+      join_sets(root_.data(), first, point);
     }
   }
 

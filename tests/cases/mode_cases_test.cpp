@@ -90,7 +90,8 @@ INSTANTIATE_TEST_SUITE_P(Laws, BendingChain, testing::Values(BendingLaw::Cosine,
                          [](const auto& law) { return law.param == BendingLaw::Cosine ? "cosine" : "harmonic"; });
 
 TEST(HangingChain, HasTheZerosOfLaguerrePolynomials) {
-  for (const nlohmann::json& each : read_case("B3_pendulum_chain_frequencies").at("cases")) {
+  const nlohmann::json reference = read_case("B3_pendulum_chain_frequencies");
+  for (const nlohmann::json& each : reference.at("cases")) {
     System system = make_chain(each.at("N").get<int>(), {0.0, 0.0, -0.1}, 0.1);
     system.supports = {Support{"", {0}}};
     system.forces = {Gravity{"", {0, 0, -9.81}}};
@@ -120,7 +121,8 @@ TEST(HangingChain, WithAHeavyTipHasItsFrequencies) {
 }
 
 TEST(InvertedChain, IsHeldBySpringsAboveTheirCriticalStiffness) {
-  for (const nlohmann::json& each : read_case("B4_inverted_chain_springs").at("cases")) {
+  const nlohmann::json reference = read_case("B4_inverted_chain_springs");
+  for (const nlohmann::json& each : reference.at("cases")) {
     const int count = each.at("N").get<int>();
     System system = make_chain(count, {0.0, 0.0, 0.1}, 0.1);
     system.supports = {Support{"", {0}}};
@@ -146,7 +148,8 @@ TEST(InvertedChain, IsHeldBySpringsAboveTheirCriticalStiffness) {
 }
 
 TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
-  for (const nlohmann::json& each : read_case("B4_greenhill_column").at("cases")) {
+  const nlohmann::json reference = read_case("B4_greenhill_column");
+  for (const nlohmann::json& each : reference.at("cases")) {
     const int count = each.at("moving_rods").get<int>() + 1;
     System system = make_chain(count, {0.0, 0.0, 0.1}, 0.1);
     system.supports = {Support{"", {0, 1}}};
@@ -195,7 +198,8 @@ TEST(HingedChain, SwingsAboutItsBentShapeInThePlane) {
 }
 
 TEST(ChargesOnASphere, HaveThreeZeroModes) {
-  for (const nlohmann::json& each : read_case("B6_thomson").at("cases")) {
+  const nlohmann::json reference = read_case("B6_thomson");
+  for (const nlohmann::json& each : reference.at("cases")) {
     System system;
     std::vector<Index> all;
     std::vector<std::vector<Index>> pairs;

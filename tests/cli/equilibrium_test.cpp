@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "cli/program.hpp"
 
 namespace tanor::cli {
@@ -101,11 +103,20 @@ TEST(EquilibriumTest, ThatDoesNotExistIsExitCode3) {
 TEST(EquilibriumTest, BadInputIsNamedByItsPlace) {
   const std::vector<std::pair<std::string, std::string>> wrong{
       {R"({"tolerance": 1})", "/equilibrium/tolerance"},
+      {R"([])", "/equilibrium"},
       {R"({"method": "simplex"})", "/equilibrium/method"},
       {R"({"accept": true})", "/equilibrium/accept"},
+      {R"({"accept": "unstable"})", "/equilibrium/accept"},
       {R"({"force_tolerance": 0})", "/equilibrium/force_tolerance"},
+      {R"({"force_tolerance": -1e-10})", "/equilibrium/force_tolerance"},
+      {R"({"force_tolerance": "small"})", "/equilibrium/force_tolerance"},
       {R"({"max_iterations": 0.5})", "/equilibrium/max_iterations"},
+      {R"({"max_iterations": 0})", "/equilibrium/max_iterations"},
       {R"({"load_steps": 0})", "/equilibrium/load_steps"},
+      {R"({"load_steps": 1.5})", "/equilibrium/load_steps"},
+      {R"({"friction": true})", "/equilibrium/friction"},
+      {R"({"prestress": {"rods": "tight"}})", "/equilibrium/prestress/rods"},
+      {R"({"prestress": {"rods": [1, "tight", 2]}})", "/equilibrium/prestress/rods/1"},
       {R"({"at": "noon"})", "/equilibrium/at"},
       {R"({"friction": "keep"})", "/equilibrium/friction"},
       {R"({"prestress": 5})", "/equilibrium/prestress"},
@@ -122,6 +133,67 @@ TEST(EquilibriumTest, BadInputIsNamedByItsPlace) {
     EXPECT_NE(ended.err.find(place + ":"), std::string::npos) << ended.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "at_rest"));
   }
+}
+
+TEST(EquilibriumTest, TellsTheModesThatAreAskedForAndSoDoesModesOfItsScene) {
+  const Folder folder;
+  write_text(folder / "s.json", hanging.dump());
+
+  const Ended ended = run_program(folder, {"equilibrium", "s.json", "--out", "at_rest", "--modes", "2"});
+  const Ended again = run_program(folder, {"modes", "at_rest/equilibrium.json", "--count", "3", "--out", "again"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  ASSERT_EQ(again.code, 0) << again.err;
+  const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
+  const json omega = summary["modes"]["omega"], other = json::parse(read_text(folder / "again/summary.json"))["modes"];
+  ASSERT_EQ(omega.size(), 2u);
+  ASSERT_EQ(other["omega"].size(), 3u);
+  EXPECT_NEAR(omega[0].get<double>(), std::sqrt(summary["equilibrium"]["lowest_omega2"].get<double>()), 1e-9);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(omega[k].get<double>(), other["omega"][k].get<double>(), 1e-8);
+  EXPECT_NE(read_text(folder / "at_rest/shapes.npy").find("'shape': (2, 4, 3)"), std::string::npos);
+}
+
+TEST(EquilibriumTest, NumbersOfModesThatAreNoneAreRefused) {
+  for (const char* count : {"0", "-1", "2.5", "many"}) {
+    const Folder folder;
+    write_text(folder / "s.json", hanging.dump());
+
+    const Ended ended = run_program(folder, {"equilibrium", "s.json", "--out", "at_rest", "--modes", count});
+
+    EXPECT_EQ(ended.code, 2) << count;
+    EXPECT_NE(ended.err.find("--modes"), std::string::npos) << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "at_rest"));
+  }
+}
+
+TEST(EquilibriumTest, ThatIsNotReachedIsExitCode3WithTheBestResidualAndItsPlace) {
+  const Folder folder;
+  json scene = hanging;
+  scene["equilibrium"] = {{"max_iterations", 1}};
+
+  const Ended ended = find_in(folder, scene);
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_NE(ended.err.find("after 1 iterations; best residual"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("at point"), std::string::npos) << ended.err;
+  EXPECT_EQ(json::parse(read_text(folder / "at_rest/summary.json"))["equilibrium"]["status"], "none");
+}
+
+/// A square with both diagonals can pull against itself, and how stiff it is across depends on that.
+TEST(EquilibriumTest, ModesThatASelfStressDecidesAreExitCode3) {
+  const Folder folder;
+  const json square = json::parse(R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [1,1,0], [0,1,0]], "masses": 1},
+    "constraints": [{"name": "bars", "kind": "rod", "pairs": [[0,1],[1,2],[2,3],[3,0],[0,2],[1,3]]}],
+    "equilibrium": {"accept": "any"}})");
+  write_text(folder / "s.json", square.dump());
+
+  const Ended ended = run_program(folder, {"equilibrium", "s.json", "--out", "at_rest", "--modes", "2"});
+
+  EXPECT_EQ(ended.code, 3) << ended.err;
+  EXPECT_NE(ended.err.find("bars["), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("a prestress must be given"), std::string::npos) << ended.err;
+  EXPECT_TRUE(json::parse(read_text(folder / "at_rest/summary.json"))["modes"].is_null());
 }
 
 TEST(EquilibriumTest, FrictionIsRefusedUnlessItIsToBeIgnored) {

@@ -107,7 +107,6 @@ TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
   expect_refused(R"({"count": 2.5})", "/modes/count");
   expect_refused(R"({"count": "many"})", "/modes/count");
   expect_refused(R"({"number": 3})", "/modes/number");
-  expect_refused(R"({"damped": true})", "/modes/damped");
   expect_refused(R"({"damped": 1})", "/modes/damped");
   expect_refused(R"({"buckling": "wind"})", "/modes/buckling");
   expect_refused(R"({"buckling": ["weight", "wind"]})", "/modes/buckling/1");
@@ -125,6 +124,47 @@ TEST(ModesTest, RefusesAForceWithoutAPotential) {
   EXPECT_EQ(ended.code, 3) << ended.err;
   EXPECT_NE(ended.err.find("not conservative"), std::string::npos) << ended.err;
   EXPECT_TRUE(read_json(folder / "answer/summary.json").at("modes").is_null());
+}
+
+/// lambda^2 + (c/m) lambda + omega^2 = 0
+TEST(ModesTest, TellsHowDampedOnesDecay) {
+  const Folder folder;
+  const std::string scene = replaced(replaced(hanging_scene, R"("count": 3)", R"("count": 4, "damped": true)"),
+                                     "-9.81,0]}]", R"(-9.81,0]}, {"kind": "drag", "points": [1, 2], "linear": 0.8}])");
+
+  const Ended ended = run_modes(folder, scene);
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json modes = read_json(folder / "answer/summary.json").at("modes");
+  ASSERT_EQ(modes.at("omega").size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double omega2 = 9.81 * (k < 2 ? 2.0 - std::sqrt(2.0) : 2.0 + std::sqrt(2.0));
+    EXPECT_NEAR(modes.at("decay")[k].get<double>(), 0.2, 1e-12);
+    EXPECT_NEAR(modes.at("omega")[k].get<double>(), std::sqrt(omega2 - 0.04), 1e-11);
+  }
+  const std::string shapes = read_text(folder / "answer" / modes.at("shapes_imaginary").get<std::string>());
+  EXPECT_NE(shapes.find("'shape': (4, 3, 3)"), std::string::npos);
+
+  ASSERT_EQ(run_modes(folder, hanging_scene).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "answer/shapes_imaginary.npy"));
+}
+
+TEST(ModesTest, RefusesMoreModesThanItFindsByItsPlace) {
+  const Folder folder;
+  const auto refusal = [&](const char* modes) {
+    write_text(folder / "net.json", std::string(R"({
+      "tanor_scene": 1, "generate": {"kind": "net", "columns": 20, "rows": 20, "spacing": 0.1, "mass": 0.1},
+      "supports": [{"points": [0, 19]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "modes": )") +
+                                        modes + "}");
+    EXPECT_EQ(run_program(folder, {"equilibrium", "net.json", "--out", "rest", "--quiet"}).code, 0);
+    const Ended ended = run_program(folder, {"modes", "rest/equilibrium.json", "--out", "answer"});
+    EXPECT_EQ(ended.code, 2) << modes;
+    EXPECT_FALSE(std::filesystem::exists(folder / "answer"));
+    return ended.err;
+  };
+  EXPECT_NE(refusal(R"({"count": "all"})").find("/modes/count"), std::string::npos);
+  EXPECT_NE(refusal(R"({"count": 500})").find("/modes/count"), std::string::npos);
+  EXPECT_NE(refusal(R"({"damped": true})").find("/modes/damped"), std::string::npos);
 }
 
 TEST(ModesTest, RefusesFriction) {

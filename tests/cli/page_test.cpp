@@ -166,7 +166,8 @@ std::vector<std::string> find_scenes(const std::filesystem::path& file) {
 TEST(Pages, EveryExampleOfASceneIsOne) {
   const Folder folder;
   std::vector<std::filesystem::path> pages = {std::filesystem::path(TANOR_DOCS).parent_path() / "README.md"};
-  for (const auto& entry : std::filesystem::directory_iterator(TANOR_DOCS)) pages.push_back(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(TANOR_DOCS))
+    if (entry.is_regular_file()) pages.push_back(entry.path());
   std::size_t count = 0;
   for (const std::filesystem::path& page : pages) {
     for (const std::string& scene : find_scenes(page)) {

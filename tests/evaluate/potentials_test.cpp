@@ -140,7 +140,8 @@ TEST(PotentialTableTest, EnergiesForcesAndHessiansHaveThirteenDigits) {
 /// pi - theta and the force keep their digits through the straight angle.
 TEST(PotentialTableTest, HarmonicBendingIsSmoothWhereItIsStraight) {
   const double pi = 3.14159265358979323846;
-  for (const Json& row : read_table().at("straight").at("rows")) {
+  const Json table = read_table();
+  for (const Json& row : table.at("straight").at("rows")) {
     const double eps = number(row.at("y3_over_l"));
     const Answer answer = evaluate(Bendings{"", {{0, 1, 2}}, BendingLaw::Harmonic, 520.0, pi},
                                    {0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.2, 0.1 * eps, 0.0}, std::vector<double>(9, 1.0));

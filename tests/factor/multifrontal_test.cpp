@@ -147,6 +147,27 @@ TEST(Multifrontal, SolvesAsSparseColumnsDo) {
   }
 }
 
+TEST(Multifrontal, SolvesEightColumnsAtOnceAsEachAlone) {
+  for (const Rods& rods : {make_net(24, 17), make_lattice(7)}) {
+    const Matrix S = make_matrix(rods, 3);
+    const std::size_t n = S.size(), width = 8, groups = 3;
+    Multifrontal factor(S.lower);
+    ASSERT_EQ(factor.factorize(S.lower, S.values.data(), 1), n);
+    const std::vector<double> given = any_vector(groups * width * n);
+    std::vector<double> together = given;
+    factor.solve_eights(together.data(), groups);
+    for (std::size_t group = 0; group < groups; ++group) {
+      for (std::size_t lane = 0; lane < width; ++lane) {
+        const auto at = [&](std::size_t i) { return group * width * n + width * i + lane; };
+        std::vector<double> alone(n);
+        for (std::size_t i = 0; i < n; ++i) alone[i] = given[at(i)];
+        factor.solve(alone.data());
+        for (std::size_t i = 0; i < n; ++i) ASSERT_NEAR(together[at(i)], alone[i], 1e-13) << "column " << lane;
+      }
+    }
+  }
+}
+
 RC_GTEST_PROP(Multifrontal, FirstColumnThatFailsIsTheSameOnEveryNumberOfThreads, ()) {
   static const Matrix definite[2] = {make_matrix(make_net(200, 160), 7), make_matrix(make_lattice(17), 7)};
   Matrix S = definite[*rc::gen::inRange(0, 2).as("net or lattice")];

@@ -85,6 +85,7 @@ Eigen::MatrixXd complement_of(const PartialCholesky& factor) {
 Eigen::MatrixXd dense_complement(const Problem& problem) {
   const Eigen::MatrixXd S = problem.dense();
   const auto g = static_cast<Eigen::Index>(problem.num_kept), n = S.rows() - g;
+  if (g == 0 || n == 0) return S.bottomRightCorner(g, g);  // Eigen would look for the first of no right sides
   return S.bottomRightCorner(g, g) -
          S.bottomLeftCorner(g, n) * S.topLeftCorner(n, n).llt().solve(S.topRightCorner(n, g));
 }

@@ -3,6 +3,7 @@
 /// \file What is inside the bytes that a Simulation saves.
 
 #include "simulation/saved_state.hpp"
+#include "system/fingerprint.hpp"
 
 namespace tanor {
 

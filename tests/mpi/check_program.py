@@ -4,6 +4,7 @@
     check_program.py TANOR_MPI TANOR MPIRUN FOLDER
 """
 
+import fcntl
 import json
 import pathlib
 import shutil
@@ -70,7 +71,8 @@ def compare(name, scene, allowed):
             continue
         found = summary_of(out)
         expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
-        for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank", "t_reached"):
+        for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank",
+                    "t_reached"):
             expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
         for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
             error = difference(found["final"][key], wanted["final"][key])
@@ -113,6 +115,54 @@ def check_failures():
     expect(len(lines) == 1 and "/motion/step" in lines[0], f"bad input: {lines}")
 
 
+def complaint(done):
+    """The one line that a run ended with."""
+    lines = [line for line in done.stderr.splitlines() if line.startswith("tanor: ")]
+    return lines[0] if len(lines) == 1 else f"not one line: {done.stderr}"
+
+
+def check_options(path):
+    """What tanor-mpi does not do is refused; nothing is written."""
+    out = folder / "refused"
+    for words in (["--report"], ["--checkpoint-every", "5"], ["--trajectory", "npz"]):
+        done = run(2, [path, "--out", out, *words])
+        expect(done.returncode == 2 and words[0] in complaint(done), f"{words}: {done.returncode} {complaint(done)}")
+        expect(not out.exists(), f"{words}: wrote something")
+    done = run(2, [path, "--out", folder / "as_json", "--quiet", "--json"])
+    expect(done.returncode == 0 and json.loads(done.stdout) == summary_of(folder / "as_json"), f"--json: {done.stdout}")
+    done = subprocess.run([MPIRUN, "-n", "2", PROGRAM, "check", path], capture_output=True, text=True, check=False)
+    expect(done.returncode == 2 and "knows `run` alone" in complaint(done), f"check: {complaint(done)}")
+
+
+def check_folder(path):
+    """A checkpoint of another scene and a damaged one are refused by name; a new run has a clean folder of its own."""
+    out, edited = folder / "shared", net()
+    edited["forces"][0]["acceleration"] = [0, 0, -9.82]  # a number that no list of points and rods tells of
+    expect(run(2, [path, "--out", out, "--quiet", "--t-end", "0.02"]).returncode == 0, "a run to go on with")
+    kept = path.read_bytes()
+    write_scene("net", edited)
+    done = run(2, [path, "--out", out, "--resume"])
+    expect(done.returncode == 2 and "net.json was changed" in complaint(done), f"edited: {complaint(done)}")
+    path.write_bytes(kept)
+    checkpoint = out / "checkpoint.mpi"
+    damaged = bytearray(checkpoint.read_bytes())
+    damaged[-20] ^= 1
+    checkpoint.write_bytes(damaged)
+    done = run(2, [path, "--out", out, "--resume"])
+    expect(done.returncode == 2 and f"{checkpoint}: is damaged" in complaint(done), f"damaged: {complaint(done)}")
+    with open(out / ".run.lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = run(2, [path, "--out", out])
+        expect(done.returncode == 2 and "is in use by" in complaint(done), f"two runs: {complaint(done)}")
+    # The frame of a smaller scene that stops at once is all that is there, not the end of a longer file.
+    done = run(2, [folder / "flat.json", "--out", out, "--quiet"])
+    size = (out / "trajectory.npy").stat().st_size
+    expect(done.returncode == 3 and size == 128 + 36 * 24, f"over the rests of another: {done.returncode}, {size}")
+    (out / "trajectory.npy").write_bytes(b"x" * 100_000)
+    expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "a run over rests of no use")
+    expect((out / "trajectory.npy").stat().st_size == 128 + 3 * 64 * 24, "three frames and nothing else")
+
+
 def clusters(count=30):
     """Chains of 4 rods that fall beside each other, with a spring in each."""
     points, pairs, springs = [], [], []
@@ -148,6 +198,8 @@ def main():
     compare("clusters", clusters(), 1e-9)
     compare("beads", beads(), 1e-9)
     check_failures()
+    check_options(path)
+    check_folder(path)
     print("\n".join(failures) if failures else "tanor-mpi: every answer is that of tanor")
     return 1 if failures else 0
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
@@ -109,6 +111,97 @@ void compare_clusters(Checks* checks) {
   checks->expect(ranks.traffic().messages == messages, "clusters send messages");
 }
 
+/// A file that the first rank changes while the others wait.
+void change(const MpiRanks& ranks, const std::function<void()>& work) {
+  MPI_Barrier(ranks.communicator());
+  if (is_first(ranks)) work();
+  MPI_Barrier(ranks.communicator());
+}
+
+void turn_bit(const std::filesystem::path& name, std::size_t offset) {
+  std::fstream file(name, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(offset));
+  const int byte = file.get();
+  file.seekp(static_cast<std::streamoff>(offset));
+  file.put(static_cast<char>(byte ^ 4));
+}
+
+/// A motion that was saved, on disk, and what reading it says.
+class Saved {
+ public:
+  Saved(Checks* checks, System system)
+      : checks_(*checks),
+        system_(std::move(system)),
+        name_("checkpoint_of_" + std::to_string(checks->ranks.size()) + "_ranks.mpi"),
+        part_(take_part(system_, assign_owners(system_, checks->ranks.size()), checks->ranks)),
+        simulation_(part_.system, part_.part, options_of(Method::Rattle, 1e-3), {.threads = 1}) {
+    // What a run that was killed left of a longer file.
+    change(checks_.ranks, [&] { std::ofstream(name_ + ".part") << std::string(100'000, 'x'); });
+    checks_.expect(simulation_.advance_to(5e-3).ok(), "the motion to save");
+    write_checkpoint(checks_.ranks, name_, part_, system_, simulation_, "a mark");
+  }
+  ~Saved() {
+    change(checks_.ranks, [&] { std::filesystem::remove(name_); });
+  }
+
+  void check_whole() {
+    checks_.expect(complaint(system_).empty(), "a whole checkpoint: " + complaint(system_));
+    checks_.expect(read_checkpoint_mark(checks_.ranks, name_) == "a mark", "the mark of a checkpoint");
+    Simulation fresh(part_.system, part_.part, options_of(Method::Rattle, 1e-3), {.threads = 1});
+    read_checkpoint(checks_.ranks, name_, part_, system_, &fresh);
+    checks_.expect(std::ranges::equal(fresh.positions(), simulation_.positions()) &&
+                       std::ranges::equal(fresh.velocities(), simulation_.velocities()) && fresh.time() == 5e-3,
+                   "a checkpoint is read as it was written");
+  }
+
+  void check_other_systems() {
+    System heavier = system_, crossed = system_, larger = scenes::make_net(7, 5);
+    heavier.masses[3] *= 1.0 + 1e-15;
+    std::get<Rods>(crossed.constraints.front()).pairs.front()[1] += 1;
+    for (const System* other : {&heavier, &crossed, &larger})
+      checks_.expect(complaint(*other).find("another system") != std::string::npos,
+                     "another system: " + complaint(*other));
+  }
+
+  /// Every 13th byte meets each number of the header and all that follows.
+  void check_damage() {
+    const std::size_t size = std::filesystem::file_size(name_);
+    for (std::size_t offset = 0; offset < size; offset += 13) {
+      change(checks_.ranks, [&] { turn_bit(name_, offset); });
+      checks_.expect(!complaint(system_).empty(), "byte " + std::to_string(offset) + " is another one");
+      change(checks_.ranks, [&] { turn_bit(name_, offset); });
+    }
+    for (const std::size_t wrong : {std::size_t{0}, std::size_t{10}, size / 2, size - 1, size + 8}) {
+      change(checks_.ranks, [&] { std::filesystem::resize_file(name_, wrong); });
+      checks_.expect(!complaint(system_).empty(), std::to_string(wrong) + " bytes of " + std::to_string(size));
+    }
+  }
+
+ private:
+  /// Of reading it for a system; of the same parts, which it does not come to. The same on every rank.
+  std::string complaint(const System& system) {
+    try {
+      read_checkpoint(checks_.ranks, name_, part_, system, &simulation_);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return {};
+  }
+
+  Checks& checks_;
+  System system_;
+  std::string name_;
+  RankSystem part_;
+  Simulation simulation_;
+};
+
+void check_checkpoints(Checks* checks) {
+  Saved saved(checks, scenes::make_net(6, 5));
+  saved.check_whole();
+  saved.check_other_systems();
+  saved.check_damage();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -125,6 +218,7 @@ int main(int argc, char** argv) {
     compare_spread(&checks, scenes::make_net(20, 18));
     compare_spread(&checks, scenes::make_lattice(6));
     compare_clusters(&checks);
+    check_checkpoints(&checks);
     failures = checks.failures;
   }
   MPI_Finalize();

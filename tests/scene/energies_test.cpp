@@ -132,6 +132,56 @@ const Rule rules[] = {
      R"json(/forces/0/points/0: [0, 1]: the gradient of the energy has the component inf at the start)json"},
     {"ConstantsForOtherTuples", R"({"kind": "potential", "points": [[0,1]], "energy": "c*x1", "constants": {"c": [1, 2]}})",
      R"json(/forces/0/constants/c: found a list of 2, wanted one number, or a list of 1)json"},
+    {"EnergyMissing", R"({"kind": "potential", "points": [[0,1]]})",
+     R"json(/forces/0/energy: missing, wanted a string)json"},
+    {"PointOutOfRange", R"({"kind": "potential", "points": [[0,1],[0,9]], "energy": "x1"})",
+     R"json(/forces/0/points/1/1: found number 9, wanted a whole number from 0 to 6)json"},
+    {"TupleOfNothing", R"({"kind": "potential", "points": [[]], "energy": "1"})",
+     R"json(/forces/0/points/0: found a list of 0, wanted a list of 1 to 8 points)json"},
+    {"SinglePointThatIsASupport", R"({"kind": "potential", "points": [[0],[5]], "energy": "x1"})",
+     R"json(/forces/0/points/1: point 5: all of its points are supports: its energy moves nothing)json"},
+    {"ConstantWithATakenName", R"({"kind": "potential", "points": [[0,1]], "energy": "x1", "constants": {"y2": 1}})",
+     R"json(/forces/0/energy: the constant 'y2' has a name that is taken or is none)json"},
+    {"ConstantThatIsAParameter", R"({"kind": "potential", "points": [[0,1]], "energy": "k*x1", "constants": {"k": 1}})",
+     R"json(/forces/0/energy: the constant 'k' has a name that is taken or is none)json"},
+    {"ConstantThatIsNoNumber", R"({"kind": "potential", "points": [[0,1]], "energy": "c*x1", "constants": {"c": 1e999}})",
+     R"json(/forces/0/constants/c: found 1e999, wanted a finite number)json"},
+    {"UnknownKeyOfAPotential", R"({"kind": "potential", "points": [[0,1]], "energy": "x1", "law": "fene"})",
+     R"json(/forces/0/law: found the unknown key "law", wanted one of kind, name, points, energy, constants)json"},
+    {"DepthNotPositive", R"({"kind": "bond", "law": "morse", "pairs": [[0,2]], "depth": 0, "width": 1})",
+     R"json(/forces/0/depth: depth 0 is not positive)json"},
+    {"WidthNotPositive", R"({"kind": "bond", "law": "morse", "pairs": [[0,2]], "depth": 1, "width": 0})",
+     R"json(/forces/0/width: width 0 is not positive)json"},
+    {"LimitNotPositive", R"({"kind": "bond", "law": "fene", "pairs": [[0,2]], "stiffness": 1, "limit": -2})",
+     R"json(/forces/0/limit: limit -2 is not positive)json"},
+    {"RestLengthNegative", R"({"kind": "bond", "law": "harmonic", "pairs": [[0,2]], "stiffness": 1, "rest_length": -1})",
+     R"json(/forces/0/rest_length: rest_length -1 is negative)json"},
+    {"FeneBeyondItsLimit", R"({"kind": "bond", "law": "fene", "pairs": [[0,1],[0,4]], "stiffness": 1, "limit": [2, 3]})",
+     R"json(/forces/0/pairs/1: [0, 4]: the distance 4 is not below the limit 3)json"},
+    {"BendingStiffnessNegative", R"({"kind": "bending", "law": "cosine", "triples": [[0,1,2]], "stiffness": -1})",
+     R"json(/forces/0/stiffness: stiffness -1 is negative)json"},
+    {"RestAbovePi", R"({"kind": "bending", "law": "cosine_harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 4})",
+     R"json(/forces/0/rest: rest 4 is not between 0 and pi)json"},
+    {"RestNegative", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": -0.1})",
+     R"json(/forces/0/rest: rest -0.1 is not between 0 and pi)json"},
+    {"StraightAngleOfOneThatDoesNotRestStraight", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2],[0,2,4]], "stiffness": 1, "rest": [3.141592653589793, 2]})",
+     R"json(/forces/0/triples/1: [0, 2, 4]: its angle is straight, where the force of law harmonic has no direction unless all rest at pi)json"},
+    {"BendingThatNamesAPointTwice", R"({"kind": "bending", "law": "cosine", "triples": [[0,1,0]], "stiffness": 1})",
+     R"json(/forces/0/triples/0: [0, 1, 0] names point 0 twice; a bending needs three different points)json"},
+    {"NoCoefficients", R"({"kind": "torsion", "law": "multi", "quadruples": [[0,1,2,3]], "coefficients": []})",
+     R"json(/forces/0/coefficients: there are none; law multi has at least c0)json"},
+    {"BrokenMultiplicity", R"({"kind": "torsion", "law": "periodic", "quadruples": [[0,1,2,3]], "stiffness": 1, "phase": 0, "multiplicity": 1.5})",
+     R"json(/forces/0/multiplicity: found number 1.5, wanted a whole number from 0 to 1000)json"},
+    {"TorsionStiffnessNegative", R"({"kind": "torsion", "law": "harmonic", "quadruples": [[0,1,2,3]], "stiffness": -1, "rest": 0})",
+     R"json(/forces/0/stiffness: stiffness -1 is negative)json"},
+    {"TorsionThatNamesAPointTwice", R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,0]], "coefficients": [1,0,0,0]})",
+     R"json(/forces/0/quadruples/0: [0, 1, 2, 0] names point 0 twice; a torsion needs four different points)json"},
+    {"TorsionAlongABranch", R"({"kind": "torsion", "law": "opls", "along": "chain", "coefficients": [1,0,0,0]})",
+     R"json(/forces/0/along: three or more of these rods meet at point 1: which of them are in sequence is not clear there)json", ",[1,5]"},
+    {"YukawaWithoutALength", R"({"kind": "pair", "law": "yukawa", "strength": 1})",
+     R"json(/forces/0/length: missing, wanted a number)json"},
+    {"PairDepthNotPositive", R"({"kind": "pair", "law": "morse", "depth": 0, "width": 1, "rest_length": 1})",
+     R"json(/forces/0/depth: found number 0, wanted a number > 0)json"},
     {"FeneAtItsLimit", R"({"kind": "bond", "law": "fene", "pairs": [[0,2]], "stiffness": 1, "limit": 2})",
      R"json(/forces/0/pairs/0: [0, 2]: the distance 2 is not below the limit 2)json"},
     {"StiffnessNotPositive", R"({"kind": "bond", "law": "harmonic", "pairs": [[0,2]], "stiffness": 0})",
@@ -186,6 +236,29 @@ const Rule rules[] = {
      R"json(/forces/0/triples: missing, wanted a list of triples of points)json"},
 };
 // clang-format on
+
+/// Where points are at one place: both are named, whatever joins them.
+TEST(EnergyRulesAtOnePlace, NameTheTuple) {
+  const std::string points = R"({"positions": [[0,0,0],[0,0,0],[1,0,0],[2,1,0]]})";
+  const auto told = [&](const std::string& force) {
+    return error_of(R"({"tanor_scene": 1, "points": )" + points + R"(, "forces": [)" + force + "]}");
+  };
+  const std::string pair = "scene.json: /forces/0: points 0 and 1 are at the same place; their force has no direction";
+  EXPECT_EQ(told(R"({"kind": "pair", "law": "coulomb", "strength": 1, "charges": 1})"), pair);
+  EXPECT_EQ(told(R"({"kind": "pair", "law": "yukawa", "strength": 1, "length": 1})"), pair);
+  EXPECT_EQ(told(R"({"kind": "pair", "law": "morse", "depth": 1, "width": 1, "rest_length": 1})"), pair);
+  const std::string bond =
+      "scene.json: /forces/0/pairs/1: [0, 1]: its points are at one place, where the force has no direction";
+  for (const char* law :
+       {R"("harmonic", "stiffness": 1, "rest_length": 1)", R"("morse", "depth": 1, "width": 1, "rest_length": 1)",
+        R"("fene", "stiffness": 1, "limit": 2)"})
+    EXPECT_EQ(told(std::string(R"({"kind": "bond", "pairs": [[0,2],[0,1]], "law": )") + law + "}"), bond);
+  EXPECT_EQ(told(R"({"kind": "bending", "law": "cosine", "triples": [[0,1,2]], "stiffness": 1})"),
+            "scene.json: /forces/0/triples/0: [0, 1, 2]: two of its points are at one place: there is no angle");
+  EXPECT_EQ(told(R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0,0]})"),
+            "scene.json: /forces/0/quadruples/0: [0, 1, 2, 3]: three of its points are on one line: there is no "
+            "dihedral");
+}
 
 INSTANTIATE_TEST_SUITE_P(Scene, EnergyRules, testing::ValuesIn(rules),
                          [](const auto& instance) { return instance.param.name; });

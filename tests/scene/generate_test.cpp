@@ -141,6 +141,79 @@ TEST(Generate, MeltHasItsTemperatureAndKeepsItsRods) {
   }
 }
 
+TEST(Generate, MeltOfEnergiesIsABeadSpringModelThatBeginsApart) {
+  const Scene scene = generate(
+      R"("kind": "melt", "bonds": "energies", "chains": 30, "count": 19, "spacing": 0.5, "mass": 2, "temperature": 3,
+      "epsilon": 4, "bending": 0.7)");
+  const System& system = scene.system;
+  ASSERT_EQ(system.num_points(), 600u);
+  EXPECT_TRUE(system.constraints.empty());
+  ASSERT_EQ(system.forces.size(), 3u);
+  const auto& bonds = std::get<Bonds>(system.forces[0]);
+  const auto& beads = std::get<PairForces>(system.forces[1]);
+  const auto& bendings = std::get<Bendings>(system.forces[2]);
+  EXPECT_EQ(bonds.name + beads.name + bendings.name, "bondsbeadsbendings");
+  EXPECT_EQ(bonds.pairs.size(), 30u * 19u);
+  EXPECT_EQ(bendings.triples.size(), 30u * 18u);
+  EXPECT_EQ(bonds.law, BondLaw::Fene);
+  EXPECT_EQ(bendings.law, BendingLaw::Cosine);
+  EXPECT_EQ(beads.law, PairLaw::Wca);
+  EXPECT_EQ(bonds.stiffness.constants, std::vector{30.0 * 4.0 / 0.25});
+  EXPECT_EQ(bonds.limit.constants, std::vector{0.75});
+  EXPECT_EQ(bendings.stiffness.constants, std::vector{0.7});
+  EXPECT_EQ(beads.epsilon, 4.0);
+  EXPECT_EQ(beads.sigma, 0.5);
+
+  // 0.85 beads a spacing^3, but for what the last layer of the lattice leaves empty.
+  const double density = 600.0 * 0.125 / (beads.box[0] * beads.box[1] * beads.box[2]);
+  EXPECT_LE(density, 0.85 * (1 + 1e-12));
+  EXPECT_GT(density, 0.75);
+  const double pitch = 0.5 / std::cbrt(0.85);
+  for (const auto& [i, j] : bonds.pairs) {
+    EXPECT_EQ(j, i + 1);
+    EXPECT_NE(i % 20, 19);
+    const Vector3 a = position(scene, static_cast<std::size_t>(i)), b = position(scene, static_cast<std::size_t>(j));
+    EXPECT_NEAR(std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]), pitch, 1e-12);
+  }
+  double nearest = HUGE_VAL, square = 0.0;
+  for (std::size_t i = 0; i < 600; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      double distance2 = 0.0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double d = position(scene, i)[axis] - position(scene, j)[axis];
+        distance2 += std::pow(d - beads.box[axis] * std::round(d / beads.box[axis]), 2);
+      }
+      nearest = std::min(nearest, std::sqrt(distance2));
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) square += std::pow(system.velocities[3 * i + axis], 2);
+  }
+  EXPECT_NEAR(nearest, pitch, 1e-12);
+  EXPECT_NEAR(2.0 * square / 1800.0, 3.0, 0.4);  // m <v^2> = kT a component
+}
+
+TEST(Generate, MeltOfEnergiesMovesWithoutRods) {
+  const Scene scene =
+      generate(R"("kind": "melt", "bonds": "energies", "chains": 9, "count": 24, "spacing": 1, "mass": 1)");
+  Simulation simulation(scene.system, {.method = Method::Rattle, .step = 0.003});
+
+  ASSERT_TRUE(simulation.advance_to(0.6).ok()) << simulation.outcome().what;
+
+  const EnergyReport& energy = simulation.report().energy;
+  EXPECT_LT(std::abs(energy.now - energy.start), 2e-3 * energy.kinetic);
+  EXPECT_GT(energy.kinetic, 0.5 * 1.5 * 225);
+}
+
+TEST(Generate, MeltOfRodsTakesNoNumbersOfEnergies) {
+  for (const char* key : {"epsilon", "bending"}) {
+    try {
+      (void)generate(std::string(R"("kind": "melt", ")") + key + R"(": 1)");
+      FAIL() << key;
+    } catch (const InputError& error) {
+      EXPECT_NE(error.where().find(std::string("/generate/") + key), std::string::npos) << error.where();
+    }
+  }
+}
+
 TEST(Generate, SeedDecidesEverything) {
   for (const char* kind : {"tree", "clusters", "melt"}) {
     const std::string keys = std::string(R"("kind": ")") + kind + R"(", "seed": )";

@@ -301,6 +301,34 @@ TEST(Import, BondsMayBeLeftOut) {
   EXPECT_TRUE(rods_of(import(R"("file": "cube.ply", "format": "ply", "bonds": "none")")).pairs.empty());
 }
 
+/// Carbon at these places, angstrom.
+Imported carbon_at(std::vector<Vector3> positions) {
+  Imported data;
+  data.angstrom = 1.0;
+  data.elements.assign(positions.size(), find_element("C"));
+  data.positions = std::move(positions);
+  return data;
+}
+
+// All pairs of so many would take hours.
+TEST(Import, AtomsThatAreAllInOnePlaceAreToldByTheFirst) {
+  try {
+    (void)find_bonds_by_distance(carbon_at(std::vector<Vector3>(400000, Vector3{1.0, 2.0, 3.0})));
+    FAIL() << "nothing was said";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "found point 0 within bonding distance of more than 24 others, wanted at most 24");
+  }
+}
+
+TEST(Import, AnAtomFarAwayKeepsNoOtherFromItsNeighbours) {
+  constexpr int edge = 40;
+  std::vector<Vector3> grid{{9000.0, -9000.0, 9000.0}};
+  for (int k = 0; k < edge * edge * edge; ++k)
+    grid.push_back({1.5 * (k % edge), 1.5 * (k / edge % edge), 1.5 * (k / edge / edge)});
+
+  EXPECT_EQ(find_bonds_by_distance(carbon_at(grid)).size(), 3u * edge * edge * (edge - 1));
+}
+
 // Every bond of a random crowd, in a random box, is found by trying all pairs too.
 RC_GTEST_PROP(Import, BondsByDistanceAreThoseOfAllPairs, ()) {
   const bool is_periodic = *rc::gen::arbitrary<bool>();
@@ -309,7 +337,7 @@ RC_GTEST_PROP(Import, BondsByDistanceAreThoseOfAllPairs, ()) {
   Imported data;
   data.angstrom = 1.0;
   if (is_periodic) data.cell = {.xx = edge(), .yy = edge(), .zz = edge(), .xy = tilt(), .xz = tilt(), .yz = tilt()};
-  const int num_atoms = *rc::gen::inRange(1, 40);
+  const int num_atoms = *rc::gen::inRange(1, 26);  // more in one place are no molecule
   for (int k = 0; k < num_atoms; ++k) {
     Vector3 r;
     for (double& x : r) x = 0.001 * *rc::gen::inRange(-15000, 15000);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <tanor/direct_problem.hpp>
+#include <tanor/statics_names.hpp>
 #include <tanor/tanor.hpp>
 
 namespace tanor {
@@ -12,7 +13,8 @@ namespace {
 template <class Enum>
 class EnumNames : public testing::Test {};
 using AllEnumerations = testing::Types<Status, Ordering, Form, FrictionMethod, LinearSolver, Factorization, Uniqueness,
-                                       StartMode, Stabilisation, Event::Direction, PairLaw, Coulomb::Reaction>;
+                                       StartMode, Stabilisation, Event::Direction, PairLaw, Coulomb::Reaction, BondLaw,
+                                       BendingLaw, TorsionLaw, EquilibriumMethod, Stability, AcceptedEquilibria>;
 TYPED_TEST_SUITE(EnumNames, AllEnumerations);
 
 TYPED_TEST(EnumNames, EachValueHasItsOwnWordAndEachWordItsValue) {

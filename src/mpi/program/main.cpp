@@ -12,14 +12,18 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
+#include <variant>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
 #include "mpi/program/trajectory.hpp"
 #include "mpi/program/whole_run.hpp"
 #include "mpi/tanor_mpi.hpp"
+#include "report/checkpoint.hpp"
 #include "report/output_file.hpp"
 #include "report/summary.hpp"
 #include "scene/scene.hpp"
@@ -32,8 +36,6 @@ namespace fs = std::filesystem;
 using cli::ExitCode;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* checkpoint_name = "checkpoint.mpi";
-
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
@@ -43,33 +45,47 @@ void choose_threads(scene::Scene* scene) {
   if (scene->solver.threads == 0) scene->solver.threads = std::getenv("OMP_NUM_THREADS") != nullptr ? 0 : 1;
 }
 
+/// The first rank could not do what it does for all.
+struct FirstRankFailed {
+  cli::Failure failure;
+};
+
+/// Lets the first rank do something with files; what goes wrong there goes wrong on every rank.
+void do_on_first(MpiRanks& ranks, const std::function<void()>& work) {
+  cli::Failure failure{ExitCode::Done, {}};
+  try {
+    if (ranks.rank() == 0) work();
+  } catch (...) {
+    failure = cli::describe_current_exception();
+  }
+  MPI_Bcast(&failure.code, sizeof failure.code, MPI_BYTE, 0, ranks.communicator());
+  if (failure.code == ExitCode::Done) return;
+  ranks.share(0, &failure.message);
+  throw FirstRankFailed{failure};
+}
+
 /// One run, on this rank.
 class Run {
  public:
   Run(MpiRanks& ranks, const cli::RunOptions& options)
       : ranks_(ranks),
         options_(options),
-        scene_(cli::prepare(scene::load_moving_scene(options.scene, options.overrides))),
-        folder_(cli::choose_folder(options.out, scene_)) {
+        scene_(prepare()),
+        folder_(cli::choose_folder(options.out, scene_)),
+        mark_(report::make_fingerprint(scene_.files, scene_.system)) {
     choose_threads(&scene_);
-    refuse_what_is_missing();
     part_ = take_part(scene_.system, assign_owners(scene_.system, ranks.size()), ranks);
     simulation_.emplace(cli::naming_file(
         scene_.file, [&] { return Simulation(part_.system, part_.part, scene_.motion, scene_.solver); }));
-    if (ranks.rank() == 0) fs::create_directories(folder_);
-    MPI_Barrier(ranks.communicator());
+    take_folder();
     trajectory_.emplace(ranks, folder_, part_, scene_.system.num_points());
+    if (goes_on_) trajectory_->keep_until(simulation_->time());
     setup_ = seconds_since(begin_);
   }
 
   ExitCode execute() {
-    const bool goes_on = options_.resume && fs::exists(folder_ / checkpoint_name);
-    if (goes_on) {
-      read_checkpoint(ranks_, folder_ / checkpoint_name, part_, scene_.system.num_points(), &*simulation_);
-      trajectory_->keep_until(simulation_->time());
-    }
     Outcome outcome = simulation_->outcome();
-    if (outcome.ok() && !goes_on) write_frame();
+    if (outcome.ok() && !goes_on_) write_frame();
     while (outcome.ok() && simulation_->time() < scene_.t_end) {
       const double next = cli::next_output_time(simulation_->time(), scene_.output_every, scene_.t_end);
       outcome = simulation_->advance_to(next);
@@ -80,17 +96,52 @@ class Run {
   }
 
  private:
-  void refuse_what_is_missing() const {
+  /// Reads the scene, and refuses what `tanor run` alone can do.
+  scene::Scene prepare() const {
+    if (options_.report) throw InputError("--report", "tanor-mpi makes no page; `tanor run` makes it");
+    if (options_.checkpoint_every)
+      throw InputError("--checkpoint-every", "tanor-mpi writes a checkpoint at every frame, see /motion/output_every");
+    if (options_.overrides.trajectory)
+      throw InputError("--trajectory", "tanor-mpi writes trajectory.npy alone; `tanor run` knows other formats");
+    scene::Scene scene = cli::prepare(scene::load_moving_scene(options_.scene, options_.overrides));
     using When = scene::CertificatePolicy::When;
-    const When when = scene_.certificate.when;
+    const When when = scene.certificate.when;
     if (ranks_.size() > 1 && (when == When::Always || when == When::Every))
-      throw InputError(scene_.file.string() + ": /certificate", "is found on one rank alone; `tanor run` finds it");
+      throw InputError(scene.file.string() + ": /certificate", "is found on one rank alone; `tanor run` finds it");
+    const bool has_own_wishes = scene.trajectory.files != scene::TrajectoryFormats().files ||
+                                scene.trajectory.compression || !scene.output_points.empty();
+    if (has_own_wishes && ranks_.rank() == 0)
+      cli::print_message(scene.file.string() + ": warning: tanor-mpi writes all points, to trajectory.npy alone");
+    return scene;
+  }
+
+  /// Makes the folder and keeps others out of it; goes on there, or removes what an earlier run has left.
+  void take_folder() {
+    do_on_first(ranks_, [&] {
+      report::make_folder(folder_);
+      lock_.emplace(folder_, "run");
+    });
+    goes_on_ = options_.resume && fs::exists(folder_ / cli::mpi_checkpoint_name);
+    if (goes_on_) return resume();
+    if (options_.resume && ranks_.rank() == 0)
+      cli::print_message("no checkpoint in " + folder_.string() + "; starts anew");
+    do_on_first(ranks_, [&] { cli::remove_results(folder_); });
+  }
+
+  void resume() {
+    const fs::path name = folder_ / cli::mpi_checkpoint_name;
+    if (const std::string mark = read_checkpoint_mark(ranks_, name); mark != mark_)
+      throw InputError(name.string(), report::name_difference(mark, mark_) + "; run without --resume");
+    read_checkpoint(ranks_, name, part_, scene_.system, &*simulation_);
+    if (simulation_->time() > scene_.t_end)
+      throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
+                                                     simulation_->time(), scene_.t_end));
   }
 
   void write_frame() {
     const auto begin = Clock::now();
     trajectory_->write_frame(*simulation_);
-    write_checkpoint(ranks_, folder_ / checkpoint_name, part_, scene_.system.num_points(), *simulation_);
+    write_checkpoint(ranks_, folder_ / cli::mpi_checkpoint_name, part_, scene_.system, *simulation_, mark_);
     output_ += seconds_since(begin);
   }
 
@@ -113,6 +164,7 @@ class Run {
                                               name_of(simulation_->report().method), ranks_.size(), folder_.string())
                                 : fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}",
                                               simulation_->time(), scene_.t_end, outcome.what, folder_.string());
+    if (options_.json) cli::print_json_file(folder_ / report::summary_name);
     if (!outcome.ok() || !options_.quiet) cli::print_message(end);
   }
 
@@ -121,6 +173,9 @@ class Run {
   Clock::time_point begin_ = Clock::now();
   scene::Scene scene_;
   fs::path folder_;
+  std::string mark_;                     ///< of the scene
+  std::optional<cli::FolderLock> lock_;  ///< on the first rank
+  bool goes_on_ = false;
   RankSystem part_;
   std::optional<Simulation> simulation_;
   std::optional<Trajectory> trajectory_;
@@ -145,20 +200,28 @@ ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
   return failure.code;
 }
 
-[[noreturn]] void refuse_command() {
-  throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
-}
+/// What the ranks do of what a command line asks for.
+struct Executor {
+  MpiRanks& ranks;
 
-/// The ranks of this program, while it runs.
-MpiRanks* all_ranks = nullptr;
+  ExitCode operator()(const cli::RunOptions& options) const { return Run(ranks, options).execute(); }
+  ExitCode operator()(const cli::HelpOptions& options) const { return cli::execute(options); }
+  ExitCode operator()(const cli::Words& words) const { return cli::execute(words); }
+  template <class Other>
+  ExitCode operator()(const Other&) const {
+    throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
+  }
+};
 
-ExitCode run_command(int argc, const char* const* argv) {
+ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
   try {
-    const std::function<ExitCode()> command = cli::parse_command_line(argc, argv);
-    if (all_ranks->rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
-    return command();
+    const cli::Request request = cli::parse_command_line(argc, argv);
+    if (ranks.rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
+    return std::visit(Executor{ranks}, request);
+  } catch (const FirstRankFailed& first) {
+    return tell(ranks, first.failure);
   } catch (...) {
-    return tell(*all_ranks, cli::describe_current_exception());
+    return tell(ranks, cli::describe_current_exception());
   }
 }
 
@@ -166,59 +229,13 @@ ExitCode run_command(int argc, const char* const* argv) {
 
 }  // namespace tanor::mpi
 
-// What the table of commands executes here.
-namespace tanor::cli {
-
-ExitCode execute(const RunOptions& options) {
-  return mpi::Run(*mpi::all_ranks, options).execute();
-}
-ExitCode execute(const SolveOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const ForcesOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const InfoOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const CheckOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const ErrorTimeOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const EquilibriumCommand&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const ModesCommand&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const SelftestOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const ViewOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const PictureOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const ManualOptions&) {
-  mpi::refuse_command();
-}
-ExitCode execute(const CompletionOptions&) {
-  mpi::refuse_command();
-}
-
-}  // namespace tanor::cli
-
 int main(int argc, char** argv) {
   int provided = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   int code = 0;
   {
     tanor::MpiRanks ranks(MPI_COMM_WORLD);
-    tanor::mpi::all_ranks = &ranks;
-    code = static_cast<int>(tanor::mpi::run_command(argc, argv));
+    code = static_cast<int>(tanor::mpi::run_command(ranks, argc, argv));
   }
   MPI_Finalize();
   return code;

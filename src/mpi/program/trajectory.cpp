@@ -3,6 +3,7 @@
 #include <cstring>
 #include <string>
 
+#include "cli/output_folder.hpp"
 #include "report/npy.hpp"
 
 namespace tanor::mpi {
@@ -19,10 +20,13 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 
 Trajectory::Trajectory(const MpiRanks& ranks, const std::filesystem::path& folder, const RankSystem& part,
                        std::size_t num_points)
-    : ranks_(ranks), folder_(folder), points_(points_to_write(ranks, part)), num_points_(num_points) {}
+    : ranks_(ranks),
+      folder_(folder),
+      points_(part.points.begin(), part.points.begin() + static_cast<std::ptrdiff_t>(count_to_write(ranks, part))),
+      num_points_(num_points) {}
 
 void Trajectory::keep_until(double time) {
-  const std::filesystem::path name = folder_ / "trajectory_times.npy";
+  const std::filesystem::path name = folder_ / cli::mpi_times_name;
   if (!std::filesystem::exists(name)) return;
   SharedFile file(ranks_, name, SharedFile::Mode::Read);
   const std::size_t size = std::filesystem::file_size(name);
@@ -36,14 +40,16 @@ void Trajectory::keep_until(double time) {
 
 /// The numbers first, then the header that tells of them.
 void Trajectory::write_frame(const Simulation& simulation) {
-  SharedFile frames(ranks_, folder_ / "trajectory.npy", SharedFile::Mode::Write);
+  SharedFile frames(ranks_, folder_ / cli::mpi_trajectory_name, SharedFile::Mode::Write);
   frames.write_points(header_size + 24 * num_points_ * times_.size(), 3, points_,
                       simulation.positions().first(3 * points_.size()));
   times_.push_back(simulation.time());
   frames.write(0, bytes_of(report::make_npy_header("<f8", {times_.size(), num_points_, 3}, header_size)));
-  SharedFile times(ranks_, folder_ / "trajectory_times.npy", SharedFile::Mode::Write);
+  frames.synchronize();
+  SharedFile times(ranks_, folder_ / cli::mpi_times_name, SharedFile::Mode::Write);
   times.write(header_size, std::as_bytes(std::span(times_)));
   times.write(0, bytes_of(report::make_npy_header("<f8", {times_.size()}, header_size)));
+  times.synchronize();
 }
 
 }  // namespace tanor::mpi

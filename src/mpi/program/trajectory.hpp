@@ -8,7 +8,7 @@
 namespace tanor::mpi {
 
 /// Frames of positions that all ranks write together: `trajectory.npy`, [frame][point][3], m, and
-/// `trajectory_times.npy`, [frame], s. Both are whole after each frame.
+/// `trajectory_times.npy`, [frame], s. The disk has both, whole, after each frame.
 class Trajectory {
  public:
   /// Starts anew, or goes on behind what stands there up to `time`.

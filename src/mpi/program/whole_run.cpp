@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/disjoint_sets.hpp"
 #include "system/members.hpp"
 
 namespace tanor::mpi {
@@ -39,21 +40,13 @@ std::size_t count_islands(const System& system) {
   std::vector<char> is_support(root.size(), 0), has_rows(root.size(), 0);
   for (const Support& support : system.supports)
     for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
-  const auto find = [&](Index point) {
-    while (root[static_cast<std::size_t>(point)] != point) {
-      Index& up = root[static_cast<std::size_t>(point)];
-      point = up = root[static_cast<std::size_t>(up)];
-    }
-    return point;
-  };
   for_each_member(system, [&](std::span<const Index> points, int) {
     Index first = -1;
     for (const Index point : points) {
       if (is_support[static_cast<std::size_t>(point)] != 0) continue;
       has_rows[static_cast<std::size_t>(point)] = 1;
-      const Index own = find(point);
-      if (first >= 0) root[static_cast<std::size_t>(own)] = first;
-      first = first < 0 ? own : first;
+      if (first < 0) first = point;
+      join_sets(root.data(), first, point);
     }
   });
   std::size_t count = 0;

@@ -2,15 +2,15 @@
 
 A `System` describes points, constraints and forces; a `Simulation` moves it, a `Dynamics` answers at one instant, an
 `InverseDynamics` finds the forces of a given motion, and a `Constrainer` serves a simulation that owns its arrays and
-its time loop. Wrong input is an `InputError`; what the numbers refuse is in a report's `outcome`, never an exception.
+its time loop. `find_equilibrium` and `modes` say where it rests and how it swings there. Wrong input is an `InputError`; what the numbers refuse is in a report's `outcome`, never an exception.
 """
 
 from ._core import *  # noqa: F403
 from ._core import InputError, __version__  # noqa: F401
 from .description import KINDS as _KINDS
-from .description import Formula, System, Table  # noqa: F401
+from .description import Definition, Formula, System, Table  # noqa: F401
 from .runs import Trajectory, run, run_scene  # noqa: F401
 
 globals().update(_KINDS)
 __all__ = sorted(name for name in globals() if name[0].isupper()) + [
-    "equation_names", "num_equations", "run", "run_scene", "validate"]
+    "equation_names", "find_buckling", "find_equilibrium", "modes", "num_equations", "run", "run_scene", "validate"]

@@ -22,6 +22,24 @@ class Formula:
 
 
 @dataclasses.dataclass(eq=False)
+class Definition:
+    """An energy that is written once, over a scalar type, as the kernel of a Potential:
+
+        def stretched(r1, r2, t, k):
+            return 0.5 * k * (numpy.linalg.norm(r2 - r1) - 1.0)**2
+
+        Potential([[0, 1], [1, 2]], kernel=Definition(stretched), constants={"k": [30.0, 40.0]})
+
+    function  (r1 [3], r2 [3], ..., t, and the constants by name) -> energy, J
+
+    It is called once, with numbers that write down what is done to them (Scalar). The library then has force, stiffness
+    and series of any order, and calls Python no more: all methods, equilibria and modes take it, on any number of threads.
+    """
+
+    function: Any
+
+
+@dataclasses.dataclass(eq=False)
 class Table:
     """A function of time by its samples, C4 between them. Outside of its times it is an InputError.
 

@@ -1,0 +1,38 @@
+#!/usr/bin/python3
+"""A chain between two supports: where it rests, and how it swings there.
+
+    modes.py [PICTURE.png]
+"""
+
+import sys
+
+import matplotlib
+import numpy
+import tanor
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+n, width, length = 41, 3.0, 0.1
+start = numpy.zeros((n, 3))
+start[:, 0] = numpy.linspace(0, width, n)  # straight, with rods too short: the search mends that
+chain = tanor.System(start, numpy.full(n, 0.1), supports=[tanor.Support([0, n - 1], name="nails")],
+                     constraints=[tanor.Rods([[i, i + 1] for i in range(n - 1)], length=length, name="links")],
+                     forces=[tanor.Gravity((0, 0, -9.81))])
+rest = tanor.find_equilibrium(chain)
+if not rest.ok:
+    sys.exit(rest.outcome.what)
+modes = tanor.modes(chain, rest.positions, tanor.ModesOptions(count=6), multipliers=rest.multipliers)
+if not modes.ok:
+    sys.exit(modes.outcome.what)
+
+figure, axes = plt.subplots(2, 3, figsize=(11, 6), sharex=True, layout="constrained")
+for k, picture in enumerate(axes.flat):
+    shape = modes.shapes[k]
+    in_plane = abs(shape[:, 1]).max() < abs(shape[:, 2]).max()
+    moved = rest.positions + 0.3 / abs(shape).max() * shape
+    picture.plot(rest.positions[:, 0], rest.positions[:, 2], color="0.7")
+    picture.plot(moved[:, 0], moved[:, 2] if in_plane else moved[:, 1], ".-")
+    picture.set(title=f"{modes.omega[k]:.4f} rad/s, {'in the plane' if in_plane else 'across, from above'}")
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "modes.png", dpi=100)
+print(f"{rest.status} after {rest.iterations} iterations; omega = {modes.omega}")

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "cli/command_table.hpp"
+#include "picture/style.hpp"
+
+/// Values of the options of `tanor picture`.
+namespace tanor::cli {
+
+/// "1600x1000"
+Value size_of_picture(picture::Style* style);
+/// "auto", an axis, or two angles
+Value view_of_picture(picture::Style* style);
+Value projection_of_picture(picture::Style* style);
+/// What is shown, names between commas; what is not named is not shown.
+Value parts_of_picture(picture::Style* style);
+
+}  // namespace tanor::cli

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "cli/command_table.hpp"
+
+namespace tanor::cli {
+
+/// The number that the whole text is.
+template <class Number>
+std::optional<Number> read_number(const std::string& text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+/// Words between commas; each use of the option adds some.
+Value list(Word word, std::vector<std::string>* target);
+
+}  // namespace tanor::cli

@@ -1,0 +1,170 @@
+#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/kinds.hpp"
+#include "python/records.hpp"
+#include "python/scene_file.hpp"
+#include "scene/equilibrium.hpp"
+#include "scene/modes.hpp"
+
+/// \file
+/// Rest and small vibrations: find_equilibrium, modes, find_buckling.
+namespace tanor::python {
+namespace {
+
+/// Those that were given; None: those of the scene, or the defaults.
+template <class Options, class Read, class OfScene>
+Options choose_options(const py::object& system, const py::object& options, const py::object& solver, const Read& read,
+                       const OfScene& of_scene) {
+  const bool is_scene = py::isinstance<SceneFile>(system);
+  Options chosen{};
+  if (!options.is_none()) {
+    chosen = read(options);
+  } else if (is_scene) {
+    chosen = of_scene(system.cast<SceneFile&>().read());
+  }
+  chosen.solver = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
+  return chosen;
+}
+
+/// What the user gave, or what the description says.
+std::vector<double> positions_of(const System& system, const py::object& positions) {
+  if (positions.is_none()) return system.positions;
+  const auto numbers = numbers_to_read(positions, {"positions", static_cast<py::ssize_t>(system.num_points())});
+  return {numbers.begin(), numbers.end()};
+}
+
+EquilibriumResult rest(const py::object& object, const py::object& options, const py::object& solver) {
+  const System system = read_system(object);
+  const auto chosen =
+      choose_options<EquilibriumOptions>(object, options, solver, read_equilibrium_options, scene::equilibrium_options);
+  return without_lock([&] { return find_equilibrium(system, chosen); });
+}
+
+Modes vibrate(const py::object& object, const py::object& positions, const py::object& options,
+              const py::object& multipliers, const py::object& solver) {
+  const System system = read_system(object);
+  auto chosen = choose_options<ModesOptions>(object, options, solver, read_modes_options, scene::modes_options);
+  const std::vector<double> at = positions_of(system, positions);
+  chosen.multipliers =
+      numbers_to_read(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
+  return without_lock([&] { return modes(system, at, chosen); });
+}
+
+Buckling buckle(const py::object& object, const py::object& options, const py::object& positions,
+                const py::object& solver) {
+  const System system = read_system(object);
+  const auto chosen =
+      choose_options<BucklingOptions>(object, options, solver, read_buckling_options, scene::buckling_options);
+  const std::vector<double> at = positions_of(system, positions);
+  return without_lock([&] { return find_buckling(system, at, chosen); });
+}
+
+template <class Report>
+bool is_ok(const Report& report) {
+  return report.outcome.ok();
+}
+
+/// [modes, n, 3], a view.
+py::array shapes_of(const py::object& self) {
+  const auto& found = self.cast<const Modes&>();
+  const auto count = static_cast<py::ssize_t>(found.count());
+  const py::ssize_t points = count > 0 ? static_cast<py::ssize_t>(found.shapes.size()) / (3 * count) : 0;
+  return py::array(view(found.shapes, 0, self).attr("reshape")(count, points, 3));
+}
+
+py::array_t<bool> uniqueness_of(const EquilibriumResult& found) {
+  py::array_t<bool> flags(static_cast<py::ssize_t>(found.multipliers_unique.size()));
+  std::copy(found.multipliers_unique.begin(), found.multipliers_unique.end(), flags.mutable_data());
+  return flags;
+}
+
+void bind_records(py::module_& module) {
+  Record<EquilibriumResult>(module, "EquilibriumResult")
+      .property("ok", &is_ok<EquilibriumResult>, "bool")
+      .field("outcome", &EquilibriumResult::outcome)
+      .field("status", &EquilibriumResult::status)
+      .field("method_used", &EquilibriumResult::method_used)
+      .field("iterations", &EquilibriumResult::iterations)
+      .field("factorizations", &EquilibriumResult::factorizations)
+      .field("positions", &EquilibriumResult::positions, 3)
+      .field("multipliers", &EquilibriumResult::multipliers)
+      .field("reactions", &EquilibriumResult::reactions, 3)
+      .field("support_forces", &EquilibriumResult::support_forces, 3)
+      .property("multipliers_unique", &uniqueness_of, "numpy.ndarray")
+      .field("self_stress_states", &EquilibriumResult::self_stress_states)
+      .field("dependences", &EquilibriumResult::dependences)
+      .field("residual_force", &EquilibriumResult::residual_force)
+      .field("largest_force", &EquilibriumResult::largest_force)
+      .field("violation", &EquilibriumResult::violation)
+      .field("energy", &EquilibriumResult::energy)
+      .field("unstable_directions", &EquilibriumResult::unstable_directions)
+      .field("zero_modes", &EquilibriumResult::zero_modes)
+      .field("rigid_zero_modes", &EquilibriumResult::rigid_zero_modes)
+      .field("lowest_omega2", &EquilibriumResult::lowest_omega2)
+      .field("lowest_shape", &EquilibriumResult::lowest_shape, 3)
+      .field("residuals", &EquilibriumResult::residuals)
+      .field("left_out", &EquilibriumResult::left_out);
+  Record<Modes>(module, "Modes")
+      .property("ok", &is_ok<Modes>, "bool")
+      .field("outcome", &Modes::outcome)
+      .field("omega", &Modes::omega)
+      .property("shapes", &shapes_of, "numpy.ndarray")
+      .field("residual_max", &Modes::residual_max)
+      .field("degrees_of_freedom", &Modes::degrees_of_freedom)
+      .field("unstable_directions", &Modes::unstable_directions)
+      .field("zero_modes", &Modes::zero_modes)
+      .field("rigid_zero_modes", &Modes::rigid_zero_modes)
+      .field("multipliers", &Modes::multipliers)
+      .field("left_out", &Modes::left_out);
+  Record<Buckling>(module, "Buckling")
+      .property("ok", &is_ok<Buckling>, "bool")
+      .field("outcome", &Buckling::outcome)
+      .field("load_factor", &Buckling::load_factor)
+      .field("shape", &Buckling::shape, 3);
+}
+
+}  // namespace
+
+void bind_statics(py::module_& module) {
+  using py::arg;
+  const py::none none;
+  bind_records(module);
+  module.def("find_equilibrium", &rest, arg("system"), arg("options") = none, py::kw_only(), arg("solver") = none,
+             R"doc(
+Finds where a system rests, f + K lambda = 0, xi = 0, from its positions, which need not satisfy the constraints, and
+whether it stays there. Velocities are not read.
+
+system   a System or a Scene
+options  EquilibriumOptions; None: those of the scene, or the defaults
+solver   SolverOptions; likewise
+Returns an EquilibriumResult: whether an equilibrium was found and accepted is in `ok`, else why not in `outcome.what`.
+Raises InputError, naming the place, for wrong input, Coulomb friction and coordinates.)doc");
+  module.def("modes", &vibrate, arg("system"), arg("positions") = none, arg("options") = none, py::kw_only(),
+             arg("multipliers") = none, arg("solver") = none, R"doc(
+The lowest small vibrations about an equilibrium, Z'WZ q = omega^2 Z'MZ q.
+
+system       a System or a Scene
+positions    float64 [n, 3], m, of the equilibrium; None: those of the system
+options      ModesOptions; None: those of the scene, or the defaults
+multipliers  float64 [num_equations], lambda of the equilibrium; None: the smallest of f + K lambda = 0
+solver       SolverOptions; None: those of the scene, or the defaults
+Returns Modes. Raises InputError where the positions are no equilibrium, naming the point with the largest force.)doc");
+  module.def("find_buckling", &buckle, arg("system"), arg("options") = none, arg("positions") = none, py::kw_only(),
+             arg("solver") = none, R"doc(
+How often some loads may act until an equilibrium buckles, where they change the multipliers and not the shape.
+
+system     a System or a Scene
+options    BucklingOptions, which name the loads; None: those of the scene
+positions  float64 [n, 3], m, of the equilibrium; None: those of the system
+solver     SolverOptions; None: those of the scene, or the defaults
+Returns a Buckling. Raises InputError where no load is named, and where the positions are no equilibrium.)doc");
+}
+
+}  // namespace tanor::python

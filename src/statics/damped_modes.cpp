@@ -1,0 +1,72 @@
+#include "statics/damped_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "statics/damping_matrix.hpp"
+
+namespace tanor {
+
+using Rows = Eigen::Index;
+using Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::VectorXcd;
+
+namespace {
+
+/// Imaginary parts that rounding gives to real roots which are equal, over the fastest rate.
+constexpr double rounding = 1e-10;
+
+/// One of each pair, the smallest |lambda| first; rates are in units of the fastest one. Rounding makes any pair of the
+/// double root 0.
+std::vector<Rows> choose(const VectorXcd& lambda, double zero) {
+  std::vector<Rows> chosen;
+  for (Rows k = 0; k < lambda.size(); ++k) {
+    if (lambda[k].imag() >= -rounding || std::abs(lambda[k]) <= zero) chosen.push_back(k);
+  }
+  std::ranges::stable_sort(chosen, {}, [&](Rows k) { return std::abs(lambda[k]); });
+  return chosen;
+}
+
+}  // namespace
+
+DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const double* r, const MatrixXd& Z,
+                                double zero) {
+  const Rows s = Z.cols();
+  MatrixXd WZ(Z.rows(), s);
+  for (Rows j = 0; j < s; ++j) equations.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
+  const MatrixXd stiffness = Z.transpose() * WZ;
+  const MatrixXd damping = Z.transpose() * (find_damping(equations.work(), equations.time(), r) * Z);
+  // With times in units of the fastest vibration both halves of the companion matrix are of one size.
+  const double rate = std::max(std::sqrt(stiffness.norm()), std::numeric_limits<double>::min());
+  MatrixXd companion = MatrixXd::Zero(2 * s, 2 * s);
+  companion.topRightCorner(s, s).setIdentity();
+  companion.bottomLeftCorner(s, s) = -stiffness / (rate * rate);
+  companion.bottomRightCorner(s, s) = -damping / rate;
+  const Eigen::EigenSolver<MatrixXd> eigen(companion);
+  const std::vector<Rows> chosen = choose(eigen.eigenvalues(), zero / rate);
+
+  const auto count = static_cast<Rows>(chosen.size());
+  DampedModeSet result{VectorXcd(count), MatrixXcd(Z.rows(), count)};
+  for (Rows k = 0; k < count; ++k) {
+    std::complex<double> lambda = rate * eigen.eigenvalues()[chosen[static_cast<std::size_t>(k)]];
+    if (std::abs(lambda.imag()) <= rounding * rate) lambda = lambda.real();
+    VectorXcd y = eigen.eigenvectors().col(chosen[static_cast<std::size_t>(k)]).head(s);
+    y /= y.norm();
+    // The phase in which the real part is largest.
+    const std::complex<double> square = y.cwiseProduct(y).sum();
+    if (std::abs(square) > 0.0) y *= std::sqrt(std::conj(square) / std::abs(square));
+    const VectorXcd rest = lambda * lambda * y + lambda * (damping * y) + stiffness * y;
+    result.residual = std::max(result.residual, rest.norm());
+    result.lambda[k] = lambda;
+    result.shapes.col(k) = Z * y;
+  }
+  const double largest = count > 0 ? result.lambda.cwiseAbs2().maxCoeff() : 0.0;
+  result.residual /= std::max(largest, std::numeric_limits<double>::min());
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+
+#include "dynamics/workspace.hpp"
+
+namespace tanor {
+
+/// D = -df/dv [3n, 3n], N s/m, of the n moving points at rest at (t, r), in the inner order: of springs, linear drag
+/// and formulas. Friction takes no part.
+Eigen::SparseMatrix<double> find_damping(Workspace& work, double t, const double* r);
+
+}  // namespace tanor

@@ -1,0 +1,126 @@
+/// MoorPy's catenaries that inextensible rods can meet: B7, its tests/test_catenary.py (NREL/MoorPy), cases 1 to 4. In
+/// cases 1 to 3 a part of the line lies on the sea floor, which carries beads and does not hold them down.
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <tanor/equilibrium.hpp>
+
+#include "cases/reference_case.hpp"
+
+namespace tanor::cases {
+namespace {
+
+/// A line from an anchor at the origin to a fairlead: rods and beads, each with the weight of a rod.
+struct Line {
+  double x, z, length, weight;  // m, N/m
+  int rods;
+
+  System system() const {
+    System result;
+    Rods all{.name = "rods"};
+    all.length.constants = {length / rods};
+    // Less than what would be taut: flat + |fairlead - (flat, 0)| = length.
+    const double flat = 0.8 * (length * length - x * x - z * z) / (2.0 * (length - x));
+    for (int i = 0; i <= rods; ++i) {
+      // Along the floor, then straight up to the fairlead.
+      const double s = length * i / rods, rest = (s - flat) / (length - flat);
+      result.positions.insert(result.positions.end(),
+                              {s < flat ? s : flat + rest * (x - flat), 0.0, std::max(0.0, rest * z)});
+      result.masses.push_back(weight * length / rods / 9.81);
+      if (i > 0) all.pairs.push_back({i - 1, i});
+    }
+    result.supports = {Support{"", {0, rods}}};
+    result.constraints = {all};
+    result.forces = {Gravity{"", {0, 0, -9.81}}};
+    return result;
+  }
+};
+
+/// A line at rest, and the beads that lie on the floor.
+struct Rested {
+  EquilibriumResult found;
+  std::vector<Index> on_floor;
+
+  /// What the line pulls its supports with, N.
+  double horizontal() const { return found.support_forces[0]; }
+  double vertical_at(std::size_t point) const { return found.support_forces[3 * point + 2]; }
+};
+
+/// What presses stays on the floor, what would be held down leaves it, what would sink comes to lie (the primal-dual
+/// active sets of Hintermueller, Ito & Kunisch 2002).
+Rested rest(const Line& line, bool has_floor) {
+  System system = line.system();
+  std::set<Index> on_floor;
+  for (Index i = 1; i < line.rods; ++i) {
+    if (has_floor && system.positions[3 * static_cast<std::size_t>(i) + 2] <= 0.0) on_floor.insert(i);
+  }
+  for (int round = 0; round < 50; ++round) {
+    System lying = system;
+    const std::vector<Index> beads(on_floor.begin(), on_floor.end());
+    if (!beads.empty()) lying.constraints.push_back(Planes{"floor", beads, Vector3{0, 0, 1}, 0.0});
+    Rested result{find_equilibrium(lying, {.solver = {.threads = 1}}), beads};
+    if (!result.found.outcome.ok()) return result;
+    const auto rods = static_cast<std::size_t>(line.rods);
+    for (std::size_t k = 0; k < beads.size(); ++k) {
+      if (result.found.multipliers[rods + k] < 0.0) on_floor.erase(beads[k]);
+    }
+    for (Index i = 1; i < line.rods; ++i) {
+      if (has_floor && result.found.positions[3 * static_cast<std::size_t>(i) + 2] < -1e-9) on_floor.insert(i);
+    }
+    if (on_floor.size() == beads.size() && std::ranges::equal(on_floor, beads)) return result;
+    system.positions = result.found.positions;
+  }
+  ADD_FAILURE() << "the beads on the floor do not settle";
+  return {};
+}
+
+Line line_of(const nlohmann::json& given, int rods) {
+  return {number(given.at("x")), number(given.at("z")), number(given.at("L")), number(given.at("w")), rods};
+}
+
+TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
+  const nlohmann::json file = read_case("B7_moorpy_catenary");
+  for (const nlohmann::json& each : file.at("discrete_case_2")) {
+    const Line line = line_of(file.at("cases")[1], each.at("rods").get<int>());
+
+    const Rested rested = rest(line, true);
+
+    ASSERT_TRUE(rested.found.outcome.ok()) << rested.found.outcome.what;
+    EXPECT_EQ(rested.on_floor.size(), each.at("last_bead_on_floor").get<std::size_t>());
+    EXPECT_NEAR(rested.horizontal(), number(each.at("H")), 1e-9 * number(each.at("H")));
+    if (!each.contains("nodes")) continue;
+    for (std::size_t i = 0; i < each.at("nodes").size(); ++i) {
+      EXPECT_NEAR(rested.found.positions[3 * (i + 1)], number(each.at("nodes")[i][0]), 1e-8);
+      EXPECT_NEAR(rested.found.positions[3 * (i + 1) + 2], number(each.at("nodes")[i][1]), 1e-8);
+    }
+  }
+}
+
+/// Rods come near the catenary as the square of their length: of two lines the limit follows. MoorPy's lines stretch a
+/// little and its tolerance is finite: 6e-7.
+TEST(MooringLine, OfManyRodsHasTheForcesOfMoorPy) {
+  const nlohmann::json file = read_case("B7_moorpy_catenary");
+  for (std::size_t k = 0; k < 4; ++k) {
+    const nlohmann::json& each = file.at("cases")[k];
+    const auto& moorpy = each.at("moorpy");
+    const Line line = line_of(each, 2000);
+
+    const Rested rested = rest(line, moorpy[4].get<double>() > 0.0);
+
+    ASSERT_TRUE(rested.found.outcome.ok()) << rested.found.outcome.what;
+    const double bead = line.weight * line.length / line.rods, H = -moorpy[2].get<double>(),
+                 V = -moorpy[3].get<double>();
+    EXPECT_NEAR(rested.horizontal(), H, 1e-6 * H) << "case " << k + 1;
+    // The support carries half of a rod that no bead has.
+    const double top = rested.vertical_at(static_cast<std::size_t>(line.rods));
+    EXPECT_NEAR(-top + 0.5 * bead, V, 1e-6 * V) << "case " << k + 1;
+    const double lying = line.length / line.rods * static_cast<double>(rested.on_floor.size());
+    EXPECT_NEAR(lying, moorpy[4].get<double>(), line.length / line.rods) << "case " << k + 1;
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cases

@@ -1,0 +1,63 @@
+/// \file Runs that come to where an energy ends: exit code 3, with the tuple, its trouble and the time.
+
+#include <ostream>
+
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+struct End {
+  const char* name;
+  std::string path, force;  // of point 2, x and y in t
+  std::string tuple;        // as it is told
+  double time;
+
+  friend std::ostream& operator<<(std::ostream& out, const End& end) { return out << end.name; }
+};
+
+/// Points 0 and 1 and 3 stand; point 2 is led.
+std::string led(const End& end) {
+  return R"({"tanor_scene": 1, "points": {"positions": [[-1,0,0],[0,0,0],[1,1,0],[-1,0,1]], "masses": 1},
+    "supports": [{"points": [0, 1, 3]}],
+    "constraints": [{"kind": "line", "name": "way", "points": [2], "direction": [0,0,1], "origin": {"formula": [)" +
+         end.path + R"(, "0"]}},
+      {"kind": "plane", "name": "floor", "points": [2], "normal": [0,0,1]}],
+    "forces": [)" +
+         end.force + R"(], "motion": {"start": "project", "t_end": 2, "output_every": 0.1}})";
+}
+
+class EnergyEnds : public testing::TestWithParam<End> {};
+
+TEST_P(EnergyEnds, AreExitCode3WithTheTupleAndTheTime) {
+  for (const char* method : {"auto", "dopri5", "radau5"}) {
+    const Folder folder;
+    write_text(folder / "s.json", led(GetParam()));
+
+    const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--quiet", "--method", method});
+
+    EXPECT_EQ(ended.code, 3) << method << ": " << ended.err;
+    EXPECT_NE(ended.err.find(GetParam().tuple), std::string::npos) << method << ": " << ended.err;
+    const nlohmann::json summary = read_json(folder / "o/summary.json");
+    EXPECT_NEAR(summary["t_reached"].get<double>(), GetParam().time, 0.05) << method << ": " << ended.err;
+    EXPECT_EQ(ended.err.find("nan"), std::string::npos) << ended.err;
+  }
+}
+
+// clang-format off
+const End ends[] = {
+    {"ABondAtItsLimit", R"("1 + t", "0")", R"({"kind": "bond", "law": "fene", "pairs": [[1,2]], "stiffness": 5, "limit": 1.5})",
+     "bond0: [1, 2]: the distance 1.5", 0.5},
+    {"AnAngleThatBecomesStraight", R"json("1", "max(1 - t, 0)")json", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 2})",
+     "bending0: [0, 1, 2]: its angle is straight", 1.0},
+    {"ATorsionInLine", R"json("1", "max(1 - t, 0)")json", R"({"kind": "torsion", "law": "opls", "quadruples": [[3,0,1,2]], "coefficients": [1,1,1,1]})",
+     "torsion0: [3, 0, 1, 2]: three of its points are on one line", 1.0},
+    {"AnEnergyOfAUser", R"("1", "1 - t")", R"json({"kind": "potential", "points": [[1,2]], "energy": "log(y2 - y1)"})json",
+     "potential0: [1, 2]: the energy or its gradient is not finite", 1.0},
+};
+// clang-format on
+INSTANTIATE_TEST_SUITE_P(Scenes, EnergyEnds, testing::ValuesIn(ends),
+                         [](const auto& instance) { return std::string(instance.param.name); });
+
+}  // namespace
+}  // namespace tanor::cli

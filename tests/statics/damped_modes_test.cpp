@@ -1,0 +1,160 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+
+#include <tanor/modes.hpp>
+
+#include "errors.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double g = 9.81, pi = std::numbers::pi;
+
+/// Beads of 0.1 kg on rods of 0.1 m along `way` from a support.
+System make_chain(int rods, Vector3 way) {
+  System system;
+  Rods all{.name = "rods"};
+  for (int i = 0; i <= rods; ++i) {
+    for (const double x : way) system.positions.push_back(0.1 * i * x);
+    system.masses.push_back(0.1);
+    if (i > 0) all.pairs.push_back({i - 1, i});
+  }
+  system.supports = {Support{"", {0}}};
+  system.constraints = {all};
+  return system;
+}
+
+std::vector<Index> beads(int rods) {
+  std::vector<Index> result;
+  for (int i = 1; i <= rods; ++i) result.push_back(i);
+  return result;
+}
+
+/// Drag of c on every bead of mass m: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
+TEST(DampedModes, OfAChainInAirFollowFromThoseWithout) {
+  for (const double c : {0.0, 0.3, 1.2, 8.0}) {
+    System system = make_chain(6, {0.0, 0.0, -1.0});
+    system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+    const Modes without = modes(system, system.positions, {.count = ModesOptions::all});
+    if (c > 0.0) system.forces.push_back(Drag{.name = "air", .points = beads(6), .linear = c});
+
+    const Modes found = modes(system, system.positions, {.count = 1000, .damped = true});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    std::vector<std::complex<double>> expected;
+    for (const double omega : without.omega) {
+      const double half = 0.5 * c / 0.1, rest = omega * omega - half * half;
+      if (rest >= 0.0) {
+        expected.push_back({-half, std::sqrt(rest)});
+      } else {
+        for (const double sign : {-1.0, 1.0}) expected.push_back({-half + sign * std::sqrt(-rest), 0.0});
+      }
+    }
+    std::ranges::sort(expected, {}, [](const std::complex<double>& x) { return std::abs(x); });
+    ASSERT_EQ(found.count(), expected.size());
+    ASSERT_EQ(found.decay.size(), expected.size());
+    const double largest = std::abs(expected.back());
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      EXPECT_NEAR(std::hypot(found.omega[k], found.decay[k]), std::abs(expected[k]), 1e-10 * largest) << c;
+      const auto nearest = std::ranges::min(expected, {}, [&](const std::complex<double>& x) {
+        return std::abs(x - std::complex<double>(-found.decay[k], found.omega[k]));
+      });
+      EXPECT_NEAR(found.omega[k], nearest.imag(), 1e-10 * largest);
+      EXPECT_NEAR(found.decay[k], -nearest.real(), 1e-10 * largest);
+    }
+    EXPECT_EQ(found.unstable_directions, 0u);
+    EXPECT_LT(found.residual_max, 1e-12);
+    EXPECT_EQ(found.shapes_imaginary.size(), found.shapes.size());
+    EXPECT_TRUE(found.left_out.empty());
+  }
+}
+
+/// Two beads on a line with a spring and its damper between them: one slides freely, one swings with the reduced mass.
+TEST(DampedModes, OfASpringWithADamperAreThoseOfTheReducedMass) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.masses = {1.0, 3.0};
+  system.constraints = {Lines{"line", {0, 1}, Vector3{0, 0, 0}, Vector3{1, 0, 0}}};
+  system.forces = {Springs{"spring", {{0, 1}}, 12.0, 0.6, 1.0}};
+
+  const Modes found = modes(system, system.positions, {.damped = true});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  ASSERT_EQ(found.count(), 3u);
+  EXPECT_EQ(found.zero_modes, 2u);  // lambda = 0 is a double root
+  const double mass = 0.75, decay = 0.5 * 0.6 / mass;
+  EXPECT_NEAR(found.decay[2], decay, 1e-12);
+  EXPECT_NEAR(found.omega[2], std::sqrt(12.0 / mass - decay * decay), 1e-12);
+}
+
+/// Ziegler's column: two rods, clamped springs of k = 1 N m at both joints, masses 2m and m, a force P along the last
+/// rod. It flutters from P = (7/2 - sqrt 2) k/l on, where energy, which P has none of, says nothing.
+System make_zieglers_column(double push) {
+  System system = make_chain(3, {1.0, 0.0, 0.0});
+  system.supports = {Support{"", {0, 1}}};
+  system.masses = {1.0, 1.0, 2.0, 1.0};
+  const std::string along = std::to_string(-push) + "/sqrt((x2-x1)^2+(y2-y1)^2+(z2-z1)^2)*";
+  const std::vector<std::string> follower{"0", "0", "0", along + "(x2-x1)", along + "(y2-y1)", along + "(z2-z1)"};
+  system.forces = {Bendings{"joints", {{0, 1, 2}, {1, 2, 3}}, BendingLaw::Cosine, 1.0, pi},
+                   FormulaForce{.name = "follower", .kernel = formula_tuple_force(follower), .tuples = {{2, 3}}}};
+  return system;
+}
+
+TEST(DampedModes, OfZieglersColumnFlutterFromItsCriticalLoadOn) {
+  const double critical = (3.5 - std::sqrt(2.0)) / 0.1;
+  for (const double part : {0.5, 0.999, 1.001, 1.2}) {
+    const System system = make_zieglers_column(part * critical);
+    const Modes refused = modes(system, system.positions, {.count = ModesOptions::all});
+    EXPECT_NE(refused.outcome.what.find("not conservative"), std::string::npos) << refused.outcome.what;
+
+    const Modes found = modes(system, system.positions, {.count = ModesOptions::all, .damped = true});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    // In both planes: two swings, or one that grows and one that decays.
+    ASSERT_EQ(found.count(), 4u);
+    EXPECT_EQ(found.unstable_directions, part < 1.0 ? 0u : 2u) << part;
+    if (part < 1.0) continue;
+    EXPECT_GT(found.omega[0], 0.0);
+    EXPECT_NEAR(found.decay[0] + found.decay[1] + found.decay[2] + found.decay[3], 0.0, 1e-9 * found.omega[0]);
+  }
+}
+
+/// x'' = -10 x + 3 y - 2 v_x + v_y, y'' = x - 4 y - v_y: the roots of a polynomial of degree 4.
+TEST(DampedModes, OfUnsymmetricMatricesAreTheRootsOfTheirPolynomial) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Planes{"paper", {0}, Vector3{0, 0, 1}, 0.0}};
+  system.forces = {FormulaForce{.points = {0}, .kernel = formula_force({"3*y-10*x-2*vx+vy", "x-4*y-vy", "0"})}};
+
+  const Modes found = modes(system, system.positions, {.damped = true});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  ASSERT_EQ(found.count(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::complex<double> s(-found.decay[k], found.omega[k]);
+    const std::complex<double> polynomial = (s * s + 2.0 * s + 10.0) * (s * s + s + 4.0) - (3.0 + s) * 1.0;
+    EXPECT_LT(std::abs(polynomial), 1e-11);
+    EXPECT_GT(s.imag(), 0.0);
+    const std::complex<double> x(found.shape(k)[0], found.shapes_imaginary[3 * k]),
+        y(found.shape(k)[1], found.shapes_imaginary[3 * k + 1]);
+    EXPECT_LT(std::abs((s * s + s + 4.0) * y - x), 1e-12);
+    EXPECT_NEAR(std::norm(x) + std::norm(y), 1.0, 1e-12);
+  }
+}
+
+TEST(DampedModes, OfMoreFreedomsThanDenseMatricesHaveAreRefused) {
+  System system = make_chain(160, {0.0, 0.0, -1.0});
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+
+  const std::string refusal = error_of([&] { (void)modes(system, system.positions, {.damped = true}); });
+
+  EXPECT_NE(refusal.find("320 degrees of freedom"), std::string::npos) << refusal;
+}
+
+}  // namespace
+}  // namespace tanor

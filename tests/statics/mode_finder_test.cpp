@@ -1,0 +1,261 @@
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include <tanor/modes.hpp>
+
+#include "random_systems.hpp"
+#include "statics/block_lanczos.hpp"
+#include "statics/given_equilibrium.hpp"
+#include "statics/mode_finder.hpp"
+
+namespace tanor {
+namespace {
+
+using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
+
+/// W, K and M of linearised equations, and all modes the second way: Z by Householder reflections of K, and Eigen's
+/// generalised eigenvalue problem.
+struct Dense {
+  explicit Dense(const EquilibriumEquations& equations)
+      : W(size_of(equations.size()), size_of(equations.size())),
+        K(size_of(equations.size()), size_of(equations.num_rows())),
+        mass(size_of(equations.size())) {
+    for (Index i = 0; i < W.cols(); ++i) {
+      const VectorXd unit = VectorXd::Unit(W.cols(), i);
+      equations.stiffness().multiply(unit.data(), W.col(i).data());
+      mass[i] = equations.model().mass[static_cast<std::size_t>(i) / 3];
+    }
+    K.setZero();
+    for (Index a = 0; a < K.cols(); ++a) {
+      std::vector<double> unit(equations.model().num_rows());
+      unit[static_cast<std::size_t>(a)] = 1.0;
+      equations.add_reactions(unit.data(), K.col(a).data());
+    }
+    Eigen::ColPivHouseholderQR<MatrixXd> qr(K);
+    qr.setThreshold(1e-9);
+    const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(W.rows(), W.rows());
+    const MatrixXd Z = Q.rightCols(W.rows() - qr.rank());
+    if (Z.cols() == 0) return;
+    omega2 =
+        Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(Z.transpose() * W * Z, Z.transpose() * mass.asDiagonal() * Z)
+            .eigenvalues();
+  }
+
+  static Index size_of(std::size_t n) { return static_cast<Index>(n); }
+  bool is_symmetric() const { return (W - W.transpose()).norm() <= 1e-12 * W.norm(); }
+  std::size_t freedoms() const { return static_cast<std::size_t>(omega2.size()); }
+
+  MatrixXd W, K;
+  VectorXd mass, omega2;
+};
+
+/// Shapes are M-orthonormal, break no constraint, and have the wanted omega^2 with W q + K mu = omega^2 M q.
+void expect_modes(const ModeSet& found, const Dense& dense, double scale) {
+  const Index count = found.omega2.size();
+  const MatrixXd& q = found.shapes;
+  const MatrixXd masses = q.transpose() * dense.mass.asDiagonal() * q;
+  RC_ASSERT((masses - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() < 1e-11);
+  if (dense.K.cols() > 0) {
+    const VectorXd lengths = dense.K.colwise().norm().transpose() * std::sqrt(1.0 / dense.mass.minCoeff());
+    const VectorXd worst = (dense.K.transpose() * q).cwiseAbs().rowwise().maxCoeff();
+    // Shapes are combinations of random moves, whose condition multiplies rounding.
+    RC_ASSERT((worst.array() <= 1e-10 * lengths.array().max(1e-300)).all());
+  }
+  RC_ASSERT((found.omega2 - dense.omega2.head(count)).cwiseAbs().maxCoeff() < 1e-9 * scale);
+  // With the best multipliers, the residual is no larger than what is told.
+  const auto weight = dense.mass.cwiseSqrt().cwiseInverse().asDiagonal();
+  MatrixXd rest = weight * (dense.W * q - dense.mass.asDiagonal() * q * found.omega2.asDiagonal());
+  const MatrixXd K = weight * dense.K;
+  if (K.cols() > 0) rest -= K * K.completeOrthogonalDecomposition().solve(rest);
+  const double told = found.residual * found.omega2.cwiseAbs().maxCoeff();
+  RC_ASSERT(rest.colwise().norm().maxCoeff() < 1.01 * told + 1e-11 * scale);
+}
+
+/// A random system with numbers that stand for multipliers.
+struct AtRest {
+  explicit AtRest(const RandomSystem& random)
+      : work(random.system, {.threads = 1}, random.t), equations(work, random.t), r(random.positions.size()) {
+    work.model().numbering.gather_points(random.positions, r);
+    for (std::size_t a = 0; a < work.model().num_rows(); ++a)
+      lambda.push_back(-std::sin(1.0 + 3.0 * static_cast<double>(a)));
+    equations.linearise(r.data(), lambda.data());
+  }
+
+  Workspace work;
+  EquilibriumEquations equations;
+  std::vector<double> r, lambda;
+};
+
+RC_GTEST_PROP(ModeFinder, FindsAllModesThatTheDenseMatricesHave, ()) {
+  RandomSystem random = any_system();
+  random.system.friction.clear();
+  const AtRest rest(random);
+  RC_PRE(rest.equations.size() > rest.equations.num_rows());
+  const Dense dense(rest.equations);
+  RC_PRE(dense.is_symmetric());
+  KktSolver kkt(rest.equations);
+  ModeFinder finder(rest.equations, kkt, dense.freedoms());
+
+  const ModeSet found = finder.find_all();
+
+  RC_ASSERT(found.outcome.ok());
+  RC_ASSERT(found.omega2.size() == dense.omega2.size());
+  expect_modes(found, dense, finder.scale());
+}
+
+RC_GTEST_PROP(ModeFinder, FindsTheLowestModesThatTheDenseMatricesHave, ()) {
+  RandomSystem random = any_system();
+  random.system.friction.clear();
+  const AtRest rest(random);
+  const Dense dense(rest.equations);
+  RC_PRE(dense.freedoms() >= 2u);
+  RC_PRE(dense.is_symmetric());
+  const std::size_t count = *rc::gen::inRange<std::size_t>(1, dense.freedoms() / 2 + 1).as("count");
+  KktSolver kkt(rest.equations);
+  ModeFinder finder(rest.equations, kkt, dense.freedoms());
+
+  const ModeSet found = finder.find_lowest(count, 1e-10);
+
+  // Multipliers of any size make any W: where omega^2 of both signs lie close beside the shift that they want, a search
+  // may end without an answer, and says so.
+  RC_PRE(found.outcome.ok() || found.outcome.status != Status::NotConverged);
+  RC_ASSERT(found.outcome.ok());
+  RC_ASSERT(static_cast<std::size_t>(found.omega2.size()) == count);
+  expect_modes(found, dense, finder.scale());
+}
+
+/// Copies of a hanging chain of random rods and masses, side by side.
+System hang_chains(int copies, int rods, std::uint32_t seed) {
+  System system;
+  Rods all{.name = "rods"};
+  Support held;
+  for (int copy = 0; copy < copies; ++copy) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> length(0.1, 0.5), mass(0.2, 2.0);
+    double z = 0.0;
+    for (int i = 0; i <= rods; ++i) {
+      const auto point = static_cast<int>(system.masses.size());
+      system.positions.insert(system.positions.end(), {1.0 * copy, 0.0, z});
+      system.masses.push_back(mass(random));
+      z -= length(random);
+      i == 0 ? held.points.push_back(point) : all.pairs.push_back({point - 1, point});
+    }
+  }
+  system.supports = {held};
+  system.constraints = {all};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+RC_GTEST_PROP(ModeFinder, FindsEveryCopyOfTheModesOfEqualIslands, ()) {
+  const int rods = *rc::gen::inRange(1, 5).as("rods"), copies = *rc::gen::inRange(1, 24).as("copies");
+  const System system = hang_chains(copies, rods, *rc::gen::arbitrary<std::uint32_t>().as("seed"));
+  const auto state = GivenEquilibrium::stand_at(system, {system.positions, {}, 1e-6}, {.solver = {.threads = 1}});
+  const Dense dense(state->equations());
+  RC_ASSERT(dense.freedoms() == static_cast<std::size_t>(2 * rods * copies));
+  const std::size_t count = *rc::gen::inRange<std::size_t>(1, dense.freedoms() / 2 + 1).as("count");
+  KktSolver kkt(state->equations());
+  ModeFinder finder(state->equations(), kkt, dense.freedoms());
+
+  const ModeSet found = finder.find_lowest(count, 1e-10);
+
+  RC_ASSERT(found.outcome.ok());
+  expect_modes(found, dense, finder.scale());
+}
+
+/// Nets of random masses, hung by two corners, where they rest.
+RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
+  const int columns = *rc::gen::inRange(3, 6).as("columns"), rows = *rc::gen::inRange(2, 6).as("rows");
+  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>().as("seed"));
+  std::uniform_real_distribution<double> mass(0.2, 2.0);
+  System system;
+  Rods rods{.name = "rods"};
+  rods.length.constants = {1.0};
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const int point = j * columns + i;
+      system.positions.insert(system.positions.end(), {0.7 * i, 0.3 * j, -0.9 * j});
+      system.masses.push_back(mass(random));
+      if (i > 0) rods.pairs.push_back({point - 1, point});
+      if (j > 0) rods.pairs.push_back({point - columns, point});
+    }
+  }
+  system.supports = {Support{"", {0, columns - 1}}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  const EquilibriumResult rest = find_equilibrium(system, {.solver = {.threads = 1}});
+  RC_PRE(rest.outcome.ok() && rest.self_stress_states == 0);
+  const auto state =
+      GivenEquilibrium::stand_at(system, {rest.positions, rest.multipliers, 1e-6}, {.solver = {.threads = 1}});
+  const Dense dense(state->equations());
+  RC_PRE(dense.freedoms() >= 2u);
+  KktSolver kkt(state->equations());
+  ModeFinder finder(state->equations(), kkt, dense.freedoms());
+
+  const ModeSet found = finder.find_lowest(dense.freedoms() / 2, 1e-10);
+
+  RC_ASSERT(found.outcome.ok());
+  expect_modes(found, dense, finder.scale());
+  RC_ASSERT(std::abs(finder.find_all().omega2[0] - rest.lowest_omega2) < 1e-9 * finder.scale());
+}
+
+/// Free straight chains that resist bending: each moves as a whole in three directions and turns about two axes.
+TEST(Modes, OfFreeIslandsHaveTheirZeroModes) {
+  for (const int copies : {1, 2, 7}) {
+    System system;
+    Rods rods;
+    Bendings bendings{"bending", {}, BendingLaw::Cosine, 0.3, std::acos(-1.0)};
+    for (int copy = 0; copy < copies; ++copy) {
+      for (int i = 0; i < 5; ++i) {
+        const int point = 5 * copy + i;
+        system.positions.insert(system.positions.end(), {0.2 * i, 1.0 * copy, 0.0});
+        system.masses.push_back(0.1 + 0.1 * i);
+        if (i > 0) rods.pairs.push_back({point - 1, point});
+        if (i > 1) bendings.triples.push_back({point - 2, point - 1, point});
+      }
+    }
+    system.constraints = {rods};
+    system.forces = {bendings};
+
+    const Modes found = modes(system, system.positions, {.count = ModesOptions::all});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.count(), static_cast<std::size_t>(11 * copies));
+    EXPECT_EQ(found.zero_modes, static_cast<std::size_t>(5 * copies));
+    EXPECT_EQ(found.rigid_zero_modes, found.zero_modes);
+    const EquilibriumResult rest = find_equilibrium(system);
+    EXPECT_EQ(rest.status, Stability::Stable);
+    EXPECT_EQ(rest.rigid_zero_modes, found.zero_modes);
+  }
+}
+
+RC_GTEST_PROP(BlockLanczos, FindsTheLargestEigenvaluesHoweverManyAreEqual, ()) {
+  const Index size = *rc::gen::inRange(1, 60).as("size"), block = *rc::gen::inRange<Index>(1, 9).as("block");
+  const Index copies = *rc::gen::inRange<Index>(1, 9).as("copies");
+  RC_PRE(block <= size && copies <= block);
+  const Index count = *rc::gen::inRange<Index>(1, size / 2 + 2).as("count");
+  RC_PRE(count <= size);
+  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>().as("seed"));
+  std::normal_distribution<double> normal;
+  const MatrixXd any = MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
+  const MatrixXd Q = any.householderQr().householderQ();
+  VectorXd values(size);
+  for (Index k = 0; k < size; ++k) values[k] = 1.0 / (1.0 + static_cast<double>(k / copies));
+  const MatrixXd A = Q * values.asDiagonal() * Q.transpose();
+
+  const RitzPairs found = find_largest([&](const MatrixXd& x) -> MatrixXd { return A * x; }, any.leftCols(block),
+                                       {.count = count, .dimension = 2 * count + block, .tolerance = 1e-12});
+
+  RC_ASSERT(found.values.size() == count);
+  RC_ASSERT((found.values - values.head(count)).cwiseAbs().maxCoeff() < 1e-11);
+  RC_ASSERT((A * found.vectors - found.vectors * found.values.asDiagonal()).cwiseAbs().maxCoeff() < 1e-10);
+  RC_ASSERT((found.vectors.transpose() * found.vectors - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() <
+            1e-12);
+}
+
+}  // namespace
+}  // namespace tanor
