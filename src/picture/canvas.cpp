@@ -71,9 +71,11 @@ void Canvas::visit(const std::array<double, 4>& bounds, const Visit& visit) {
   }
 }
 
+/// `nearest`: no part of the shape is less deep. What is hidden altogether costs little, so near shapes come first.
 template <class Intersect>
-void Canvas::paint(const std::array<double, 4>& bounds, Rgb colour, const Intersect& intersect) {
+void Canvas::paint(const std::array<double, 4>& bounds, double nearest, Rgb colour, const Intersect& intersect) {
   visit(bounds, [&](std::size_t sample, const Ray& ray) {
+    if (static_cast<double>(depths_[sample]) <= nearest) return;
     const std::optional<Hit> hit = intersect(ray);
     if (!hit || !(hit->depth > 0.0) || hit->depth >= static_cast<double>(depths_[sample])) return;
     depths_[sample] = static_cast<float>(hit->depth);
@@ -82,11 +84,12 @@ void Canvas::paint(const std::array<double, 4>& bounds, Rgb colour, const Inters
 }
 
 void Canvas::add(const Ball& ball) {
-  paint(camera_.bound(ball.center, ball.radius), ball.colour, [&](const Ray& ray) -> std::optional<Hit> {
-    const std::optional<double> depth = meet(ray, ball.center, ball.radius);
-    if (!depth) return {};
-    return Hit{*depth, (1.0 / ball.radius) * (ray.origin + *depth * ray.direction - ball.center)};
-  });
+  paint(camera_.bound(ball.center, ball.radius), ball.center.z - ball.radius, ball.colour,
+        [&](const Ray& ray) -> std::optional<Hit> {
+          const std::optional<double> depth = meet(ray, ball.center, ball.radius);
+          if (!depth) return {};
+          return Hit{*depth, (1.0 / ball.radius) * (ray.origin + *depth * ray.direction - ball.center)};
+        });
 }
 
 void Canvas::add(const Cone& cone) {
@@ -95,7 +98,8 @@ void Canvas::add(const Cone& cone) {
   const auto [d, dd, slope, hy] = terms;
   const std::array<double, 4> p = camera_.bound(cone.a, cone.radius_a), q = camera_.bound(cone.b, cone.radius_b);
   const std::array bounds{std::min(p[0], q[0]), std::max(p[1], q[1]), std::min(p[2], q[2]), std::max(p[3], q[3])};
-  paint(bounds, cone.colour, [&](const Ray& ray) -> std::optional<Hit> {
+  const double nearest = std::min(cone.a.z, cone.b.z) - std::max(cone.radius_a, cone.radius_b);
+  paint(bounds, nearest, cone.colour, [&](const Ray& ray) -> std::optional<Hit> {
     const Vec3 from = ray.origin - cone.a, e = ray.direction;
     const double along = dot(from, d), rise = dot(e, d), straight = dot(e, from);
     std::optional<Hit> hit;

@@ -49,7 +49,7 @@ class Canvas {
     Vec3 normal;
   };
   template <class Intersect>
-  void paint(const std::array<double, 4>& bounds, Rgb colour, const Intersect& intersect);
+  void paint(const std::array<double, 4>& bounds, double nearest, Rgb colour, const Intersect& intersect);
   template <class Visit>
   void visit(const std::array<double, 4>& bounds, const Visit& visit);
   float cover(const Surface& surface, Vec3 place, Vec3 direction) const;

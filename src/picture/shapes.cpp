@@ -153,6 +153,9 @@ Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& ca
     const GuideSpace space{scale.middle, scale.size, camera};
     for (const report::Guide& guide : picture.frame.guides) add_guide(guide, space, &shapes);
   }
+  // From the front to the back; in the order of the scene where two are as near.
+  std::ranges::stable_sort(shapes.balls, {}, [](const Ball& ball) { return ball.center.z; });
+  std::ranges::stable_sort(shapes.cones, {}, [](const Cone& cone) { return cone.a.z + cone.b.z; });
   return shapes;
 }
 
