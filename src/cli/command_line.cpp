@@ -112,6 +112,9 @@ Request parse_command_line(int argc, const char* const* argv) {
     return HelpOptions{.command = asked() == commands.end() ? std::string() : asked()->name};
   } catch (const CLI::CallForVersion& version) {
     return Words{version.what() + std::string("\n")};
+  } catch (const CLI::ArgumentMismatch& error) {
+    const std::string told = error.what(), name = told.substr(0, told.find(':'));
+    throw InputError("", name + " needs one value; see tanor " + asked()->name + " --help");
   } catch (const CLI::ParseError& error) {
     throw InputError("", std::string(error.what()) + "; see tanor " +
                              (asked() == commands.end() ? "" : asked()->name + " ") + "--help");

@@ -76,6 +76,7 @@ TEST(PictureCommandTest, SaysWhatIsWrong) {
   };
   EXPECT_TRUE(contains(complain({"--time", "0.5"}), "--time: must be between 0 and 0.4 s, the frames of o, not 0.5"));
   EXPECT_TRUE(contains(complain({"--time", "-0.1"}), "--time"));
+  EXPECT_TRUE(contains(complain({"--time"}), "--time needs one value; see tanor picture --help"));
   EXPECT_TRUE(contains(complain({"--time", "nan"}), "--time: must be a finite number"));
   EXPECT_TRUE(contains(complain({"--size", "10x10"}), "--size: must be WIDTHxHEIGHT"));
   EXPECT_TRUE(contains(complain({"--size", "1000"}), "--size"));
