@@ -46,7 +46,8 @@ ExitCode execute(const EquilibriumCommand& command) {
       if (command.modes) {
         ModesOptions wanted = scene::modes_options(scene);
         wanted.count = *command.modes;
-        wanted.multipliers = found.multipliers;
+        // Else modes() says whether they depend on a self-stress.
+        if (found.self_stress_states == 0) wanted.multipliers = found.multipliers;
         vibrations = modes(scene.system, found.positions, wanted);
       }
       if (scene.buckling_loads.empty()) return;

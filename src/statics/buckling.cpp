@@ -26,7 +26,7 @@ constexpr double little_mass = 1e-9;
 /// The critical factor is bracketed so closely; inverse iteration does the rest.
 constexpr double bracket = 1.1;
 constexpr int most_iterations = 200;
-constexpr double rounding_of_factor = 1e-14;
+constexpr double rounding_of_factor = 1e-14, settled = 1e-11;
 
 EquilibriumOptions describe_system(const BucklingOptions& options) {
   EquilibriumOptions result;
@@ -144,15 +144,17 @@ double find_stable_factor(LoadedStiffness* stiffness) {
 }
 
 /// Inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift
-/// does not falsify. None where it does not settle.
+/// does not falsify: its changes fall until rounding is left. None where it does not settle.
 std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
-  double factor = low;
+  double factor = low, last_change = std::numeric_limits<double>::infinity();
   for (int k = 0; k < most_iterations; ++k) {
     // (W_0 + low W_1 + s M) y = -W_1 x
     auto [W0x, W1x] = stiffness->multiply(*x);
     const double before = factor;
     if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
-    if (k > 1 && std::abs(factor - before) <= rounding_of_factor * std::abs(factor)) return factor;
+    const double change = std::abs(factor - before) / std::abs(factor);
+    if (k > 1 && (change <= rounding_of_factor || (change <= settled && change >= last_change))) return factor;
+    if (k > 1) last_change = change;
     for (double& value : W1x) value = -value;
     *x = std::move(W1x);
     stiffness->solve(x);
