@@ -149,7 +149,9 @@ def print_set_up(rows: list) -> None:
     print("Constructor of a Simulation (numbering, plan, analysis, a consistent start), one thread, and what stays "
           "in memory")
     print("after two steps, the description of the system included; most: of the whole process, with the making of "
-          "the scene.\n")
+          "the scene.")
+    print("The flat net hangs by two adjacent corners: the 299 rods between them depend on each other, are found and "
+          "held rigid.\n")
     print("| scene | linear solver | method | seconds | wanted | | bytes a rod | in all | most |\n|---|---|---|--:|--:|---|--:|--:|--:|")
     for row in rows:
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""

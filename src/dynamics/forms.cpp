@@ -148,7 +148,7 @@ Outcome Forms::reactions(const Place& at, const Request& request, const Reaction
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
     RankReport report = normal->gradient_rank().report(r, thoroughly);
-    report.prestress_rigid_points = find_prestress_rigid_points(model.system, report);
+    report.prestress_rigid_points = find_prestress_rigid_points(model.system, report.dependences);
     return report;
   }
   RankReport report;

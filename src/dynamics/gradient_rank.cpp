@@ -15,28 +15,36 @@ bool GradientRank::depends_on_contacts(const Redundancy::Found& found) const {
          std::any_of(found.terms.begin(), found.terms.end(), [&](const auto& term) { return is_contact(term.first); });
 }
 
-RankReport GradientRank::report(const double* r, bool thoroughly) {
-  const std::size_t num_rows = model_.num_rows(), num_user_rows = model_.numbering.num_user_rows;
-  if (thoroughly && num_rows > 0) (void)linearization_.decide_whole_rank(r);
+std::size_t GradientRank::user_row(std::size_t row) const {
+  return static_cast<std::size_t>(model_.numbering.user_row[row]);
+}
+
+std::vector<RowDependence> GradientRank::list_dependences() const {
   const RankRevealingFactor& factor = linearization_.rank_factor();
-  const Redundancy& redundancy = factor.redundancy();
-  const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(model_.numbering.user_row[a]); };
-  RankReport report;
-  std::vector<bool> unique(num_rows, true);
-  redundancy.mark_unique(&unique);
-  for (const Redundancy::Found& found : redundancy.list()) {
+  std::vector<RowDependence> result;
+  for (const Redundancy::Found& found : factor.redundancy().list()) {
     if (depends_on_contacts(found)) continue;
-    RowDependence& dependence = report.dependences.emplace_back();
+    RowDependence& dependence = result.emplace_back();
     dependence.row = user_row(static_cast<std::size_t>(found.row));
     dependence.what = factor.describe(found, "depends on");
     for (const auto& [row, coefficient] : found.terms) {
       dependence.terms.push_back({user_row(static_cast<std::size_t>(row)), coefficient});
     }
   }
-  for (std::size_t a = model_.numbering.first_idle_row(); a < num_rows; ++a) {
-    report.dependences.push_back({user_row(a), {}, work_.name_row(a) + " joins supports alone"});
-    unique[a] = false;
-  }
+  for (std::size_t a = model_.numbering.first_idle_row(); a < model_.num_rows(); ++a)
+    result.push_back({user_row(a), {}, work_.name_row(a) + " joins supports alone"});
+  return result;
+}
+
+RankReport GradientRank::report(const double* r, bool thoroughly) {
+  const std::size_t num_rows = model_.num_rows(), num_user_rows = model_.numbering.num_user_rows;
+  if (thoroughly && num_rows > 0) (void)linearization_.decide_whole_rank(r);
+  const Redundancy& redundancy = linearization_.rank_factor().redundancy();
+  RankReport report;
+  report.dependences = list_dependences();
+  std::vector<bool> unique(num_rows, true);
+  redundancy.mark_unique(&unique);
+  std::fill(unique.begin() + static_cast<std::ptrdiff_t>(model_.numbering.first_idle_row()), unique.end(), false);
   report.rank = num_user_rows - report.dependences.size();
   report.degrees_of_freedom = 3 * model_.num_moving() - report.rank;
   if (redundancy.has_decided()) report.smallest_singular_value = redundancy.smallest_singular_value();

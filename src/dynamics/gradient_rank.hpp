@@ -17,12 +17,15 @@ class GradientRank final : public RankMonitor {
   /// Rank of K at the last linearisation, at r: as it was decided where S raised a suspicion, else d. `thoroughly`:
   /// decides now.
   RankReport report(const double* r, bool thoroughly);
+  /// What depends, as it was decided, and nothing of the report that has a cost of its own.
+  std::vector<RowDependence> list_dependences() const;
 
   double mass_ratio() const override { return model_.mass_ratio; }
   void remember_gradients() override;
   double compare_gradients() override;
 
  private:
+  std::size_t user_row(std::size_t row) const;
   bool depends_on_contacts(const Redundancy::Found& found) const;
 
   Workspace& work_;

@@ -32,8 +32,8 @@ std::vector<std::optional<std::array<Index, 2>>> list_constant_rods(const System
 
 }  // namespace
 
-std::vector<Index> find_prestress_rigid_points(const System& system, const RankReport& rank) {
-  if (rank.dependences.empty() || !system.coordinates.empty()) return {};
+std::vector<Index> find_prestress_rigid_points(const System& system, const std::vector<RowDependence>& dependences) {
+  if (dependences.empty() || !system.coordinates.empty()) return {};
   const auto rods = list_constant_rods(system);
   enum class Place { Free, Fixed, Moving };
   std::vector<Place> places(system.num_points(), Place::Free);
@@ -48,7 +48,7 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const RankR
   };
 
   std::vector<Index> rigid;
-  for (const RowDependence& dependence : rank.dependences) {
+  for (const RowDependence& dependence : dependences) {
     // K_row = sum of coefficient K_a: omega is 1 there and -coefficient at the others.
     const bool has_one_sign = !dependence.terms.empty() &&
                               std::all_of(dependence.terms.begin(), dependence.terms.end(),

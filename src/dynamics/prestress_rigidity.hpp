@@ -16,8 +16,8 @@ namespace tanor {
 /// end at supports. So no point of it moves, now or later, though K'w = -phi alone would let it; what a rod carries
 /// there is not determined (it would be infinite under any load across it).
 ///
-/// `rank`: at the initial positions. Users' order, increasing; empty where something of it moves.
-std::vector<Index> find_prestress_rigid_points(const System& system, const RankReport& rank);
+/// `dependences`: at the initial positions. Users' order, increasing; empty where something of it moves.
+std::vector<Index> find_prestress_rigid_points(const System& system, const std::vector<RowDependence>& dependences);
 
 /// They stand: they become supports.
 inline void hold_rigid_points(System* system, std::vector<Index> points) {

@@ -9,18 +9,6 @@ namespace tanor {
 
 namespace {
 
-SparseColumns columns_of(const SparseColumns& C, const std::vector<int>& wanted) {
-  SparseColumns result;
-  result.num_rows = C.num_rows;
-  for (const int j : wanted) {
-    const int first = C.start[static_cast<std::size_t>(j)], last = C.start[static_cast<std::size_t>(j) + 1];
-    result.rows.insert(result.rows.end(), C.rows.begin() + first, C.rows.begin() + last);
-    result.values.insert(result.values.end(), C.values.begin() + first, C.values.begin() + last);
-    result.start.push_back(static_cast<int>(result.rows.size()));
-  }
-  return result;
-}
-
 double norm(const std::vector<double>& x) {
   return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
 }

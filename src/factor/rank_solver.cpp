@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numeric>
+#include <span>
 
 #include "base/numbers.hpp"
+#include "factor/columns_in_question.hpp"
 #include "factor/independent_columns.hpp"
 
 namespace tanor {
@@ -23,104 +23,6 @@ void normalize(std::span<double> x) {
   for (double& value : x) value /= length;
 }
 
-/// Calls visit(row, value) for column j.
-template <class Visit>
-void for_each_entry(const SparseColumns& A, int j, Visit&& visit) {
-  for (int k = A.start[static_cast<std::size_t>(j)]; k < A.start[static_cast<std::size_t>(j) + 1]; ++k)
-    visit(A.rows[static_cast<std::size_t>(k)], A.values[static_cast<std::size_t>(k)]);
-}
-
-/// y += factor * (column j of A)
-void add_column(const SparseColumns& A, int j, double factor, double* y) {
-  for_each_entry(A, j, [&](int row, double value) { y[row] += factor * value; });
-}
-
-/// (column j of A)' y
-double dot_column(const SparseColumns& A, int j, const double* y) {
-  double sum = 0.0;
-  for_each_entry(A, j, [&](int row, double value) { sum += value * y[row]; });
-  return sum;
-}
-
-SparseColumns transpose(const SparseColumns& A) {
-  SparseColumns result;
-  result.num_rows = static_cast<int>(A.num_columns());
-  result.start.assign(static_cast<std::size_t>(A.num_rows) + 2, 0);
-  for (const int row : A.rows) ++result.start[static_cast<std::size_t>(row) + 2];
-  std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
-  result.rows.resize(A.rows.size());
-  result.values.resize(A.rows.size());
-  for (int j = 0; j < result.num_rows; ++j) {
-    for_each_entry(A, j, [&](int row, double value) {
-      const auto place = static_cast<std::size_t>(result.start[static_cast<std::size_t>(row) + 1]++);
-      result.rows[place] = j;
-      result.values[place] = value;
-    });
-  }
-  result.start.pop_back();
-  return result;
-}
-
-/// A dependent column as a combination of independent ones, by increasing column.
-struct Combination {
-  std::vector<Dependence::Term> terms;
-  bool is_settled = false;  // has no column that it should be exchanged with
-};
-
-/// The term that should be dependent in place of column j: the largest above 2, or else the first later one that is no
-/// smaller than j's own; -1: none.
-int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
-  constexpr double largest_coefficient = 2.0, rounding = 1e-6;
-  double largest = largest_coefficient;
-  int result = -1;
-  for (const auto& [column, coefficient] : terms) {
-    const bool is_equal_and_later = result < 0 && column > j && std::abs(coefficient) > 1.0 - rounding;
-    if (std::abs(coefficient) <= largest && !is_equal_and_later) continue;
-    largest = std::max(largest, std::abs(coefficient));
-    result = column;
-  }
-  return result;
-}
-
-/// terms += factor * others
-void add_terms(double factor, const std::vector<Dependence::Term>& others, std::vector<Dependence::Term>* terms) {
-  std::vector<Dependence::Term> sum;
-  sum.reserve(terms->size() + others.size());
-  auto term = terms->begin();
-  for (const auto& [column, coefficient] : others) {
-    while (term != terms->end() && term->column < column) sum.push_back(*term++);
-    const double before = term != terms->end() && term->column == column ? (term++)->coefficient : 0.0;
-    sum.push_back({column, before + factor * coefficient});
-  }
-  sum.insert(sum.end(), term, terms->end());
-  *terms = std::move(sum);
-}
-
-/// Makes column i dependent in place of j in all combinations.
-void exchange(int j, int i, std::map<int, Combination>* X) {
-  const auto find = [](std::vector<Dependence::Term>& terms, int column) {
-    const auto found = std::ranges::lower_bound(terms, column, {}, &Dependence::Term::column);
-    return found != terms.end() && found->column == column ? found : terms.end();
-  };
-  // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
-  std::vector<Dependence::Term> terms = std::move(X->at(j).terms);
-  X->erase(j);
-  const auto at = find(terms, i);
-  const double pivot = at->coefficient;
-  terms.erase(at);
-  for (Dependence::Term& term : terms) term.coefficient /= -pivot;
-  terms.insert(std::ranges::lower_bound(terms, j, {}, &Dependence::Term::column), {j, 1.0 / pivot});
-  for (auto& [column, other] : *X) {
-    const auto found = find(other.terms, i);
-    if (found == other.terms.end()) continue;
-    const double factor = found->coefficient;
-    other.terms.erase(found);
-    add_terms(factor, terms, &other.terms);
-    other.is_settled = false;
-  }
-  X->emplace(i, Combination{std::move(terms)});
-}
-
 }  // namespace
 
 RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& factorize)
@@ -133,94 +35,63 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& fact
     scale_.push_back(length > 0.0 ? 1.0 / length : 1.0);
     for (double& value : column) value *= scale_[j];
   }
-  transposed_C_ = transpose(C_);
-
-  find_independent_columns();
-  combine_dependent_columns();
-  if (exchange_columns()) combine_dependent_columns();
+  find_dependences();
   span_null_space();
   drop_rounding();
 }
 
-void RankSolver::find_independent_columns() {
-  IndependentColumns found = tanor::find_independent_columns(C_, tolerance_, factorize_);
-  factor_ = std::move(found.factor);
-  smallest_singular_value_ = found.smallest_singular_value;
-}
-
-/// (R'R)^-1 y, [rho]
-std::vector<double> RankSolver::solve_normal(std::vector<double> y) const {
-  factor_.solve_transposed(y.data());
-  factor_.solve(y.data());
-  return y;
-}
-
-/// X_j = argmin |C_I x - c_j|, by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987).
-void RankSolver::combine_dependent_columns() {
-  constexpr int num_corrections = 2;
-  std::vector<int> place(num_columns(), -1);  // column of C -> column of R11
-  for (std::size_t k = 0; k < rank(); ++k)
-    place[static_cast<std::size_t>(factor_.independent[k])] = static_cast<int>(k);
-
-  dependences_.clear();
-  std::vector<double> residual(static_cast<std::size_t>(C_.num_rows));
-  for (const int j : factor_.dependent) {
-    std::vector<double> x(rank(), 0.0);
-    std::fill(residual.begin(), residual.end(), 0.0);
-    add_column(C_, j, 1.0, residual.data());
-    for (int pass = 0; pass <= num_corrections; ++pass) {
-      // R'R dx = C_I' (c_j - C_I x)
-      std::vector<double> dx(rank(), 0.0);
-      for (int row = 0; row < C_.num_rows; ++row) {
-        const double r = residual[static_cast<std::size_t>(row)];
-        if (r == 0.0) continue;
-        for_each_entry(transposed_C_, row, [&](int column, double value) {
-          const int k = place[static_cast<std::size_t>(column)];
-          if (k >= 0) dx[static_cast<std::size_t>(k)] += value * r;
-        });
-      }
-      dx = solve_normal(std::move(dx));
-      for (std::size_t k = 0; k < rank(); ++k) {
-        if (std::abs(dx[k]) < 0.1 * eps) continue;  // of unit columns: nothing, but a full vector of it
-        x[k] += dx[k];
-        add_column(C_, factor_.independent[k], -dx[k], residual.data());
-      }
+void RankSolver::find_dependences() {
+  const std::vector<std::vector<int>> groups = find_columns_in_question(C_, tolerance_);
+  if (groups.size() == 1 && groups.front().size() == num_columns()) {
+    DependentColumns found = find_dependent_columns(C_, tolerance_, factorize_);
+    dependences_ = std::move(found.dependences);
+    smallest_singular_value_ = found.smallest_singular_value;
+    sigma_in_question_ = std::min(1.0, found.smallest_singular_value);
+    factor_ = std::move(found.factor);
+    return;
+  }
+  std::vector<int> row_name(static_cast<std::size_t>(C_.num_rows), -1);
+  for (const std::vector<int>& group : groups) {
+    DependentColumns found = find_dependent_columns(take_group(group, &row_name), tolerance_, factorize_);
+    sigma_in_question_ = std::min(sigma_in_question_, found.smallest_singular_value);
+    for (Dependence& dependence : found.dependences) {
+      dependence.column = group[static_cast<std::size_t>(dependence.column)];
+      for (Dependence::Term& term : dependence.terms) term.column = group[static_cast<std::size_t>(term.column)];
+      dependences_.push_back(std::move(dependence));
     }
-    Dependence& dependence = dependences_.emplace_back(Dependence{j, {}});
-    for (std::size_t k = 0; k < rank(); ++k)
-      if (x[k] != 0.0) dependence.terms.push_back({factor_.independent[k], x[k]});
   }
+  std::ranges::sort(dependences_, {}, &Dependence::column);
 }
 
-/// Returns whether it exchanged any column; R11 is then that of the new independent columns.
-bool RankSolver::exchange_columns() {
-  std::map<int, Combination> X;  // dependent column -> its combination of independent ones
-  for (const Dependence& dependence : dependences_) {
-    std::vector<Dependence::Term>& terms = X[dependence.column].terms;
-    for (const Dependence::Term& term : dependence.terms)
-      if (std::abs(term.coefficient) > tolerance_) terms.push_back(term);
-    std::ranges::sort(terms, {}, &Dependence::Term::column);
-  }
-  bool exchanged = false;
-  for (auto next = X.begin(); next != X.end();) {
-    const auto& [j, combination] = *next;
-    const int i = combination.is_settled ? -1 : find_exchange(j, combination.terms);
-    if (i < 0) {
-      next++->second.is_settled = true;
-      continue;
+/// The columns of a group and the rows that they have. `row_name`: -1 before and after.
+SparseColumns RankSolver::take_group(const std::vector<int>& group, std::vector<int>* row_name) const {
+  SparseColumns own = columns_of(C_, group);
+  std::vector<int> rows;
+  own.num_rows = 0;
+  for (int& row : own.rows) {
+    int& name = (*row_name)[static_cast<std::size_t>(row)];
+    if (name < 0) {
+      name = own.num_rows++;
+      rows.push_back(row);
     }
-    exchanged = true;
-    exchange(j, i, &X);
-    next = X.begin();
+    row = name;
   }
-  if (!exchanged) return false;
+  for (const int row : rows) (*row_name)[static_cast<std::size_t>(row)] = -1;
+  return own;
+}
 
-  std::vector<int> dependent;
-  for (const auto& [column, combination] : X) dependent.push_back(column);
-  factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
-  factor_.dependent = std::move(dependent);
-  smallest_singular_value_ = find_smallest_singular_value(factor_);
-  return true;
+const TriangularFactor& RankSolver::factor() {
+  if (!factor_) {
+    std::vector<int> dependent;
+    for (const Dependence& dependence : dependences_) dependent.push_back(dependence.column);
+    factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
+  }
+  return *factor_;
+}
+
+double RankSolver::smallest_singular_value() {
+  if (!smallest_singular_value_) smallest_singular_value_ = find_smallest_singular_value(factor());
+  return *smallest_singular_value_;
 }
 
 /// Z = D [-X; 1] with unit columns, and its QR.
@@ -241,7 +112,7 @@ void RankSolver::span_null_space() {
 
 /// X is known to eps/sigma_min, so a coefficient near that may be a zero. The largest terms come first.
 void RankSolver::drop_rounding() {
-  const double least = 1e3 * eps / std::min(smallest_singular_value_, 1.0);
+  const double least = 1e3 * eps / sigma_in_question_;
   for (Dependence& dependence : dependences_) {
     std::erase_if(dependence.terms, [&](const Dependence::Term& term) { return std::abs(term.coefficient) < least; });
     std::stable_sort(dependence.terms.begin(), dependence.terms.end(),
@@ -260,17 +131,19 @@ std::vector<bool> RankSolver::unique() const {
   return result;
 }
 
-void RankSolver::solve(double* x) const {
+void RankSolver::solve(double* x) {
   // S = D^-1 [1 X]' R'R [1 X] D^-1
-  std::vector<double> y(rank());
-  for (std::size_t k = 0; k < rank(); ++k) {
-    const int j = factor_.independent[k];
+  const TriangularFactor& R = factor();
+  std::vector<double> y(R.rank());
+  for (std::size_t k = 0; k < R.rank(); ++k) {
+    const int j = R.independent[k];
     y[k] = x[j] * scale_[static_cast<std::size_t>(j)];
   }
-  y = solve_normal(std::move(y));
+  R.solve_transposed(y.data());
+  R.solve(y.data());
   std::fill(x, x + num_columns(), 0.0);
-  for (std::size_t k = 0; k < rank(); ++k) {
-    const int j = factor_.independent[k];
+  for (std::size_t k = 0; k < R.rank(); ++k) {
+    const int j = R.independent[k];
     x[j] = y[k] * scale_[static_cast<std::size_t>(j)];
   }
 }

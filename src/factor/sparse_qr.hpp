@@ -3,17 +3,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "factor/sparse_columns.hpp"
+
 namespace tanor {
-
-/// Sparse num_rows x d matrix by columns: entries of column j are start[j] … start[j + 1] - 1, each row once.
-struct SparseColumns {
-  int num_rows = 0;
-  std::vector<int> start{0};
-  std::vector<int> rows;
-  std::vector<double> values;
-
-  std::size_t num_columns() const { return start.size() - 1; }
-};
 
 /// Upper triangular factor R11 of C(:, independent) = Q R11, rho x rho; Q is not kept.
 struct TriangularFactor {

@@ -218,7 +218,7 @@ std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::spa
   for (const Island& island : islands_) {
     const RankSolver& solver = *island.solver;
     const auto first = static_cast<std::size_t>(island.first), size = static_cast<std::size_t>(island.end) - first;
-    const double rounding = safety * eps / std::min(1.0, solver.smallest_singular_value());
+    const double rounding = safety * eps / solver.singular_value_in_question();
     const auto contradictions = solver.contradictions(b.subspan(first, size));
     for (std::size_t k = 0; k < contradictions.size(); ++k) {
       const auto& [column, excess, magnitude] = contradictions[k];

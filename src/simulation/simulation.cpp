@@ -10,6 +10,7 @@
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "certificate/certificate.hpp"
+#include "dynamics/multiplier_form.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
 #include "ranks/cut_form.hpp"
@@ -17,9 +18,9 @@
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
 #include "simulation/saved_state.hpp"
-#include "system/fingerprint.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
+#include "system/fingerprint.hpp"
 
 namespace tanor {
 
@@ -210,7 +211,8 @@ struct Simulation::Implementation {
     if (part.is_cut()) return {};
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
     if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
-    return find_rank().prestress_rigid_points;
+    if (forms.normal == nullptr) return {};
+    return tanor::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
   }
 
   /// Whether some rank has such points.
@@ -412,6 +414,7 @@ Simulation::Simulation(Spread, System system, const Part& part, const MotionOpti
     System held = implementation_->model.system;
     if (!given) given = held;
     hold_rigid_points(&held, rigid);
+    implementation_.reset();  // two at a time take twice the memory
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, part, t_start);
   }
   if (all.empty()) return;

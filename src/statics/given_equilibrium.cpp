@@ -52,7 +52,7 @@ std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, cons
     const std::string complaint = state.find_complaint(claim.force_tolerance);
     if (complaint.empty()) return std::vector<Index>();
     std::vector<Index> rigid;
-    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state.model().system, state.rank_);
+    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state.model().system, state.rank_.dependences);
     if (rigid.empty()) throw InputError("", complaint);
     return rigid;
   };

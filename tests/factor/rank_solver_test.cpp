@@ -47,7 +47,7 @@ Matrix rods(const std::vector<Point>& points, const std::vector<std::array<int, 
 }
 
 /// The solver's multipliers of S lambda = b with refinement.
-Vector solve(const RankSolver& solver, const Matrix& C, const Vector& b) {
+Vector solve(RankSolver& solver, const Matrix& C, const Vector& b) {
   Vector lambda = Vector::Zero(C.cols());
   for (int pass = 0; pass < 3; ++pass) {
     Vector correction = b - C.transpose() * (C * lambda);
@@ -67,7 +67,7 @@ TEST(RankSolver, SharesTheLoadOfARodThatIsGivenTwice) {
   Matrix C = rods({{0, 0}, {1, 0}, {1, 1}}, {{0, 1}, {1, 2}, {0, 1}});
   C.col(2) *= 2.0;
 
-  const RankSolver solver(sparse(C));
+  RankSolver solver(sparse(C));
 
   EXPECT_EQ(solver.rank(), 2u);
   ASSERT_EQ(solver.dependences().size(), 1u);
@@ -90,7 +90,7 @@ const std::vector<Point> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
 const Matrix braced_square = rods(square, {{0, 1}, {1, 2}, {2, 3}, {0, 3}, {0, 2}, {1, 3}});
 
 TEST(RankSolver, FindsTheSelfStressOfABracedSquare) {
-  const RankSolver solver(sparse(braced_square));
+  RankSolver solver(sparse(braced_square));
 
   EXPECT_EQ(solver.rank(), 5u);
   ASSERT_EQ(solver.dependences().size(), 1u);
@@ -104,7 +104,7 @@ TEST(RankSolver, FindsTheSelfStressOfABracedSquare) {
 }
 
 TEST(RankSolver, LeavesNoSelfStressInTheSmallestMultipliers) {
-  const RankSolver solver(sparse(braced_square));
+  RankSolver solver(sparse(braced_square));
   Vector self_stress(6);
   self_stress << 1, 1, 1, 1, -std::sqrt(2.0), -std::sqrt(2.0);
   Vector smallest(6);  // any multipliers without it
@@ -119,7 +119,7 @@ TEST(RankSolver, LeavesNoSelfStressInTheSmallestMultipliers) {
 
 // All rods of the square may grow together; one diagonal alone may not.
 TEST(RankSolver, TellsAContradictionFromARedundancy) {
-  const RankSolver solver(sparse(braced_square));
+  RankSolver solver(sparse(braced_square));
   Vector together(6), alone(6);
   together << 1, 1, 1, 1, std::sqrt(2.0), std::sqrt(2.0);
   alone << 0, 0, 0, 0, 0, 0.5;
@@ -140,7 +140,7 @@ TEST(RankSolver, FindsTheRedundantRodOfAParallelogram) {
   for (int leg = 0; leg < 3; ++leg) C.col(leg).segment<2>(2 * leg) = Point(0.6, 0.8);
   C.rightCols(3) = rods({{0, 0}, {1, 0}, {2, 0}}, {{0, 1}, {1, 2}, {0, 2}});
 
-  const RankSolver solver(sparse(C));
+  RankSolver solver(sparse(C));
 
   EXPECT_EQ(solver.rank(), 5u);  // one motion is left: all three points along (-4, 3)/5
   ASSERT_EQ(solver.dependences().size(), 1u);
@@ -162,7 +162,7 @@ TEST(RankSolver, KeepsColumnsThatAreNearlyParallel) {
     Matrix C(3, 2);
     C << 1, std::cos(angle), 0, std::sin(angle), 0, 0;
 
-    const RankSolver solver(sparse(C));
+    RankSolver solver(sparse(C));
 
     EXPECT_EQ(solver.rank(), 2u) << angle;
     // sigma = sqrt(1 - cos) of two unit columns
@@ -182,7 +182,7 @@ TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   const Matrix Q = Matrix(any.householderQr().householderQ()).leftCols(d);
   const Matrix C = Q * R;
 
-  const RankSolver solver(sparse(C));
+  RankSolver solver(sparse(C));
 
   EXPECT_EQ(solver.rank(), d - 1);
   EXPECT_GT(solver.smallest_singular_value(), 1e-3);
@@ -200,7 +200,7 @@ TEST(RankSolver, GivesAColumnOfZerosNoMultiplier) {
   Matrix C = Matrix::Identity(3, 3);
   C.col(1).setZero();
 
-  const RankSolver solver(sparse(C));
+  RankSolver solver(sparse(C));
 
   EXPECT_EQ(solver.rank(), 2u);
   ASSERT_EQ(solver.dependences().size(), 1u);
@@ -237,7 +237,7 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
   const Eigen::Index d = C.cols();
   const Matrix unit = C.colwise().normalized();
   const Eigen::JacobiSVD<Matrix> svd(unit, Eigen::ComputeFullV);
-  const RankSolver solver(sparse(C));
+  RankSolver solver(sparse(C));
 
   // Rank: that of the singular values; R11 is nearly as well conditioned as C.
   const auto rank = (svd.singularValues().array() > solver.tolerance()).count();
