@@ -7,6 +7,11 @@
 
 #if TANOR_DRAWS_PICTURES
 #include "picture/draw.hpp"
+
+/// The fonts that fontconfig has found are its own until the end of the process.
+extern "C" __attribute__((visibility("default"))) const char* __lsan_default_suppressions() {
+  return "leak:libfontconfig";
+}
 #endif
 
 namespace {
