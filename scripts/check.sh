@@ -71,6 +71,9 @@ if [[ ${1:-} != --quick ]]; then
   headline "release"
   build_and_test release
 
+  headline "flat nets of more sizes (TANOR_LARGEST_NET=30 takes hours)"
+  TANOR_LARGEST_NET=12 ctest --preset release --tests-regex 'FlatNet\.ArrivesByEveryMethod' --parallel "$(nproc)"
+
   headline "valgrind: memory and leaks of the self-test"
   valgrind --quiet --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite --child-silent-after-fork=yes \
     --suppressions=scripts/valgrind.supp build/src/cli/tanor selftest

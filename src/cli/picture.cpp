@@ -57,11 +57,15 @@ ExitCode execute(const PictureOptions& options) {
                 {"width", options.style.width},
                 {"height", options.style.height},
                 {"tension_scale", or_null(drawn.tension_scale)},
-                {"arrow", or_null(drawn.arrow)}});
+                {"arrow", or_null(drawn.arrow)},
+                {"guides_left_out", drawn.left_out}});
   } else if (!options.quiet) {
     print_message(fmt::format(
         "t = {:g} s in {}{}", instant.frame.time, file.string(),
         is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
+    if (drawn.left_out > 0)
+      print_message(
+          fmt::format("{} guides are left out: so many surfaces before them cover the picture", drawn.left_out));
   }
   return ExitCode::Done;
 }

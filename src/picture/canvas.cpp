@@ -58,8 +58,9 @@ Canvas::Canvas(const Camera& camera, int width, int first_row, int last_row)
 /// Calls `visit(sample, ray)` for the samples inside some bounds.
 template <class Visit>
 void Canvas::visit(const std::array<double, 4>& bounds, const Visit& visit) {
+  // std::fmin and std::fmax take the other number for one that is none: what is nowhere has no samples.
   const auto clip = [](double place, int most) {
-    return static_cast<int>(std::clamp(std::floor(place), 0.0, static_cast<double>(most)));
+    return static_cast<int>(std::fmax(0.0, std::fmin(std::floor(place), static_cast<double>(most))));
   };
   const int left = clip(fine * bounds[0], columns_), right = clip(fine * bounds[1] + 1.0, columns_);
   const int top = clip(fine * (bounds[2] - first_row_), fine * rows_);
@@ -196,10 +197,9 @@ float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
 
 void Canvas::add(const Surface& surface) {
   const auto& [u, v, w] = surface.axes;
-  const bool is_flat = squared(w) == 0.0;
-  const double size = is_flat ? norm(u) + norm(v) : std::max({norm(u), norm(v), norm(w)});
+  const bool is_flat = surface.is_flat();
   const Vec3 normal = cross(u, v);
-  visit(camera_.bound(surface.center, size), [&](std::size_t sample, const Ray& ray) {
+  visit(camera_.bound(surface.center, surface.reach()), [&](std::size_t sample, const Ray& ray) {
     const Vec3 from = ray.origin - surface.center, e = ray.direction;
     std::array<double, 2> depths{-1.0, -1.0};
     if (is_flat) {
@@ -225,7 +225,7 @@ void Canvas::add(const Surface& surface) {
 
 void Canvas::resolve(int first, int last, std::uint32_t* picture) const {
   const auto byte = [](float part) {
-    return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(part / (fine * fine), 0.0f, 1.0f)));
+    return static_cast<std::uint32_t>(std::lround(255.0f * std::fmax(0.0f, std::fmin(part / (fine * fine), 1.0f))));
   };
   for (int y = first; y < last; ++y) {
     for (int x = 0; x < width_; ++x) {

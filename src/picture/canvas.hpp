@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct Cone {
 struct Surface {
   Vec3 center;
   Vec3 axes[3];
+
+  bool is_flat() const { return squared(axes[2]) == 0.0; }
+  /// No part is farther from the center.
+  double reach() const {
+    return is_flat() ? norm(axes[0]) + norm(axes[1]) : std::max({norm(axes[0]), norm(axes[1]), norm(axes[2])});
+  }
 };
 
 /// Rows of a picture, each pixel of several samples with their depth.

@@ -89,7 +89,7 @@ Drawn draw(const Picture& picture) {
     key.arrow = choose_arrow(extent.largest_force);
     key.arrow_pixels = key.arrow * scale.arrow / camera.pixel(camera.middle_depth());
   }
-  return {finish_picture(picture, layout, key, &pixels), scale.tension, key.arrow};
+  return {finish_picture(picture, layout, key, &pixels), scale.tension, key.arrow, shapes.left_out};
 }
 
 }  // namespace tanor::picture

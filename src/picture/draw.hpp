@@ -19,6 +19,7 @@ struct Drawn {
   std::string png;
   double tension_scale = 0.0;  ///< N, end of the colours; 0: no rod is shown
   double arrow = 0.0;          ///< N, of the arrow beside the picture; 0: there is none
+  std::size_t left_out = 0;    ///< guides behind so many others that nothing would be seen
 };
 
 /// Throws std::runtime_error where cairo cannot make the picture.

@@ -51,9 +51,9 @@ void add_helix(std::span<const double> n, const GuideSpace& space, Shapes* shape
   const double radius = n[6], pitch = n[7], phase = n[8];
   const auto [e1, e2] = frame_around(axis);
   const double height = dot(axis, space.middle - origin), reach = 0.5 * space.size;
-  constexpr double parts_of_a_turn = 48.0, most_parts = 6000.0;
+  constexpr double parts_of_a_turn = 48.0;
   const auto count = static_cast<std::size_t>(
-      std::min(most_parts, std::ceil(parts_of_a_turn * std::max(1.0, 2.0 * reach / std::abs(pitch)))));
+      std::min(space.most_parts, std::ceil(parts_of_a_turn * std::max(1.0, 2.0 * reach / std::abs(pitch)))));
   std::vector<Vec3> places;
   for (std::size_t k = 0; k <= count; ++k) {
     const double z = height + reach * (2.0 * static_cast<double>(k) / static_cast<double>(count) - 1.0);
@@ -64,7 +64,7 @@ void add_helix(std::span<const double> n, const GuideSpace& space, Shapes* shape
 }
 
 void add_circle(Vec3 center, Vec3 normal, double radius, const GuideSpace& space, Shapes* shapes) {
-  constexpr int parts = 144;
+  const int parts = static_cast<int>(std::min(144.0, space.most_parts));
   const auto [u, v] = frame_around(normal);
   std::vector<Vec3> places;
   for (int k = 0; k <= parts; ++k)

@@ -9,6 +9,7 @@ struct GuideSpace {
   Vec3 middle;
   double size;  ///< m
   const Camera& camera;
+  double most_parts;  ///< straight parts of a curve
 };
 
 /// Adds the picture of a plane, sphere, ellipsoid, line, circle or helix; other kinds have none.

@@ -82,6 +82,29 @@ void add_forces(const Picture& picture, const Scale& scale, const Camera& camera
   }
 }
 
+/// Part of the picture that a surface covers at most.
+double measure_cover(const Surface& surface, const Style& style, const Camera& camera) {
+  const auto [left, right, top, bottom] = camera.bound(surface.center, surface.reach());
+  const auto inside = [](double low, double high, double most) {
+    return std::fmax(0.0, std::fmin(high, most) - std::fmax(low, 0.0)) / most;
+  };
+  return inside(left, right, style.width) * inside(top, bottom, style.height);
+}
+
+/// However many they are, curves have so many parts and surfaces cover the picture so often as seconds allow.
+void add_guides(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
+  constexpr double parts_of_all = 2e5, least_parts = 8.0, most_parts = 6000.0, most_covers = 10.0;
+  const std::vector<report::Guide>& guides = picture.frame.guides;
+  const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
+  const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
+  for (const report::Guide& guide : guides) add_guide(guide, space, shapes);
+  double covers = 0.0;
+  shapes->left_out = std::erase_if(shapes->surfaces, [&](const Surface& surface) {
+    covers += measure_cover(surface, picture.style, camera);
+    return covers > most_covers;
+  });
+}
+
 }  // namespace
 
 Scale choose_scale(const Picture& picture) {
@@ -149,10 +172,7 @@ Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& ca
   if (style.shows_rods) add_rods(picture, scale, camera, &shapes);
   if (style.shows_points) add_points(picture, scale, camera, &shapes);
   if (style.shows_reactions) add_forces(picture, scale, camera, &shapes);
-  if (style.shows_guides) {
-    const GuideSpace space{scale.middle, scale.size, camera};
-    for (const report::Guide& guide : picture.frame.guides) add_guide(guide, space, &shapes);
-  }
+  if (style.shows_guides) add_guides(picture, scale, camera, &shapes);
   // From the front to the back; in the order of the scene where two are as near.
   std::ranges::stable_sort(shapes.balls, {}, [](const Ball& ball) { return ball.center.z; });
   std::ranges::stable_sort(shapes.cones, {}, [](const Cone& cone) { return cone.a.z + cone.b.z; });

@@ -28,6 +28,7 @@ struct Shapes {
   std::vector<Ball> balls;
   std::vector<Cone> cones;
   std::vector<Surface> surfaces;
+  std::size_t left_out = 0;  ///< surfaces: one looks through all, so that each costs all samples that it covers
 };
 Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& camera);
 

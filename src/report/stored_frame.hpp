@@ -9,6 +9,9 @@
 
 namespace tanor::report {
 
+/// m, and m/s of velocities; squares of distances are numbers.
+inline constexpr double largest_place = 1e150;
+
 /// One instant of a motion as it is read back from a folder of results: rows of m points, where the ends of periodic
 /// rods follow the points that a run shows, and of R rods.
 struct StoredFrame {

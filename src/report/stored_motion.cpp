@@ -22,8 +22,9 @@ std::vector<double> mix(const std::vector<double>& a, const std::vector<double>&
 }
 
 /// Row by row r(s) = (1 + 2s)(1 - s)^2 r_0 + s(1 - s)^2 h v_0 + s^2(3 - 2s) r_1 - s^2(1 - s) h v_1, s from 0 to 1.
-std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, double s) {
-  const double h = b.time - a.time, u = 1.0 - s;
+/// h: seconds from a to b.
+std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, double h, double s) {
+  const double u = 1.0 - s;
   std::vector<double> r(a.positions.size());
   for (std::size_t k = 0; k < r.size(); ++k)
     r[k] = (1.0 + 2.0 * s) * u * u * a.positions[k] + s * u * u * h * a.velocities[k] +
@@ -65,10 +66,12 @@ StoredMotion::Instant StoredMotion::at(double time) const {
   if (last.positions.size() != first.positions.size() || last.rods != first.rods ||
       last.guide_forces.size() != first.guide_forces.size())
     throw InputError(after->file.string(), "holds other points or rods than the frame before");
-  const double part = (time - before->time) / (after->time - before->time);
+  const double distance = after->time - before->time, part = (time - before->time) / distance;
   StoredFrame frame = first;
   frame.time = time;
-  frame.positions = follow_hermite(first, last, part);
+  frame.positions = follow_hermite(first, last, distance, part);
+  if (std::ranges::any_of(frame.positions, [](double x) { return !(std::abs(x) <= largest_place); }))
+    throw InputError(after->file.string(), "holds velocities that lead too far away, or is damaged");
   frame.tensions = mix(first.tensions, last.tensions, part);
   frame.guide_forces = mix(first.guide_forces, last.guide_forces, part);
   frame.guides = mix_guides(std::move(first.guides), last.guides, part);

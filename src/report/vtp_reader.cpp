@@ -157,6 +157,10 @@ class Frame {
   StoredFrame head_;
 };
 
+bool are_small(const std::vector<double>& numbers) {
+  return std::ranges::all_of(numbers, [](double x) { return std::abs(x) <= largest_place; });
+}
+
 }  // namespace
 
 StoredFrame read_vtp(const std::filesystem::path& path) {
@@ -168,7 +172,7 @@ StoredFrame read_vtp(const std::filesystem::path& path) {
   frame.guide_forces = file.read<double>("PointData/guide_force", 3 * m);
   const std::vector<std::uint8_t> supports = file.read<std::uint8_t>("PointData/support", m);
   if (frame.positions.size() != 3 * m || frame.velocities.size() != 3 * m || supports.size() != m) file.fail();
-  if (m == 0 || std::ranges::any_of(frame.positions, [](double x) { return !std::isfinite(x); })) file.fail();
+  if (m == 0 || !are_small(frame.positions) || !are_small(frame.velocities)) file.fail();
   frame.is_support.assign(supports.begin(), supports.end());
 
   // Tensions are those of all cells, and vertices come first.
@@ -193,7 +197,8 @@ std::vector<ListedFrame> read_frame_list(const std::filesystem::path& path) {
     if (tags.name() != "DataSet") continue;
     const std::optional<double> time = scene::parse_number(tags.attribute("timestep"));
     const std::string file = tags.attribute("file");
-    if (!time || file.empty() || (!frames.empty() && *time < frames.back().time))
+    const bool is_name = !file.empty() && std::ranges::none_of(file, [](unsigned char c) { return c < ' '; });
+    if (!time || !is_name || (!frames.empty() && *time < frames.back().time))
       throw InputError(path.string(), "is damaged, or no list of frames of this tanor");
     frames.push_back({*time, path.parent_path() / file});
   }

@@ -21,11 +21,11 @@ inline Ended run_script(const Folder& folder, const std::string& script) {
           .err = read_text(stem + ".err")};
 }
 
-/// Sanitizers map terabytes of addresses.
+/// Whether limits of a process's memory are those of the program: sanitizers map terabytes of addresses.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool limits_of_memory_work = false;
+#define TANOR_LIMITS_OF_MEMORY_WORK 0
 #else
-constexpr bool limits_of_memory_work = true;
+#define TANOR_LIMITS_OF_MEMORY_WORK 1
 #endif
 
 }  // namespace tanor::cli

@@ -9,6 +9,7 @@
 
 #include "picture/decoded.hpp"
 #include "picture/draw.hpp"
+#include "picture/shapes.hpp"
 #include "report/motion_extent.hpp"
 
 namespace tanor::picture {
@@ -191,6 +192,43 @@ TEST(PictureTest, EveryKindOfGuideIsDrawn) {
     EXPECT_GT(differing.count, 300) << guide.kind;
     EXPECT_GT(differing.right - differing.left, 100) << guide.kind;
   }
+}
+
+TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
+  Picture picture = make_rod(5.0);
+  const std::vector<report::Guide> nowhere{{"plane", "no normal", {0, 0, 0, 0}},
+                                           {"line", "no direction", {0, 0, 0, 0, 0, 0}},
+                                           {"ellipsoid", "one axis", {0.5, 0, 0, 1e-3, 1e-3, 1e-3, 1, 0, 0, 1, 0, 0}},
+                                           {"helix", "no pitch", {0, 0, 0, 0, 0, 1, 1, 0, 0}}};
+  for (const report::Guide& guide : nowhere) {
+    picture.frame.guides = {guide};
+    picture.style.shows_guides = true;
+    const Decoded with = paint(picture);
+    picture.style.shows_guides = false;
+    EXPECT_TRUE(with.bytes == paint(picture).bytes) << guide.kind;
+  }
+}
+
+// Each costs all samples that it covers.
+TEST(PictureTest, OfManySurfacesSoManyAreDrawnAsCanBeSeen) {
+  Picture picture = make_rod(5.0);
+  picture.extent = report::measure_motion({picture.frame});
+  picture.frame.guides.assign(5, {"sphere", "", {0.5, 0, 0, 2}});
+  EXPECT_EQ(draw(picture).left_out, 0u);
+  picture.frame.guides.assign(9000, {"sphere", "", {0.5, 0, 0, 2}});
+  EXPECT_EQ(draw(picture).left_out, 8990u);
+  picture.frame.guides.assign(1000, {"sphere", "", {0.5, 0, 0, 0.01}});
+  EXPECT_EQ(draw(picture).left_out, 0u) << "small ones cost little";
+}
+
+// 8,000 of 6,000 parts were gigabytes.
+TEST(PictureTest, ManyCurvesHaveFewParts) {
+  Picture picture = make_rod(5.0);
+  picture.frame.guides.assign(8000, {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 1e-9, 0}});
+  picture.extent = report::measure_motion({picture.frame});
+  const Scale scale = choose_scale(picture);
+  const Camera camera(choose_eye(picture), scale.outline, 1.4 * scale.bead, {0, 0, 400, 300});
+  EXPECT_LE(build_shapes(picture, scale, camera).cones.size(), 250'000u);
 }
 
 TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {

@@ -187,6 +187,36 @@ TEST(MotionExtentTest, RoundingsAreNeitherForcesNorPushes) {
   EXPECT_EQ(extent.most_tension, 3.0);
 }
 
+TEST(StoredFrameTest, NumbersThatNoMotionHasAreRefused) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  for (const double odd : {1e200, -HUGE_VAL, std::nan("")}) {
+    for (std::vector<double> Rows::*part : {&Rows::positions, &Rows::velocities}) {
+      Rows rows;
+      const Frame frame = rows.frame(0, 0.5);
+      (rows.*part)[4] = odd;
+      write_vtp(folder / "f.vtp", shown, frame);
+      EXPECT_THROW(read_vtp(folder / "f.vtp"), InputError) << odd;
+    }
+  }
+}
+
+TEST(StoredMotionTest, VelocitiesThatLeadTooFarAreRefused) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  Rows rows;
+  write_vtp(folder / "f.vtp", shown, rows.frame(0, 0.5));
+  write_text(folder / "trajectory.pvd",
+             R"(<DataSet timestep="0" file="f.vtp"/><DataSet timestep="1e300" file="f.vtp"/>)");
+  EXPECT_THROW(StoredMotion(folder.path()).at(1e299), InputError);
+}
+
+TEST(StoredMotionTest, NamesOfTwoLinesAreRefused) {
+  const Folder folder;
+  write_text(folder / "trajectory.pvd", "<DataSet timestep=\"0\" file=\"a\nb.vtp\"/>");
+  EXPECT_THROW(StoredMotion(folder.path()), InputError);
+}
+
 TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
   const Folder folder;
   EXPECT_THROW(StoredMotion(folder / "missing"), InputError);
