@@ -68,7 +68,9 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
       due_(RunPlan::Clock::now() + plan.checkpoint_every),
       setup_(seconds_since(plan.begin)) {
   checkpoint_.scene = plan.fingerprint;
-  if (plan.has_html_page) recording_.emplace(simulation.system(), scene.output_points, scene.solver);
+  if (plan.has_html_page)
+    recording_.emplace(simulation.system(), scene.output_points, scene.solver,
+                       report::OutputTimes{.duration = scene.t_end - simulation.time(), .every = scene.output_every});
 }
 
 void RunFolder::write_frame(const Simulation& simulation) {
@@ -114,9 +116,17 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   return page;
 }
 
-void RunFolder::take_step(const MotionReport& report, const Simulation* between_frames) {
-  if (recording_) recording_->take_step(report);
+void RunFolder::take_step(const MotionReport& report, Simulation* between_frames) {
   const auto begin = RunPlan::Clock::now();
+  if (recording_) {
+    recording_->take_step(report);
+    if (between_frames != nullptr && recording_->wants_frame(between_frames->time())) {
+      const Solution between = between_frames->solution();
+      if (between.outcome.ok()) recording_->take_frame(between_frames->system(), between);
+      if (begin >= next_page_) show(*between_frames);
+      output_ += seconds_since(begin);
+    }
+  }
   if (between_frames == nullptr || begin < due_ || begin < next_publication_) return;
   publish(*between_frames);
   output_ += seconds_since(begin);

@@ -115,9 +115,11 @@ class Page {
     };
   }
 
-  /** s of the motion in a second at "1": all of it in 6 to 20 seconds. */
+  /** s of the motion in a second at "1": all of it in 6 to 20 seconds or somewhat longer, as a round number. */
   private natural(): number {
-    return (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
+    const wanted = (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return wanted > 0 ? power * [5, 2, 1].find((digit) => wanted >= 0.999 * digit * power)! : 0;
   }
 
   private stand(time: number): void {
@@ -134,15 +136,14 @@ class Page {
     this.charts?.stand(this.time);
   }
 
-  private tellRods({ tensions, chosen }: View): void {
+  private tellRods({ tensions, chosen, tensionStep }: View): void {
     const { motion } = this.data, { rods } = this.arrays;
     if (!motion.rods) return;
     find("tension").textContent = words(tensions[chosen], "N");
-    const noise = 3e-5 * (motion.ranges.tensions[1] - motion.ranges.tensions[0]);
     const pushed: number[] = [];
-    for (let rod = 0; rod < tensions.length; ++rod) if (tensions[rod] < -noise) pushed.push(rod);
-    const count = pushed.length, most = count > most_listed ? `; the ${most_listed} that are pushed most:` : "";
-    find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods ${count === 1 ? "is" : "are"} pushed${most}` : "No rod is pushed.";
+    for (let rod = 0; rod < tensions.length; ++rod) if (tensions[rod] < -2 * tensionStep) pushed.push(rod);
+    const count = pushed.length, listed = count > most_listed ? `, ${most_listed} listed` : "";
+    find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods${listed}` : "No rod is pushed.";
     pushed.sort((p, q) => tensions[p] - tensions[q]);
     const point = (k: number) => (k < motion.points ? k : motion.images[k - motion.points][0]);
     fillList("pushed", pushed.slice(0, most_listed).map((rod) => {
@@ -159,7 +160,7 @@ class Page {
     const stops = Array.from({ length: 21 }, (_, k) => `rgb(${view.colourOf((k / 10 - 1) * view.scale).map((x) => Math.round(255 * x)).join(",")})`);
     const bar = make("div", "", "bar"), ends = make("div", "", "ends");
     bar.style.background = `linear-gradient(to right, ${stops.join(",")})`;
-    ends.append(make("span", `−${words(view.scale)}`), make("span", "0"), make("span", `${words(view.scale)} N`));
+    ends.append(make("span", `−${words(view.scale, "", 3)}`), make("span", "0"), make("span", words(view.scale, "N", 3)));
     find("legend").replaceChildren(make("div", "tension of rods: pushed … pulled"), bar, ends);
   }
 
@@ -172,13 +173,13 @@ class Page {
     hide("guides", !motion.guides.length);
     find("rods-part").hidden = !motion.rods;
     find<HTMLInputElement>("rod").max = String(Math.max(0, motion.rods - 1));
-    find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N")}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
+    find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N", 3)}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
     const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
     if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);
     find("view-notes").textContent = notes.join(" ");
     const natural = this.natural(), speed = find<HTMLSelectElement>("speed");
     speed.replaceChildren(...[0.1, 0.25, 0.5, 1, 2, 4].map((factor) =>
-      new Option(`${words(natural * factor)} s/s`, String(factor), factor === 1, factor === this.speed)));
+      new Option(`${words(natural * factor)} s in 1 s`, String(factor), factor === 1, factor === this.speed)));
   }
 
   private fillMarks(): void {

@@ -65,6 +65,7 @@ export class View {
   readonly scale: number; // N, the end of the colours
   readonly newtonsPerSize: number; // N, of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
+  tensionStep = 0; // N, smaller ones are 0
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
   private scene = new Scene();
@@ -74,6 +75,7 @@ export class View {
   private haze: Haze;
   private beads: Beads;
   private rods: Ribbons;
+  private mark: Ribbons; // around the chosen rod, which keeps its colour
   private normalArrows: Ribbons;
   private tangentArrows: Ribbons;
   private guides = new Group();
@@ -96,13 +98,14 @@ export class View {
     this.haze = makeHaze(theme.ground, many ? 0.85 : 0.35);
     this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4, this.haze);
     this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
-    this.normalArrows = new Ribbons(held, 0, 3, this.haze, true);
-    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, true);
+    this.mark = new Ribbons(1, bead * (many ? 2.5 : 1.4), many ? 5 : 7, this.haze, { isBehind: true });
+    this.normalArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
+    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
-    this.scene.add(this.guides, this.rods.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
+    this.scene.add(this.guides, this.rods.mesh, this.mark.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
     this.paint();
     stage.resized = (width, height) => {
-      for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width, height);
+      for (const each of [this.rods, this.mark, this.normalArrows, this.tangentArrows]) each.resize(width, height);
       this.beads.resize(height);
     };
     stage.resize();
@@ -180,6 +183,7 @@ export class View {
   private paint(): void {
     const count = this.motion.points, tint = this.beads.tint;
     for (let k = 0; k < count; ++k) tint.set(this.theme.bead, 3 * k);
+    this.mark.tint.set(this.theme.chosen);
     for (const k of this.motion.supports) tint.set(this.theme.support, 3 * k);
     for (let k = 0; k < this.arrays.held.length; ++k) {
       this.normalArrows.tint.set(this.theme.normal, 3 * k);
@@ -199,6 +203,7 @@ export class View {
     this.arrays.tensions.read(low, part, false, this.tensions);
     this.arrays.normal.read(low, part, false, this.normal);
     this.arrays.tangent.read(low, part, false, this.tangent);
+    this.tensionStep = this.tensions.length ? Math.max(this.arrays.tensions.step(low), this.arrays.tensions.step(high)) : 0;
     this.beads.positions.set(this.places);
     this.beads.update();
     this.placeRods();
@@ -222,9 +227,12 @@ export class View {
         a[3 * k + axis] = p[i + axis];
         b[3 * k + axis] = p[far + axis] + (image ? image[1 + axis] : 0);
       }
-      tint.set(k === this.chosen && this.motion.rods > 1 ? this.theme.chosen : this.colourOf(this.tensions[k]), 3 * k);
+      tint.set(this.colourOf(this.tensions[k]), 3 * k);
     }
     this.rods.update();
+    this.mark.a.set(a.subarray(3 * this.chosen, 3 * this.chosen + 3));
+    this.mark.b.set(b.subarray(3 * this.chosen, 3 * this.chosen + 3));
+    this.mark.update();
   }
 
   private placeArrows(arrows: Ribbons, forces: Float32Array): void {
@@ -251,6 +259,7 @@ export class View {
   }
 
   render(): void {
+    this.mark.mesh.visible = this.shows.rods && this.motion.rods > 1;
     this.beads.mesh.visible = this.shows.points;
     this.rods.mesh.visible = this.shows.rods;
     this.guides.visible = this.shows.guides;
