@@ -42,7 +42,7 @@ class RunFolder {
 
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
-  void write_frame(const Simulation& simulation);
+  void write_frame(Simulation& simulation);
   /// What the page keeps of a step (of some with a picture), and a checkpoint where the last one is old: of a
   /// simulation between two frames (null at a frame, which is to be written before).
   void take_step(const MotionReport& report, Simulation* between_frames);

@@ -40,14 +40,12 @@ std::vector<Item> with_last(std::vector<Item> items, const Item& last) {
 
 }  // namespace
 
-Recording::Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver,
-                     OutputTimes times)
+Recording::Recording(const System& system, std::span<const Index> chosen, OutputTimes times)
     : shown_(choose_parts(system, chosen)) {
   const std::vector<bool> is_held = find_held_points(system);
   for (std::size_t k = 0; k < shown_.num_points; ++k) {
     if (is_held[static_cast<std::size_t>(shown_.points[k])]) held_.push_back(static_cast<std::int32_t>(k));
   }
-  if (!system.friction.empty()) contacts_ = std::make_unique<Dynamics>(system, solver);
   const std::size_t bytes = 6 * shown_.num_points + 2 * shown_.rods.size() + 12 * held_.size() + 1;
   most_frames_ = std::clamp<std::size_t>(room_for_frames / bytes, 2, most_frames_ever);
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
@@ -57,20 +55,22 @@ Recording::Recording(const System& system, std::span<const Index> chosen, const 
   if (parts > 1.0) frame_interval_ = (1.0 - rounding) * each / parts;
 }
 
-void Recording::take_frame(const Simulation& simulation) {
+void Recording::take_frame(const Simulation& simulation, std::span<const double> friction) {
   take(
       simulation.system(),
       {.state = {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
        .multipliers = simulation.multipliers(),
        .reactions = simulation.reactions(),
-       .support_forces = simulation.support_forces()});
+       .support_forces = simulation.support_forces(),
+       .friction = friction});
 }
 
-void Recording::take_frame(const System& system, const Solution& between) {
+void Recording::take_frame(const System& system, const Solution& between, std::span<const double> friction) {
   take(system, {.state = between.state(),
                 .multipliers = between.multipliers,
                 .reactions = between.reactions,
-                .support_forces = between.support_forces});
+                .support_forces = between.support_forces,
+                .friction = friction});
 }
 
 void Recording::take(const System& system, const Instant& instant) {
@@ -102,18 +102,12 @@ void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
       tensions(frame->tensions.begin(), frame->tensions.end());
   const std::vector<double> rows =
       find_guide_forces(shown_, positions, tensions, instant.reactions, instant.support_forces);
-  std::vector<double> friction;
-  if (contacts_) {
-    friction.assign(3 * contacts_->num_points(), 0.0);
-    const SolveReport found = contacts_->solve(instant.state, {.friction_forces = friction});
-    if (!found.outcome.ok()) std::ranges::fill(friction, 0.0);
-  }
   for (const std::int32_t k : held_) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       frame->normal_reactions.push_back(static_cast<float>(rows[3 * k + axis]));
-      if (contacts_)
+      if (!instant.friction.empty())
         frame->tangent_reactions.push_back(
-            static_cast<float>(friction[3 * static_cast<std::size_t>(shown_.points[k]) + axis]));
+            static_cast<float>(instant.friction[3 * static_cast<std::size_t>(shown_.points[k]) + axis]));
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -43,13 +42,13 @@ struct OutputTimes {
 /// picture, it asks for instants between them.
 class Recording {
  public:
-  Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver, OutputTimes times = {});
+  Recording(const System& system, std::span<const Index> chosen, OutputTimes times = {});
 
-  /// At an output time. Reactions of contacts are solved for once more, beside the motion.
-  void take_frame(const Simulation& simulation);
+  /// At an output time. `friction`: 3n, N; empty: the system has none.
+  void take_frame(const Simulation& simulation, std::span<const double> friction = {});
   /// Whether a frame between two output times is due.
   bool wants_frame(double time) const { return time >= next_frame_; }
-  void take_frame(const System& system, const Solution& between);
+  void take_frame(const System& system, const Solution& between, std::span<const double> friction = {});
   void take_step(const MotionReport& report);
 
   const ShownParts& shown() const { return shown_; }
@@ -65,7 +64,7 @@ class Recording {
   /// A state of the motion with its forces.
   struct Instant {
     StateView state;
-    std::span<const double> multipliers, reactions, support_forces;
+    std::span<const double> multipliers, reactions, support_forces, friction;
   };
   void take(const System& system, const Instant& instant);
   RecordedFrame record(const System& system, const Instant& instant);
@@ -75,7 +74,6 @@ class Recording {
   std::vector<std::int32_t> held_;
   GuideStart start_;
   std::vector<Guide> guides_;
-  std::unique_ptr<Dynamics> contacts_;  ///< a second look at systems with friction: the motion goes on untouched
   std::size_t most_frames_ = 0;
   double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
   double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none

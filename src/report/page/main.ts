@@ -8,6 +8,22 @@ import { Stage, View, chooseTheme } from "./view";
 const most_listed = 40;
 const parts = ["points", "rods", "guides", "normal", "tangent"] as const;
 
+/** How many numbers are below a bound, and where the least of them are, in their order. */
+function findLeast(numbers: Float32Array, bound: number, most: number): { count: number; first: number[] } {
+  const first: number[] = [];
+  let count = 0;
+  for (let k = 0; k < numbers.length; ++k) {
+    if (!(numbers[k] < bound)) continue;
+    ++count;
+    if (first.length === most && numbers[k] >= numbers[first[most - 1]]) continue;
+    let place = first.length;
+    while (place > 0 && numbers[first[place - 1]] > numbers[k]) --place;
+    first.splice(place, 0, k);
+    first.length = Math.min(most, first.length);
+  }
+  return { count, first };
+}
+
 /** One run, shown; shown again where a newer state of it comes. */
 class Page {
   private stage: Stage | null = null; // null: the browser draws nothing
@@ -140,13 +156,11 @@ class Page {
     const { motion } = this.data, { rods } = this.arrays;
     if (!motion.rods) return;
     find("tension").textContent = words(tensions[chosen], "N");
-    const pushed: number[] = [];
-    for (let rod = 0; rod < tensions.length; ++rod) if (tensions[rod] < -2 * tensionStep) pushed.push(rod);
-    const count = pushed.length, listed = count > most_listed ? `, ${most_listed} listed` : "";
+    const { count, first: pushed } = findLeast(tensions, -2 * tensionStep, most_listed);
+    const listed = count > most_listed ? `, ${most_listed} listed` : "";
     find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods${listed}` : "No rod is pushed.";
-    pushed.sort((p, q) => tensions[p] - tensions[q]);
     const point = (k: number) => (k < motion.points ? k : motion.images[k - motion.points][0]);
-    fillList("pushed", pushed.slice(0, most_listed).map((rod) => {
+    fillList("pushed", pushed.map((rod) => {
       const row = make("li");
       row.append(make("span", `rod ${rod} (${point(rods[2 * rod])}–${point(rods[2 * rod + 1])})`), make("span", words(tensions[rod], "N")));
       row.onclick = () => this.choose(rod);
