@@ -227,6 +227,8 @@ class TANOR_API Simulation {
 
   /// The present state as a value. Inside an observer accelerations and forces are found anew for it.
   Solution solution();
+  /// N, 3n: what friction does to each point at the present state; 0 where there is none.
+  std::vector<double> friction_forces();
 
   // What the start, the last advance_to or restore ended with, in the user's order; valid until the next one.
   std::span<const double> coordinates() const;       ///< q as in SolveArrays; empty in normal form

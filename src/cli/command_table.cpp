@@ -313,8 +313,9 @@ Command describe_picture() {
       {.name = "picture",
        .summary = "an instant of a run as a picture, PNG, for papers",
        .text =
-           "Draws the points, the rods in the colours of their tension, the forces of guides and supports as arrows, "
-           "and the guides, from the frames in trajectory.pvd. Pictures of one run have the same colours, the same "
+           "Draws the points, the rods in the colours of their tension, the forces of guides, supports and friction "
+           "as arrows, and the guides, from the frames in trajectory.pvd. Pictures of one run have the same colours, "
+           "the same "
            "arrows and the same view. Between two frames positions follow the cubic polynomial through both "
            "positions and velocities, and forces a straight line.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
@@ -330,7 +331,8 @@ Command describe_picture() {
             {"--scale", "N", positive(&style->tension_scale),
              "tension at which the colours end, N; default: that of the run"},
             {"--show", "LIST", parts_of_picture(style),
-             "of points, rods, reactions, guides, legend, names between commas; default: all"}},
+             "of points, rods, reactions (or normal, tangent alone), guides, legend, names between commas; default: "
+             "all"}},
        .examples = {{"tanor picture net.out --time 0.25", "net.out/picture.png"},
                     {"tanor picture net.out --time 0.25 --view 30,15 --size 2400x1600 --out net.png", "for a paper"},
                     {"tanor picture net.out --show rods,legend", "the last frame, rods alone"}}});

@@ -8,7 +8,9 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <string_view>
+#include <thread>
 
 #include <tanor/error.hpp>
 
@@ -33,15 +35,29 @@ bool is_named(int descriptor, const std::filesystem::path& path) {
          opened.st_ino == named.st_ino;
 }
 
+std::filesystem::path name_lock(const std::filesystem::path& folder, const std::string& command) {
+  return folder / fmt::format(".{}.lock", command);
+}
+
+/// Takes a lock. Who looks whether there is one (`is_locked`) holds it for a moment, and is waited for.
+bool take(int descriptor) {
+  for (int tries = 0; flock(descriptor, LOCK_EX | LOCK_NB) != 0; ++tries) {
+    // A file system that knows no locks gives none; the run is not refused for that.
+    if (errno != EWOULDBLOCK) return true;
+    if (tries == 10) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
+
 }  // namespace
 
 FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& command)
-    : file_(folder / fmt::format(".{}.lock", command)) {
+    : file_(name_lock(folder, command)) {
   while (true) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor_ < 0) throw report::WriteError(file_.string());
-    // A file system that knows no locks gives none; the run is not refused for that.
-    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    if (!take(descriptor_)) {
       const std::string holder = read_holder(descriptor_);
       close(descriptor_);
       throw InputError(folder.string(), fmt::format("is in use by {} (tanor {}); wait for it, or choose another folder "
@@ -64,6 +80,14 @@ FolderLock::~FolderLock() {
 
 bool FolderLock::is_in_place() const {
   return is_named(descriptor_, file_);
+}
+
+bool is_locked(const std::filesystem::path& folder, const std::string& command) {
+  const int descriptor = open(name_lock(folder, command).c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool is_held = flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(descriptor);
+  return is_held;
 }
 
 }  // namespace tanor::cli

@@ -26,4 +26,7 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
+/// Whether some process holds the lock of a command on a folder.
+bool is_locked(const std::filesystem::path& folder, const std::string& command);
+
 }  // namespace tanor::cli

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "cli/machine.hpp"
+#include "report/page.hpp"
 #include "report/terminal.hpp"
 
 namespace tanor::cli {
@@ -26,7 +27,8 @@ void print_message(const std::string& message, Tone tone) {
   std::string line = message;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fputs((name + " " + line + "\n").c_str(), stderr);
+  constexpr std::size_t column = 7;  // behind the name
+  std::fputs((name + " " + report::wrap(line, column, terminal.width()) + "\n").c_str(), stderr);
 }
 
 void print(std::string_view key, const std::string& value) {
@@ -40,6 +42,20 @@ void print(std::string_view key, const std::string& value) {
 
 void print_heading(std::string_view title) {
   fmt::print("\n{}\n", Terminal::of(stdout).bold(title));
+}
+
+void print_page(std::string_view page) {
+  const Terminal terminal = Terminal::of(stdout);
+  while (!page.empty()) {
+    const std::size_t end = std::min(page.find('\n'), page.size());
+    const std::string_view row = page.substr(0, end), words = row.substr(std::min(report::page_column, row.size()));
+    page.remove_prefix(std::min(end + 1, page.size()));
+    if (!row.starts_with(' '))
+      fmt::print("{}\n", terminal.bold(report::wrap(row, 0, terminal.width())));
+    else
+      fmt::print("{}{}\n", terminal.key(row.substr(0, row.size() - words.size())),
+                 report::wrap(words, report::page_column, terminal.width()));
+  }
 }
 
 void print_json(const nlohmann::ordered_json& json) {

@@ -15,13 +15,15 @@ namespace tanor::cli {
 /// How grave a line is; on a terminal it shows.
 enum class Tone { Note, Warning, Error };
 
-/// One line on stderr, "tanor: <message>", whatever the message holds.
+/// One line on stderr, "tanor: <message>", whatever the message holds; as many as a terminal needs.
 void print_message(const std::string& message, Tone tone = Tone::Note);
 
 /// "<key>:   <value>" on standard output, in as many lines as a terminal needs; one elsewhere.
 void print(std::string_view key, const std::string& value);
 /// The title of some rows, after an empty line.
 void print_heading(std::string_view title);
+/// A page of a run (`report::format_page`) on standard output, in as many lines as a terminal needs.
+void print_page(std::string_view page);
 /// JSON that somebody asked for, on standard output.
 void print_json(const nlohmann::ordered_json& json);
 /// The same from a file that was just written.

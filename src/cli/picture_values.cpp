@@ -60,23 +60,29 @@ Value projection_of_picture(picture::Style* style) {
 }
 
 Value parts_of_picture(picture::Style* style) {
-  return {Word::Text, [style](const std::string& given) -> std::string {
-            const std::array<std::pair<const char*, bool*>, 5> parts{{{"points", &style->shows_points},
-                                                                      {"rods", &style->shows_rods},
-                                                                      {"reactions", &style->shows_reactions},
-                                                                      {"guides", &style->shows_guides},
-                                                                      {"legend", &style->shows_legend}}};
-            for (const auto& [name, shows] : parts) *shows = false;
-            std::vector<std::string> words;
-            if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
-            for (const std::string& word : words) {
-              const auto found = std::ranges::find(parts, word, [](const auto& part) { return part.first; });
-              if (found == parts.end())
-                return "must be names of points, rods, reactions, guides, legend between commas, not '" + word + "'";
-              *found->second = true;
-            }
-            return {};
-          }};
+  return {
+      Word::Text, [style](const std::string& given) -> std::string {
+        const std::array<std::pair<const char*, std::vector<bool*>>, 7> parts{
+            {{"points", {&style->shows_points}},
+             {"rods", {&style->shows_rods}},
+             {"reactions", {&style->shows_normal, &style->shows_tangent}},
+             {"normal", {&style->shows_normal}},
+             {"tangent", {&style->shows_tangent}},
+             {"guides", {&style->shows_guides}},
+             {"legend", {&style->shows_legend}}}};
+        for (const auto& [name, switches] : parts)
+          for (bool* each : switches) *each = false;
+        std::vector<std::string> words;
+        if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
+        for (const std::string& word : words) {
+          const auto found = std::ranges::find(parts, word, [](const auto& part) { return part.first; });
+          if (found == parts.end())
+            return "must be names of points, rods, reactions, normal, tangent, guides, legend between commas, not '" +
+                   word + "'";
+          for (bool* each : found->second) *each = true;
+        }
+        return {};
+      }};
 }
 
 }  // namespace tanor::cli

@@ -161,11 +161,11 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
   const MotionReport& report = simulation.report();
   if (ending.code != ExitCode::Done) {
     const bool can_go_on = caught_interrupt().has_value();
-    return fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}{}", simulation.time(),
+    return fmt::format("stopped at t = {:g} s of {:g} s: {}; what was found until then is in {}{}", simulation.time(),
                        t_end, ending.why, directory.string(),
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
+  return fmt::format("t = {:g} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
                      name_of(report.method), directory.string());
 }
 
@@ -199,7 +199,7 @@ ExitCode execute(const RunOptions& options) {
   if (options.json) {
     print_json_file(plan.directory / report::summary_name);
   } else if (!options.quiet) {
-    fmt::print("{}", page);
+    print_page(page);
   }
   if (ending.code != ExitCode::Done || !options.quiet) {
     print_message(describe_end(ending, simulation, scene.t_end, plan.directory),

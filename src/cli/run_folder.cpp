@@ -44,6 +44,11 @@ report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scen
   return {plan.directory, system, options};
 }
 
+/// N, 3n; empty where the system has none.
+std::vector<double> find_friction(Simulation& simulation) {
+  return simulation.system().friction.empty() ? std::vector<double>() : simulation.friction_forces();
+}
+
 /// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
 /// would be most of the time of a small system with many frames.
 constexpr int publishing_share = 20;  // one twentieth
@@ -68,14 +73,17 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
       due_(RunPlan::Clock::now() + plan.checkpoint_every),
       setup_(seconds_since(plan.begin)) {
   checkpoint_.scene = plan.fingerprint;
-  if (plan.has_html_page) recording_.emplace(simulation.system(), scene.output_points, scene.solver);
+  if (plan.has_html_page)
+    recording_.emplace(simulation.system(), scene.output_points,
+                       report::OutputTimes{.duration = scene.t_end - simulation.time(), .every = scene.output_every});
 }
 
-void RunFolder::write_frame(const Simulation& simulation) {
+void RunFolder::write_frame(Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
-  trajectory_.write_frame(simulation);
+  const std::vector<double> friction = find_friction(simulation);
+  trajectory_.write_frame(simulation, friction);
   if (recording_) {
-    recording_->take_frame(simulation);
+    recording_->take_frame(simulation, friction);
     if (begin >= next_page_) show(simulation);
   }
   last_frame_ = simulation.time();
@@ -114,9 +122,18 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   return page;
 }
 
-void RunFolder::take_step(const MotionReport& report, const Simulation* between_frames) {
-  if (recording_) recording_->take_step(report);
+void RunFolder::take_step(const MotionReport& report, Simulation* between_frames) {
   const auto begin = RunPlan::Clock::now();
+  if (recording_) {
+    recording_->take_step(report);
+    if (between_frames != nullptr && recording_->wants_frame(between_frames->time())) {
+      const Solution between = between_frames->solution();
+      if (between.outcome.ok())
+        recording_->take_frame(between_frames->system(), between, find_friction(*between_frames));
+      if (begin >= next_page_) show(*between_frames);
+      output_ += seconds_since(begin);
+    }
+  }
   if (between_frames == nullptr || begin < due_ || begin < next_publication_) return;
   publish(*between_frames);
   output_ += seconds_since(begin);

@@ -42,10 +42,10 @@ class RunFolder {
 
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
-  void write_frame(const Simulation& simulation);
-  /// What the page keeps of a step, and a checkpoint where the last one is old: of a simulation between two frames
-  /// (null at a frame, which is to be written before).
-  void take_step(const MotionReport& report, const Simulation* between_frames);
+  void write_frame(Simulation& simulation);
+  /// What the page keeps of a step (of some with a picture), and a checkpoint where the last one is old: of a
+  /// simulation between two frames (null at a frame, which is to be written before).
+  void take_step(const MotionReport& report, Simulation* between_frames);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
   /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/module.hpp"
 #include "report/html_page.hpp"
@@ -107,7 +108,8 @@ ExitCode execute(const ViewOptions& options) {
   serve({.folder = folder,
          .first = report::html_page_name,
          .port = options.port,
-         .begins = [&](int port) { announce(options, folder, port); }},
+         .begins = [&](int port) { announce(options, folder, port); },
+         .is_running = [&] { return is_locked(folder, "run"); }},
         &trouble);
   if (!trouble.empty()) throw InputError("--port", trouble);
   return ExitCode::Done;

@@ -86,6 +86,8 @@ Drawn draw(const Picture& picture) {
           .least_tension = extent.least_tension < 0.0 ? -scale.tension : 0.0,
           .most_tension = extent.most_tension > 0.0 || !(extent.least_tension < 0.0) ? scale.tension : 0.0};
   if (scale.arrow > 0.0) {
+    key.has_normal = picture.style.shows_normal;
+    key.has_tangent = picture.style.shows_tangent && extent.has_friction;
     key.arrow = choose_arrow(extent.largest_force);
     key.arrow_pixels = key.arrow * scale.arrow / camera.pixel(camera.middle_depth());
   }

@@ -72,9 +72,11 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   }
 }
 
-void draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key& key) {
+/// Returns where its words end.
+double draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key& key, Rgb colour,
+                  const std::string& what) {
   const double font = layout.font, head = std::min(0.6 * font, 0.5 * key.arrow_pixels);
-  set_colour(c, force_colour);
+  set_colour(c, colour);
   cairo_set_line_width(c, 0.16 * font);
   cairo_move_to(c, x, y);
   cairo_line_to(c, x + key.arrow_pixels - head, y);
@@ -85,7 +87,18 @@ void draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key&
   cairo_close_path(c);
   cairo_fill(c);
   set_colour(c, ink);
-  write(c, x + key.arrow_pixels + 0.5 * font, y + 0.35 * font, words(key.arrow) + " N, from guides and supports");
+  write(c, x + key.arrow_pixels + 0.5 * font, y + 0.35 * font, what);
+  cairo_text_extents_t extents;
+  cairo_text_extents(c, what.c_str(), &extents);
+  return x + key.arrow_pixels + 0.5 * font + extents.x_advance;
+}
+
+void draw_arrows(cairo_t* c, double y, const Layout& layout, const Key& key) {
+  const std::string size = words(key.arrow) + " N, ";
+  double x = layout.font;
+  if (key.has_normal)
+    x = 1.5 * layout.font + draw_arrow(c, x, y, layout, key, normal_colour, size + "from guides and supports");
+  if (key.has_tangent) draw_arrow(c, x, y, layout, key, tangent_colour, size + "friction");
 }
 
 cairo_status_t take_bytes(void* text, const unsigned char* bytes, unsigned size) {
@@ -102,7 +115,9 @@ void require(cairo_status_t status) {
 Layout arrange(const Picture& picture, bool has_colours) {
   const Style& style = picture.style;
   Layout layout;
-  layout.font = std::max(9.0, 0.024 * std::min<double>(style.height, 0.8 * style.width));
+  // Small pictures have larger letters in proportion, which stay readable at half of the size.
+  const double side = std::min<double>(style.height, 0.8 * style.width);
+  layout.font = std::max({9.0, 0.024 * side, std::min(16.0, 0.042 * side)});
   const double edge = style.shows_legend ? head_rows * layout.font : 0.0;
   layout.motion = {0.0, edge, static_cast<double>(style.width), style.height - 2.0 * edge};
   if (style.shows_legend && has_colours) layout.motion.width -= bar_columns * layout.font;
@@ -125,7 +140,7 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     set_colour(c, ink);
     write(c, font, 1.6 * font, "t = " + words(picture.frame.time) + " s");
     if (key.tension_scale > 0.0) draw_bar(c, layout, key);
-    if (key.arrow > 0.0) draw_arrow(c, font, height - 1.2 * font, layout, key);
+    if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }
   require(cairo_status(c));
   cairo_surface_flush(surface.get());

@@ -18,10 +18,11 @@ Layout arrange(const Picture& picture, bool has_colours);
 
 /// What the words say.
 struct Key {
-  double tension_scale = 0.0;              ///< N; 0: no colours
-  double least_tension = 0.0;              ///< N, of the bar
-  double most_tension = 0.0;               ///< N, of the bar
-  double arrow = 0.0, arrow_pixels = 0.0;  ///< N, and the length of its arrow; 0: no arrows
+  double tension_scale = 0.0;                    ///< N; 0: no colours
+  double least_tension = 0.0;                    ///< N, of the bar
+  double most_tension = 0.0;                     ///< N, of the bar
+  double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0: no arrows
+  bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
 };
 
 /// Adds time, colour bar and arrow to a picture of 0xffrrggbb a pixel, and returns it as a PNG file.

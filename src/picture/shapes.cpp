@@ -50,35 +50,44 @@ void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, 
   }
 }
 
+/// Of the ball at a point that was turned as the camera sees it.
+double find_radius(Vec3 place, bool is_support, const Scale& scale, const Camera& camera) {
+  return std::max(scale.bead, camera.pixel(place.z)) * (is_support ? 1.35 : 1.0);
+}
+
 void add_points(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
   const report::StoredFrame& frame = picture.frame;
   for (std::size_t k = 0; k < frame.num_points(); ++k) {
     const Vec3 place = camera.turn(scaled(scale, point(frame.positions, k)));
     const bool is_support = frame.is_support[k];
-    const double radius = std::max(scale.bead, camera.pixel(place.z)) * (is_support ? 1.35 : 1.0);
+    const double radius = find_radius(place, is_support, scale, camera);
     shapes->balls.push_back({place, radius, is_support ? support_colour : bead_colour});
   }
 }
 
-/// An arrow with its foot at a point: a shaft, and a head that is a third of a short arrow.
-void add_arrow(Vec3 foot, Vec3 arrow, double thickness, Shapes* shapes) {
+/// An arrow that begins beside a point, so that the ball there hides none of it: a shaft, and a head that is a third of
+/// a short arrow.
+void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colour, Shapes* shapes) {
   const double length = norm(arrow);
   if (length < least_arrow) return;
+  const Vec3 foot = place + (radius / length) * arrow;
   const double head = std::min(3.4 * thickness, 0.45 * length);
   const Vec3 neck = foot + ((length - head) / length) * arrow, tip = foot + arrow;
   const double shaft = 0.32 * thickness * head / (3.4 * thickness);
-  shapes->cones.push_back({foot, neck, shaft, shaft, force_colour});
-  shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, force_colour});
+  shapes->cones.push_back({foot, neck, shaft, shaft, colour});
+  shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, colour});
 }
 
-void add_forces(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
-  const report::StoredFrame& frame = picture.frame;
+void add_forces(const Picture& picture, const std::vector<double>& forces, Rgb colour, const Scale& scale,
+                const Camera& camera, Shapes* shapes) {
   const double thickness = std::clamp(scale.bead, 0.004, largest_bead);
-  for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
-    const Vec3 force = point(frame.guide_forces, k);
+  for (std::size_t k = 0; 3 * k < forces.size(); ++k) {
+    const Vec3 force = point(forces, k);
     if (!std::isfinite(squared(force))) continue;
-    const Vec3 place = camera.turn(scaled(scale, point(frame.positions, k)));
-    add_arrow(place, camera.turn_direction(scale.arrow * force), thickness, shapes);
+    const Vec3 place = camera.turn(scaled(scale, point(picture.frame.positions, k)));
+    const double radius =
+        picture.style.shows_points ? find_radius(place, picture.frame.is_support[k], scale, camera) : 0.0;
+    add_arrow(place, radius, camera.turn_direction(scale.arrow * force), thickness, colour, shapes);
   }
 }
 
@@ -115,7 +124,8 @@ Scale choose_scale(const Picture& picture) {
   scale.size = diagonal > 0.0 ? diagonal : 1.0;
   scale.middle = 0.5 * (make_vec3(extent.least) + make_vec3(extent.most));
   for (const Vector3& place : extent.outline) scale.outline.push_back(scaled(scale, make_vec3(place)));
-  if (picture.style.shows_reactions && extent.largest_force > 0.0) scale.arrow = largest_arrow / extent.largest_force;
+  const bool shows_forces = picture.style.shows_normal || (picture.style.shows_tangent && extent.has_friction);
+  if (shows_forces && extent.largest_force > 0.0) scale.arrow = largest_arrow / extent.largest_force;
   if (picture.style.shows_rods && !picture.frame.rods.empty())
     scale.tension =
         picture.style.tension_scale.value_or(round_up(std::max(extent.most_tension, -extent.least_tension)));
@@ -171,7 +181,8 @@ Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& ca
   Shapes shapes;
   if (style.shows_rods) add_rods(picture, scale, camera, &shapes);
   if (style.shows_points) add_points(picture, scale, camera, &shapes);
-  if (style.shows_reactions) add_forces(picture, scale, camera, &shapes);
+  if (style.shows_normal) add_forces(picture, picture.frame.guide_forces, normal_colour, scale, camera, &shapes);
+  if (style.shows_tangent) add_forces(picture, picture.frame.friction_forces, tangent_colour, scale, camera, &shapes);
   if (style.shows_guides) add_guides(picture, scale, camera, &shapes);
   // From the front to the back; in the order of the scene where two are as near.
   std::ranges::stable_sort(shapes.balls, {}, [](const Ball& ball) { return ball.center.z; });

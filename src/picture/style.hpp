@@ -15,7 +15,8 @@ struct Style {
   std::optional<std::array<double, 3>> from{};    ///< from the middle to the eye
   std::optional<std::array<double, 2>> angles{};  ///< degrees: around the vertical from the front, and above it
   std::optional<double> tension_scale{};          ///< N, end of the colours
-  bool shows_points = true, shows_rods = true, shows_reactions = true, shows_guides = true, shows_legend = true;
+  bool shows_points = true, shows_rods = true, shows_guides = true, shows_legend = true;
+  bool shows_normal = true, shows_tangent = true;  ///< reactions: of guides and supports, and of friction
 };
 
 }  // namespace tanor::picture

@@ -21,6 +21,7 @@ struct Frame {
   std::span<const double> reactions{};                        ///< 3m, N: K lambda
   std::span<const double> tensions{};                         ///< R, N: -lambda
   std::span<const double> guide_forces{};                     ///< 3m, N; empty where no point is held
+  std::span<const double> friction_forces{};                  ///< 3m, N; empty where there is no friction
   std::vector<Guide> guides{};                                ///< where they stand now
   Vector3 gravity{};                                          ///< m/s^2
   double energy = 0.0;                                        ///< J, kinetic and potential

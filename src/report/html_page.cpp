@@ -42,19 +42,40 @@ struct Range {
   Json json() const { return least <= most ? Json{least, most} : Json{0.0, 0.0}; }
 };
 
-/// Rows of numbers in 16 bits between the ends of one range, which the page gets with them.
-Json pack(std::string_view name, const std::vector<RecordedFrame>& frames, std::vector<float> RecordedFrame::*array,
-          PackedBytes* bytes) {
+using Numbers = std::vector<float> RecordedFrame::*;
+
+Range find_range(const std::vector<float>& numbers) {
+  Range range;
+  for (const float number : numbers) range.take(number);
+  return range;
+}
+
+/// Rows of numbers in 16 bits between the ends of the range of each frame, which the page gets with them: one large
+/// force at one time takes no digits of the others.
+Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames, Numbers array, PackedBytes* bytes) {
+  Json ranges = Json::array();
+  std::vector<std::uint16_t> numbers;
+  for (const RecordedFrame& frame : frames) {
+    const Range range = find_range(frame.*array);
+    for (const float number : frame.*array) numbers.push_back(to_16_bits(number, range.least, range.most));
+    ranges.push_back(range.json());
+  }
+  bytes->add_rows(name, numbers, frames.empty() ? 1 : std::max<std::size_t>(1, (frames[0].*array).size()));
+  return ranges;
+}
+
+/// The same in one range for all frames: what moves slowly changes by little, and packs well.
+Json pack_positions(const std::vector<RecordedFrame>& frames, PackedBytes* bytes) {
   Range range;
   for (const RecordedFrame& frame : frames) {
-    for (const float number : frame.*array) range.take(number);
+    for (const float number : frame.positions) range.take(number);
   }
   std::vector<std::uint16_t> numbers;
   for (const RecordedFrame& frame : frames) {
-    for (const float number : frame.*array) numbers.push_back(to_16_bits(number, range.least, range.most));
+    for (const float number : frame.positions) numbers.push_back(to_16_bits(number, range.least, range.most));
   }
-  bytes->add_rows(name, numbers, frames.empty() ? 1 : std::max<std::size_t>(1, (frames[0].*array).size()));
-  return range.json();
+  bytes->add_rows("positions", numbers, frames.empty() ? 1 : std::max<std::size_t>(1, frames[0].positions.size()));
+  return Json::array({range.json()});
 }
 
 std::span<const std::int32_t> flat(const std::vector<std::array<std::int32_t, 2>>& pairs) {
@@ -106,12 +127,17 @@ Json describe_motion(const Simulation& simulation, const Recording& recording, P
               {"without_picture", list_guides_without_picture(simulation.system())},
               {"up", find_up(simulation.system())},
               {"has_friction", !simulation.system().friction.empty()}};
-  motion["ranges"] = {{"positions", pack("positions", frames, &RecordedFrame::positions, bytes)},
-                      {"tensions", pack("tensions", frames, &RecordedFrame::tensions, bytes)},
-                      {"normal", pack("normal", frames, &RecordedFrame::normal_reactions, bytes)},
-                      {"tangent", pack("tangent", frames, &RecordedFrame::tangent_reactions, bytes)}};
+  motion["ranges"] = {{"positions", pack_positions(frames, bytes)},
+                      {"tensions", pack_forces("tensions", frames, &RecordedFrame::tensions, bytes)},
+                      {"normal", pack_forces("normal", frames, &RecordedFrame::normal_reactions, bytes)},
+                      {"tangent", pack_forces("tangent", frames, &RecordedFrame::tangent_reactions, bytes)}};
   motion["arrays"] = bytes->list();
   return motion;
+}
+
+/// To nine digits, which a curve does not show: half of the text.
+double shorten(double number) {
+  return std::isfinite(number) ? std::stod(fmt::format("{:.9g}", number)) : number;
 }
 
 Json describe_history(const Recording& recording) {
@@ -119,12 +145,14 @@ Json describe_history(const Recording& recording) {
   Json history;
   const auto add = [&](const char* key, double RecordedStep::*number) {
     Json list = Json::array();
-    for (const RecordedStep& step : steps) list.push_back(step.*number);
+    for (const RecordedStep& step : steps) list.push_back(shorten(step.*number));
     history[key] = list;
   };
   add("t", &RecordedStep::time);
   add("step", &RecordedStep::step);
   add("energy", &RecordedStep::energy);
+  add("kinetic", &RecordedStep::kinetic);
+  add("potential", &RecordedStep::potential);
   add("drift", &RecordedStep::drift);
   add("position_violation", &RecordedStep::position_violation);
   add("velocity_violation", &RecordedStep::velocity_violation);
@@ -139,11 +167,11 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
   const auto add = [&](double t, const char* kind, const std::string& what) {
     events.push_back({{"t", t}, {"kind", kind}, {"what", what}});
   };
-  for (const double t : recording.switches()) add(t, "contact", "a contact begins or ceases to slip");
+  for (const double t : recording.switches()) add(t, "contact", "a contact sticks or slips");
   for (const RankChange& change : report.rank_changes.first)
     add(change.time, "rank", fmt::format("rank {}", change.rank));
   for (const SingularPassage& passage : report.singular_passages.first)
-    add(passage.time, "singular", "constraints depend on each other");
+    add(passage.time, "singular", "singular configuration");
   return events;
 }
 

@@ -100,28 +100,34 @@ void scale_tensions(const std::vector<StoredFrame>& frames, MotionExtent* extent
   if (extent->most_tension < -rounding * extent->least_tension) extent->most_tension = 0.0;
 }
 
-/// Forces of guides and supports; what is left by roundings where none acts is no force.
+/// Calls take(place, force, is_friction) for every force of guides, supports and friction that is known.
+template <class Take>
+void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
+  for (const StoredFrame& frame : frames) {
+    for (const std::vector<double>* forces : {&frame.guide_forces, &frame.friction_forces})
+      for (std::size_t k = 0; 3 * k < forces->size(); ++k)
+        if (const Vector3 force = row(*forces, k); std::isfinite(distance(force, {})))
+          take(row(frame.positions, k), force, forces == &frame.friction_forces);
+  }
+}
+
+/// What is left by roundings where no force acts is none.
 void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
   constexpr double rounding = 1e-6;
   double largest = 0.0;
-  for (const StoredFrame& frame : frames)
-    for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
-      const double size = distance(row(frame.guide_forces, k), {});
-      if (std::isfinite(size)) largest = std::max(largest, size);
-    }
-  std::vector<double> sizes;
-  for (const StoredFrame& frame : frames) {
-    for (std::size_t k = 0; 3 * k < frame.guide_forces.size(); ++k) {
-      const Vector3 force = row(frame.guide_forces, k);
-      const double size = distance(force, {});
-      if (!(size > rounding * largest) || !std::isfinite(size)) continue;
-      sizes.push_back(size);
-      if (extent->held.size() >= most_arrows) continue;
-      extent->held.push_back(row(frame.positions, k));
-      extent->forces.push_back(force);
-    }
-  }
-  extent->largest_force = quantile(&sizes, typical);
+  visit_forces(frames,
+               [&](const Vector3&, const Vector3& force, bool) { largest = std::max(largest, distance(force, {})); });
+  std::vector<double> normal, friction;
+  visit_forces(frames, [&](const Vector3& place, const Vector3& force, bool is_friction) {
+    const double size = distance(force, {});
+    if (!(size > rounding * largest)) return;
+    extent->has_friction = extent->has_friction || is_friction;
+    (is_friction ? friction : normal).push_back(size);
+    if (extent->held.size() >= most_arrows) return;
+    extent->held.push_back(place);
+    extent->forces.push_back(force);
+  });
+  extent->largest_force = std::max(quantile(&normal, typical), quantile(&friction, typical));
 }
 
 }  // namespace

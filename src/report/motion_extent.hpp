@@ -12,9 +12,10 @@ struct MotionExtent {
   std::vector<Vector3> outline{};  ///< m, the farthest places in directions all around: what must be in a picture
   double least_tension = 0.0;      ///< N, but for the thirtieth part of outliers; 0 where no rod pushes
   double most_tension = 0.0;       ///< N, likewise; 0 where no rod pulls
-  double largest_force = 0.0;      ///< N, of guides and supports, likewise
+  double largest_force = 0.0;      ///< N, of guides, supports and friction, likewise
+  bool has_friction = false;       ///< that acts somewhere
   double rod_length = 0.0;         ///< m, that of half of the rods is less; 0: there are none
-  std::vector<Vector3> held{};     ///< m, places at which guides and supports act
+  std::vector<Vector3> held{};     ///< m, places at which these act
   std::vector<Vector3> forces{};   ///< N, there
 };
 

@@ -59,7 +59,7 @@ std::string list_passages(const SingularPassages& passages) {
 }
 
 std::string line(const std::string& key, const std::string& text) {
-  return fmt::format("  {:14}{}\n", key, text);
+  return fmt::format("  {:{}}{}\n", key, page_column - 2, text);
 }
 
 /// Tells how near the motion came to a singular configuration, and how well it keeps the constraints and its energy.
@@ -85,8 +85,11 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const PhaseTimes& times = report.times;
   std::string page = facts.scene + "\n";
   page += line("source", facts.source);
-  page += line("system", fmt::format("{} points, {} supports, {} rods, {} equations, {} islands", plan.points,
-                                     plan.supports, count_rods(simulation.system()), plan.equations, plan.islands));
+  page +=
+      line("system",
+           fmt::format("{}, {}, {}, {}, {}", count_in_words(plan.points, "point"),
+                       count_in_words(plan.supports, "support"), count_in_words(count_rods(simulation.system()), "rod"),
+                       count_in_words(plan.equations, "equation"), count_in_words(plan.islands, "island")));
   if (facts.has_started) {
     if (const std::string redundancy = describe_redundancy(simulation.rank()); !redundancy.empty())
       page += line("rank", redundancy);

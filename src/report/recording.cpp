@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t most_steps = 4000, most_switches = 500, most_guides = 64;
 /// What the frames of a page may take, in bytes before they are packed: packing and base64 are about even.
 constexpr std::size_t room_for_frames = 9'000'000, most_frames_ever = 1500;
+/// A motion looks smooth with so many frames; those between output times take no more than these bytes.
+constexpr std::size_t smooth_frames = 150, room_between = 3'000'000;
 
 template <class Item>
 void keep_every_second(std::vector<Item>* items) {
@@ -22,7 +24,7 @@ void keep_every_second(std::vector<Item>* items) {
 
 /// Adds an item where its turn is, and thins the list where it is full.
 template <class Item>
-void take(const Item& item, std::size_t most, std::size_t number, std::size_t* stride, std::vector<Item>* items) {
+void keep(const Item& item, std::size_t most, std::size_t number, std::size_t* stride, std::vector<Item>* items) {
   if (number % *stride != 0) return;
   items->push_back(item);
   if (items->size() <= most) return;
@@ -38,59 +40,74 @@ std::vector<Item> with_last(std::vector<Item> items, const Item& last) {
 
 }  // namespace
 
-Recording::Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver)
+Recording::Recording(const System& system, std::span<const Index> chosen, OutputTimes times)
     : shown_(choose_parts(system, chosen)) {
   const std::vector<bool> is_held = find_held_points(system);
   for (std::size_t k = 0; k < shown_.num_points; ++k) {
     if (is_held[static_cast<std::size_t>(shown_.points[k])]) held_.push_back(static_cast<std::int32_t>(k));
   }
-  if (!system.friction.empty()) contacts_ = std::make_unique<Dynamics>(system, solver);
   const std::size_t bytes = 6 * shown_.num_points + 2 * shown_.rods.size() + 12 * held_.size() + 1;
   most_frames_ = std::clamp<std::size_t>(room_for_frames / bytes, 2, most_frames_ever);
+  const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
+  const std::size_t wanted = std::min(smooth_frames, room_between / bytes);
+  const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
+  constexpr double rounding = 1e-9;  // of times: the step that just reaches the next one is not to miss it
+  if (parts > 1.0) frame_interval_ = (1.0 - rounding) * each / parts;
 }
 
-void Recording::take_frame(const Simulation& simulation) {
-  last_frame_ = record(simulation);
-  take(last_frame_, most_frames_, num_frames_++, &frame_stride_, &frames_);
+void Recording::take_frame(const Simulation& simulation, std::span<const double> friction) {
+  take(
+      simulation.system(),
+      {.state = {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
+       .multipliers = simulation.multipliers(),
+       .reactions = simulation.reactions(),
+       .support_forces = simulation.support_forces(),
+       .friction = friction});
 }
 
-RecordedFrame Recording::record(const Simulation& simulation) {
+void Recording::take_frame(const System& system, const Solution& between, std::span<const double> friction) {
+  take(system, {.state = between.state(),
+                .multipliers = between.multipliers,
+                .reactions = between.reactions,
+                .support_forces = between.support_forces,
+                .friction = friction});
+}
+
+void Recording::take(const System& system, const Instant& instant) {
+  last_frame_ = record(system, instant);
+  keep(last_frame_, most_frames_, num_frames_++, &frame_stride_, &frames_);
+  if (frame_interval_ > 0.0) next_frame_ = instant.state.time + frame_interval_;
+}
+
+RecordedFrame Recording::record(const System& system, const Instant& instant) {
   RecordedFrame frame;
-  frame.time = simulation.time();
+  frame.time = instant.state.time;
   std::vector<double> rows;
-  gather_points(shown_, simulation.positions(), &rows);
+  gather_points(shown_, instant.state.positions, &rows);
   frame.positions.assign(rows.begin(), rows.end());
-  const std::span<const double> multipliers = simulation.multipliers();
+  const std::span<const double> multipliers = instant.multipliers;
   // tension = -lambda
   for (const std::size_t row : shown_.rod_rows)
     frame.tensions.push_back(row < multipliers.size() ? static_cast<float>(-multipliers[row]) : std::nanf(""));
-  if (!held_.empty()) add_reactions(simulation, &frame);
-  if (start_.positions.empty())
-    start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
-  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_, most_guides);
+  if (!held_.empty()) add_reactions(instant, &frame);
+  if (start_.positions.empty()) start_ = {frame.time, {instant.state.positions.begin(), instant.state.positions.end()}};
+  std::vector<Guide> guides = place_guides(system, frame.time, start_, most_guides);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
   if (guides_.empty()) guides_ = std::move(guides);
   return frame;
 }
 
-void Recording::add_reactions(const Simulation& simulation, RecordedFrame* frame) {
+void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
   const std::vector<double> positions(frame->positions.begin(), frame->positions.end()),
       tensions(frame->tensions.begin(), frame->tensions.end());
   const std::vector<double> rows =
-      find_guide_forces(shown_, positions, tensions, simulation.reactions(), simulation.support_forces());
-  std::vector<double> friction;
-  if (contacts_) {
-    friction.assign(3 * contacts_->num_points(), 0.0);
-    const StateView state{simulation.time(), simulation.positions(), simulation.velocities()};
-    const SolveReport found = contacts_->solve(state, {.friction_forces = friction});
-    if (!found.outcome.ok()) std::ranges::fill(friction, 0.0);
-  }
+      find_guide_forces(shown_, positions, tensions, instant.reactions, instant.support_forces);
   for (const std::int32_t k : held_) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       frame->normal_reactions.push_back(static_cast<float>(rows[3 * k + axis]));
-      if (contacts_)
+      if (!instant.friction.empty())
         frame->tangent_reactions.push_back(
-            static_cast<float>(friction[3 * static_cast<std::size_t>(shown_.points[k]) + axis]));
+            static_cast<float>(instant.friction[3 * static_cast<std::size_t>(shown_.points[k]) + axis]));
     }
   }
 }
@@ -101,6 +118,8 @@ void Recording::take_step(const MotionReport& report) {
   last_step_ = {.time = report.time,
                 .step = report.last_step,
                 .energy = report.energy.now,
+                .kinetic = report.energy.kinetic,
+                .potential = report.energy.potential,
                 .drift = report.energy.drift_relative(),
                 .position_violation = report.position_violation,
                 .velocity_violation = report.velocity_violation,
@@ -112,7 +131,7 @@ void Recording::take_step(const MotionReport& report) {
                         : 0.0};
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
-  take(last_step_, most_steps, num_steps_++, &step_stride_, &steps_);
+  keep(last_step_, most_steps, num_steps_++, &step_stride_, &steps_);
   if (report.events > events_ && switches_.size() < most_switches) switches_.push_back(report.last_event);
   events_ = report.events;
 }

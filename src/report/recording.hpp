@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,20 +24,31 @@ struct RecordedFrame {
 
 /// What the report says of one step.
 struct RecordedStep {
-  double time = 0.0, step = 0.0, energy = 0.0, drift = 0.0;
+  double time = 0.0, step = 0.0;
+  double energy = 0.0, kinetic = 0.0, potential = 0.0, drift = 0.0;
   double position_violation = 0.0, velocity_violation = 0.0, acceleration_violation = 0.0;  ///< largest so far
   double reciprocal_condition = 0.0;                                                        ///< smallest so far
   double friction_iterations = 0.0;  ///< mean of the instants since the sample before
 };
 
+/// When a run writes frames: at the start, every so many seconds (0: never), and at the end.
+struct OutputTimes {
+  double duration = 0.0;  ///< s
+  double every = 0.0;     ///< s
+};
+
 /// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
-/// every second one goes, again and again, and the last one stays.
+/// every second one goes, again and again, and the last one stays. Where output times are too rare for a smooth
+/// picture, it asks for instants between them.
 class Recording {
  public:
-  Recording(const System& system, std::span<const Index> chosen, const SolverOptions& solver);
+  Recording(const System& system, std::span<const Index> chosen, OutputTimes times = {});
 
-  /// At an output time. Reactions of contacts are solved for once more, beside the motion.
-  void take_frame(const Simulation& simulation);
+  /// At an output time. `friction`: 3n, N; empty: the system has none.
+  void take_frame(const Simulation& simulation, std::span<const double> friction = {});
+  /// Whether a frame between two output times is due.
+  bool wants_frame(double time) const { return time >= next_frame_; }
+  void take_frame(const System& system, const Solution& between, std::span<const double> friction = {});
   void take_step(const MotionReport& report);
 
   const ShownParts& shown() const { return shown_; }
@@ -50,15 +61,22 @@ class Recording {
   std::size_t frames_seen() const { return num_frames_; }
 
  private:
-  RecordedFrame record(const Simulation& simulation);
-  void add_reactions(const Simulation& simulation, RecordedFrame* frame);
+  /// A state of the motion with its forces.
+  struct Instant {
+    StateView state;
+    std::span<const double> multipliers, reactions, support_forces, friction;
+  };
+  void take(const System& system, const Instant& instant);
+  RecordedFrame record(const System& system, const Instant& instant);
+  void add_reactions(const Instant& instant, RecordedFrame* frame);
 
   ShownParts shown_;
   std::vector<std::int32_t> held_;
   GuideStart start_;
   std::vector<Guide> guides_;
-  std::unique_ptr<Dynamics> contacts_;  ///< a second look at systems with friction: the motion goes on untouched
   std::size_t most_frames_ = 0;
+  double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
+  double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none
   std::vector<RecordedFrame> frames_;
   RecordedFrame last_frame_;
   std::size_t num_frames_ = 0, frame_stride_ = 1;

@@ -22,6 +22,7 @@ struct StoredFrame {
   std::vector<std::array<std::int32_t, 2>> rods;  ///< rows of their ends
   std::vector<double> tensions;                   ///< R, N
   std::vector<double> guide_forces;               ///< 3m, N: what guides and supports do; empty where no point is held
+  std::vector<double> friction_forces{};          ///< 3m, N; empty where there is no friction
   std::vector<Guide> guides;
   Vector3 gravity{};  ///< m/s^2; 0: there is none
 

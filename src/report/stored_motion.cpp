@@ -64,7 +64,8 @@ StoredMotion::Instant StoredMotion::at(double time) const {
   if (before == after) return {std::move(first), before->time, before->time};
   const StoredFrame last = read_vtp(after->file);
   if (last.positions.size() != first.positions.size() || last.rods != first.rods ||
-      last.guide_forces.size() != first.guide_forces.size())
+      last.guide_forces.size() != first.guide_forces.size() ||
+      last.friction_forces.size() != first.friction_forces.size())
     throw InputError(after->file.string(), "holds other points or rods than the frame before");
   const double distance = after->time - before->time, part = (time - before->time) / distance;
   StoredFrame frame = first;
@@ -74,6 +75,7 @@ StoredMotion::Instant StoredMotion::at(double time) const {
     throw InputError(after->file.string(), "holds velocities that lead too far away, or is damaged");
   frame.tensions = mix(first.tensions, last.tensions, part);
   frame.guide_forces = mix(first.guide_forces, last.guide_forces, part);
+  frame.friction_forces = mix(first.friction_forces, last.friction_forces, part);
   frame.guides = mix_guides(std::move(first.guides), last.guides, part);
   return {std::move(frame), before->time, after->time};
 }

@@ -202,8 +202,9 @@ void Trajectory::gather(const Simulation& simulation) {
         find_guide_forces(*shown_, positions_, tensions_, simulation.reactions(), simulation.support_forces());
 }
 
-void Trajectory::write_frame(const Simulation& simulation) {
+void Trajectory::write_frame(const Simulation& simulation, std::span<const double> friction) {
   gather(simulation);
+  if (!friction.empty()) gather_points(*shown_, friction, &friction_);
   if (start_.positions.empty())
     start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
   const MotionReport& report = simulation.report();
@@ -217,6 +218,7 @@ void Trajectory::write_frame(const Simulation& simulation) {
                     .reactions = reactions_,
                     .tensions = tensions_,
                     .guide_forces = guide_forces_,
+                    .friction_forces = friction_,
                     .guides = place_guides(simulation.system(), simulation.time(), start_, most_guides),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,

@@ -53,8 +53,9 @@ class Trajectory {
   Trajectory(const std::filesystem::path& directory, const System& system, const TrajectoryOptions& options,
              const TrajectoryMark& mark);
 
-  /// Appends the simulation's present state. Throws WriteError; the files are then what they were before.
-  void write_frame(const Simulation& simulation);
+  /// Appends the simulation's present state with its friction (3n, N; empty: there is none). Throws WriteError; the
+  /// files are then what they were before.
+  void write_frame(const Simulation& simulation, std::span<const double> friction = {});
   /// Makes all frames outlive the program and the machine.
   void synchronize();
 
@@ -70,8 +71,8 @@ class Trajectory {
   GuideStart start_;
   std::size_t frames_ = 0;
   std::map<std::string, std::unique_ptr<FrameFile>> files_;
-  std::vector<double> positions_, velocities_, accelerations_, forces_, reactions_, tensions_,
-      guide_forces_;  ///< of the shown points, one instant
+  std::vector<double> positions_, velocities_, accelerations_, forces_, reactions_, tensions_, guide_forces_,
+      friction_;  ///< of the shown points, one instant
 };
 
 }  // namespace tanor::report

@@ -134,7 +134,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   const std::vector<double> image_positions = gather_shifted_images(shown, frame.positions);
   const std::vector<double> image_velocities = gather_images(shown, frame.velocities);
   const std::vector<double> image_accelerations = gather_images(shown, frame.accelerations);
-  const std::vector<double> image_forces(frame.guide_forces.empty() ? 0 : 3 * shown.images.size());
+  const std::vector<double> image_forces(3 * shown.images.size());
   const std::vector<std::uint8_t> supports = collect_supports(shown);
 
   Document document(is_compressed);
@@ -150,6 +150,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.add("acceleration", 3, frame.accelerations, image_accelerations);
   document.add("support", supports);
   if (!frame.guide_forces.empty()) document.add("guide_force", 3, frame.guide_forces, image_forces);
+  if (!frame.friction_forces.empty()) document.add("friction_force", 3, frame.friction_forces, image_forces);
   document.close("PointData");
   document.open(R"(CellData Scalars="tension")");
   document.add("tension", 1, std::span<const double>(tensions));

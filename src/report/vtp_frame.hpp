@@ -9,7 +9,7 @@
 namespace tanor::report {
 
 /// Writes one frame as VTK polydata (ParaView): points with `velocity` and `acceleration`, `support` (1: it is one)
-/// and, where points are held, `guide_force` (what guides and supports do to them); rods as lines with `tension`, and
+/// and, where points are held, `guide_force` (what guides and supports do to them), with friction `friction_force`; rods as lines with `tension`, and
 /// points without a rod as one vertex cell, so that they are seen too (its tension is NaN: there is none). A rod with
 /// an offset (periodic image) ends at an image of its second point, which follows the points in the file with the
 /// velocity and acceleration of its own. Guides are arrays of numbers in the field data, named "guide <kind> <name>",

@@ -170,6 +170,7 @@ StoredFrame read_vtp(const std::filesystem::path& path) {
   frame.positions = file.read<double>("Points/position", 3 * m);
   frame.velocities = file.read<double>("PointData/velocity", 3 * m);
   frame.guide_forces = file.read<double>("PointData/guide_force", 3 * m);
+  frame.friction_forces = file.read<double>("PointData/friction_force", 3 * m);
   const std::vector<std::uint8_t> supports = file.read<std::uint8_t>("PointData/support", m);
   if (frame.positions.size() != 3 * m || frame.velocities.size() != 3 * m || supports.size() != m) file.fail();
   if (m == 0 || !are_small(frame.positions) || !are_small(frame.velocities)) file.fail();

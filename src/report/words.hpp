@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,11 @@ inline std::string in_words(double number, std::string_view format = "{}") {
   if (std::isfinite(number)) return fmt::format(fmt::runtime(format), number);
   if (std::isnan(number)) return "undefined";
   return number > 0.0 ? "infinite" : "-infinite";
+}
+
+/// "1 rod", "2 rods"
+inline std::string count_in_words(std::size_t number, std::string_view what) {
+  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
 }
 
 }  // namespace tanor::report

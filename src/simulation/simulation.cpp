@@ -293,6 +293,23 @@ struct Simulation::Implementation {
     return at;
   }
 
+  std::vector<double> friction_forces() {
+    std::vector<double> tau(points.r.size()), at(points.r.size());
+    if (!model.has_friction()) return at;
+    if (is_advancing) {
+      const Look look(this);
+      std::vector<double> at_a(form.size());
+      Reactions found = form.no_reactions();
+      const Outcome outcome_there = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                                       {at_a.data(), nullptr, nullptr, &found});
+      if (outcome_there.ok()) form.write_friction(found, tau.data());
+    } else {
+      form.write_friction(state.reactions, tau.data());
+    }
+    model.numbering.scatter_points(tau, at);
+    return at;
+  }
+
   Solution solution() {
     Solution at = is_advancing ? solve_on_the_way() : now;
     if (!is_advancing) at.outcome = outcome;
@@ -506,6 +523,10 @@ std::span<const double> Simulation::accelerations() const {
 Solution Simulation::solution() {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").solution();
+}
+std::vector<double> Simulation::friction_forces() {
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").friction_forces();
 }
 std::span<const double> Simulation::multipliers() const {
   return live(implementation_, "Simulation").now.multipliers;

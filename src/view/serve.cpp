@@ -126,6 +126,8 @@ std::string serve(const Service& service) {
   server.set_pre_routing_handler(
       [port](const httplib::Request& request, httplib::Response& response) { return admit(port, request, &response); });
   server.Get("/.*", [&](const httplib::Request& request, httplib::Response& response) {
+    // Before the file is looked at: a run writes its last page while it still goes on.
+    response.set_header("X-Tanor-Run", service.is_running() ? "running" : "ended");
     const std::string wanted = request.path == "/" ? service.first : request.path.substr(1);
     const std::optional<fs::path> file = find_file(folder, wanted);
     if (file) return answer(*file, request, &response);

@@ -12,6 +12,7 @@ struct Service {
   std::string first;                     ///< file behind "/"
   int port = 0;                          ///< on 127.0.0.1; 0: any that is free
   std::function<void(int port)> begins;  ///< called once the server answers
+  std::function<bool()> is_running;      ///< whether the run of the folder goes on; the header X-Tanor-Run tells it
 };
 
 /// Serves the files of a folder, and nothing outside it, until SIGINT, SIGTERM or SIGHUP comes. Only GET and HEAD, only

@@ -97,6 +97,21 @@ TEST(HelpTest, LinesFitIntoTheWindow) {
   }
 }
 
+TEST(PageTest, FitsIntoTheWindow) {
+  for (const unsigned short columns : std::initializer_list<unsigned short>{50, 80}) {
+    const Folder folder;
+    write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+    const Ended ended = run_on_terminal(folder, {"run", "s.json"},
+                                        {.columns = columns, .environment = {{"TERM", "xterm"}, {"NO_COLOR", "1"}}});
+    EXPECT_TRUE(contains(ended.out, "1 support, ")) << ended.out;
+    std::istringstream lines(ended.out);
+    for (std::string line; std::getline(lines, line);) {
+      std::erase(line, '\r');
+      EXPECT_LE(count_columns(line), columns) << line;
+    }
+  }
+}
+
 TEST(HelpTest, AWordThatIsNearlyOneIsRecognized) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -223,7 +238,7 @@ TEST(ProgressOnATerminal, FitsIntoTheWindowAndGivesWayToCtrlC) {
     EXPECT_EQ(contains(ended.out, " left  violation "), columns > 30) << ended.out;
     EXPECT_EQ(contains(ended.out, "[    "), columns > 70) << ended.out;
     EXPECT_TRUE(contains(ended.out, "stopped at t = ")) << ended.out;
-    EXPECT_TRUE(contains(ended.out, "--resume goes on")) << ended.out;
+    EXPECT_TRUE(contains(ended.out, "--resume")) << ended.out;
     const std::size_t begin = ended.out.find("\r\x1b[K") + 4, end = ended.out.find('\r', begin);
     EXPECT_LT(end - begin, columns) << ended.out;
   }

@@ -1,8 +1,11 @@
 /// `tanor view`: what its server gives away, and what it does not.
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
+#include <sys/file.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include "cli/program.hpp"
 
@@ -139,6 +142,20 @@ TEST(ViewTest, ATagTellsWhetherThePageIsANewOne) {
   EXPECT_TRUE(viewer.ask("GET", "/", "If-None-Match: " + tag + "\r\n").starts_with("HTTP/1.1 304"));
   write_text(folder / "o/report.html", "<p>another</p>");
   EXPECT_TRUE(viewer.ask("GET", "/", "If-None-Match: " + tag + "\r\n").ends_with("<p>another</p>"));
+}
+
+// The page of a run that was killed says forever that it goes on; the header knows better.
+TEST(ViewTest, TellsWhetherTheRunGoesOn) {
+  const Folder folder;
+  fill(folder);
+  const Viewer viewer(folder);
+  EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: ended")) << "of a run that left its lock behind";
+  // What src/cli/folder_lock.cpp does.
+  const int lock = open((folder / "o/.run.lock").c_str(), O_RDWR);
+  EXPECT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
+  EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: running"));
+  close(lock);
+  EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: ended"));
 }
 
 TEST(ViewTest, EndsWithoutAFaultOnCtrlC) {

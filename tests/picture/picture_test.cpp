@@ -168,8 +168,25 @@ TEST(PictureTest, AReactionIsAnArrowAlongItsForce) {
   EXPECT_GT(arrow.count, 20);
   EXPECT_LT(arrow.bottom, dark.bottom) << "upwards from the support";
   EXPECT_LT(arrow.right, 200) << "a rounding is no force";
-  picture.style.shows_reactions = false;
+  picture.style.shows_normal = false;
   EXPECT_EQ(bound_colour(paint(picture), force, 30).count, 0);
+}
+
+TEST(PictureTest, FrictionHasArrowsOfItsOwn) {
+  Picture picture = make_rod(5.0);
+  picture.style.width = 1200;
+  picture.style.height = 900;
+  picture.frame.guide_forces = {0, 3, 0, 0, 0, 0};
+  picture.frame.friction_forces = {-0.4, 0, 0, 0, 0, 0};  // shorter than the ball is thick
+  constexpr Colour friction{176, 56, 140};
+  const Decoded both = paint(picture);
+  const Bounds arrow = bound_colour(both, friction, 40), dark = bound_colour(both, support, 12);
+  EXPECT_GT(arrow.count, 5);
+  EXPECT_LT(arrow.left, dark.left) << "to the left of the support";
+  EXPECT_GT(bound_colour(both, force, 30).count, 20);
+  picture.style.shows_tangent = false;
+  EXPECT_EQ(bound_colour(paint(picture), friction, 40).count, 0);
+  EXPECT_GT(bound_colour(paint(picture), force, 30).count, 20);
 }
 
 TEST(PictureTest, EveryKindOfGuideIsDrawn) {
@@ -236,14 +253,14 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   picture.style.shows_legend = true;
   const Decoded painted = paint(picture);
   const Bounds top = bound_colour(painted, {112, 28, 8}, 4), low = bound_colour(painted, {199, 199, 196}, 3);
-  EXPECT_GT(top.left, 330);
+  EXPECT_GT(top.left, 320);
   EXPECT_LT(top.top, 90);
   EXPECT_GT(low.bottom, 190);
   // Words in the upper left corner.
   const Bounds words = bound(painted, [&](int x, int y) { return x < 100 && y < 20 && painted.at(x, y)[0] < 128; });
   EXPECT_GT(words.count, 20);
   // The motion keeps away from the bar.
-  EXPECT_LT(bound_colour(painted, bead, 10).right, 345);
+  EXPECT_LT(bound_colour(painted, bead, 10).right, 320);
 }
 
 TEST(PictureTest, TheSameInstantIsTheSameInLargeAndInSmall) {

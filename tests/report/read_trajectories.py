@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Runs a scene with all formats of a trajectory and reads each back with another program's reader: numpy, h5py, ASE, VTK,
-LAMMPS (`read_dump` and `rerun`), ParaView (pvpython).
+LAMMPS (`read_dump` and `rerun`), MDAnalysis (H5MD), ParaView (pvpython).
 
     read_trajectories.py TANOR FOLDER [--all]
 
@@ -15,6 +15,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import warnings
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -32,6 +33,12 @@ try:
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 except ImportError:
     vtk_to_numpy = None
+try:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import MDAnalysis
+except ImportError:
+    MDAnalysis = None
 LAMMPS, PVPYTHON = shutil.which("lmp"), shutil.which("pvpython")
 
 FORMATS = "xyz,vtp,lammps,h5md,csv,npz"
@@ -108,6 +115,19 @@ def check_h5md(out: pathlib.Path, arrays: dict) -> None:
         assert np.array_equal(file["observables/tension/value"][:], arrays["tension"])
         energy = file["observables/total_energy/value"][:]
         assert abs(energy - energy[0]).max() < 1e-6
+
+
+def check_mdanalysis(out: pathlib.Path, arrays: dict) -> None:
+    """It keeps single precision."""
+    universe = MDAnalysis.Universe.empty(4, trajectory=False)
+    universe.load_new(str(out / "trajectory.h5"), format="H5MD", convert_units=False)
+    assert len(universe.trajectory) == len(arrays["time"])
+    mass = np.array([1, 0.1, 0.2, 0.3])[:, None]
+    for k, frame in enumerate(universe.trajectory):
+        assert abs(frame.time - arrays["time"][k]) < 1e-12
+        for read, known in ((frame.positions, arrays["position"][k]), (frame.velocities, arrays["velocity"][k]),
+                            (frame.forces, mass * arrays["acceleration"][k])):
+            assert np.allclose(read, known, rtol=1e-6, atol=1e-6)
 
 
 def check_ase(out: pathlib.Path, arrays: dict) -> None:
@@ -235,7 +255,8 @@ def check_lammps(out: pathlib.Path, arrays: dict) -> None:
 
 def main() -> int:
     tanor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
-    readers = {"h5py": h5py, "ASE": ase, "VTK": vtk_to_numpy, "LAMMPS": LAMMPS, "ParaView": PVPYTHON}
+    readers = {"h5py": h5py, "ASE": ase, "VTK": vtk_to_numpy, "LAMMPS": LAMMPS, "MDAnalysis": MDAnalysis,
+               "ParaView": PVPYTHON}
     missing = [name for name, reader in readers.items() if not reader and name != "ParaView"]
     if "--all" in sys.argv and missing:
         print("not installed:", ", ".join(missing), file=sys.stderr)
@@ -255,6 +276,8 @@ def main() -> int:
         arrays = check_npz(out)
         if h5py:
             check_h5md(out, arrays)
+        if MDAnalysis:
+            check_mdanalysis(out, arrays)
         check_csv(out, arrays, ".gz" if name == "packed" else "")
         if name == "packed":
             for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump"):

@@ -16,10 +16,10 @@ double length(const std::vector<float>& v) {
 // m = 2, 30 degrees: the rail pushes with m g cos(30), friction holds back with mu times that.
 TEST(RecordingTest, ReactionsOfAGuideHaveANormalAndATangentPart) {
   const System system = make_incline(1.0, 0.2);
-  const Simulation simulation(system, {.method = Method::Dopri5});
-  Recording recording(system, {}, {});
+  Simulation simulation(system, {.method = Method::Dopri5});
+  Recording recording(system, {});
 
-  recording.take_frame(simulation);
+  recording.take_frame(simulation, simulation.friction_forces());
 
   const std::vector<RecordedFrame> frames = recording.frames();
   ASSERT_EQ(frames.size(), 1u);
@@ -38,7 +38,7 @@ TEST(RecordingTest, ASupportHoldsAChainThatHangs) {
   system.constraints = {Rods{"", {{0, 1}}, 1.0, {}}};
   system.forces = {Gravity{"", {0, 0, -10}}};
   const Simulation simulation(system, {.method = Method::Rk4, .step = 0.01});
-  Recording recording(system, {}, {});
+  Recording recording(system, {});
 
   recording.take_frame(simulation);
 
@@ -49,8 +49,46 @@ TEST(RecordingTest, ASupportHoldsAChainThatHangs) {
   EXPECT_TRUE(frame.tangent_reactions.empty());
 }
 
+// Seven output times are no film. Where they are many, or points are, nothing more is asked for.
+TEST(RecordingTest, AsksForInstantsBetweenOutputTimesThatAreRare) {
+  const System system = make_incline(1.0, 0.2);
+  const auto count_frames = [&](double every) {
+    Recording recording(system, {}, {.duration = 0.6, .every = every});
+    Simulation motion(system, {.method = Method::Rk4, .step = 1e-3});
+    recording.take_frame(motion);
+    const Outcome end = motion.advance_to(0.6, [&](const MotionReport& report) {
+      if (recording.wants_frame(report.time)) recording.take_frame(system, motion.solution());
+      return true;
+    });
+    EXPECT_TRUE(end.ok()) << end.what;
+    return recording.frames().size();
+  };
+
+  EXPECT_NEAR(static_cast<double>(count_frames(0.0)), 150.0, 2.0);
+  EXPECT_EQ(count_frames(0.004), 1u);
+}
+
+TEST(RecordingTest, AFrameBetweenOutputTimesHasTheForcesOfItsTime) {
+  const System system = make_incline(1.0, 0.2);
+  Simulation motion(system, {.method = Method::Dopri5});
+  Recording recording(system, {}, {.duration = 1.0});
+
+  const Outcome end = motion.advance_to(1.0, [&](const MotionReport& report) {
+    recording.take_frame(system, motion.solution(), motion.friction_forces());
+    return report.time < 0.5;
+  });
+
+  EXPECT_TRUE(end.ok()) << end.what;
+  const RecordedFrame frame = recording.frames().back();
+  const double normal = 2.0 * 9.81 * std::cos(std::numbers::pi / 6.0);
+  EXPECT_EQ(frame.time, motion.time());
+  EXPECT_EQ(frame.positions[0], static_cast<float>(motion.positions()[0]));
+  EXPECT_NEAR(length(frame.normal_reactions), normal, 1e-5);
+  EXPECT_NEAR(length(frame.tangent_reactions), 0.2 * normal, 1e-5);
+}
+
 TEST(RecordingTest, AHistoryIsThinnedEvenlyAndKeepsItsEnd) {
-  Recording recording(make_incline(1.0, 0.2), {}, {});
+  Recording recording(make_incline(1.0, 0.2), {});
 
   MotionReport report;
   for (int k = 0; k <= 20'001; ++k) {

@@ -30,7 +30,7 @@ System make_system() {
 
 /// Rows that follow cubic polynomials, so that Hermite's ones are exact.
 struct Rows {
-  std::vector<double> positions, velocities, accelerations, tensions{0, 0}, forces;
+  std::vector<double> positions, velocities, accelerations, tensions{0, 0}, forces, friction;
   Frame frame(std::size_t number, double t) {
     positions.clear();
     velocities.clear();
@@ -40,6 +40,7 @@ struct Rows {
       velocities.push_back(1 - 2 * k * t + 0.9 * t * t);
       forces.push_back(k < 3 ? k + t : 0.0);
     }
+    friction.assign(12, -0.5 * t);
     accelerations = velocities;
     tensions = {1 + t, -2 * t};
     return {.number = number,
@@ -49,6 +50,7 @@ struct Rows {
             .accelerations = accelerations,
             .tensions = tensions,
             .guide_forces = forces,
+            .friction_forces = friction,
             .guides = {{"sphere", "a <ball> & \"more\"", {0, 0, t, 1}}, {"plane", "", {0, 0, 1, -0.5}}},
             .gravity = {0, 0, -9.81}};
   }
@@ -76,6 +78,7 @@ TEST(StoredFrameTest, ReadsBackWhatWasWritten) {
     EXPECT_EQ(frame.positions[12], rows.positions[6] - 1.0);
     EXPECT_EQ(std::vector(frame.velocities.begin(), frame.velocities.begin() + 12), rows.velocities);
     EXPECT_EQ(std::vector(frame.guide_forces.begin(), frame.guide_forces.begin() + 12), rows.forces);
+    EXPECT_EQ(std::vector(frame.friction_forces.begin(), frame.friction_forces.begin() + 12), rows.friction);
     EXPECT_EQ(frame.is_support, (std::vector<bool>{true, false, false, false, false}));
     EXPECT_EQ(frame.rods, (std::vector<std::array<std::int32_t, 2>>{{0, 1}, {1, 4}}));
     EXPECT_EQ(frame.tensions, rows.tensions);
@@ -135,6 +138,7 @@ TEST(StoredMotionTest, BetweenFramesPositionsAreCubicAndForcesLinear) {
     for (std::size_t k = 0; k < 12; ++k) {
       EXPECT_NEAR(instant.frame.positions[k], rows.positions[k], 1e-14);
       EXPECT_NEAR(instant.frame.guide_forces[k], rows.forces[k], 1e-14);
+      EXPECT_NEAR(instant.frame.friction_forces[k], rows.friction[k], 1e-14);
     }
     EXPECT_NEAR(instant.frame.tensions[1], rows.tensions[1], 1e-15);
     EXPECT_NEAR(instant.frame.guides[0].numbers[2], t, 1e-15);

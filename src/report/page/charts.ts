@@ -25,7 +25,12 @@ const linear: uPlot.Scale = {
 
 /** As page.css has them on the time line of the view. */
 const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent" };
-const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b"];
+/** Told apart by their dashes, too. */
+const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
+const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
+
+const lineOf = (k: number) => ({ stroke: strokes[k % strokes.length], dash: dashes[k % dashes.length], width: 1.6 });
+const tell = (_: uPlot, number: number | null) => (number === null ? "–" : words(number));
 
 /** Histories over the time of the motion. All share the time of the view, and a click goes there. */
 export class Charts {
@@ -36,7 +41,7 @@ export class Charts {
   constructor(private host: HTMLElement, private data: PageData, private seek: (time: number) => void) {
     const h = data.history;
     this.add("Energy drift", [["drift / scale", "drift"]], "", false);
-    this.add("Energy", [["kinetic + potential", "energy"]], "J", false);
+    this.add("Energy", [["kinetic + potential", "energy"], ["kinetic", "kinetic"], ["potential", "potential"]], "J", false);
     this.add("Violation, largest so far", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
     this.add("Conditioning, smallest so far", [["reciprocal condition", "reciprocal_condition"]], "", true);
     this.add("Step", [["step", "step"]], "s", true);
@@ -99,8 +104,8 @@ export class Charts {
       cursor: { sync: { key: "time" }, y: false, drag: { x: false, y: false } },
       scales: { x: { time: false }, y: isLog ? logarithmic : linear },
       axes: this.axes(isLog),
-      series: [{ label: "t / s", value: (_, t) => (t === null ? "" : words(t)) },
-        ...series.map(([label], k) => ({ label, stroke: strokes[k], width: 1.6, points: { show: false }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
+      series: [{ label: "t / s", value: tell },
+        ...series.map(([label], k) => ({ label, ...lineOf(k), points: { show: false }, value: tell }))],
       hooks: { draw: [(drawn) => this.drawMarks(drawn)] },
     }, [times, ...columns] as uPlot.AlignedData, card);
     plot.over.addEventListener("click", (event) => this.seek(plot.posToVal(event.offsetX, "x")));
@@ -126,18 +131,24 @@ export class Charts {
   /** Error against wall time from the table of `tanor error-time`, one curve a method. */
   private addErrorTime(csv: string): void {
     const [head, ...lines] = csv.trim().split("\n").map((line) => line.split(","));
-    if (!lines.length) return;
+    if (!lines.length) return this.sayHowToMeasureErrors();
     const column = (name: string) => head.indexOf(name);
     const methods = [...new Set(lines.map((line) => line[column("method")]))];
     const points = lines.map((line) => ({ method: line[column("method")], wall: Number(line[column("wall_s")]), error: Number(line[column("error_m")]) }))
       .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
     if (!points.length) return;
     const card = this.card("Error (m) against run time (s), by method");
-    const all = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
     new uPlot({
       width: card.clientWidth - 34, height: 190, scales: { x: { time: false, ...logarithmic }, y: logarithmic }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
       cursor: { drag: { x: false, y: false } },
-      series: [{ label: "run time / s", value: (_, x) => (x === null ? "" : words(x)) }, ...methods.map((label, k) => ({ label, stroke: all[k % all.length], width: 1.6, spanGaps: true, points: { show: true, size: 6 }, value: (_: uPlot, y: number | null) => (y === null ? "" : words(y)) }))],
+      series: [{ label: "run time / s", value: tell }, ...methods.map((label, k) => ({ label, ...lineOf(k), spanGaps: true, points: { show: true, size: 6 }, value: tell }))],
     }, [points.map((p) => p.wall), ...methods.map((method) => points.map((p) => (p.method === method ? p.error : null)))] as uPlot.AlignedData, card);
+  }
+
+  private sayHowToMeasureErrors(): void {
+    const card = this.card("Error against run time"), hint = document.createElement("p");
+    hint.className = "hint";
+    hint.innerHTML = "Not measured here. <code>tanor error-time SCENE --out DIR</code> runs every method against a finer run of another one; <code>tanor run SCENE --out DIR --report</code> shows that table in this place.";
+    card.append(hint);
   }
 }

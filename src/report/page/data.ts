@@ -24,31 +24,39 @@ export interface Motion {
   without_picture: string[];
   has_friction: boolean;
   up: number[];
-  ranges: Record<"positions" | "tensions" | "normal" | "tangent", [number, number]>;
+  ranges: Record<"positions" | "tensions" | "normal" | "tangent", [number, number][]>; // one, or one a frame
   arrays: { name: string; type: string; at: number; count: number; columns: number }[];
 }
 
-/** Rows of numbers in 65536 steps between two ends. */
+/** Rows of numbers in 65536 steps between two ends, of all rows or of each. */
 export class Rows {
-  constructor(private steps: Uint16Array, readonly columns: number, private range: [number, number]) {}
+  constructor(private steps: Uint16Array, readonly columns: number, private ranges: [number, number][]) {}
+
+  private least = (frame: number) => this.ranges[Math.min(frame, this.ranges.length - 1)][0];
+
+  /** Between two numbers that differ. */
+  step(frame: number): number {
+    const [least, most] = this.ranges[Math.min(frame, this.ranges.length - 1)];
+    return (most - least) / 65535;
+  }
 
   get(frame: number, column: number): number {
-    const [least, most] = this.range;
-    return least + ((most - least) / 65535) * this.steps[frame * this.columns + column];
+    return this.least(frame) + this.step(frame) * this.steps[frame * this.columns + column];
   }
 
   /** Row `frame` plus `part` of the way to the next one, linear, or along Catmull and Rom's curve through four rows. */
   read(frame: number, part: number, isCurve: boolean, into: Float32Array): void {
-    const frames = this.steps.length / this.columns, last = frames - 1;
-    const [least, most] = this.range, scale = (most - least) / 65535;
-    const row = (k: number) => Math.min(Math.max(k, 0), last) * this.columns;
-    const [a, b, c, d] = [row(frame - 1), row(frame), row(frame + 1), row(frame + 2)];
-    const u = part, s = this.steps;
-    const curved = isCurve && frames > 3;
-    const wa = curved ? 0.5 * u * (-1 + u * (2 - u)) : 0, wb = curved ? 0.5 * (2 + u * u * (-5 + 3 * u)) : 1 - u;
-    const wc = curved ? 0.5 * u * (1 + u * (4 - 3 * u)) : u, wd = curved ? 0.5 * u * u * (u - 1) : 0;
+    if (this.columns === 0) return;
+    const last = this.steps.length / this.columns - 1, u = part, s = this.steps;
+    const rows = [frame - 1, frame, frame + 1, frame + 2].map((k) => Math.min(Math.max(k, 0), last));
+    const weights = isCurve && last > 2
+      ? [0.5 * u * (-1 + u * (2 - u)), 0.5 * (2 + u * u * (-5 + 3 * u)), 0.5 * u * (1 + u * (4 - 3 * u)), 0.5 * u * u * (u - 1)]
+      : [0, 1 - u, u, 0];
+    const least = rows.reduce((sum, row, k) => sum + weights[k] * this.least(row), 0);
+    const [wa, wb, wc, wd] = rows.map((row, k) => weights[k] * this.step(row));
+    const [a, b, c, d] = rows.map((row) => row * this.columns);
     for (let k = 0; k < this.columns; ++k)
-      into[k] = least + scale * (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
+      into[k] = least + (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
   }
 }
 
@@ -88,10 +96,16 @@ export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
     normal: rows("normal"), tangent: rows("tangent") };
 }
 
-/** "1.23e-7 N" and the like, to four digits. */
-export function words(number: number | null | undefined, unit = ""): string {
+/** "1.23e-7 N" and the like, to so many digits. */
+export function words(number: number | null | undefined, unit = "", digits = 4): string {
   if (number === null || number === undefined || !Number.isFinite(number)) return "undefined";
   const size = Math.abs(number);
-  const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? number.toExponential(3) : String(+number.toPrecision(4));
+  const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? number.toExponential(digits - 1) : String(+number.toPrecision(digits));
   return unit ? `${text} ${unit}` : text;
+}
+
+/** "45.2 ms": a time that somebody waits for. */
+export function wait(time: number): string {
+  const [factor, unit] = time >= 1 ? [1, "s"] : time >= 1e-3 ? [1e3, "ms"] : [1e6, "µs"];
+  return words(factor * time, unit, 3);
 }

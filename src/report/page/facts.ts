@@ -1,5 +1,5 @@
 import type { PageData } from "./data";
-import { words } from "./data";
+import { wait, words } from "./data";
 import { fillList, find, make } from "./dom";
 
 const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
@@ -20,14 +20,14 @@ export function fillHeadline({ run, motion }: PageData): void {
   find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}, ${count(run.islands, "island")} · ${run.method} · tanor ${run.version}`;
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
-  find("done-words").textContent = `The run goes on: ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${words(run.wall.total, "s")}. This is its state when the page was written.`;
+  find("done-words").textContent = `The run goes on: ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
   const facts: [string, string][] = [
     ["certified", describeCertificate(run)],
-    ["run time", words(run.wall.total, "s")],
+    ["run time", wait(run.wall.total)],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
     ["simulated", words(run.t_reached, "s")],
-    ["violation", words(Math.max(run.position_violation, run.velocity_violation))],
-    ["energy drift", words(run.drift)],
+    ["violation", words(Math.max(run.position_violation, run.velocity_violation), "", 2)],
+    ["energy drift", words(run.drift, "", 2)],
     ["threads", String(run.threads)],
   ];
   find("headline").replaceChildren(...facts.map(([name, text]) => {
@@ -47,7 +47,7 @@ function fillPhases(run: any): void {
   find("phases").replaceChildren(...phases.map(([name, time]) => {
     const row = make("div", "", "phase"), bar = make("i");
     bar.style.width = `${(100 * time) / most}%`;
-    row.append(make("span", name), bar, make("span", words(time, "s")));
+    row.append(make("span", name), bar, make("span", wait(time)));
     return row;
   }));
 }

@@ -11,20 +11,30 @@ const pause = (time: number) => new Promise((go) => setTimeout(go, time));
 export async function follow(isRunning: boolean, show: (next: { data: PageData; packed: string }) => Promise<void>): Promise<void> {
   if (!location.protocol.startsWith("http")) return;
   // Of a run that goes on, another page may have come since this one was read.
-  let shown = isRunning ? "" : await ask("HEAD").then((answer) => answer.headers.get("ETag"), () => "");
+  let runs = isRunning, shown = isRunning ? "" : await ask("HEAD").then((answer) => answer.headers.get("ETag"), () => "");
   for (;;) {
     await pause(interval);
     try {
-      const tag = (await ask("HEAD")).headers.get("ETag");
-      find("gone").hidden = true;
+      const { headers } = await ask("HEAD"), tag = headers.get("ETag");
+      // A run that ends by itself writes its page before it lets go of its folder.
+      const isKilled = runs && tag === shown && headers.get("X-Tanor-Run") === "ended";
+      say(isKilled ? "The run ended without a word: it was killed, or its machine stopped. tanor run with --resume goes on at its checkpoint." : "");
+      if (isKilled) find("running").hidden = true;
       if (tag === shown) continue;
       const answer = await ask("GET");
-      await show(readPage(new DOMParser().parseFromString(await answer.text(), "text/html")));
+      const next = readPage(new DOMParser().parseFromString(await answer.text(), "text/html"));
+      await show(next);
+      runs = next.data.run.is_running;
       shown = answer.headers.get("ETag");
     } catch {
-      find("gone").hidden = false;
+      say("The server of this page has ended. What it sent last is shown.");
     }
   }
+}
+
+function say(what: string): void {
+  find("gone").hidden = !what;
+  find("gone").textContent = what;
 }
 
 async function ask(method: string): Promise<Response> {

@@ -8,6 +8,22 @@ import { Stage, View, chooseTheme } from "./view";
 const most_listed = 40;
 const parts = ["points", "rods", "guides", "normal", "tangent"] as const;
 
+/** How many numbers are below a bound, and where the least of them are, in their order. */
+function findLeast(numbers: Float32Array, bound: number, most: number): { count: number; first: number[] } {
+  const first: number[] = [];
+  let count = 0;
+  for (let k = 0; k < numbers.length; ++k) {
+    if (!(numbers[k] < bound)) continue;
+    ++count;
+    if (first.length === most && numbers[k] >= numbers[first[most - 1]]) continue;
+    let place = first.length;
+    while (place > 0 && numbers[first[place - 1]] > numbers[k]) --place;
+    first.splice(place, 0, k);
+    first.length = Math.min(most, first.length);
+  }
+  return { count, first };
+}
+
 /** One run, shown; shown again where a newer state of it comes. */
 class Page {
   private stage: Stage | null = null; // null: the browser draws nothing
@@ -115,9 +131,11 @@ class Page {
     };
   }
 
-  /** s of the motion in a second at "1": all of it in 6 to 20 seconds. */
+  /** s of the motion in a second at "1": all of it in 6 to 20 seconds or somewhat longer, as a round number. */
   private natural(): number {
-    return (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
+    const wanted = (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return wanted > 0 ? power * [5, 2, 1].find((digit) => wanted >= 0.999 * digit * power)! : 0;
   }
 
   private stand(time: number): void {
@@ -134,18 +152,15 @@ class Page {
     this.charts?.stand(this.time);
   }
 
-  private tellRods({ tensions, chosen }: View): void {
+  private tellRods({ tensions, chosen, tensionStep }: View): void {
     const { motion } = this.data, { rods } = this.arrays;
     if (!motion.rods) return;
     find("tension").textContent = words(tensions[chosen], "N");
-    const noise = 3e-5 * (motion.ranges.tensions[1] - motion.ranges.tensions[0]);
-    const pushed: number[] = [];
-    for (let rod = 0; rod < tensions.length; ++rod) if (tensions[rod] < -noise) pushed.push(rod);
-    const count = pushed.length, most = count > most_listed ? `; the ${most_listed} that are pushed most:` : "";
-    find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods ${count === 1 ? "is" : "are"} pushed${most}` : "No rod is pushed.";
-    pushed.sort((p, q) => tensions[p] - tensions[q]);
+    const { count, first: pushed } = findLeast(tensions, -2 * tensionStep, most_listed);
+    const listed = count > most_listed ? `, ${most_listed} listed` : "";
+    find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods${listed}` : "No rod is pushed.";
     const point = (k: number) => (k < motion.points ? k : motion.images[k - motion.points][0]);
-    fillList("pushed", pushed.slice(0, most_listed).map((rod) => {
+    fillList("pushed", pushed.map((rod) => {
       const row = make("li");
       row.append(make("span", `rod ${rod} (${point(rods[2 * rod])}–${point(rods[2 * rod + 1])})`), make("span", words(tensions[rod], "N")));
       row.onclick = () => this.choose(rod);
@@ -159,7 +174,7 @@ class Page {
     const stops = Array.from({ length: 21 }, (_, k) => `rgb(${view.colourOf((k / 10 - 1) * view.scale).map((x) => Math.round(255 * x)).join(",")})`);
     const bar = make("div", "", "bar"), ends = make("div", "", "ends");
     bar.style.background = `linear-gradient(to right, ${stops.join(",")})`;
-    ends.append(make("span", `−${words(view.scale)}`), make("span", "0"), make("span", `${words(view.scale)} N`));
+    ends.append(make("span", `−${words(view.scale, "", 3)}`), make("span", "0"), make("span", words(view.scale, "N", 3)));
     find("legend").replaceChildren(make("div", "tension of rods: pushed … pulled"), bar, ends);
   }
 
@@ -172,13 +187,13 @@ class Page {
     hide("guides", !motion.guides.length);
     find("rods-part").hidden = !motion.rods;
     find<HTMLInputElement>("rod").max = String(Math.max(0, motion.rods - 1));
-    find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N")}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
+    find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N", 3)}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
     const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
     if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);
     find("view-notes").textContent = notes.join(" ");
     const natural = this.natural(), speed = find<HTMLSelectElement>("speed");
     speed.replaceChildren(...[0.1, 0.25, 0.5, 1, 2, 4].map((factor) =>
-      new Option(`${words(natural * factor)} s/s`, String(factor), factor === 1, factor === this.speed)));
+      new Option(`${words(natural * factor)} s in 1 s`, String(factor), factor === 1, factor === this.speed)));
   }
 
   private fillMarks(): void {

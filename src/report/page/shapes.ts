@@ -40,7 +40,10 @@ const ribbonFragment = `${hazeFragment}
 in vec3 shade; in float across;
 void main() { paint(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across)))); }`;
 
-/** Bands that face the eye from a to b, some pixels or some metres wide: rods, and arrows where `hasHeads`. */
+/**
+ * Bands that face the eye from a to b, some pixels or some metres wide: rods, arrows where `hasHeads`, or what shows
+ * around a rod since it `isBehind` it.
+ */
 export class Ribbons {
   readonly mesh: Mesh;
   readonly a: Float32Array;
@@ -49,7 +52,7 @@ export class Ribbons {
   private geometry = new InstancedBufferGeometry();
   private material: ShaderMaterial;
 
-  constructor(readonly count: number, width: number, least: number, haze: Haze, hasHeads = false) {
+  constructor(readonly count: number, width: number, least: number, haze: Haze, { hasHeads = false, isBehind = false } = {}) {
     // A shaft; with a head, the shaft ends where that begins (z < 0), and the head is a triangle (z > 0 at its foot).
     const end = hasHeads ? -1 : 0;
     const corners = [0, -0.5, 0, 0, 0.5, 0, 1, -0.5, end, 1, 0.5, end];
@@ -66,7 +69,7 @@ export class Ribbons {
     [this.a, this.b, this.tint] = [add("a"), add("b"), add("tint")];
     this.geometry.instanceCount = count;
     this.material = new ShaderMaterial({ glslVersion: GLSL3, vertexShader: ribbonVertex, fragmentShader: ribbonFragment,
-      side: DoubleSide, uniforms: { screen: { value: new Vector2(1, 1) }, width: { value: width }, least: { value: least },
+      side: DoubleSide, polygonOffset: isBehind, polygonOffsetFactor: 1, polygonOffsetUnits: 8, uniforms: { screen: { value: new Vector2(1, 1) }, width: { value: width }, least: { value: least },
         head: { value: 11 }, ...haze } });
     this.mesh = new Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = false;

@@ -60,20 +60,26 @@ export class Stage {
   }
 }
 
+const shades = 256; // from no tension to the largest
+
 /** The motion in 3-D. */
 export class View {
   readonly scale: number; // N, the end of the colours
   readonly newtonsPerSize: number; // N, of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
+  tensionStep = 0; // N, smaller ones are 0
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
+  private colours: Float32Array; // of tensions from -scale to scale
   private scene = new Scene();
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
   private haze: Haze;
   private beads: Beads;
+  private beadRadius: number; // m
   private rods: Ribbons;
+  private mark: Ribbons; // around the chosen rod, which keeps its colour
   private normalArrows: Ribbons;
   private tangentArrows: Ribbons;
   private guides = new Group();
@@ -90,19 +96,22 @@ export class View {
     const frames = motion.times.length;
     const over = (rows: Arrays["tensions"]) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
     this.scale = over(arrays.tensions);
+    this.colours = this.mixColours();
     this.measure();
     const held = arrays.held.length, many = motion.points > 3000;
     const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
     this.haze = makeHaze(theme.ground, many ? 0.85 : 0.35);
-    this.beads = new Beads(motion.points, bead * (many ? 1.3 : 1), many ? 1.5 : 4, this.haze);
+    this.beadRadius = bead * (many ? 1.3 : 1);
+    this.beads = new Beads(motion.points, this.beadRadius, many ? 1.5 : 4, this.haze);
     this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
-    this.normalArrows = new Ribbons(held, 0, 3, this.haze, true);
-    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, true);
+    this.mark = new Ribbons(1, bead * (many ? 2.5 : 1.4), many ? 5 : 7, this.haze, { isBehind: true });
+    this.normalArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
+    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
-    this.scene.add(this.guides, this.rods.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
+    this.scene.add(this.guides, this.rods.mesh, this.mark.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
     this.paint();
     stage.resized = (width, height) => {
-      for (const each of [this.rods, this.normalArrows, this.tangentArrows]) each.resize(width, height);
+      for (const each of [this.rods, this.mark, this.normalArrows, this.tangentArrows]) each.resize(width, height);
       this.beads.resize(height);
     };
     stage.resize();
@@ -180,6 +189,7 @@ export class View {
   private paint(): void {
     const count = this.motion.points, tint = this.beads.tint;
     for (let k = 0; k < count; ++k) tint.set(this.theme.bead, 3 * k);
+    this.mark.tint.set(this.theme.chosen);
     for (const k of this.motion.supports) tint.set(this.theme.support, 3 * k);
     for (let k = 0; k < this.arrays.held.length; ++k) {
       this.normalArrows.tint.set(this.theme.normal, 3 * k);
@@ -199,12 +209,20 @@ export class View {
     this.arrays.tensions.read(low, part, false, this.tensions);
     this.arrays.normal.read(low, part, false, this.normal);
     this.arrays.tangent.read(low, part, false, this.tangent);
+    this.tensionStep = this.tensions.length ? Math.max(this.arrays.tensions.step(low), this.arrays.tensions.step(high)) : 0;
     this.beads.positions.set(this.places);
     this.beads.update();
     this.placeRods();
     this.placeArrows(this.normalArrows, this.normal);
     this.placeArrows(this.tangentArrows, this.tangent);
     this.placeGuides();
+  }
+
+  /** Colours of 513 tensions, evenly in the root of their size. */
+  private mixColours(): Float32Array {
+    const colours = new Float32Array(3 * (2 * shades + 1));
+    for (let k = -shades; k <= shades; ++k) colours.set(this.colourOf((Math.sign(k) * (k / shades) ** 2) * this.scale), 3 * (k + shades));
+    return colours;
   }
 
   colourOf(tension: number): [number, number, number] {
@@ -222,19 +240,30 @@ export class View {
         a[3 * k + axis] = p[i + axis];
         b[3 * k + axis] = p[far + axis] + (image ? image[1 + axis] : 0);
       }
-      tint.set(k === this.chosen && this.motion.rods > 1 ? this.theme.chosen : this.colourOf(this.tensions[k]), 3 * k);
+      const size = this.scale > 0 ? Math.min(1, Math.abs(this.tensions[k]) / this.scale) : 0;
+      const shade = 3 * (shades + Math.sign(this.tensions[k]) * Math.round(shades * Math.sqrt(size)));
+      tint[3 * k] = this.colours[shade];
+      tint[3 * k + 1] = this.colours[shade + 1];
+      tint[3 * k + 2] = this.colours[shade + 2];
     }
     this.rods.update();
+    this.mark.a.set(a.subarray(3 * this.chosen, 3 * this.chosen + 3));
+    this.mark.b.set(b.subarray(3 * this.chosen, 3 * this.chosen + 3));
+    this.mark.update();
   }
 
   private placeArrows(arrows: Ribbons, forces: Float32Array): void {
     const held = this.arrays.held, length = this.newtonsPerSize > 0 ? (0.16 * this.size) / this.newtonsPerSize : 0;
-    for (let k = 0; k < held.length; ++k)
+    for (let k = 0; k < held.length; ++k) {
+      // They begin where the ball of the point ends.
+      const size = length * Math.hypot(forces[3 * k] ?? 0, forces[3 * k + 1] ?? 0, forces[3 * k + 2] ?? 0);
+      const shift = size > 0.1 * this.beadRadius ? this.beadRadius / size : 0;
       for (let axis = 0; axis < 3; ++axis) {
-        const place = this.places[3 * held[k] + axis];
-        arrows.a[3 * k + axis] = place;
-        arrows.b[3 * k + axis] = place + (forces.length ? length * forces[3 * k + axis] : 0);
+        const arrow = forces.length ? length * forces[3 * k + axis] : 0;
+        arrows.a[3 * k + axis] = this.places[3 * held[k] + axis] + shift * arrow;
+        arrows.b[3 * k + axis] = arrows.a[3 * k + axis] + arrow;
       }
+    }
     arrows.update();
   }
 
@@ -251,6 +280,7 @@ export class View {
   }
 
   render(): void {
+    this.mark.mesh.visible = this.shows.rods && this.motion.rods > 1;
     this.beads.mesh.visible = this.shows.points;
     this.rods.mesh.visible = this.shows.rods;
     this.guides.visible = this.shows.guides;
