@@ -73,7 +73,8 @@ void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colo
   const Vec3 foot = place + (radius / length) * arrow;
   const double head = std::min(3.4 * thickness, 0.45 * length);
   const Vec3 neck = foot + ((length - head) / length) * arrow, tip = foot + arrow;
-  const double shaft = 0.32 * thickness * head / (3.4 * thickness);
+  // Short ones are thinner, but not by more than half: they would vanish.
+  const double shaft = 0.32 * thickness * std::max(0.5, head / (3.4 * thickness));
   shapes->cones.push_back({foot, neck, shaft, shaft, colour});
   shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, colour});
 }

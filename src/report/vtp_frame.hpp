@@ -9,12 +9,12 @@
 namespace tanor::report {
 
 /// Writes one frame as VTK polydata (ParaView): points with `velocity` and `acceleration`, `support` (1: it is one)
-/// and, where points are held, `guide_force` (what guides and supports do to them), with friction `friction_force`; rods as lines with `tension`, and
-/// points without a rod as one vertex cell, so that they are seen too (its tension is NaN: there is none). A rod with
-/// an offset (periodic image) ends at an image of its second point, which follows the points in the file with the
-/// velocity and acceleration of its own. Guides are arrays of numbers in the field data, named "guide <kind> <name>",
-/// and so is "gravity". `read_vtp` reads a frame back. Binary, all digits: "appended raw" arrays, each led by its
-/// number of bytes, or by those of its compressed blocks.
+/// and, where points are held, `guide_force` (what guides and supports do to them), with friction `friction_force`;
+/// rods as lines with `tension`, and points without a rod as one vertex cell, so that they are seen too (its tension is
+/// NaN: there is none). A rod with an offset (periodic image) ends at an image of its second point, which follows the
+/// points in the file with the velocity and acceleration of its own. Guides are arrays of numbers in the field data,
+/// named "guide <kind> <name>", and so is "gravity". `read_vtp` reads a frame back. Binary, all digits: "appended raw"
+/// arrays, each led by its number of bytes, or by those of its compressed blocks.
 void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const Frame& frame,
                bool is_compressed = false);
 

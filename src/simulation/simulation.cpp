@@ -300,9 +300,9 @@ struct Simulation::Implementation {
       const Look look(this);
       std::vector<double> at_a(form.size());
       Reactions found = form.no_reactions();
-      const Outcome outcome_there = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                                       {at_a.data(), nullptr, nullptr, &found});
-      if (outcome_there.ok()) form.write_friction(found, tau.data());
+      const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                                {at_a.data(), nullptr, nullptr, &found});
+      if (solved.ok()) form.write_friction(found, tau.data());
     } else {
       form.write_friction(state.reactions, tau.data());
     }

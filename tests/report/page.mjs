@@ -17,6 +17,8 @@ async function tryPage(browser) {
   const begin = await browser.countPixels();
   browser.expect(begin.drawn > 500, `only ${begin.drawn} pixels are drawn`);
   await trySwitches(browser);
+  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child .u-value"), (each) => each.textContent)`);
+  browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);

@@ -37,6 +37,7 @@ export class Charts {
   private plots: uPlot[] = [];
   private watches: ResizeObserver[] = [];
   private time = 0;
+  private index = 0; // of the last step until then
 
   constructor(private host: HTMLElement, private data: PageData, private seek: (time: number) => void) {
     const h = data.history;
@@ -59,11 +60,11 @@ export class Charts {
   stand(time: number): void {
     this.time = time;
     const times = this.data.history.t as number[];
-    let idx = 0;
-    while (idx + 1 < times.length && times[idx + 1] <= time) ++idx;
+    this.index = 0;
+    while (this.index + 1 < times.length && times[this.index + 1] <= time) ++this.index;
     for (const plot of this.plots) {
       plot.redraw(false, false);
-      plot.setLegend({ idx });
+      plot.setLegend({ idx: this.index });
     }
   }
 
@@ -78,7 +79,10 @@ export class Charts {
   }
 
   private fit(plot: uPlot, card: HTMLElement): void {
-    const watch = new ResizeObserver(() => plot.setSize({ width: card.clientWidth - 34, height: 190 }));
+    // Both empty the legend.
+    const tellAgain = () => plot.setLegend({ idx: this.index });
+    const watch = new ResizeObserver(() => { plot.setSize({ width: card.clientWidth - 34, height: 190 }); tellAgain(); });
+    plot.over.addEventListener("mouseleave", () => setTimeout(tellAgain));
     watch.observe(card);
     this.watches.push(watch);
   }
