@@ -58,7 +58,8 @@ typedef struct tn_const_points {
 
 typedef struct tn_options {
   uint32_t size;    /**< sizeof(tn_options) */
-  int32_t threads;  /**< 0: as OpenMP gives; 1: none are started */
+  int32_t threads;  /**< 0: as OpenMP gives, whose threads spin for some milliseconds behind a call unless
+                       OMP_WAIT_POLICY=passive is set; 1: none are started */
   double tolerance; /**< of tn_constrain_positions: |xi|/length that is small enough; 0: rounding, below 1e-13 */
 } tn_options;
 
@@ -179,6 +180,7 @@ TN_API int tn_constrain_velocities(tn_system* system, double dt, tn_const_points
 TN_API int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
                     const tn_wanted* wanted, tn_report* report);
 /** f -= K S^-1 K'M^-1 f: what is left moves no constraint. For minimisers; without masses of their own: all masses 1.
+ * Its virial, stress and multipliers are those of tn_solve with velocities 0.
  */
 TN_API int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report);
 /** The nearest x on the constraints in the M-norm, from anywhere: for starts, before the first forces. */

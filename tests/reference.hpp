@@ -79,7 +79,7 @@ inline Configuration moving(Numbers r, Numbers v, double t) {
   return result;
 }
 
-/// xi of one member, row by row, as the contract of scene files defines it. `start`: the initial positions at t = 0,
+/// xi of one member, row by row, as docs/scene-format.md defines it. `start`: the initial positions at t = 0,
 /// which parameters that are "initial" refer to.
 struct Xi {
   const Configuration &now, &start;

@@ -236,7 +236,7 @@ class TANOR_API Constrainer {
   ConstraintReport solve(const HostState& at);
 
   /// f -= K S^-1 K'M^-1 f: what is left moves no constraint. For minimisers; those whose variables have no masses give
-  /// all points the mass 1.
+  /// all points the mass 1. Its virial, stress and multipliers are those of `solve` with velocities 0.
   ConstraintReport project_forces(ConstPointArray positions, PointArray forces, double time = 0.0);
   /// The nearest positions on the constraints in the M-norm, from anywhere: for starts, before the first forces.
   ConstraintReport project_positions(PointArray positions, double time = 0.0);

@@ -37,6 +37,7 @@ struct MethodTraits {
   bool is_implicit = false;           ///< it solves the equations of a whole step: for stiff systems
   bool serves_friction = false;       ///< contacts with friction may be there
   bool steps_in_coordinates = false;  ///< the others step in positions and project onto the constraints
+  bool is_compared = false;           ///< `tanor error-time` runs it unless others are named
   MethodCost cost{};
 };
 

@@ -58,7 +58,7 @@ struct SolverOptions {
   Form form = Form::Auto;
   LinearSolver linear_solver = LinearSolver::Auto;
   Ordering ordering = Ordering::Auto;
-  int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
+  int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives, which spin for some ms behind a call
   FrictionMethod friction = FrictionMethod::Auto;
   /// Inside the steps of explicit methods the general solver uses a factor of S at several configurations, by conjugate
   /// gradients, where that costs less than a factor each. false: it never does.

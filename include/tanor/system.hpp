@@ -99,9 +99,9 @@ TANOR_API std::string_view kind_name(const Force& force);
 TANOR_API std::string_view kind_name(const Friction& friction);
 TANOR_API std::string_view kind_name(const Coordinates& coordinates);
 
-/// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite
-/// too), positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names used once,
-/// friction at guides. What depends on time is checked at t, the start. Throws InputError with a JSON pointer.
+/// Checks every rule of docs/scene-format.md: sizes, indices, finite numbers (and at most 1e100, so that squares are
+/// finite too), positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names used
+/// once, friction at guides. What depends on time is checked at t, the start. Throws InputError with a JSON pointer.
 TANOR_API void validate(const System& system, double t = 0.0);
 
 }  // namespace tanor

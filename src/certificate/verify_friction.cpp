@@ -18,7 +18,7 @@ template <class Law>
 double magnitude_again(const Law& law, double speed, double normal) {
   return magnitude_of(law, speed, normal);
 }
-// Once more, as the contract of scene files has them: an error in their files shows here.
+// Once more, as docs/scene-format.md has them: an error in their files shows here.
 double magnitude_again(const Coulomb& law, double speed, double normal) {
   const double v0 = law.regularisation.value_or(0.0);
   return law.coefficient * normal * (v0 > 0.0 ? speed / std::sqrt(speed * speed + v0 * v0) : 1.0);

@@ -7,6 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <tanor/error.hpp>
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
@@ -206,6 +209,14 @@ Command describe_check() {
        .examples = {{"tanor check bridge.json", "why does a run complain?"}}});
 }
 
+std::string list_compared_methods() {
+  std::vector<std::string> names;
+  for (const MethodTraits& each : methods()) {
+    if (each.is_compared) names.emplace_back(each.name);
+  }
+  return fmt::format("{}", fmt::join(names, ","));
+}
+
 Command describe_error_time() {
   const auto options = std::make_shared<ErrorTimeOptions>();
   scene::Overrides* over = &options->overrides;
@@ -216,7 +227,7 @@ Command describe_error_time() {
        .text = "Runs the scene with each method at four steps or tolerances, against a finer run of another method.",
        .arguments = {scene_argument(options)},
        .options = {{"--methods", "LIST", list(Word::Methods, &options->methods),
-                    "names between commas; default rattle,rk4,dopri5,dop853,taylor,auto (the scene's own)"},
+                    "names between commas; default " + list_compared_methods() + " (the scene's own)"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
                     "folder of tables and plots; default <name>.out"},
                    {"--reference", "FILE", text(Word::File, &options->reference),

@@ -9,7 +9,7 @@
 #include "cli/command_line.hpp"
 
 /// The one description of the command line: the parser, the help, the completions of shells and the manual pages all
-/// read it. docs/architecture.md, "How to add a command".
+/// read it. docs/contributing.md, "How to add a command".
 namespace tanor::cli {
 
 /// What may stand in a place of the command line. Shells complete it.

@@ -19,16 +19,20 @@ namespace tanor::cli {
 namespace {
 
 std::vector<Method> read_methods(const std::vector<std::string>& names) {
-  if (names.empty()) return {Method::Rattle, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Auto};
-  std::vector<Method> methods;
+  std::vector<Method> result;
+  if (names.empty()) {
+    for (const MethodTraits& each : methods()) {
+      if (each.is_compared) result.push_back(each.method);
+    }
+  }
   for (const std::string& name : names) {
     try {
-      methods.push_back(method_from_name(name));
+      result.push_back(method_from_name(name));
     } catch (const InputError& error) {
       throw InputError("--methods", error.what());
     }
   }
-  return methods;
+  return result;
 }
 
 /// Each once; `auto` is the scene's own: the method that it names, or the one that suits it (stiff: an implicit one).

@@ -29,7 +29,7 @@ class EquationsOfMotion : public Mechanics {
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
   /// Where other processes have parts of the system: the states of their points that equations here need.
-  virtual void fetch_guests(double* /*r*/, double* /*v*/) {}
+  virtual void fetch_guests(double* r, double* v) = 0;
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
   /// eta [3n] of what was found with accelerations at this state, where K stands; of supports: what the constraints do

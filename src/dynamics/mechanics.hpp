@@ -56,8 +56,8 @@ class Mechanics {
 
   /// Of a system that several processes have parts of, the largest number of all and their sum: what is found from
   /// arrays of the state here and decides about a step is asked for by these. Each process asks.
-  virtual double largest(double own) const { return own; }
-  virtual double sum(double own) const { return own; }
+  virtual double largest(double own) = 0;
+  virtual double sum(double own) = 0;
 
   /// Writes the prescribed motion at t into x and v; to be called before anything else is computed at a new t.
   virtual void prescribe(double t, double* x, double* v) = 0;

@@ -56,6 +56,9 @@ class PointForm : public EquationsOfMotion {
   PointTolerances point_tolerances() const final {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
   }
+  double largest(double own) override { return own; }
+  double sum(double own) override { return own; }
+  void fetch_guests(double*, double*) override {}
   void prescribe(double t, double* r, double* v) final { work_.prescribe(t, r, v); }
   std::size_t rank() const final { return work_.rank; }
   Energy energy(double t, const double* r, const double* v) final { return work_.energy(t, r, v); }

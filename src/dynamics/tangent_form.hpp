@@ -25,6 +25,9 @@ class TangentForm final : public EquationsOfMotion {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
   }
 
+  double largest(double own) override { return own; }
+  double sum(double own) override { return own; }
+  void fetch_guests(double*, double*) override {}
   void prescribe(double, double*, double*) override {}
   /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
   Outcome linearise(double, const double*) override { return {}; }

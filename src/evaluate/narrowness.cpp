@@ -8,6 +8,7 @@
 
 #include "base/instruction_sets.hpp"
 #include "evaluate/equal_operations.hpp"
+#include "system/operations.hpp"
 
 namespace tanor {
 
@@ -360,38 +361,10 @@ void Narrowness::evaluate(const double* variables, double* results) const {
   for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
   for (std::size_t i = 0; i < instructions_.size(); ++i) {
     const Instruction& instruction = instructions_[i];
-    const double a = values[static_cast<std::size_t>(instruction.a)];
-    const double b = values[static_cast<std::size_t>(instruction.b)];
-    double& result = values[i];
-    // clang-format off
-    switch (instruction.operation) {
-      case Operation::Variable: break;
-      case Operation::Constant: result = instruction.constant; break;
-      case Operation::Scale: result = instruction.constant * a; break;
-      case Operation::Shift: result = a + instruction.constant; break;
-      case Operation::Add: result = a + b; break;
-      case Operation::Subtract: result = a - b; break;
-      case Operation::Multiply: result = a * b; break;
-      case Operation::Divide: {
-        // Of sinh/cosh, which large arguments would make a quotient of infinities.
-        result = instruction.c > 0 ? std::tanh(values[static_cast<std::size_t>(instruction.c) - 1]) : a / b;
-        break;
-      }
-      case Operation::Sqrt: result = std::sqrt(a); break;
-      case Operation::Exp: result = std::exp(a); break;
-      case Operation::Log: result = std::log(a); break;
-      case Operation::Sin: result = std::sin(a); break;
-      case Operation::Cos: result = std::cos(a); break;
-      case Operation::Sinh: result = std::sinh(a); break;
-      case Operation::Cosh: result = std::cosh(a); break;
-      case Operation::Asin: result = std::asin(a); break;
-      case Operation::Atan: result = std::atan(a); break;
-      case Operation::Atan2: result = std::atan2(a, b); break;
-      case Operation::Abs: result = std::abs(a); break;
-      case Operation::Min: result = std::min(a, b); break;
-      case Operation::Max: result = std::max(a, b); break;
-    }
-    // clang-format on
+    if (instruction.operation == Operation::Variable) continue;
+    // Of sinh/cosh, which large arguments would make a quotient of infinities.
+    const bool is_tanh = instruction.operation == Operation::Divide && instruction.c > 0;
+    values[i] = is_tanh ? std::tanh(values[static_cast<std::size_t>(instruction.c) - 1]) : perform(instruction, values);
   }
   for (std::size_t m = 0; m < results_.size(); ++m) results[m] = values[static_cast<std::size_t>(results_[m])];
 }

@@ -45,7 +45,7 @@ void Extrapolation::follow(const State& before, const State& from, bool follows_
 }
 
 /// The velocity that the constraints allow is not the one that was expected.
-bool Extrapolation::turns_away(const Mechanics& mechanics, const std::vector<double>& found) const {
+bool Extrapolation::turns_away(Mechanics& mechanics, const std::vector<double>& found) const {
   double difference = 0.0, size = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     difference += (found[i] - kept_[i]) * (found[i] - kept_[i]);

@@ -26,7 +26,7 @@ class Extrapolation {
  private:
   void follow(const State& before, const State& from, bool follows_quintic, State* to);
   StepResult stabilize_end(Mechanics& mechanics, const IntegrationOptions& options, const State& from, State* to);
-  bool turns_away(const Mechanics& mechanics, const std::vector<double>& found) const;
+  bool turns_away(Mechanics& mechanics, const std::vector<double>& found) const;
 
   std::vector<double> x_error_, v_error_;
   std::vector<double> kept_;  // positions that a projection may lose, or the velocity that was expected

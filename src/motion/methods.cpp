@@ -32,7 +32,7 @@ std::unique_ptr<Scheme> make_own(const IntegrationOptions& options, Mechanics& m
   return std::make_unique<Own>(options, mechanics);
 }
 
-/// A method is its Scheme, its value of enum Method and one row here (docs/architecture.md, "How to add a method").
+/// A method is its Scheme, its value of enum Method and one row here (docs/contributing.md, "How to add a method").
 struct Row {
   MethodTraits traits;
   MakeScheme make;
@@ -42,23 +42,26 @@ constexpr Row row(MethodTraits traits, const MethodCost& cost, MakeScheme make) 
   return {traits, make};
 }
 constexpr bool fixed = true, adaptive = false, implicitly = true, explicitly = false, with_friction = true,
-               no_friction = false, in_coordinates = true, in_positions = false;
+               no_friction = false, in_coordinates = true, in_positions = false, compared = true;
 constexpr std::array table{
     row({Method::Auto, "auto", "the method that suits the scene; the report says which one and why", 0, adaptive,
-         explicitly, with_friction, in_coordinates},
+         explicitly, with_friction, in_coordinates, compared},
         {}, nullptr),
-    row({Method::Rk4, "rk4", "classical Runge-Kutta method", 4, fixed, explicitly, with_friction, in_coordinates},
+    row({Method::Rk4, "rk4", "classical Runge-Kutta method", 4, fixed, explicitly, with_friction, in_coordinates,
+         compared},
         {4.0, 4.0, 2.0, 70.0}, make_runge_kutta<rk4_tableau>),
     // The seventh stage is the first one of the next step.
-    row({Method::Dopri5, "dopri5", "Dormand & Prince 5(4)", 5, adaptive, explicitly, with_friction, in_coordinates},
+    row({Method::Dopri5, "dopri5", "Dormand & Prince 5(4)", 5, adaptive, explicitly, with_friction, in_coordinates,
+         compared},
         {6.0, 6.0, 6.0, 140.0}, make_runge_kutta<dopri5_tableau>),
-    row({Method::Dop853, "dop853", "Dormand & Prince 8(5,3)", 8, adaptive, explicitly, with_friction, in_coordinates},
+    row({Method::Dop853, "dop853", "Dormand & Prince 8(5,3)", 8, adaptive, explicitly, with_friction, in_coordinates,
+         compared},
         {12.0, 12.0, 6.0, 280.0}, make_runge_kutta<dop853_tableau>),
     row({Method::Taylor, "taylor", "power series in time, as long as the tolerance asks", 0, adaptive, explicitly,
-         no_friction, in_positions},
+         no_friction, in_positions, compared},
         {1.0, 1.0, 6.0, 57.0, 35.0}, make_own<Taylor>),
     row({Method::Rattle, "rattle", "velocity Verlet with constraints; energy does not drift", 2, fixed, explicitly,
-         with_friction, in_positions},
+         with_friction, in_positions, compared},
         {4.0, 1.0, 0.0}, make_rattle),
     row({Method::Rattle4, "rattle4", "five steps of rattle (Suzuki)", 4, fixed, explicitly, with_friction,
          in_positions},

@@ -61,7 +61,7 @@ void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std
 
 }  // namespace
 
-void TurnMeter::note(const Mechanics& mechanics, const State& from, const State& to) {
+void TurnMeter::note(Mechanics& mechanics, const State& from, const State& to) {
   const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
   std::mutex joining;
   step_ = {};
@@ -80,7 +80,7 @@ void TurnMeter::note(const Mechanics& mechanics, const State& from, const State&
 /// Turned by theta in a step, on a circle:
 ///
 ///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
-double TurnMeter::angle(const Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const {
+double TurnMeter::angle(Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const {
   constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
   // While a motion gathers its speed, as from rest, there is none yet to compare with.
   constexpr double gathering = 1.2;

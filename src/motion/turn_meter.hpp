@@ -14,13 +14,13 @@ class TurnMeter {
   };
 
   /// A fixed step was taken.
-  void note(const Mechanics& mechanics, const State& from, const State& to);
+  void note(Mechanics& mechanics, const State& from, const State& to);
 
   /// The largest number of v so far.
   double fastest() const { return fastest_; }
   /// How far the step that was noted last turned the motion, rad, from what the trapezoidal rule misses in it; 0: it
   /// moved too little to tell. `knows_acceleration`: both states have theirs.
-  double angle(const Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const;
+  double angle(Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const;
 
   void exchange_memory(Memory& memory) { memory.exchange(fastest_, before_); }
 

@@ -52,11 +52,19 @@ class Watch {
   std::exception_ptr raised_;
 };
 
+py::bytes to_bytes(const std::vector<std::byte>& saved) {
+  return {reinterpret_cast<const char*>(saved.data()), saved.size()};
+}
+
 /// A Simulation with the description that it was made of.
 class Run {
  public:
-  Run(py::object the_system, const py::object& motion, const py::object& solver, double t_start)
-      : system(std::move(the_system)), simulation_(make(system, motion, solver, t_start)) {}
+  Run(py::object the_system, py::object motion, py::object solver, double t_start)
+      : system(std::move(the_system)),
+        motion_(std::move(motion)),
+        solver_(std::move(solver)),
+        t_start_(t_start),
+        simulation_(make(system, motion_, solver_, t_start)) {}
 
   const py::object system;
 
@@ -67,6 +75,17 @@ class Run {
     return without_lock([&] { return call(simulation_); });
   }
   const Simulation& now() const { return simulation_; }
+  /// What pickle and deepcopy keep: the description and the bytes of `save`.
+  py::tuple state() {
+    const std::vector<std::byte> saved = run([](const Simulation& s) { return s.save(); });
+    return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(saved));
+  }
+  static std::unique_ptr<Run> from_state(const py::tuple& state) {
+    auto result = std::make_unique<Run>(state[0], state[1], state[2], state[3].cast<double>());
+    const auto saved = state[4].cast<std::string>();
+    result->run([&](Simulation& s) { s.restore(std::as_bytes(std::span(saved))); });
+    return result;
+  }
 
   Outcome advance_to(double t_end, const py::object& progress) {
     Watch watch(progress);
@@ -85,6 +104,8 @@ class Run {
     return without_lock([&] { return Simulation(std::move(description), motion_options, solver_options, t_start); });
   }
 
+  py::object motion_, solver_;
+  double t_start_;
   Simulation simulation_;
   Turns turns_;
 };
@@ -101,8 +122,7 @@ std::size_t add_event(Run& self, const py::object& function, const py::object& d
 }
 
 py::bytes save(Run& self) {
-  const std::vector<std::byte> saved = self.run([](const Simulation& s) { return s.save(); });
-  return {reinterpret_cast<const char*>(saved.data()), saved.size()};
+  return to_bytes(self.run([](const Simulation& s) { return s.save(); }));
 }
 
 void restore(Run& self, const std::string& saved) {
@@ -115,7 +135,8 @@ A system on its way through time. The start is made consistent; a numerical fail
 The arrays positions, velocities, ... are views of the state that the start, the last advance_to or restore ended with:
 float64, read-only, and they show the next state after the next call; copy what is to stay.
 
-The interpreter's lock is released while it steps; an object serves one thread at a time.
+The interpreter's lock is released while it steps; an object serves one thread at a time. pickle and copy.deepcopy keep
+what was given and the present state, no events and no passages: copy and original go on with the same bits.
 
 system   a System or a Scene
 motion   MotionOptions; None: those of the scene, or the defaults
@@ -132,6 +153,7 @@ void bind_simulation(py::module_& module) {
   py::class_<Run> type(module, "Simulation", class_doc);
   type.def(py::init<py::object, const py::object&, const py::object&, double>(), arg("system"), arg("motion") = none,
            arg("solver") = none, arg("t_start") = 0.0)
+      .def(py::pickle([](Run& self) { return self.state(); }, &Run::from_state))
       .def("advance_to", &Run::advance_to, arg("t_end"), arg("progress") = none, R"doc(
 Steps to exactly t_end, s, or to an event that stops; after a failure the state is that of the last good step.
 

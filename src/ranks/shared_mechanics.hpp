@@ -27,8 +27,8 @@ class SharedMechanics final : public EquationsOfMotion {
   bool has_work() const override { return has_work_; }
   const Parallel& parallel() const override { return own_.parallel(); }
   PointTolerances point_tolerances() const override { return own_.point_tolerances(); }
-  double largest(double own) const override { return agreement_.largest(own); }
-  double sum(double own) const override { return agreement_.sum(own); }
+  double largest(double own) override { return agreement_.largest(own); }
+  double sum(double own) override { return agreement_.sum(own); }
 
   void prescribe(double t, double* x, double* v) override { own_.prescribe(t, x, v); }
   Outcome linearise(double t, const double* x) override;
@@ -98,7 +98,7 @@ class SharedMechanics final : public EquationsOfMotion {
 
   EquationsOfMotion& own_;
   Ranks& ranks_;
-  mutable Agreement agreement_;
+  Agreement agreement_;
   bool keeps_variables_, has_work_;
   double reciprocal_condition_ = 1.0;  // as the last linearisation left it
   std::size_t own_rank_ = 0, rank_ = 0;

@@ -37,7 +37,7 @@ struct RunEnd {
   std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;
 };
 
-/// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
+/// Writes `directory/summary.json` as docs/scene-format.md has it, and arrays above `largest_inline` points beside it.
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end);
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 

@@ -51,7 +51,7 @@ class Cursor {
     return enum_names<Enum>[choice_index(words)].value;
   }
 
-  /// One of some names. `planned` are names of the contract that this version does not have yet.
+  /// One of some names. `planned` are names that this version does not have yet.
   template <class T>
   T choice(const std::vector<std::pair<std::string_view, T>>& names, std::optional<T> otherwise = {},
            const std::vector<std::string_view>& planned = {}) const {

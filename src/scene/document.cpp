@@ -13,7 +13,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Lists and objects inside one another; the contract has seven.
+/// Lists and objects inside one another; docs/scene-format.md has seven.
 constexpr std::size_t largest_depth = 100;
 
 constexpr Document::Node open_end = std::numeric_limits<Document::Node>::max();

@@ -20,7 +20,7 @@ struct Kind {
   Entry (*read)(const Cursor& entry, const Context& context);
 };
 
-/// Reads {"kind": …}; `planned` are kinds of the contract that this version does not have yet.
+/// Reads {"kind": …}; `planned` are kinds that this version does not have yet.
 template <class Entry>
 Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
                 const std::vector<std::string_view>& planned, const Context& context) {

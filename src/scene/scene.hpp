@@ -15,7 +15,7 @@
 
 namespace tanor::scene {
 
-/// When the certificate is computed ("certificate" of the contract).
+/// When the certificate is computed ("certificate" of docs/scene-format.md).
 struct CertificatePolicy {
   enum class When { Off, Final, Always, Every } when = When::Final;
   int every = 0;  ///< steps, for Every
@@ -36,10 +36,10 @@ struct Scene {
   std::optional<Cell> cell;  ///< periodic box: of the imported file, else of the first pair forces that have one
   SolverOptions solver;
   CertificatePolicy certificate;
-  EquilibriumOptions equilibrium;            ///< without those of `solver`
-  ModesOptions modes;                        ///< without those of `solver`
-  std::vector<std::string> buckling_loads;   ///< names of forces; empty: no load factor is asked for
-  std::vector<std::string> old_names;  ///< that it uses: "/solver/way: its name is linear_solver"
+  EquilibriumOptions equilibrium;           ///< without those of `solver`
+  ModesOptions modes;                       ///< without those of `solver`
+  std::vector<std::string> buckling_loads;  ///< names of forces; empty: no load factor is asked for
+  std::vector<std::string> old_names;       ///< that it uses: "/solver/way: its name is linear_solver"
 };
 
 /// Reads and validates a scene file, with the command line's values over its own. Throws InputError with `where()` =

@@ -13,7 +13,7 @@ namespace tanor::scene {
 /// The files that a run can write its frames to.
 enum class TrajectoryFormat { Xyz, Vtp, Lammps, H5md, Csv, Npz };
 
-/// What is written of a motion ("trajectory", "compression" of the contract).
+/// What is written of a motion ("trajectory", "compression" of docs/scene-format.md).
 struct TrajectoryFormats {
   std::vector<TrajectoryFormat> files{TrajectoryFormat::Xyz, TrajectoryFormat::Vtp};
   bool compression = false;

@@ -10,10 +10,19 @@
 #include <vector>
 
 #include "base/text.hpp"
+#include "ranks/agreement.hpp"
 #include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
 
 namespace tanor {
+
+namespace {
+
+void check_start_time(double t) {
+  if (!std::isfinite(t)) throw InputError("", "t_start = " + text(t) + " is not a time");
+}
+
+}  // namespace
 
 void check_options(const MotionOptions& options) {
   const auto positive = [](const char* where, double value, const char* rule) {
@@ -114,6 +123,19 @@ SolverOptions resolve(SolverOptions solver, const System& system, Method method)
   }
   solver.form = Form::Normal;
   return solver;
+}
+
+void check_together(const Part& part, const System& system, const MotionOptions& options, double t_start) {
+  const auto check = [&]() -> Outcome {
+    check_options(options);
+    check_start_time(t_start);
+    validate(system, t_start);
+    if (traits_of(options.method).is_implicit && !part.is_whole())
+      throw InputError("/motion/method", std::string(name_of(options.method)) + " runs on one rank");
+    return {};
+  };
+  if (part.is_whole()) return (void)check();
+  (void)Agreement(*part.ranks).together(check);
 }
 
 void check_snapshot(const Snapshot& snapshot, std::size_t size) {

@@ -28,24 +28,6 @@ namespace {
 
 constexpr std::uint64_t fingerprint_of_progress = 0;
 
-void check_start_time(double t) {
-  if (!std::isfinite(t)) throw InputError("", "t_start = " + text(t) + " is not a time");
-}
-
-/// What may be wrong with the input of some rank is told by all.
-void check_together(const Part& part, const System& system, const MotionOptions& options, double t_start) {
-  const auto check = [&]() -> Outcome {
-    check_options(options);
-    check_start_time(t_start);
-    validate(system, t_start);
-    if (traits_of(options.method).is_implicit && !part.is_whole())
-      throw InputError("/motion/method", std::string(name_of(options.method)) + " runs on one rank");
-    return {};
-  };
-  if (part.is_whole()) return (void)check();
-  (void)Agreement(*part.ranks).together(check);
-}
-
 /// Where equations reach from rank to rank they have a form of their own.
 Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
   if (part.is_whole() || !part.is_cut()) return {};

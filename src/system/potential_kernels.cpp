@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "system/formula.hpp"
 #include "system/formula_names.hpp"
+#include "system/operations.hpp"
 
 /// \file Energies of tuples as text, and as operations that were taken down.
 namespace tanor {
@@ -25,41 +26,6 @@ struct Recorded {
   template <class T, class Load>
   T evaluate_loading(const Load& load) const;
 };
-
-template <class T>
-T perform(const Expression::Instruction& instruction, const std::vector<T>& values) {
-  using Operation = Expression::Operation;
-  using std::sqrt, std::exp, std::log, std::sin, std::cos, std::sinh, std::cosh, std::asin, std::atan, std::atan2,
-      std::abs, std::min, std::max;
-  const T& a = values[static_cast<std::size_t>(instruction.a)];
-  const T& b = values[static_cast<std::size_t>(instruction.b)];
-  // clang-format off
-  switch (instruction.operation) {
-    case Operation::Variable: break;  // is there already
-    case Operation::Constant: return T(instruction.constant);
-    case Operation::Scale: return instruction.constant * a;
-    case Operation::Shift: return a + T(instruction.constant);
-    case Operation::Add: return a + b;
-    case Operation::Subtract: return a - b;
-    case Operation::Multiply: return a * b;
-    case Operation::Divide: return a / b;
-    case Operation::Sqrt: return sqrt(a);
-    case Operation::Exp: return exp(a);
-    case Operation::Log: return log(a);
-    case Operation::Sin: return sin(a);
-    case Operation::Cos: return cos(a);
-    case Operation::Sinh: return sinh(a);
-    case Operation::Cosh: return cosh(a);
-    case Operation::Asin: return asin(a);
-    case Operation::Atan: return atan(a);
-    case Operation::Atan2: return atan2(a, b);
-    case Operation::Abs: return abs(a);
-    case Operation::Min: return min(a, b);
-    case Operation::Max: return max(a, b);
-  }
-  // clang-format on
-  return T(0.0);
-}
 
 template <class T, class Load>
 T Recorded::evaluate_loading(const Load& load) const {

@@ -94,7 +94,7 @@ TEST(BadSceneTest, EveryCommandNamesTheFileAndThePlace) {
   }
 }
 
-/// One broken rule of the contract and the line that `run` prints behind "tanor: s.json: ".
+/// One broken rule of docs/scene-format.md and the line that `run` prints behind "tanor: s.json: ".
 struct BadScene {
   const char* rule;
   std::string scene, error;

@@ -1,4 +1,4 @@
-/// Consistent starts and projections: nearest in the M-norm, refused where the contract says so.
+/// Consistent starts and projections: nearest in the M-norm, refused where docs/scene-format.md says so.
 
 #include <cmath>
 #include <random>

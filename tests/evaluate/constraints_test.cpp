@@ -337,7 +337,7 @@ TEST_P(ConstraintKind, SecondDefinitionOfTheHouseSaysTheSame) {
   });
 }
 
-/// The gradient is taken point by point: the length of its largest block. Bars of the contract: rod length, radius,
+/// The gradient is taken point by point: the length of its largest block. Bars: rod length, radius,
 /// else the length of the neighbourhood.
 double length_of(const Scene& scene, Eigen::Index row) {
   const Constraint& constraint = scene.system.constraints[0];

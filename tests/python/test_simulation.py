@@ -198,6 +198,18 @@ class Descriptions(unittest.TestCase):
             self.assertTrue(a.advance_to(0.1).ok and b.advance_to(0.1).ok)
             numpy.testing.assert_array_equal(a.positions, b.positions)
 
+    def test_a_simulation_is_kept_on_its_way(self):
+        motion = tanor.MotionOptions(method="taylor", rtol=1e-9)
+        first = tanor.Simulation(hanging_chain(), motion)
+        self.assertTrue(first.advance_to(0.1).ok)
+        for again in (copy.deepcopy(first), pickle.loads(pickle.dumps(first))):
+            self.assertEqual(again.time, 0.1)
+            numpy.testing.assert_array_equal(again.positions, first.positions)
+            beside = tanor.Simulation(hanging_chain(), motion)
+            beside.restore(first.save())
+            self.assertTrue(again.advance_to(0.3).ok and beside.advance_to(0.3).ok)
+            numpy.testing.assert_array_equal(again.positions, beside.positions)
+
     def test_dynamics_answers_as_the_simulation_and_inverse_dynamics_finds_no_control(self):
         system = hanging_chain()
         dynamics = pickle.loads(pickle.dumps(tanor.Dynamics(system)))

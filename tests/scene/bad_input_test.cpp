@@ -5,7 +5,7 @@
 namespace tanor::scene {
 namespace {
 
-/// A scene that breaks one rule of the contract, and the error it gives.
+/// A scene that breaks one rule of docs/scene-format.md, and the error it gives.
 struct BadInput {
   const char* rule;
   std::string scene;

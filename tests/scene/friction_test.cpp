@@ -99,7 +99,7 @@ TEST(Friction, SolverHasAMethodForIt) {
   EXPECT_EQ(method(R"("friction": "enumeration")"), FrictionMethod::Enumeration);
 }
 
-/// One broken rule of the contract.
+/// One broken rule of docs/scene-format.md.
 struct BadFriction {
   const char* rule;
   std::string friction, error;

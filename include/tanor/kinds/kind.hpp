@@ -2,7 +2,7 @@
 
 /// \file
 /// What a kind of constraint, force, friction or coordinates says about itself. Each kind is one file of this folder;
-/// <tanor/kinds.hpp> lists them. docs/architecture.md, "How to add a kind", has the steps.
+/// <tanor/kinds.hpp> lists them. docs/contributing.md, "How to add a kind", has the steps.
 ///
 /// The fields of a kind are plain data: validation, the reader of scene files and the search for moving parts all loop
 /// over them, so nothing else names the kind.
