@@ -22,9 +22,6 @@ namespace {
 
 /// Shifts are tried from the least one on, each so much larger than the one before.
 constexpr double growth_of_shift = 8.0;
-/// Of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that zero modes do not drown
-/// the others' digits.
-constexpr double least_shift = 1e-9;
 /// Modes beyond those that are wanted: the bound below which all are counted finds a gap among them.
 constexpr std::size_t num_guards = 2;
 /// Columns of a block: copies of one mode that are seen at once. Dimensions of the Krylov space beyond twice the modes

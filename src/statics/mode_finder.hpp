@@ -51,6 +51,9 @@ class ModeFinder {
   ModeSet find_some_lowest(double shift, std::size_t count);
 
   static constexpr std::size_t fewest_in_block = 4;
+  /// s of the first search, of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that
+  /// zero modes do not drown the others' digits.
+  static constexpr double least_shift = 1e-9;
 
  private:
   struct Pairs {
