@@ -1,11 +1,15 @@
 #include "statics/block_lanczos.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
+
+#include "statics/tall_products.hpp"
 
 namespace tanor {
 
@@ -21,15 +25,33 @@ struct Orthonormal {
   MatrixXd Q, C, R;
 };
 
-/// Twice is enough, also where columns of x depend on each other: what rounding then puts into Q is orthogonal to V.
+/// R of X = QR by Cholesky's factor of X'X; none where columns of X nearly depend on each other.
+std::optional<MatrixXd> factorize_gram(const MatrixXd& X) {
+  constexpr double least_pivot =
+      1e-4;  // of unit columns: Q is then orthogonal to 1e-8, and a second round does the rest
+  const MatrixXd gram = multiply_transposed(X, X);
+  const VectorXd lengths = gram.diagonal().cwiseSqrt(), inverse = lengths.cwiseInverse();
+  if (!(lengths.array() > 0.0).all() || !inverse.allFinite()) return std::nullopt;
+  const Eigen::LLT<MatrixXd> factor(inverse.asDiagonal() * gram * inverse.asDiagonal());
+  if (factor.info() != Eigen::Success || !(factor.matrixLLT().diagonal().minCoeff() > least_pivot)) return std::nullopt;
+  return MatrixXd(factor.matrixU()) * lengths.asDiagonal();
+}
+
+/// Twice is enough, also where columns of x depend on each other and Householder's reflections part them: what rounding
+/// then puts into Q is orthogonal to V.
 Orthonormal orthonormalise(const Eigen::Ref<const MatrixXd>& V, MatrixXd x) {
   const Rows block = x.cols();
   Orthonormal result{{}, MatrixXd::Zero(V.cols(), block), MatrixXd::Identity(block, block)};
   for (int round = 0; round < 2; ++round) {
-    const MatrixXd part = V.transpose() * x;
-    x.noalias() -= V * part;
-    const Eigen::HouseholderQR<MatrixXd> qr(x);
+    const MatrixXd part = multiply_transposed(V, x);
+    subtract_product(V, part, &x);
     result.C += part * result.R;
+    if (const std::optional<MatrixXd> R = factorize_gram(x)) {
+      result.R = *R * result.R;
+      x = multiply_tall(x, R->triangularView<Eigen::Upper>().solve(MatrixXd::Identity(block, block)));
+      continue;
+    }
+    const Eigen::HouseholderQR<MatrixXd> qr(x);
     result.R = qr.matrixQR().topRows(block).triangularView<Eigen::Upper>() * result.R;
     x = qr.householderQ() * MatrixXd::Identity(x.rows(), block);
   }
@@ -90,6 +112,10 @@ void BlockLanczos::find_ritz_pairs() {
   rotation_ = eigen.eigenvectors().rowwise().reverse();
   values_ = eigen.eigenvalues().reverse();
   residuals_ = (R_ * rotation_.bottomRows(R_.cols())).colwise().norm();
+}
+
+BlockLanczos::Matrix BlockLanczos::vectors(Rows columns) const {
+  return multiply_tall(V_.leftCols(size_), rotation_.leftCols(columns));
 }
 
 Rows BlockLanczos::count_converged(double tolerance) const {

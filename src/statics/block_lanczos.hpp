@@ -27,7 +27,7 @@ class BlockLanczos {
   const Eigen::VectorXd& values() const { return values_; }
   const Eigen::VectorXd& residuals() const { return residuals_; }
   /// The first orthonormal Ritz vectors.
-  Matrix vectors(Eigen::Index columns) const { return V_.leftCols(size_) * rotation_.leftCols(columns); }
+  Matrix vectors(Eigen::Index columns) const;
 
  private:
   void span_everything(Eigen::Index size);

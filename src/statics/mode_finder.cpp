@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "statics/block_lanczos.hpp"
+#include "statics/tall_products.hpp"
 
 namespace tanor {
 
@@ -140,7 +140,7 @@ BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found)
     kkt_.solve_roughly(&y);
     solves_ += static_cast<std::size_t>(y.cols());
     y = root_mass_.asDiagonal() * y;
-    if (before.cols() > 0) y -= before * (before.transpose() * y);
+    if (before.cols() > 0) subtract_product(before, multiply_transposed(before, y), &y);
     return y;
   };
   const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
@@ -204,13 +204,13 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   pairs.multipliers *= scale.asDiagonal();
   const MatrixXd Wx = multiply_by_stiffness(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
-  const MatrixXd stiffness = pairs.x.transpose() * Wx, masses = pairs.x.transpose() * Mx;
+  const MatrixXd stiffness = multiply_transposed(pairs.x, Wx), masses = multiply_transposed(pairs.x, Mx);
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (stiffness + stiffness.transpose()),
                                                                  0.5 * (masses + masses.transpose()));
   const MatrixXd& rotation = eigen.eigenvectors();
-  ModeSet result{{}, eigen.eigenvalues(), pairs.x * rotation, 0.0, solves_};
-  MatrixXd rest = Wx * rotation - (Mx * rotation) * result.omega2.asDiagonal();
-  const MatrixXd multipliers = pairs.multipliers * rotation;
+  ModeSet result{{}, eigen.eigenvalues(), multiply_tall(pairs.x, rotation), 0.0, solves_};
+  MatrixXd rest = multiply_tall(Wx, rotation) - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
+  const MatrixXd multipliers = multiply_tall(pairs.multipliers, rotation);
   const Rows last = std::min(count, static_cast<Rows>(wanted));
   for (Rows j = 0; j < last; ++j) {
     equations_.add_reactions(multipliers.col(j).data(), rest.col(j).data());
