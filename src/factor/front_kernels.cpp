@@ -358,22 +358,25 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
 
 TANOR_EACH_INSTRUCTION_SET
 void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, double* y) {
+                               const double* inverse_pivots, const int* numbers, double* x) {
+  const auto row = [&](std::size_t i) __attribute__((always_inline)) {
+    return x + front_width * static_cast<std::size_t>(numbers[i]);
+  };
   for (std::size_t j = 0; j < columns; j += tile) {
     with_columns(
         columns - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
-          Eight x[count];
+          Eight own[count];
           for (std::size_t q = 0; q < count; ++q) {
-            x[q] = eight_at(y + front_width * (j + q));
-            for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
-            x[q] *= inverse_pivots[j + q];
-            eight_to(y + front_width * (j + q)) = x[q];
+            own[q] = eight_at(row(j + q));
+            for (std::size_t k = 0; k < q; ++k) own[q] -= c[k * stride + j + q] * own[k];
+            own[q] *= inverse_pivots[j + q];
+            eight_to(row(j + q)) = own[q];
           }
           for (std::size_t i = j + count; i < rows; ++i) {
-            Eight sum = eight_at(y + front_width * i);
-            for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * x[q];
-            eight_to(y + front_width * i) = sum;
+            Eight sum = eight_at(row(i));
+            for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * own[q];
+            eight_to(row(i)) = sum;
           }
         });
   }
@@ -381,21 +384,24 @@ void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_
 
 TANOR_EACH_INSTRUCTION_SET
 void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                                const double* inverse_pivots, double* y) {
+                                const double* inverse_pivots, const int* numbers, double* x) {
+  const auto row = [&](std::size_t i) __attribute__((always_inline)) {
+    return x + front_width * static_cast<std::size_t>(numbers[i]);
+  };
   for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
     with_columns(
         end - j, [&](auto count) __attribute__((always_inline)) {
           const double* const c = panel + j * stride;
-          Eight x[count];
-          for (std::size_t q = 0; q < count; ++q) x[q] = eight_at(y + front_width * (j + q));
+          Eight own[count];
+          for (std::size_t q = 0; q < count; ++q) own[q] = eight_at(row(j + q));
           for (std::size_t i = j + count; i < rows; ++i) {
-            const Eight y_i = eight_at(y + front_width * i);
-            for (std::size_t q = 0; q < count; ++q) x[q] -= c[q * stride + i] * y_i;
+            const Eight x_i = eight_at(row(i));
+            for (std::size_t q = 0; q < count; ++q) own[q] -= c[q * stride + i] * x_i;
           }
           for (std::size_t q = count; q-- > 0;) {
-            for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
-            x[q] *= inverse_pivots[j + q];
-            eight_to(y + front_width * (j + q)) = x[q];
+            for (std::size_t k = q + 1; k < count; ++k) own[q] -= c[q * stride + j + k] * own[k];
+            own[q] *= inverse_pivots[j + q];
+            eight_to(row(j + q)) = own[q];
           }
         });
     if (j == 0) return;

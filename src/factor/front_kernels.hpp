@@ -82,10 +82,10 @@ void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride,
 void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
                    double* sums);
 
-/// Both substitutions for eight right-hand sides at once; y [rows, front_width], by rows.
+/// Both substitutions for eight right-hand sides at once: those of row i stand side by side at x[numbers[i]].
 void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, double* y);
+                               const double* inverse_pivots, const int* numbers, double* x);
 void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                                const double* inverse_pivots, double* y);
+                                const double* inverse_pivots, const int* numbers, double* x);
 
 }  // namespace tanor_kernels

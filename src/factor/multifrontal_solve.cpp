@@ -182,36 +182,16 @@ void Multifrontal::substitute(double* x, int threads) {
 }
 
 void Multifrontal::solve_eights(double* x, std::size_t groups) const {
-  constexpr std::size_t width = tanor_kernels::front_width;
-  std::vector<double> y(width * tree_.largest_stride);
-  const auto fetch = [&](const double* from, std::size_t s) {
-    for (std::size_t i = 0; i < tree_.fronts[s].rows; ++i)
-      std::copy_n(from + width * static_cast<std::size_t>(rows_of(s)[i]), width, y.data() + width * i);
-  };
-  const auto put = [&](double* to, std::size_t s, std::size_t rows) {
-    for (std::size_t i = 0; i < rows; ++i)
-      std::copy_n(y.data() + width * i, width, to + width * static_cast<std::size_t>(rows_of(s)[i]));
-  };
   // Columns stand in the order of elimination: children before parents.
-  const std::size_t size = width * pivots_.size();
-  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
+  const std::size_t size = tanor_kernels::front_width * pivots_.size();
+  const auto for_groups = [&](const auto& substitute, std::size_t s) {
     const Front& front = tree_.fronts[s];
-    for (double* own = x; own != x + groups * size; own += size) {
-      fetch(own, s);
-      tanor_kernels::substitute_eight_forwards(front.columns, front.rows, front.stride, panels_.data() + front.panel,
-                                               inverse_pivots_.data() + front.first_column, y.data());
-      put(own, s, front.rows);
-    }
-  }
-  for (std::size_t s = tree_.fronts.size(); s-- > 0;) {
-    const Front& front = tree_.fronts[s];
-    for (double* own = x; own != x + groups * size; own += size) {
-      fetch(own, s);
-      tanor_kernels::substitute_eight_backwards(front.columns, front.rows, front.stride, panels_.data() + front.panel,
-                                                inverse_pivots_.data() + front.first_column, y.data());
-      put(own, s, front.columns);
-    }
-  }
+    for (double* own = x; own != x + groups * size; own += size)
+      substitute(front.columns, front.rows, front.stride, panels_.data() + front.panel,
+                 inverse_pivots_.data() + front.first_column, rows_of(s), own);
+  };
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(tanor_kernels::substitute_eight_forwards, s);
+  for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(tanor_kernels::substitute_eight_backwards, s);
 }
 
 }  // namespace tanor

@@ -1,11 +1,15 @@
 #include "statics/block_lanczos.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
+
+#include "statics/tall_products.hpp"
 
 namespace tanor {
 
@@ -14,20 +18,40 @@ using Rows = Eigen::Index;
 
 namespace {
 
+constexpr int most_restarts = 300;
+
 /// What x becomes orthonormal by: x = V C + Q R, V'Q = 0.
 struct Orthonormal {
   MatrixXd Q, C, R;
 };
 
-/// Twice is enough, also where columns of x depend on each other: what rounding then puts into Q is orthogonal to V.
+/// R of X = QR by Cholesky's factor of X'X; none where columns of X nearly depend on each other.
+std::optional<MatrixXd> factorize_gram(const MatrixXd& X) {
+  constexpr double least_pivot =
+      1e-4;  // of unit columns: Q is then orthogonal to 1e-8, and a second round does the rest
+  const MatrixXd gram = multiply_transposed(X, X);
+  const VectorXd lengths = gram.diagonal().cwiseSqrt(), inverse = lengths.cwiseInverse();
+  if (!(lengths.array() > 0.0).all() || !inverse.allFinite()) return std::nullopt;
+  const Eigen::LLT<MatrixXd> factor(inverse.asDiagonal() * gram * inverse.asDiagonal());
+  if (factor.info() != Eigen::Success || !(factor.matrixLLT().diagonal().minCoeff() > least_pivot)) return std::nullopt;
+  return MatrixXd(factor.matrixU()) * lengths.asDiagonal();
+}
+
+/// Twice is enough, also where columns of x depend on each other and Householder's reflections part them: what rounding
+/// then puts into Q is orthogonal to V.
 Orthonormal orthonormalise(const Eigen::Ref<const MatrixXd>& V, MatrixXd x) {
   const Rows block = x.cols();
   Orthonormal result{{}, MatrixXd::Zero(V.cols(), block), MatrixXd::Identity(block, block)};
   for (int round = 0; round < 2; ++round) {
-    const MatrixXd part = V.transpose() * x;
-    x.noalias() -= V * part;
-    const Eigen::HouseholderQR<MatrixXd> qr(x);
+    const MatrixXd part = multiply_transposed(V, x);
+    subtract_product(V, part, &x);
     result.C += part * result.R;
+    if (const std::optional<MatrixXd> R = factorize_gram(x)) {
+      result.R = *R * result.R;
+      x = multiply_tall(x, R->triangularView<Eigen::Upper>().solve(MatrixXd::Identity(block, block)));
+      continue;
+    }
+    const Eigen::HouseholderQR<MatrixXd> qr(x);
     result.R = qr.matrixQR().topRows(block).triangularView<Eigen::Upper>() * result.R;
     x = qr.householderQ() * MatrixXd::Identity(x.rows(), block);
   }
@@ -35,55 +59,84 @@ Orthonormal orthonormalise(const Eigen::Ref<const MatrixXd>& V, MatrixXd x) {
   return result;
 }
 
-/// Where no full block has room beside the Krylov space, A itself is as small.
-RitzPairs find_in_small_space(const std::function<MatrixXd(const MatrixXd&)>& apply, Rows size, Rows count) {
-  const MatrixXd A = apply(MatrixXd::Identity(size, size));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (A + A.transpose()));
-  return {eigen.eigenvalues().reverse().head(count), eigen.eigenvectors().rowwise().reverse().leftCols(count)};
-}
-
 }  // namespace
 
-RitzPairs find_largest(const std::function<MatrixXd(const MatrixXd&)>& apply, const MatrixXd& start,
-                       const LanczosLimits& limits) {
-  const Rows block = start.cols(), most = std::max(limits.dimension, limits.count + 2 * block);
-  if (start.rows() < most + block) return find_in_small_space(apply, start.rows(), limits.count);
-  MatrixXd V(start.rows(), most), T = MatrixXd::Zero(most, most);
-  V.leftCols(block) = orthonormalise(V.leftCols(0), start).Q;
-  RitzPairs found;
-  Rows size = block;
-  for (int restarts = 0; restarts <= limits.most_restarts;) {
-    // A V = V T + Q R E', where E has the columns of the last block.
-    const Orthonormal next = orthonormalise(V.leftCols(size), apply(V.middleCols(size - block, block)));
-    T.block(0, size - block, size, block) = next.C;
-    T.block(size - block, 0, block, size) = next.C.transpose();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(T.topLeftCorner(size, size));
-    const MatrixXd rotation = eigen.eigenvectors().rowwise().reverse();
-    const VectorXd values = eigen.eigenvalues().reverse();
-    const VectorXd residuals = (next.R * rotation.bottomRows(block)).colwise().norm();
-    // Products know no digit below the rounding of the largest eigenvalue.
-    const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * std::abs(values[0]);
-    Rows converged = 0;
-    while (converged < std::min(size, limits.count) &&
-           residuals[converged] <= std::max(limits.tolerance * std::abs(values[converged]), rounding))
-      ++converged;
-    const bool is_last = restarts == limits.most_restarts && size + block > most;
-    if (converged >= limits.count || is_last)
-      return {values.head(converged), V.leftCols(size) * rotation.leftCols(converged)};
-    if (size + block > most) {
-      // The best vectors, and as many others as a block has, stay.
-      const Rows kept = std::min(limits.count + block, most - block);
-      const MatrixXd best = V.leftCols(size) * rotation.leftCols(kept);
-      V.leftCols(kept) = best;
-      T.setZero();
-      T.diagonal().head(kept) = values.head(kept);
-      size = kept;
-      ++restarts;
-    }
-    V.middleCols(size, block) = next.Q;
-    size += block;
+BlockLanczos::BlockLanczos(std::function<Matrix(const Matrix&)> apply, const Matrix& start, Rows count, Rows dimension)
+    : apply_(std::move(apply)), count_(count), block_(start.cols()) {
+  const Rows most = std::max(dimension, count + 2 * block_);
+  if (start.rows() < most + block_) {
+    // No full block has room beside the Krylov space: A itself is as small.
+    span_everything(start.rows());
+    return;
   }
-  return found;
+  V_.resize(start.rows(), most);
+  T_ = Matrix::Zero(most, most);
+  next_ = orthonormalise(V_.leftCols(0), start).Q;
+  extend();
+}
+
+void BlockLanczos::span_everything(Rows size) {
+  V_ = Matrix::Identity(size, size);
+  T_ = apply_(V_);
+  T_ = 0.5 * (T_ + T_.transpose()).eval();
+  R_ = Matrix::Zero(block_, block_);
+  size_ = size;
+  find_ritz_pairs();
+}
+
+/// Appends the next block to the space, and finds the one behind it.
+void BlockLanczos::extend() {
+  V_.middleCols(size_, block_) = next_;
+  size_ += block_;
+  Orthonormal next = orthonormalise(V_.leftCols(size_), apply_(next_));
+  T_.block(0, size_ - block_, size_, block_) = next.C;
+  T_.block(size_ - block_, 0, block_, size_) = next.C.transpose();
+  next_ = std::move(next.Q);
+  R_ = std::move(next.R);
+  find_ritz_pairs();
+}
+
+/// The best vectors, and as many others as a block has, stay.
+void BlockLanczos::restart() {
+  const Rows kept = std::min(count_ + block_, V_.cols() - block_);
+  const Matrix best = vectors(kept);
+  V_.leftCols(kept) = best;
+  T_.setZero();
+  T_.diagonal().head(kept) = values_.head(kept);
+  size_ = kept;
+  ++restarts_;
+}
+
+void BlockLanczos::find_ritz_pairs() {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(T_.topLeftCorner(size_, size_));
+  rotation_ = eigen.eigenvectors().rowwise().reverse();
+  values_ = eigen.eigenvalues().reverse();
+  residuals_ = (R_ * rotation_.bottomRows(R_.cols())).colwise().norm();
+}
+
+BlockLanczos::Matrix BlockLanczos::vectors(Rows columns) const {
+  return multiply_tall(V_.leftCols(size_), rotation_.leftCols(columns));
+}
+
+Rows BlockLanczos::count_converged(double tolerance) const {
+  // Products know no digit below the rounding of the largest eigenvalue.
+  const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * std::abs(values_[0]);
+  Rows result = 0;
+  while (result < std::min(size_, count_) &&
+         residuals_[result] <= std::max(tolerance * std::abs(values_[result]), rounding))
+    ++result;
+  return result;
+}
+
+bool BlockLanczos::run(double tolerance) {
+  while ((converged_ = count_converged(tolerance)) < count_) {
+    if (size_ + block_ > V_.cols()) {
+      if (restarts_ == most_restarts) return false;
+      restart();
+    }
+    extend();
+  }
+  return true;
 }
 
 }  // namespace tanor

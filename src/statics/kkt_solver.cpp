@@ -245,7 +245,7 @@ void KktSolver::apply_transposed(const MatrixXd& x, MatrixXd* rows) const {
 }
 
 /// One round: x = A^-1(a + K(Cb - y)) with y by conjugate gradients, which C preconditions, each column for itself.
-void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y) {
+void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y, double enough) {
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   const Eigen::Index columns = x->cols();
   // x = A^-1 (a + K C b), residual = K'x - b
@@ -257,7 +257,6 @@ void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y) {
   y->setZero();
 
   constexpr int most_steps = 12;
-  constexpr double enough = 1e-24;  // of squares
   direction_.setZero(y->rows(), columns);
   VectorXd now(columns), before(columns), first(columns);
   std::vector<char> is_done(static_cast<std::size_t>(columns), 0);
@@ -307,18 +306,18 @@ void KktSolver::solve_roughly(MatrixXd* x) {
 
 double KktSolver::solve(double* x, double* y, int refinements) {
   return solve(Eigen::Map<MatrixXd>(x, static_cast<Eigen::Index>(equations_.size()), 1),
-               Eigen::Map<MatrixXd>(y, static_cast<Eigen::Index>(penalties_.size()), 1), refinements);
+               Eigen::Map<MatrixXd>(y, static_cast<Eigen::Index>(penalties_.size()), 1), {.refinements = refinements});
 }
 
-double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, int refinements) {
+double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, Accuracy accuracy) {
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   const MatrixXd given = x, rows_given = C.cwiseSign().asDiagonal() * y;
   MatrixXd dx = given, dy = y;
   x.setZero();
   y.setZero();
   double residual = 1.0, rows_before = largest(rows_given);
-  for (int round = 0; round < refinements; ++round) {
-    solve_shifted(&dx, &dy);
+  for (int round = 0; round < accuracy.refinements; ++round) {
+    solve_shifted(&dx, &dy, accuracy.of_rows);
     x += dx;
     y += dy;
     // a - (W + s M) x - K y, and b - K'x

@@ -27,11 +27,15 @@ class KktSolver {
   /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
   /// Z'WZ q = omega^2 Z'MZ q is at or below -s, and there is no factor.
   [[nodiscard]] bool factorize(double shift);
+  struct Accuracy {
+    int refinements = 3;     ///< how often the whole system is asked
+    double of_rows = 1e-24;  ///< of the squares of K'x - b, at which conjugate gradients leave the rest to the next one
+  };
   /// x [size()] := a, y [rows of the model] := b on entry; the solution on return. Returns the residual of forces over
-  /// the largest force among a and the terms that it balances. `refinements`: how often the whole system is asked.
+  /// the largest force among a and the terms that it balances.
   double solve(double* x, double* y, int refinements = 3);
   /// The same of many right-hand sides at once, x [size(), columns] and y [rows, columns]; the worst residual.
-  double solve(Eigen::Ref<Eigen::MatrixXd> x, Eigen::Ref<Eigen::MatrixXd> y, int refinements);
+  double solve(Eigen::Ref<Eigen::MatrixXd> x, Eigen::Ref<Eigen::MatrixXd> y, Accuracy accuracy);
   /// x := (A^-1 - A^-1 K C K'A^-1) x by columns: what `solve` gives where b = 0, but for the square of W over C, 1e-10.
   /// It is symmetric, as Lanczos' method wants it.
   void solve_roughly(Eigen::MatrixXd* x);
@@ -54,7 +58,7 @@ class KktSolver {
   void assemble(double shift);
   void expand(double* values) const;
   void find_penalties(double shift);
-  void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y);
+  void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double enough);
   void apply_inverse(Eigen::MatrixXd* x);
   void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
   void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;

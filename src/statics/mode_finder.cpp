@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "statics/block_lanczos.hpp"
+#include "statics/tall_products.hpp"
 
 namespace tanor {
 
@@ -22,9 +22,6 @@ namespace {
 
 /// Shifts are tried from the least one on, each so much larger than the one before.
 constexpr double growth_of_shift = 8.0;
-/// Of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that zero modes do not drown
-/// the others' digits.
-constexpr double least_shift = 1e-9;
 /// Modes beyond those that are wanted: the bound below which all are counted finds a gap among them.
 constexpr std::size_t num_guards = 2;
 /// Columns of a block: copies of one mode that are seen at once. Dimensions of the Krylov space beyond twice the modes
@@ -33,10 +30,16 @@ constexpr std::size_t most_in_block = 32;
 constexpr Rows spare_blocks = 5;
 /// Lanczos' method, and inverse iterations on all modes together after it, go on to such a part of the tolerance:
 /// beside a large shift, eigenvalues of the inverse lie close together, and shapes have fewer digits than they.
-constexpr double part_of_tolerance = 1e-2;
+constexpr double part_of_tolerance = 0.1;
 constexpr int most_refinements = 8;
-/// Rounds of a solve with the KKT matrix: of moves of any kind, and of modes, which inverse iteration refines besides.
-constexpr int full_refinements = 3, mode_refinements = 2;
+/// Where Lanczos' method may leave the rest to inverse iteration next to the lowest modes: Ritz values then have the
+/// square of it.
+constexpr double rough_tolerance = 3e-3;
+/// Products of Lanczos' method that an inverse iteration takes as long as.
+constexpr double cost_of_inverse_iteration = 2.0;
+/// Rounds of a solve with the KKT matrix, and squares of K'x that are left by each: of moves of any kind, and of modes,
+/// which inverse iteration refines besides.
+constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-9};
 /// A gap this much larger than omega^2 + s tells two modes apart for certain: where constraints are penalties of 1e5,
 /// the second factor knows omega^2 to 1e-5 …
 constexpr double clear_gap = 1e-3;
@@ -86,10 +89,10 @@ bool ModeFinder::factorize_below_all(double first_shift) {
 }
 
 /// (W + s M) x + K mu = forces, K'x = 0
-ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, int refinements) {
+ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, KktSolver::Accuracy accuracy) {
   MatrixXd none = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), forces.cols());
   Pairs result{std::move(forces), std::move(none)};
-  kkt_.solve(result.x, result.multipliers, refinements);
+  kkt_.solve(result.x, result.multipliers, accuracy);
   solves_ += static_cast<std::size_t>(result.x.cols());
   return result;
 }
@@ -108,7 +111,7 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
   // With W + s M near a multiple of M, solutions are almost projections: of random vectors they span all that can move.
   if (!factorize_below_all(10.0 * scale_)) return std::nullopt;
   const MatrixXd moves =
-      root_mass_.asDiagonal() * solve(mass_.asDiagonal() * random_matrix(mass_.size(), s, 1), full_refinements).x;
+      root_mass_.asDiagonal() * solve(mass_.asDiagonal() * random_matrix(mass_.size(), s, 1), of_moves).x;
   const Eigen::HouseholderQR<MatrixXd> qr(moves);
   return root_mass_.cwiseInverse().asDiagonal() * (qr.householderQ() * MatrixXd::Identity(mass_.size(), s));
 }
@@ -129,27 +132,62 @@ ModeSet ModeFinder::find_all() {
 
 // ---- many freedoms ----
 
-/// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls.
-MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
-  const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
-  count = std::min(count, left);
-  if (count == 0) return MatrixXd(mass_.size(), 0);
+/// Of the `count` lowest modes that are M-orthogonal to those `found`, by the factor that stands.
+BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found) {
   // y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what was found before
-  const MatrixXd before = root_mass_.asDiagonal() * found;
-  const auto apply = [&](const MatrixXd& x) {
+  const auto apply = [this, before = MatrixXd(root_mass_.asDiagonal() * found)](const MatrixXd& x) {
     MatrixXd y = root_mass_.asDiagonal() * x;
     kkt_.solve_roughly(&y);
     solves_ += static_cast<std::size_t>(y.cols());
     y = root_mass_.asDiagonal() * y;
-    y -= before * (before.transpose() * y);
+    if (before.cols() > 0) subtract_product(before, multiply_transposed(before, y), &y);
     return y;
   };
+  const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
   const auto block = static_cast<Rows>(std::min(std::clamp(count, fewest_in_block, most_in_block), left));
   const MatrixXd start = random_matrix(mass_.size(), block, static_cast<unsigned>(2 + found.cols()));
   const auto wanted = static_cast<Rows>(count);
-  return root_mass_.cwiseInverse().asDiagonal() *
-         find_largest(apply, apply(start), {wanted, 2 * wanted + spare_blocks * block, part_of_tolerance * tolerance})
-             .vectors;
+  return BlockLanczos(apply, apply(start), wanted, 2 * wanted + spare_blocks * block);
+}
+
+/// Moves the shift next to the lowest omega^2 where inverse iteration then gains more than Lanczos' method does as it
+/// stands, and a factor says that none lies below.
+bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
+  const Rows count = lanczos.converged();
+  const auto omega2 = [&](Rows k) { return 1.0 / lanczos.values()[k] - shift_; };
+  if (lanczos.values().size() <= count || !(lanczos.values()[count] > 0.0)) return false;
+  const double residual = lanczos.residuals().head(count).cwiseQuotient(lanczos.values().head(count)).maxCoeff();
+  const double to_gain = std::log(residual / tolerance);
+  // The error falls by that of a Chebyshev polynomial, by the ratio of two distances from the shift.
+  const double stretch = 2.0 * lanczos.values()[count - 1] / lanczos.values()[count] - 1.0;
+  const double steps_now = to_gain / std::acosh(stretch);
+  const double lowest = omega2(0);
+  const double nearest =
+      lowest - std::max(0.25 * clear_gap * (std::abs(lowest) + std::abs(shift_)), least_gap * scale_);
+  const double steps_then = to_gain / std::log((omega2(count) - nearest) / (omega2(count - 1) - nearest));
+  if (!(cost_of_inverse_iteration * std::ceil(steps_then) < steps_now)) return false;
+  if (kkt_.factorize(-nearest)) {
+    shift_ = -nearest;
+    return true;
+  }
+  (void)kkt_.factorize(shift_);
+  return false;
+}
+
+/// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls.
+MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
+  count = std::min(count, freedoms_ - static_cast<std::size_t>(found.cols()));
+  if (count == 0) return MatrixXd(mass_.size(), 0);
+  BlockLanczos lanczos = start_lanczos(count, found);
+  (void)lanczos.run(tolerance);
+  return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
+}
+
+/// The `count` lowest modes as starts of inverse iteration, with the factor of the shift that suits it.
+MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
+  BlockLanczos lanczos = start_lanczos(count, MatrixXd(mass_.size(), 0));
+  if (!lanczos.run(rough_tolerance) || !move_shift(lanczos, tolerance)) (void)lanczos.run(tolerance);
+  return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
 }
 
 double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
@@ -166,13 +204,13 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   pairs.multipliers *= scale.asDiagonal();
   const MatrixXd Wx = multiply_by_stiffness(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
-  const MatrixXd stiffness = pairs.x.transpose() * Wx, masses = pairs.x.transpose() * Mx;
+  const MatrixXd stiffness = multiply_transposed(pairs.x, Wx), masses = multiply_transposed(pairs.x, Mx);
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (stiffness + stiffness.transpose()),
                                                                  0.5 * (masses + masses.transpose()));
   const MatrixXd& rotation = eigen.eigenvectors();
-  ModeSet result{{}, eigen.eigenvalues(), pairs.x * rotation, 0.0, solves_};
-  MatrixXd rest = Wx * rotation - (Mx * rotation) * result.omega2.asDiagonal();
-  const MatrixXd multipliers = pairs.multipliers * rotation;
+  ModeSet result{{}, eigen.eigenvalues(), multiply_tall(pairs.x, rotation), 0.0, solves_};
+  MatrixXd rest = multiply_tall(Wx, rotation) - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
+  const MatrixXd multipliers = multiply_tall(pairs.multipliers, rotation);
   const Rows last = std::min(count, static_cast<Rows>(wanted));
   for (Rows j = 0; j < last; ++j) {
     equations_.add_reactions(multipliers.col(j).data(), rest.col(j).data());
@@ -187,7 +225,7 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
 ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted, double tolerance) {
   ModeSet best;
   for (int k = 0; k < most_refinements; ++k) {
-    ModeSet next = rotate(solve(mass_.asDiagonal() * x, mode_refinements), wanted);
+    ModeSet next = rotate(solve(mass_.asDiagonal() * x, of_modes), wanted);
     const bool is_better = k == 0 || next.residual < 0.8 * best.residual;
     if (k == 0 || next.residual < best.residual) best = std::move(next);
     if (!is_better || best.residual <= part_of_tolerance * tolerance) break;
@@ -198,7 +236,7 @@ ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted, double tolerance) {
 
 /// A number between the omega^2 of two modes that stand clearly apart, at or behind the last one that is wanted.
 ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t count) const {
-  const auto apart = [&](double value) { return std::abs(value) + shift_; };
+  const auto apart = [&](double value) { return std::abs(value) + std::abs(shift_); };
   const double least = least_gap * scale_;
   double widest = clear_gap;
   Bound bound;
@@ -217,15 +255,17 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
 }
 
 ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
-  constexpr double tolerance = 1e-8;  // Rayleigh quotients have the square of it
+  constexpr double tolerance = 1e-10;  // Rayleigh quotients have the square of it
   shift_ = shift;
   MatrixXd found = run_lanczos(std::min(count, freedoms_), tolerance, MatrixXd(mass_.size(), 0));
   MatrixXd no_multipliers = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols());
   return rotate({std::move(found), std::move(no_multipliers)}, 0);
 }
 
-/// Where none is expected below, a Cholesky factor by fronts says so sooner than the pivots do.
+/// Where none is expected below, a Cholesky factor by fronts says so sooner than the pivots do, and the one that stands
+/// may have said so.
 std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
+  if (bound.modes == 0 && bound.omega2 <= -shift_) return 0;
   if (bound.modes == 0 && kkt_.factorize(-bound.omega2)) return 0;
   if (bound.modes == 0 && !kkt_.factorize(shift_)) return std::nullopt;
   return kkt_.count_below(bound.omega2);
@@ -235,7 +275,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
   if (!factorize_below_all(least_shift * scale_))
     return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   const MatrixXd none(mass_.size(), 0);
-  MatrixXd found = run_lanczos(std::min(count + num_guards, freedoms_), tolerance, none);
+  MatrixXd found = find_starts(std::min(count + num_guards, freedoms_), part_of_tolerance * tolerance);
   std::size_t searches = 0;
   while (static_cast<std::size_t>(found.cols()) >= count) {
     ModeSet modes = refine(std::move(found), count, tolerance);
@@ -244,8 +284,9 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     const std::optional<std::size_t> counted = count_below(bound);
     const std::size_t below = counted.value_or(bound.modes + 1);
     const std::size_t missing = below > bound.modes ? std::min(below - bound.modes, count) : 0;
-    const MatrixXd more =
-        missing > 0 && searches < most_searches ? run_lanczos(missing, tolerance, modes.shapes) : none;
+    const MatrixXd more = missing > 0 && searches < most_searches
+                              ? run_lanczos(missing, part_of_tolerance * tolerance, modes.shapes)
+                              : none;
     ++searches;
     const bool finds_none = more.cols() > 0 && lowest_rayleigh_quotient(more) > bound.omega2;
     if (missing > 0 && (more.cols() == 0 || (finds_none && counted)))

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "statics/block_lanczos.hpp"
 #include "statics/equilibrium_equations.hpp"
 #include "statics/kkt_solver.hpp"
 
@@ -40,15 +41,19 @@ class ModeFinder {
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///
-  /// with -s just below the lowest omega^2. That none is missing, one of several equal ones for instance, is proven by
-  /// the number of negative pivots of a second factor (Sylvester's law of inertia); those that are missing are then
-  /// sought among what is orthogonal to the modes that were found.
+  /// with -s below the lowest omega^2, and inverse iteration, for which -s moves next to it where that pays. That none
+  /// is missing, one of several equal ones for instance, is proven by the number of negative pivots of a second factor
+  /// (Sylvester's law of inertia); those that are missing are then sought among what is orthogonal to the modes that
+  /// were found.
   ModeSet find_lowest(std::size_t count, double tolerance);
   /// Some of the lowest, uncounted, with the factor that stands, of the shift s; of copies it sees as many as a block
   /// has columns. Fewer than `count` where Lanczos' method stalls.
   ModeSet find_some_lowest(double shift, std::size_t count);
 
   static constexpr std::size_t fewest_in_block = 4;
+  /// s of the first search, of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that
+  /// zero modes do not drown the others' digits.
+  static constexpr double least_shift = 1e-9;
 
  private:
   struct Pairs {
@@ -57,8 +62,11 @@ class ModeFinder {
 
   bool factorize_below_all(double first_shift);
   void find_stiffness_scale();
-  Pairs solve(Eigen::MatrixXd forces, int refinements);
+  Pairs solve(Eigen::MatrixXd forces, KktSolver::Accuracy accuracy);
   Eigen::MatrixXd multiply_by_stiffness(const Eigen::MatrixXd& x) const;
+  BlockLanczos start_lanczos(std::size_t count, const Eigen::MatrixXd& found);
+  bool move_shift(const BlockLanczos& lanczos, double tolerance);
+  Eigen::MatrixXd find_starts(std::size_t count, double tolerance);
   Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
   ModeSet refine(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   ModeSet rotate(Pairs pairs, std::size_t wanted) const;

@@ -247,14 +247,18 @@ RC_GTEST_PROP(BlockLanczos, FindsTheLargestEigenvaluesHoweverManyAreEqual, ()) {
   for (Index k = 0; k < size; ++k) values[k] = 1.0 / (1.0 + static_cast<double>(k / copies));
   const MatrixXd A = Q * values.asDiagonal() * Q.transpose();
 
-  const RitzPairs found = find_largest([&](const MatrixXd& x) -> MatrixXd { return A * x; }, any.leftCols(block),
-                                       {.count = count, .dimension = 2 * count + block, .tolerance = 1e-12});
+  BlockLanczos lanczos([&](const MatrixXd& x) -> MatrixXd { return A * x; }, any.leftCols(block), count,
+                       2 * count + block);
 
-  RC_ASSERT(found.values.size() == count);
-  RC_ASSERT((found.values - values.head(count)).cwiseAbs().maxCoeff() < 1e-11);
-  RC_ASSERT((A * found.vectors - found.vectors * found.values.asDiagonal()).cwiseAbs().maxCoeff() < 1e-10);
-  RC_ASSERT((found.vectors.transpose() * found.vectors - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() <
-            1e-12);
+  RC_ASSERT(lanczos.run(1e-2));  // and goes on from there
+  RC_ASSERT(lanczos.run(1e-12));
+
+  RC_ASSERT(lanczos.converged() == count);
+  const VectorXd found = lanczos.values().head(count);
+  const MatrixXd vectors = lanczos.vectors(count);
+  RC_ASSERT((found - values.head(count)).cwiseAbs().maxCoeff() < 1e-11);
+  RC_ASSERT((A * vectors - vectors * found.asDiagonal()).cwiseAbs().maxCoeff() < 1e-10);
+  RC_ASSERT((vectors.transpose() * vectors - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() < 1e-12);
 }
 
 }  // namespace

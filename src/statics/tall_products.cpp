@@ -1,0 +1,148 @@
+#include "statics/tall_products.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <type_traits>
+
+#include "base/eight.hpp"
+#include "base/instruction_sets.hpp"
+
+namespace tanor_kernels {
+
+namespace {
+
+using tanor::Eight, tanor::eight_at, tanor::eight_to, tanor::num_lanes;
+
+constexpr std::size_t tile = 4;      // columns of each factor that are worked on at once
+constexpr std::size_t height = 512;  // rows of all columns in the second cache
+
+/// A matrix by columns, which stand `stride` numbers apart.
+template <class Number>
+struct Columns {
+  Number* numbers;
+  std::size_t columns, stride;
+  Number* at(std::size_t i, std::size_t j) const { return numbers + j * stride + i; }
+};
+
+[[gnu::always_inline]] inline double sum_of(const Eight& s) {
+  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+
+/// Calls body<width>(j) for all columns, `tile` at once and then one by one.
+template <class Body>
+[[gnu::always_inline]] inline void for_tiles(std::size_t columns, const Body& body) {
+  std::size_t j = 0;
+  for (; j + tile <= columns; j += tile) body(std::integral_constant<std::size_t, tile>{}, j);
+  for (; j < columns; ++j) body(std::integral_constant<std::size_t, 1>{}, j);
+}
+
+/// c_pq += sum over `rows` of a_ip b_iq
+template <std::size_t wide, std::size_t broad>
+[[gnu::always_inline]] inline void add_dots(std::size_t rows, const Columns<const double>& a,
+                                            const Columns<const double>& b, std::size_t i, const Columns<double>& c,
+                                            std::size_t p, std::size_t q) {
+  Eight sum[wide][broad]{};
+  const std::size_t end = i + rows;
+  for (; i + num_lanes <= end; i += num_lanes) {
+    Eight b_i[broad];
+    for (std::size_t y = 0; y < broad; ++y) b_i[y] = eight_at(b.at(i, q + y));
+    for (std::size_t x = 0; x < wide; ++x) {
+      const Eight a_i = eight_at(a.at(i, p + x));
+      for (std::size_t y = 0; y < broad; ++y) sum[x][y] += a_i * b_i[y];
+    }
+  }
+  for (std::size_t x = 0; x < wide; ++x) {
+    for (std::size_t y = 0; y < broad; ++y) {
+      double rest = sum_of(sum[x][y]);
+      for (std::size_t k = i; k < end; ++k) rest += *a.at(k, p + x) * *b.at(k, q + y);
+      *c.at(p + x, q + y) += rest;
+    }
+  }
+}
+
+/// b_iq -= sum over k of a_ik c_kq, in `lanes` x 8 rows from the i-th on.
+template <std::size_t lanes, std::size_t broad>
+[[gnu::always_inline]] inline void subtract_rows(const Columns<const double>& a, const Columns<const double>& c,
+                                                 const Columns<double>& b, std::size_t i, std::size_t q) {
+  Eight sum[broad][lanes];
+  for (std::size_t y = 0; y < broad; ++y) {
+    for (std::size_t x = 0; x < lanes; ++x) sum[y][x] = eight_at(b.at(i + num_lanes * x, q + y));
+  }
+  for (std::size_t k = 0; k < a.columns; ++k) {
+    Eight a_k[lanes];
+    for (std::size_t x = 0; x < lanes; ++x) a_k[x] = eight_at(a.at(i + num_lanes * x, k));
+    for (std::size_t y = 0; y < broad; ++y) {
+      for (std::size_t x = 0; x < lanes; ++x) sum[y][x] -= *c.at(k, q + y) * a_k[x];
+    }
+  }
+  for (std::size_t y = 0; y < broad; ++y) {
+    for (std::size_t x = 0; x < lanes; ++x) eight_to(b.at(i + num_lanes * x, q + y)) = sum[y][x];
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add_transposed_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& b,
+                            const Columns<double>& c) {
+  for (std::size_t i = 0; i < rows; i += height) {
+    const std::size_t some = std::min(height, rows - i);
+    for_tiles(
+        a.columns, [&](auto wide, std::size_t p) __attribute__((always_inline)) {
+          for_tiles(
+              b.columns, [&](auto broad, std::size_t q)
+                             __attribute__((always_inline)) { add_dots<wide, broad>(some, a, b, i, c, p, q); });
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void subtract_tall_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& c,
+                           const Columns<double>& b) {
+  for (std::size_t first = 0; first < rows; first += height) {
+    const std::size_t end = std::min(rows, first + height);
+    for_tiles(
+        b.columns, [&](auto broad, std::size_t q) __attribute__((always_inline)) {
+          std::size_t i = first;
+          for (; i + 2 * num_lanes <= end; i += 2 * num_lanes) subtract_rows<2, broad>(a, c, b, i, q);
+          for (; i + num_lanes <= end; i += num_lanes) subtract_rows<1, broad>(a, c, b, i, q);
+          for (; i < end; ++i) {
+            for (std::size_t y = 0; y < broad; ++y) {
+              for (std::size_t k = 0; k < a.columns; ++k) *b.at(i, q + y) -= *a.at(i, k) * *c.at(k, q + y);
+            }
+          }
+        });
+  }
+}
+
+Columns<const double> columns_of(const tanor::TallMatrix& A) {
+  return {A.data(), static_cast<std::size_t>(A.cols()), static_cast<std::size_t>(A.outerStride())};
+}
+Columns<double> columns_of(Eigen::MatrixXd* A) {
+  return {A->data(), static_cast<std::size_t>(A->cols()), static_cast<std::size_t>(A->rows())};
+}
+
+}  // namespace
+
+}  // namespace tanor_kernels
+
+namespace tanor {
+
+using Eigen::MatrixXd, tanor_kernels::columns_of;
+
+MatrixXd multiply_transposed(const TallMatrix& A, const TallMatrix& B) {
+  MatrixXd result = MatrixXd::Zero(A.cols(), B.cols());
+  tanor_kernels::add_transposed_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(B),
+                                        columns_of(&result));
+  return result;
+}
+
+MatrixXd multiply_tall(const TallMatrix& A, const MatrixXd& C) {
+  MatrixXd result = MatrixXd::Zero(A.rows(), C.cols());
+  subtract_product(A, -C, &result);
+  return result;
+}
+
+void subtract_product(const TallMatrix& A, const MatrixXd& C, MatrixXd* B) {
+  tanor_kernels::subtract_tall_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(C), columns_of(B));
+}
+
+}  // namespace tanor
