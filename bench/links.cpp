@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -115,12 +114,6 @@ System make_links() {
   while (num_links - all.num_rods() > 2 * side * (side - 1)) all.add_net(side);
   all.add_chain(static_cast<int>(num_links - all.num_rods()));
   return all.finish();
-}
-
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Steps in tens; what is between them does not count.

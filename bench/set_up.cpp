@@ -65,6 +65,7 @@ System make(const std::string& name) {
     System net = make("net 300");
     net.velocities.clear();
     net.supports = {{"corners", {0, 299}, {}}};
+    net.velocities.clear();
     net.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
     return net;
   }
@@ -84,10 +85,12 @@ std::string measure(const Row& row) {
   motion.start = StartMode::Project;
   motion.step = 1e-5;
   std::unique_ptr<Simulation> simulation;
+  const double processor_before = processor_seconds();
   const double seconds = seconds_of([&] {
     simulation = std::make_unique<Simulation>(std::move(system), motion,
                                               SolverOptions{.linear_solver = row.solver, .threads = 1});
   });
+  const double processor = processor_seconds() - processor_before;
   const auto check = [&](const Outcome& outcome) {
     if (!outcome.ok()) throw std::runtime_error(row.scene + ": " + outcome.what);
   };
@@ -103,8 +106,10 @@ std::string measure(const Row& row) {
   const double bytes = (resident_bytes("VmRSS") - before) / members;
   return fmt::format(
       R"({{"scene": "{}", "method": "{}", "linear_solver": "{}", "members": {:.0f}, "seconds": {:.3f}, "bar": {:g}, )"
+      R"("processor_seconds": {:.3f}, )"
       R"("bytes": {:.0f}, "most_resident": {:.4g}}})",
-      row.scene, name_of(row.method), plan.linear_solver(), members, seconds, row.bar, bytes, resident_bytes("VmHWM"));
+      row.scene, name_of(row.method), plan.linear_solver(), members, seconds, row.bar, processor, bytes,
+      resident_bytes("VmHWM"));
 }
 
 /// measure(row) in a process of its own: what others left in memory is not counted.

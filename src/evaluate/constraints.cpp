@@ -78,14 +78,17 @@ struct Builder {
   Builder(const System& s, const Numbering& n, double start)
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
     std::vector<Member> member_of_row(numbering.num_rows(), {-1, -1, -1});  // with this first row
+    std::vector<std::size_t> counts(members_of_kind.size());
     std::size_t counter = 0;
     for (std::size_t g = 0; g < system.constraints.size(); ++g) {
       const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, system.constraints[g]);
+      counts[system.constraints[g].index()] += count;
       for (std::size_t k = 0; k < count; ++k) {
         const Index row = numbering.member_row[counter++];
         member_of_row[row] = {row, static_cast<Index>(g), static_cast<Index>(k)};
       }
     }
+    for (std::size_t kind = 0; kind < counts.size(); ++kind) members_of_kind[kind].reserve(counts[kind]);
     for (const Member& member : member_of_row) {
       if (member.row >= 0) members_of_kind[system.constraints[member.group].index()].push_back(member);
     }
@@ -157,10 +160,16 @@ struct Builder {
     auto& kernel = family->kernel;
     GeometryReader geometry;
     ParameterReader numbers(own_table(&kernel));
+    const auto takes = [](const Group& group) {
+      if constexpr (requires { Kernel::takes(group); }) return Kernel::takes(group);
+      return true;
+    };
+    std::size_t count = 0;
+    for_each<Group>([&](const Group& group, const Member&) { count += takes(group) ? 1 : 0; });
+    family->rows.reserve(count);
+    kernel.points.reserve(count);
     for_each<Group>([&](const Group& group, const Member& member) {
-      if constexpr (requires { Kernel::takes(group); }) {
-        if (!Kernel::takes(group)) return;
-      }
+      if (!takes(group)) return;
       const std::span<const Index> points = member_points(group, static_cast<std::size_t>(member.index));
       family->rows.push_back(member.row);
       kernel.points.push_back(inner<Kernel::num_points>(points));
@@ -382,11 +391,15 @@ void Constraints::measure(const double* r, const double* v, double* position, do
 }
 
 std::vector<Incidence> Constraints::list_incidences() const {
+  const auto list = [&](const auto& append) {
+    for_each_family([&](const auto& family) { family.list_incidences(append); });
+    tangents_.list_incidences(append);
+  };
+  std::size_t count = 0;
+  list([&](const Incidence&) { ++count; });
   std::vector<Incidence> result;
-  for_each_family([&](const auto& family) {
-    family.list_incidences([&](const Incidence& incidence) { result.push_back(incidence); });
-  });
-  tangents_.list_incidences([&](const Incidence& incidence) { result.push_back(incidence); });
+  result.reserve(count);
+  list([&](const Incidence& incidence) { result.push_back(incidence); });
   return result;
 }
 

@@ -31,10 +31,7 @@ Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
       whole_(num_groups_, 0.0),
       along_(num_groups_, 0.0),
       is_due_(num_groups_ > 0 ? 1.0 : 0.0),
-      now_(num_groups_) {
-  if (num_groups_ == 0) return;
-  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(mechanics.size());
-}
+      now_(num_groups_) {}
 
 void Rounding::note_step(const State& from) {
   constexpr double steps_between = 64.0, clearly = 10.0;
@@ -65,6 +62,7 @@ Outcome Rounding::measure(const State& from) {
   is_due_ = 0.0;
   measured_at_ = num_steps_;
   const std::size_t n = from.x.size(), first = 2 * n * static_cast<std::size_t>(num_samples_++);
+  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     x_[i] = from.x[i] + eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
     v_[i] = from.v[i] + eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);

@@ -60,6 +60,11 @@ bool PointSolver::append_point(std::span<const Member> rows, Index first_row) {
 }
 
 std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
+  const Constraints& all = problem.constraints;
+  if (all.family<PlaneKernel>().size() + all.family<SphereKernel>().size() + all.family<LineKernel>().size() +
+          all.family<CircleKernel>().size() ==
+      0)
+    return nullptr;
   const Numbering& numbering = problem.numbering;
   const std::vector<Index> before = *islands;
   const std::vector<Member> rows = read_members(problem.constraints, numbering.num_rows());

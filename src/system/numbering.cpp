@@ -80,7 +80,15 @@ class Islands {
       : points_of_member_(points_of_member),
         joints_of_point_(joints_of_point),
         point_name_(joints_of_point.size(), -1),
-        member_name_(points_of_member.size(), -1) {}
+        member_name_(points_of_member.size(), -1) {
+    // Memory that nobody touches costs nothing; arrays that grow are moved again and again.
+    island_.points.reserve(point_name_.size());
+    island_.members.reserve(member_name_.size());
+    island_.points_of_member.start.reserve(member_name_.size() + 1);
+    island_.points_of_member.entries.reserve(points_of_member.entries.size());
+    island_.members_of_point.start.reserve(point_name_.size() + 1);
+    island_.members_of_point.entries.reserve(points_of_member.entries.size());
+  }
 
   bool have(Index point) const { return point_name_[point] >= 0; }
 
@@ -132,6 +140,7 @@ class Search {
   const std::vector<Index>& visit(const Island& island, Index root) {
     point_seen_.assign(island.points.size(), 0);
     member_seen_.assign(island.members.size(), 0);
+    order_.reserve(island.points.size());
     order_.assign(1, root);
     point_seen_[root] = 1;
     for (std::size_t head = 0; head < order_.size(); ++head) {
@@ -218,6 +227,14 @@ class NumberingBuilder {
  private:
   /// Lists the members and the moving points that each of them joins; rows of contacts come after those of the user.
   void list_members(const System& system) {
+    std::size_t num_members = 0, num_entries = 0;
+    for_each_member(system, [&](std::span<const Index> points, int) {
+      ++num_members;
+      num_entries += points.size();
+    });
+    points_of_member_.start.reserve(num_members + 1);
+    points_of_member_.entries.reserve(num_entries);
+    user_first_row_.reserve(num_members + 1);
     const auto add_member = [&](std::span<const Index> points, int rows) {
       for (const Index point : points) {
         if (!is_support_[point]) points_of_member_.entries.push_back(point);
