@@ -20,8 +20,6 @@
 #include <string>
 #include <vector>
 
-#include <time.h>
-
 #include <tanor/constrainer.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/motion.hpp>
@@ -61,13 +59,6 @@ Chains make_chains(std::size_t num_rods, std::size_t length, bool shuffled) {
     if (!begins) chains.rods.pairs.push_back({place[i - 1], place[i]});
   }
   return chains;
-}
-
-/// Processor time of all threads, s: what others do on the machine does not count.
-double processor_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 struct Times {

@@ -3,8 +3,6 @@
 // Prints, as a page, the median processor time of a step, the largest violation, and what 1e6 steps of two
 // molecules do whose constraints close rings or depend on each other.
 
-#include <time.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -17,12 +15,6 @@
 namespace {
 
 using namespace tanor::embed;
-
-double processor_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// A system in motion, and how long its steps took.
 struct Motion {

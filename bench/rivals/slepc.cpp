@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <vector>
 
@@ -87,10 +86,6 @@ struct Answer {
   double seconds = 0.0;  // of the processor
   int steps = 0;
 };
-
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 Answer solve_by_slepc(Mat left, Mat right, double shift, int count) {
   const double begin = processor_seconds();
