@@ -54,7 +54,7 @@ ROOMS = {
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
     "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
-    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/"),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),

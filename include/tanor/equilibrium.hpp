@@ -36,6 +36,16 @@ struct Prestress {
   std::vector<double> tensions;  ///< N, one a rod or one for all
 };
 
+/// To which side constraints of one equation a member may give way: xi >= 0, such as points on a floor that does not
+/// hold them down, or xi <= 0, such as ropes that may be slack.
+enum class OneSide { AtLeast, AtMost };
+
+/// A group of constraints that act to one side: where xi is not 0 they carry nothing.
+struct OneSided {
+  std::string constraint;  ///< name of a group whose members have one equation each
+  OneSide side = OneSide::AtLeast;
+};
+
 struct EquilibriumOptions {
   EquilibriumMethod method = EquilibriumMethod::Auto;
   double force_tolerance = 1e-10;  ///< of the largest force, > 0
@@ -44,6 +54,7 @@ struct EquilibriumOptions {
   double at = 0.0;     ///< s: the time of all that depends on time
   int load_steps = 1;  ///< > 0: gravity and constant forces grow in so many equal steps
   std::vector<Prestress> prestress{};
+  std::vector<OneSided> one_sided{};
   bool ignore_friction = false;  ///< else Coulomb friction is an InputError: it rests in many places
   SolverOptions solver{};        ///< ordering and threads
 };
@@ -71,14 +82,21 @@ struct [[nodiscard]] EquilibriumResult {
   std::vector<double> lowest_shape;
   double buckling_load_factor = std::numeric_limits<double>::quiet_NaN();  ///< NaN: nobody asked
   std::vector<double> residuals;                                           ///< N, of each iteration
+  /// [equations] one-sided ones that do not touch: they carry nothing; empty: there are no one-sided ones.
+  std::vector<bool> open;
   std::vector<std::string> left_out;  ///< what took no part, by name; what was found on the way
 };
 
 /// Finds an equilibrium from the system's positions, which need not satisfy the constraints; velocities are not read.
 ///
 /// Newton's method on the equations of equilibrium with the stiffness of all forces and constraints, damped from far so
-/// that it descends. Throws InputError as `validate` does, and for options out of their range, Coulomb friction,
-/// coordinates, and a prestress of what is no group of rods.
+/// that it descends. One-sided constraints are closed and released until each either touches and presses or keeps its
+/// distance and carries nothing; stability counts those that touch, as held both ways. Throws InputError as `validate`
+/// does, and for options out of their range, Coulomb friction, coordinates, a prestress of what is no group of rods,
+/// and one-sided ones with more than one equation a member.
 TANOR_API EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options = {});
+
+/// The system without the members that are `open`: what holds it at rest, for `modes` and for motions.
+TANOR_API System without_open_constraints(const System& system, const std::vector<bool>& open);
 
 }  // namespace tanor

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <tanor/equilibrium.hpp>
 #include <tanor/statics_names.hpp>
@@ -29,8 +31,18 @@ std::string describe(const EquilibriumResult& found) {
   if (found.lowest_omega2 > 0.0) line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.lowest_omega2));
   if (found.zero_modes > 0)
     line += fmt::format(", {} zero modes, {} of them rigid", found.zero_modes, found.rigid_zero_modes);
+  if (const auto open = std::ranges::count(found.open, true); open > 0)
+    line += fmt::format(", {} one-sided constraints open", open);
   if (found.self_stress_states > 0) line += fmt::format(", {} states of self-stress", found.self_stress_states);
   return line;
+}
+
+std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
+  std::vector<double> result;
+  for (std::size_t row = 0; row < found.multipliers.size(); ++row) {
+    if (found.open.empty() || !found.open[row]) result.push_back(found.multipliers[row]);
+  }
+  return result;
 }
 
 }  // namespace
@@ -39,6 +51,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   const EquilibriumOptions options = scene::equilibrium_options(scene);
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  const System held = without_open_constraints(scene.system, found.open);
   std::optional<Modes> vibrations;
   Outcome buckled;
   if (found.outcome.ok()) {
@@ -47,11 +60,11 @@ ExitCode execute(const EquilibriumCommand& command) {
         ModesOptions wanted = scene::modes_options(scene);
         wanted.count = *command.modes;
         // Else modes() says whether they depend on a self-stress.
-        if (found.self_stress_states == 0) wanted.multipliers = found.multipliers;
-        vibrations = modes(scene.system, found.positions, wanted);
+        if (found.self_stress_states == 0) wanted.multipliers = multipliers_of_closed(found);
+        vibrations = modes(held, found.positions, wanted);
       }
       if (scene.buckling_loads.empty()) return;
-      const Buckling buckling = find_buckling(scene.system, found.positions, scene::buckling_options(scene));
+      const Buckling buckling = find_buckling(held, found.positions, scene::buckling_options(scene));
       buckled = buckling.outcome;
       if (buckled.ok()) found.buckling_load_factor = buckling.load_factor;
     });

@@ -174,6 +174,26 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
   for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
 }
 
+double Forces::largest_single(const Parallel& parallel, const double* r) {
+  double largest = 0.0;
+  const auto look = [&](const Vec3& force) { largest = larger(largest, norm(force)); };
+  for (std::size_t i = 0; i < num_moving_; ++i) {
+    look(mass_[i] * gravity_);
+    for (const Index k : spring_ends_[i]) look(load(spring_force_.data(), k >= 0 ? k : ~k));
+    for (const Index slot : given_forces_[i]) look(given_[slot].value);
+    for (const Index slot : formula_forces_[i]) look(load(formula_force_.data(), slot));
+    for (const Index slot : potential_forces_[i]) look(load(potential_force_.data(), slot));
+  }
+  for (std::vector<PairField>* fields : {&pairs_, &pairs_of_supports_}) {
+    for (PairField& pairs : *fields) {
+      std::vector<double> of_pairs(3 * num_points_, 0.0);
+      pairs.add_forces(parallel, r, of_pairs.data());
+      for (std::size_t i = 0; i < num_moving_; ++i) look(load(of_pairs.data(), i));
+    }
+  }
+  return largest;
+}
+
 void Forces::evaluate_powers(const Parallel& parallel, double t, const double* r, const double* v) {
   if (forces_depend_on_time_) given_.set_time(t);
   evaluate_formulas(parallel, t, r, v);

@@ -74,6 +74,10 @@ class Forces {
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f,
                 Which which = Which::All);
 
+  /// The largest force on a moving point by gravity, or by one other entry's spring, tuple, formula or given force
+  /// alone, at the last `evaluate`; of pair forces what they do to a point together. N.
+  double largest_single(const Parallel& parallel, const double* r);
+
   /// What `power` and `power_of_potentials` read of `evaluate`, at the same place: less than all forces.
   void evaluate_powers(const Parallel& parallel, double t, const double* r, const double* v);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace tanor {
 
@@ -188,7 +189,8 @@ void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3
           if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(2 * size);
         }
       },
-      chunk_grain());
+      1 + points_worth_a_thread * chunks_.size() / (n + 1));
+  num_pairs_ = std::accumulate(num_neighbours_.begin(), num_neighbours_.end(), std::size_t{0});
 }
 
 }  // namespace tanor

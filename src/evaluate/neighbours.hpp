@@ -63,7 +63,7 @@ class NeighbourLists {
             }
           }
         },
-        chunk_grain());
+        1 + pairs_worth_a_thread * chunks_.size() / (num_pairs_ + 1));
   }
 
  private:
@@ -90,8 +90,11 @@ class NeighbourLists {
   template <class Visit>
   void visit_neighbours(const std::vector<Vec3>& places, std::size_t i, const Visit& visit) const;
   bool is_pair(std::size_t i, Index j) const;
-  /// Chunks that are worth a thread.
-  std::size_t chunk_grain() const { return 1 + 256 * chunks_.size() / (places_.size() + 1); }
+
+  /// A tenth of a millisecond: to wake a thread and to wait for it takes as long where other programs run.
+  static constexpr std::size_t points_worth_a_thread = 256, pairs_worth_a_thread = 32768;
+
+  std::size_t num_pairs_ = 0;  // listed, each twice
 
   double cutoff_, skin_, radius_;  // m; the last one is the sum of the others
   std::size_t version_ = 0;

@@ -260,7 +260,7 @@ void PairField::follow(const Parallel& parallel, const double* r) {
         [&](std::size_t begin, std::size_t end) {
           for (std::size_t i = begin; i < end; ++i) felt_[i] = feel_all(i);
         },
-        16);
+        std::max<std::size_t>(16, 16384 / (places_.size() + 1)));
   } else if (neighbours_->follow(parallel, places_)) {
     neighbours_->for_each_point(
         parallel, [&](std::size_t i, std::span<const Index> neighbours) { felt_[i] = feel(i, neighbours); });

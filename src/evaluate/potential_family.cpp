@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::size_t most_numbers = 3 * static_cast<std::size_t>(PotentialKernel::most_points);
 static_assert(series_width == num_lanes);
+/// Of laws by hand, some ten microseconds for a thousand tuples: less is done before a thread has woken.
+constexpr std::size_t chunks_worth_a_thread = 1024;
 
 /// [member][column] column by column, each filled up with its last entry.
 template <class Number>
@@ -58,7 +60,7 @@ void PotentialFamily::for_chunks(const Parallel& parallel, const Body& body) con
             for (std::size_t first = begin * series_width; first < end * series_width; first += series_width)
               body(first, std::min(series_width, size_ - first));
           },
-          32);
+          chunks_worth_a_thread / 8);
 }
 
 void PotentialFamily::run(const Chunk& chunk) const {
@@ -133,7 +135,7 @@ void PotentialFamily::run_by_hand(const Parallel& parallel, const double* r, dou
                            {begin * series_width, std::min(end * series_width, size_), stride_, r, points_.data(),
                             in_a_row_.data(), prepared_.data(), forces, energies, size_});
       },
-      32);
+      chunks_worth_a_thread);
 }
 
 void PotentialFamily::evaluate_forces(const Parallel& parallel, double t, const double* r, double* forces,

@@ -139,6 +139,7 @@ struct Description<EquilibriumOptions> {
                                      FieldOf("at", &EquilibriumOptions::at),
                                      FieldOf("load_steps", &EquilibriumOptions::load_steps),
                                      FieldOf("prestress", &EquilibriumOptions::prestress),
+                                     FieldOf("one_sided", &EquilibriumOptions::one_sided),
                                      FieldOf("ignore_friction", &EquilibriumOptions::ignore_friction)};
 };
 template <>
@@ -146,7 +147,8 @@ struct Description<ModesOptions> {
   static constexpr std::tuple fields{
       FieldOf("count", &ModesOptions::count),         FieldOf("time", &ModesOptions::time),
       FieldOf("prestress", &ModesOptions::prestress), FieldOf("force_tolerance", &ModesOptions::force_tolerance),
-      FieldOf("tolerance", &ModesOptions::tolerance), FieldOf("ignore_friction", &ModesOptions::ignore_friction)};
+      FieldOf("tolerance", &ModesOptions::tolerance), FieldOf("ignore_friction", &ModesOptions::ignore_friction),
+      FieldOf("damped", &ModesOptions::damped)};
 };
 template <>
 struct Description<BucklingOptions> {

@@ -71,17 +71,20 @@ bool is_ok(const Report& report) {
   return report.outcome.ok();
 }
 
-/// [modes, n, 3], a view.
+/// [modes, n, 3], a view; of modes without damping no imaginary ones.
+template <std::vector<double> Modes::*numbers>
 py::array shapes_of(const py::object& self) {
   const auto& found = self.cast<const Modes&>();
-  const auto count = static_cast<py::ssize_t>(found.count());
-  const py::ssize_t points = count > 0 ? static_cast<py::ssize_t>(found.shapes.size()) / (3 * count) : 0;
-  return py::array(view(found.shapes, 0, self).attr("reshape")(count, points, 3));
+  const auto count = (found.*numbers).empty() ? 0 : static_cast<py::ssize_t>(found.count());
+  const py::ssize_t points = count > 0 ? static_cast<py::ssize_t>((found.*numbers).size()) / (3 * count) : 0;
+  return py::array(view(found.*numbers, 0, self).attr("reshape")(count, points, 3));
 }
 
-py::array_t<bool> uniqueness_of(const EquilibriumResult& found) {
-  py::array_t<bool> flags(static_cast<py::ssize_t>(found.multipliers_unique.size()));
-  std::copy(found.multipliers_unique.begin(), found.multipliers_unique.end(), flags.mutable_data());
+template <std::vector<bool> EquilibriumResult::*member>
+py::array_t<bool> flags_of(const EquilibriumResult& found) {
+  const std::vector<bool>& given = found.*member;
+  py::array_t<bool> flags(static_cast<py::ssize_t>(given.size()));
+  std::copy(given.begin(), given.end(), flags.mutable_data());
   return flags;
 }
 
@@ -97,7 +100,7 @@ void bind_records(py::module_& module) {
       .field("multipliers", &EquilibriumResult::multipliers)
       .field("reactions", &EquilibriumResult::reactions, 3)
       .field("support_forces", &EquilibriumResult::support_forces, 3)
-      .property("multipliers_unique", &uniqueness_of, "numpy.ndarray")
+      .property("multipliers_unique", &flags_of<&EquilibriumResult::multipliers_unique>, "numpy.ndarray")
       .field("self_stress_states", &EquilibriumResult::self_stress_states)
       .field("dependences", &EquilibriumResult::dependences)
       .field("residual_force", &EquilibriumResult::residual_force)
@@ -110,12 +113,15 @@ void bind_records(py::module_& module) {
       .field("lowest_omega2", &EquilibriumResult::lowest_omega2)
       .field("lowest_shape", &EquilibriumResult::lowest_shape, 3)
       .field("residuals", &EquilibriumResult::residuals)
+      .property("open", &flags_of<&EquilibriumResult::open>, "numpy.ndarray")
       .field("left_out", &EquilibriumResult::left_out);
   Record<Modes>(module, "Modes")
       .property("ok", &is_ok<Modes>, "bool")
       .field("outcome", &Modes::outcome)
       .field("omega", &Modes::omega)
-      .property("shapes", &shapes_of, "numpy.ndarray")
+      .field("decay", &Modes::decay)
+      .property("shapes", &shapes_of<&Modes::shapes>, "numpy.ndarray")
+      .property("shapes_imaginary", &shapes_of<&Modes::shapes_imaginary>, "numpy.ndarray")
       .field("residual_max", &Modes::residual_max)
       .field("degrees_of_freedom", &Modes::degrees_of_freedom)
       .field("unstable_directions", &Modes::unstable_directions)

@@ -249,6 +249,17 @@ void read(const Given& given, std::vector<Prestress>* prestress) {
                 });
 }
 
+void read(const Given& given, std::vector<OneSided>* sides) {
+  sides->clear();
+  if (py::len(given.value) == 0) return;
+  if (!py::isinstance<py::dict>(given.value))
+    given.fail("a dict of names of constraints, each with one of " + words_of<OneSide>());
+  for (const auto& [name, side] : given.value.cast<py::dict>()) {
+    OneSided& each = sides->emplace_back(OneSided{name.cast<std::string>()});
+    read({py::reinterpret_borrow<py::object>(side), given.place + "/" + each.constraint}, &each.side);
+  }
+}
+
 void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
   tuples->clear();
   take_indices(given, 2, 0, "tuples of points, whole numbers [n, p]",

@@ -55,6 +55,7 @@ void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples);
 void read(const Given& given, std::vector<std::vector<Index>>* tuples);
 void read(const Given& given, std::vector<std::vector<double>>* constants);  // of a dict of names
 void read(const Given& given, std::vector<Prestress>* prestress);            // likewise
+void read(const Given& given, std::vector<OneSided>* sides);                 // likewise
 
 /// The words of an enumeration, "auto, normal, tangent".
 template <class Enum>
@@ -123,6 +124,8 @@ constexpr TypeInWords in_words() {
     return {"dict[str, ArrayLike]", "names, each with a number for all tuples or one for each"};
   if constexpr (std::is_same_v<Value, std::vector<Prestress>>)
     return {"dict[str, ArrayLike]", "names of rods, each with a number for all or one for each"};
+  if constexpr (std::is_same_v<Value, std::vector<OneSided>>)
+    return {"dict[str, str]", "names of constraints, each with \"at_least\" or \"at_most\""};
   if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) return {"ArrayLike", "int [n, p]"};
   if constexpr (std::is_enum_v<Value>) return {"str", "a word"};
   return {"Any", ""};

@@ -1,8 +1,11 @@
 #include "report/equilibrium.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include <tanor/statics_names.hpp>
 #include <tanor/version.hpp>
@@ -48,6 +51,36 @@ Json describe(const EquilibriumResult& found) {
           {"residuals", found.residuals}};
 }
 
+/// visit(name, entry's number, first row, members), group by group.
+template <class Visit>
+void for_each_group(const System& system, const Visit& visit) {
+  std::size_t row = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          const std::size_t members = (group.*KindOf<Group>::members).size();
+          visit(constraint_name(system, g), g, row, members);
+          row += members * static_cast<std::size_t>(KindOf<Group>::rows);
+        },
+        system.constraints[g]);
+  }
+}
+
+/// Of each one-sided group the members that carry.
+Json describe_one_sided(const scene::Scene& scene, const EquilibriumResult& found) {
+  Json json = Json::object();
+  for_each_group(scene.system, [&](const std::string& name, std::size_t, std::size_t row, std::size_t members) {
+    const auto is_it = [&](const OneSided& each) { return each.constraint == name; };
+    if (std::ranges::none_of(scene.equilibrium.one_sided, is_it)) return;
+    Json closed = Json::array();
+    for (std::size_t k = 0; k < members; ++k) {
+      if (!found.open[row + k]) closed.push_back(k);
+    }
+    json[name] = {{"closed", std::move(closed)}, {"members", members}};
+  });
+  return json;
+}
+
 void write_summary(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
                    const std::optional<Modes>& modes) {
   replace_file(directory / "summary.json", [&](OutputFile* file) {
@@ -58,6 +91,7 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     json.add("points", scene.system.num_points());
     json.add("equations", found.multipliers.size());
     json.add("equilibrium", describe(found));
+    if (!found.open.empty()) json.add("one_sided", describe_one_sided(scene, found));
     add_modes(directory, modes, &json);
     const ArrayWriter arrays(&json, directory / "final_", scene.system.num_points());
     json.begin_object("final");
@@ -135,6 +169,51 @@ void write_rest_lengths(const scene::Scene& scene, Json* json) {
   }
 }
 
+/// An entry of "constraints" with some of its members.
+template <class Group, class Keep>
+void keep_members(const Group& group, const Keep& keep, Json* entry) {
+  const auto& members = group.*KindOf<Group>::members;
+  const auto keep_some = [&](const auto& list) {
+    Json kept = Json::array();
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      if (keep(k)) kept.push_back(list[k]);
+    }
+    return kept;
+  };
+  const auto keep_each = [&](const char* key) {
+    if (entry->contains(key) && (*entry)[key].is_array()) (*entry)[key] = keep_some((*entry)[key]);
+  };
+  keep_each("offsets");
+  for_each_field<Group>([&](const auto& field) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>) keep_each(field.name);
+  });
+  (*entry)[list_name<Group>()] = keep_some(members);
+}
+
+/// One-sided constraints that are closed hold both ways from here on; open ones are not there.
+void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
+  if (found.open.empty()) return;
+  Json& options = (*json)["equilibrium"];
+  options.erase("one_sided");
+  Json constraints = Json::array();
+  for_each_group(system, [&](const std::string& name, std::size_t g, std::size_t row, std::size_t members) {
+    const auto is_open = found.open.begin() + static_cast<std::ptrdiff_t>(row);
+    const auto open = std::count(is_open, is_open + static_cast<std::ptrdiff_t>(members), true);
+    if (open > 0 && options.contains("prestress")) options["prestress"].erase(name);
+    if (open == static_cast<std::ptrdiff_t>(members) && members > 0) return;
+    Json& entry = constraints.emplace_back(std::move((*json)["constraints"][g]));
+    entry["name"] = name;
+    if (open == 0) return;
+    std::visit(
+        [&](const auto& group) {
+          keep_members(
+              group, [&](std::size_t k) { return !is_open[k]; }, &entry);
+        },
+        system.constraints[g]);
+  });
+  (*json)["constraints"] = std::move(constraints);
+}
+
 /// The scene's own text with other positions. Supports keep those from which their motion is measured.
 void write_scene(const fs::path& path, const scene::Scene& scene, const EquilibriumResult& found) {
   std::ifstream file(scene.file);
@@ -143,6 +222,7 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
   json["name"] = scene.name;
   write_rest_lengths(scene, &json);
   if (!json.contains("points")) write_what_came_with_points(scene.system, &json);
+  write_closed_constraints(scene.system, found, &json);
   json.erase("generate");
   json.erase("import");
   std::vector<double> positions = found.positions;

@@ -36,11 +36,23 @@ std::vector<Prestress> read_prestress(const Cursor& prestress, const System& sys
   return result;
 }
 
+/// Sides by the names of constraints.
+std::vector<OneSided> read_one_sided(const Cursor& sides, const System& system) {
+  std::vector<OneSided> result;
+  for (const auto& [name, side] : sides.members("an object of sides by the names of constraints")) {
+    bool is_found = false;
+    for (std::size_t g = 0; g < system.constraints.size(); ++g) is_found |= constraint_name(system, g) == name;
+    if (!is_found) side.complain("no constraint has the name \"" + std::string(name) + "\"");
+    result.push_back({std::string(name), side.choice<OneSide>()});
+  }
+  return result;
+}
+
 }  // namespace
 
 void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
-  equilibrium.object(
-      {"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress", "friction"});
+  equilibrium.object({"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress",
+                      "one_sided", "friction"});
   EquilibriumOptions& options = scene->equilibrium;
   options.method = equilibrium["method"].choice<EquilibriumMethod>(options.method);
   options.accept = equilibrium["accept"].choice<AcceptedEquilibria>(options.accept);
@@ -53,6 +65,7 @@ void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
     if (!friction.says("ignore")) friction.fail(R"("ignore")");
     options.ignore_friction = true;
   }
+  if (const Cursor sides = equilibrium["one_sided"]) options.one_sided = read_one_sided(sides, scene->system);
   if (const Cursor prestress = equilibrium["prestress"]) options.prestress = read_prestress(prestress, scene->system);
 }
 

@@ -25,7 +25,7 @@ double EquilibriumEquations::evaluate(const double* r, const double* lambda, dou
   work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
   // g = f + K lambda
   model_.gather.reactions(parallel, blocks_.data(), lambda, reactions_.data());
-  double largest = std::isfinite(violation_) ? 0.0 : violation_;
+  double largest = larger(work_.forces.largest_single(parallel, r), std::isfinite(violation_) ? 0.0 : violation_);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 force = load(f_.data(), i), sum = force + load(reactions_.data(), i);
     store(g, i, sum);

@@ -26,7 +26,8 @@ class EquilibriumEquations {
   double time() const { return t_; }
 
   /// g [size()] and xi [model().num_rows()] at r [3 points] and lambda [model().num_rows()], and K there. Returns the
-  /// largest force at a moving point, N: the scale of g; not finite where some force or constraint is not.
+  /// largest force at a moving point, N, of one row, spring, tuple or other law alone: the scale of g; not finite where
+  /// some force or constraint is not.
   double evaluate(const double* r, const double* lambda, double* g, double* xi);
   /// K and W there.
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});

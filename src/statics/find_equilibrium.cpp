@@ -4,12 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <optional>
 
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
+#include "statics/forces_without_potential.hpp"
 #include "statics/newton_descent.hpp"
+#include "statics/one_sided_search.hpp"
 #include "statics/projected_descent.hpp"
 #include "statics/smallest_multipliers.hpp"
 #include "statics/stability.hpp"
@@ -21,8 +22,6 @@ namespace tanor {
 
 namespace {
 
-constexpr double symmetric_to = 1e-8;
-
 /// One system, searched from one start; arrays in the inner order.
 class Search {
  public:
@@ -32,7 +31,8 @@ class Search {
   /// Points that K alone would let move, though rods under tension hold them.
   std::vector<Index> find_rigid_points();
   void start_at(const std::vector<double>& positions, const std::vector<double>* multipliers);
-  Outcome run();
+  /// `is_judged`: stability decides whether it is an answer.
+  Outcome run(bool is_judged);
   /// How far from equilibrium, multipliers, energy; what a small push does.
   void describe();
   void write();
@@ -59,6 +59,7 @@ class Search {
   std::vector<double> prestress_;  // [rows]
   StaticState state_;
   ReducedInertia inertia_;
+  std::string without_potential_;  // forces by name
 };
 
 Search::Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
@@ -151,6 +152,10 @@ Outcome Search::classify() {
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
     result_.status = Stability::NotConservative;
+    without_potential_ =
+        name_forces_without_potential(model_.system, positions(), options_.at, equations_.stiffness().largest());
+    result_.left_out.push_back("stability: forces without a potential act (" + without_potential_ +
+                               "), so that energy does not say what a small push does; damped modes do");
     return {};
   }
   inertia_ = find_inertia(equations_, state_.r, freedoms, &newton_.solver());
@@ -203,7 +208,7 @@ std::string Search::name_points_that_move() const {
   return names;
 }
 
-Outcome Search::run() {
+Outcome Search::run(bool is_judged) {
   result_.status = Stability::None;
   result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
   result_.lowest_omega2 = std::numeric_limits<double>::quiet_NaN();
@@ -213,7 +218,7 @@ Outcome Search::run() {
   }
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
-  if (Outcome outcome = search(); !outcome.ok()) return outcome;
+  if (Outcome outcome = search(); !outcome.ok() || !is_judged) return outcome;
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
   if (may_leave) leave_unstable();
@@ -223,8 +228,8 @@ Outcome Search::run() {
   if (is_wanted) return {};
   if (result_.status == Stability::NotConservative)
     return {Status::NoSolution,
-            "the equilibrium is not accepted: some force has no potential, so that energy does not say whether it is "
-            "stable; \"accept\": \"any\" takes it"};
+            "the equilibrium is not accepted: forces without a potential act (" + without_potential_ +
+                "), so that energy does not say whether it is stable; \"accept\": \"any\" takes it"};
   const bool is_marginal = result_.status == Stability::Marginal;
   return {Status::NoSolution,
           std::string("the equilibrium is not accepted: it is ") +
@@ -272,11 +277,12 @@ void Search::write() {
 }
 
 /// Points held rigid by prestress stand: they become supports, as in a Simulation.
-std::unique_ptr<Search> start_search(const System& system, const EquilibriumOptions& options, const StaticsInput& input,
+std::unique_ptr<Search> start_search(const System& system, const EquilibriumOptions& options,
+                                     const std::vector<double>& prestress, const std::vector<double>& positions,
                                      EquilibriumResult* result) {
   const auto make = [&](const System& held) {
-    auto search = std::make_unique<Search>(held, options, input.prestress, result);
-    search->start_at(system.positions, nullptr);
+    auto search = std::make_unique<Search>(held, options, prestress, result);
+    search->start_at(positions, nullptr);
     return search;
   };
   const auto find = [&](Search& search) {
@@ -290,35 +296,42 @@ std::unique_ptr<Search> start_search(const System& system, const EquilibriumOpti
 
 }  // namespace
 
-EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options) {
-  const QuietTraps quiet;
+EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
+                            const std::vector<double>& prestress, const std::vector<double>& start, bool is_judged) {
   EquilibriumResult result;
-  StaticsInput input(system, options);
-  result.left_out = input.left_out;
-  for (std::size_t k = 0; k < system.forces.size(); ++k) {
-    if (std::holds_alternative<Drag>(system.forces[k]))
-      result.left_out.push_back(force_name(system, k) + ": drag acts on what moves");
-  }
-
   std::unique_ptr<Search> search;
   for (int step = 1; step <= options.load_steps; ++step) {
     const double factor = static_cast<double>(step) / static_cast<double>(options.load_steps);
-    System loaded = options.load_steps > 1 ? with_load(input.system, factor, options.at) : input.system;
-    std::optional<StaticState> before;
-    if (search) before = search->state();
-    if (search) loaded.supports = search->system().supports;
+    System loaded = options.load_steps > 1 ? with_load(system, factor, options.at) : system;
     if (!search) {
-      search = start_search(loaded, options, input, &result);
+      search = start_search(loaded, options, prestress, start, &result);
     } else {
+      const StaticState before = search->state();
       const std::vector<double> positions = search->positions();
-      search = std::make_unique<Search>(std::move(loaded), options, input.prestress, &result);
-      search->start_at(positions, &before->lambda);
+      loaded.supports = search->system().supports;
+      search = std::make_unique<Search>(std::move(loaded), options, prestress, &result);
+      search->start_at(positions, &before.lambda);
     }
-    result.outcome = search->run();
+    result.outcome = search->run(is_judged);
     if (!result.outcome.ok() && result.status == Stability::None) break;
   }
   search->describe();
   search->write();
+  return result;
+}
+
+EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options) {
+  const QuietTraps quiet;
+  StaticsInput input(system, options);
+  std::vector<std::string> left_out = std::move(input.left_out);
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    if (std::holds_alternative<Drag>(system.forces[k]))
+      left_out.push_back(force_name(system, k) + ": drag acts on what moves");
+  }
+  EquilibriumResult result = options.one_sided.empty()
+                                 ? rest_from(input.system, options, input.prestress, input.system.positions, true)
+                                 : OneSidedSearch(input, options).run();
+  result.left_out.insert(result.left_out.begin(), left_out.begin(), left_out.end());
   return result;
 }
 

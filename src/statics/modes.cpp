@@ -11,7 +11,9 @@
 
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
+#include "statics/damped_mode_finder.hpp"
 #include "statics/damped_modes.hpp"
+#include "statics/forces_without_potential.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 #include "statics/rigid_modes.hpp"
@@ -22,8 +24,6 @@ namespace {
 
 /// Below so many freedoms all modes are found, by dense matrices with so many numbers at most.
 constexpr std::size_t most_dense_freedoms = 300, most_dense_numbers = 50'000'000;
-/// |W - W'| over |W|: more is no rounding.
-constexpr double allowed_asymmetry = 1e-8;
 /// Of the scale of omega^2: less is 0. Where the equilibrium is known less well, zero modes are too.
 constexpr double rounding = 1e-12, share_of_residual = 100.0;
 
@@ -110,19 +110,40 @@ void write_damped_modes(const Model& model, const DampedModeSet& found, std::siz
   }
 }
 
+struct DampedModes {
+  Outcome outcome;
+  DampedModeSet modes;
+};
+
+/// Of many freedoms. Needs Spectra.
+DampedModes find_lowest_damped_modes(GivenEquilibrium& state, std::size_t count, double rate, double zero) {
+#if __has_include(<Spectra/GenEigsSolver.h>)
+  DampedModeFinder finder(state.equations(), state.positions().data(), rate, zero);
+  auto [outcome, modes] = finder.find_lowest(count, state.degrees_of_freedom());
+  return {std::move(outcome), std::move(modes)};
+#else
+  throw InputError("/modes/damped", "found true with " + std::to_string(state.degrees_of_freedom()) +
+                                        " degrees of freedom; this tanor was built without Spectra and finds damped "
+                                        "modes of at most " +
+                                        std::to_string(most_dense_freedoms));
+#endif
+}
+
 Modes& fail(Modes& result, Status status, std::string what) {
   result.outcome = {status, std::move(what)};
   return result;
 }
 
 /// What makes the stiffness useless; ok: nothing.
-Outcome find_obstacle(GivenEquilibrium& state, const ModesOptions& options) {
+Outcome find_obstacle(GivenEquilibrium& state, std::span<const double> positions, const ModesOptions& options) {
   const double asymmetry = options.damped ? 0.0 : state.equations().stiffness().asymmetry();
-  if (asymmetry > allowed_asymmetry) {
+  if (asymmetry > symmetric_to) {
     return {Status::NoSolution,
             "not conservative: the stiffness matrix is unsymmetric by " + text(asymmetry) +
-                " of its largest entry, so some force has no potential, and vibrations may gain energy; \"damped\": "
-                "true takes it as it is"};
+                " of its largest entry, by forces without a potential (" +
+                name_forces_without_potential(state.model().system, std::vector(positions.begin(), positions.end()),
+                                              options.time, state.equations().stiffness().largest()) +
+                "), and vibrations may gain energy; \"damped\": true takes it as it is"};
   }
   if (!options.multipliers.empty() || !options.prestress.empty()) return {};
   const std::string rows = state.find_ambiguous_stiffness();
@@ -149,18 +170,19 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   result.multipliers.resize(model.numbering.num_user_rows);
   model.numbering.scatter_rows(state.multipliers(), result.multipliers);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
-  if (options.damped && !plan.is_dense)
-    throw InputError("/modes/damped", "found true with " + std::to_string(result.degrees_of_freedom) +
-                                          " degrees of freedom; damped modes are found of at most " +
-                                          std::to_string(most_dense_freedoms));
-  if (Outcome outcome = find_obstacle(state, options); !outcome.ok()) {
+  if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok()) {
     result.outcome = std::move(outcome);
     return result;
   }
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom);
   const double zero = std::max(rounding, share_of_residual * state.relative_residual()) * finder.scale();
-  if (options.damped) {
+  if (options.damped && !plan.is_dense) {
+    const DampedModes found = find_lowest_damped_modes(state, plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
+    if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
+    write_damped_modes(model, found.modes, plan.count, zero, &result);
+    result.residual_max = found.modes.residual;
+  } else if (options.damped) {
     const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
     if (!basis) return fail(result, Status::Singular, "the stiffness matrix has no factor");
     const DampedModeSet found = find_damped_modes(state.equations(), state.positions().data(), *basis, std::sqrt(zero));

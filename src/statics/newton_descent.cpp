@@ -157,9 +157,11 @@ void NewtonDescent::correct_lengths(std::vector<double>* r) {
   }
 }
 
-/// Of W beside the largest mass, 1/s^2.
+/// Of W beside the largest mass, 1/s^2; where forces alone keep points on a plane, that of a fall through the scene.
 double NewtonDescent::find_frequency2() const {
-  return equations_.stiffness().largest() / *std::max_element(model_.mass.begin(), model_.mass.end());
+  constexpr double small = 1e-6;
+  const double stiffness = std::max(equations_.stiffness().largest(), small * residual_.scale / model_.scene_size);
+  return stiffness / *std::max_element(model_.mass.begin(), model_.mass.end());
 }
 
 /// A + s M, with as much of the masses as it takes.
@@ -195,7 +197,8 @@ bool NewtonDescent::try_descent(StaticState* state) {
     for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
     correct_lengths(&next.r);
     const double gained = before - merit(next.r), ratio = gained / predicted;
-    const bool is_lost_in_rounding = std::abs(predicted) < 1e-13 * std::abs(before);
+    const double energy = std::max(std::abs(before), residual_.scale * model_.scene_size);
+    const bool is_lost_in_rounding = std::abs(predicted) < 1e-13 * energy;
     if (std::isfinite(gained) && (is_lost_in_rounding || (predicted > 0.0 && ratio > 1e-3))) {
       for (std::size_t a = 0; a < step.dlambda.size(); ++a) {
         next.lambda[a] += step.dlambda[a];

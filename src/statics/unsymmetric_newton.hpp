@@ -2,14 +2,13 @@
 
 #include <vector>
 
-#include "factor/sparse_lu.hpp"
 #include "statics/newton_descent.hpp"
+#include "statics/unsymmetric_kkt.hpp"
 
 namespace tanor {
 
 /// Newton's method where some force may have no potential: W need not be symmetric, and there is no energy to descend.
-/// The whole matrix [ W K; K' -e ] is factorized (e: a tiny compliance, so that rows may depend on each other), and
-/// steps are shortened until the residual sinks.
+/// Steps by the factor of the whole matrix are shortened until the residual sinks.
 class UnsymmetricNewton {
  public:
   UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure);
@@ -19,17 +18,12 @@ class UnsymmetricNewton {
   int factorizations() const { return factorizations_; }
 
  private:
-  void make_pattern();
-  void assemble(double shift);
-  bool find_step(const StaticState& state, double shift, std::vector<double>* step);
+  bool find_step(const StaticState& state, double shift, std::vector<double>* dr, std::vector<double>* minus_dlambda);
 
   EquilibriumEquations& equations_;
   const Model& model_;
   NewtonDescent& measure_;
-  std::unique_ptr<SparseLu<double>> factor_;
-  std::vector<int> stiffness_slots_;                // [9 block of W]
-  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence]: of K and of K'
-  std::vector<int> row_slots_;                      // [row] the diagonal
+  UnsymmetricKkt kkt_;
   std::vector<double> g_, xi_;
   int iterations_ = 0, factorizations_ = 0;
 };

@@ -196,6 +196,46 @@ TEST(EquilibriumTest, ModesThatASelfStressDecidesAreExitCode3) {
   EXPECT_TRUE(json::parse(read_text(folder / "at_rest/summary.json"))["modes"].is_null());
 }
 
+/// The last bead of the line would hang below the floor; the scene at rest holds what touches.
+TEST(EquilibriumTest, OnAFloorIsWrittenAsASceneThatRuns) {
+  const Folder folder;
+  json scene = hanging;
+  scene["constraints"].push_back(
+      {{"name", "floor"}, {"kind", "plane"}, {"points", {1, 2}}, {"normal", {0, 0, 1}}, {"offset", {-2, -0.3}}});
+  scene["equilibrium"] = {{"one_sided", {{"floor", "at_least"}}}};
+
+  const Ended ended = find_in(folder, scene);
+  const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
+  const Ended run = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "run"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
+  EXPECT_EQ(summary["one_sided"], json::parse(R"({"floor": {"closed": [1], "members": 2}})"));
+  EXPECT_NEAR(summary["final"]["positions"][2][2].get<double>(), -0.3, 1e-12);
+  EXPECT_GT(summary["final"]["multipliers"][4].get<double>(), 1.0);
+  const json at_rest = json::parse(read_text(folder / "at_rest/equilibrium.json"));
+  EXPECT_EQ(at_rest["constraints"][1]["points"], json::parse("[2]"));
+  EXPECT_EQ(at_rest["constraints"][1]["offset"], json::parse("[-0.3]"));
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(run.code, 0) << run.err;
+}
+
+TEST(EquilibriumTest, OneSidedConstraintsAreNamedAndHaveASide) {
+  const Folder folder;
+  for (const auto& [sides, place] :
+       {std::pair{R"({"floor": "at_least"})", "/equilibrium/one_sided/floor: no constraint"},
+        {R"({"rods": "above"})", "/equilibrium/one_sided/rods: found string \"above\""},
+        {R"(["rods"])", "/equilibrium/one_sided: found"}}) {
+    json scene = hanging;
+    scene["equilibrium"] = {{"one_sided", json::parse(sides)}};
+
+    const Ended ended = find_in(folder, scene);
+
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_NE(ended.err.find(place), std::string::npos) << ended.err;
+  }
+}
+
 TEST(EquilibriumTest, FrictionIsRefusedUnlessItIsToBeIgnored) {
   const Folder folder;
   json rough = hanging;

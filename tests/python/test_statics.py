@@ -56,6 +56,17 @@ class Rest(unittest.TestCase):
         self.assertEqual((taken.status, taken.unstable_directions), ("unstable", 2))
         self.assertAlmostEqual(taken.lowest_omega2, 1.0 / 2.0 - G / 0.5, places=9)
 
+    def test_on_a_floor_is_where_it_presses(self):
+        system = tanor.System([[0, 0, 1], [0, 0, 3]], [2, 1], forces=[tanor.Gravity((0, 0, -G))],
+                              constraints=[tanor.Planes([0, 1, 0], (0, 0, 1), name="floor"),
+                                           tanor.Planes([1], (0, 0, -1), -9, name="ceiling")])
+        options = tanor.EquilibriumOptions(accept="marginal", one_sided={"floor": "at_least", "ceiling": "at_least"})
+        found = tanor.find_equilibrium(system, options)
+        self.assertTrue(found.ok, found.outcome.what)
+        numpy.testing.assert_allclose(found.positions[:, 2], [0, 0], atol=1e-12)
+        self.assertEqual(found.open.tolist(), [False, False, False, True])
+        numpy.testing.assert_allclose(found.multipliers, [G, G, G, 0], atol=1e-9)
+
     def test_of_a_scene_is_that_of_its_file(self):
         scene = tanor.Scene(os.path.join(os.environ["TANOR_EXAMPLES"], "hanging_net.json"))
         found = tanor.find_equilibrium(scene)
@@ -108,6 +119,22 @@ class Vibrations(unittest.TestCase):
         numpy.testing.assert_allclose(modes.omega, [10, 10], rtol=1e-10)
         self.assertFalse(tanor.modes(wire).ok)
 
+    def test_with_drag_decay(self):
+        # lambda^2 + (c/m) lambda + g/l = 0
+        system = pendulum()
+        system.forces.append(tanor.Drag([1], linear=0.6))
+        rest = tanor.find_equilibrium(system)
+        modes = tanor.modes(system, rest.positions, tanor.ModesOptions(damped=True))
+        self.assertTrue(modes.ok, modes.outcome.what)
+        half = 0.5 * 0.6 / system.masses[1]
+        numpy.testing.assert_allclose(modes.decay, [half, half], rtol=1e-10)
+        numpy.testing.assert_allclose(modes.omega, 2 * [(G - half**2)**0.5], rtol=1e-10)
+        self.assertEqual((modes.shapes.shape, modes.shapes_imaginary.shape), ((2, 2, 3), (2, 2, 3)))
+        size = system.masses[1] * (modes.shapes**2 + modes.shapes_imaginary**2).sum(axis=(1, 2))
+        numpy.testing.assert_allclose(size, [1, 1], rtol=1e-10)
+        without = tanor.modes(pendulum(), rest.positions)
+        self.assertEqual((len(without.decay), without.shapes_imaginary.shape), (0, (0, 0, 3)))
+
 
 class Buckles(unittest.TestCase):
     def test_a_standing_point_at_the_load_that_its_springs_hold(self):
@@ -126,6 +153,8 @@ class Mistakes(unittest.TestCase):
                 (lambda: tanor.find_equilibrium(pendulum(), tanor.EquilibriumOptions(accept="some")), "/equilibrium/accept"),
                 (lambda: tanor.find_equilibrium(pendulum(), tanor.EquilibriumOptions(prestress={"rope": 1.0})),
                  "/equilibrium/prestress"),
+                (lambda: tanor.find_equilibrium(pendulum(), tanor.EquilibriumOptions(one_sided={"floor": "up"})),
+                 "/equilibrium/one_sided/floor"),
                 (lambda: tanor.modes(pendulum(), options=tanor.ModesOptions(count="many")), "/modes/count"),
                 (lambda: tanor.modes(pendulum(), options=tanor.ModesOptions(prestress=[1.0])), "/modes/prestress"),
                 (lambda: tanor.find_equilibrium(pendulum(), solver=tanor.SolverOptions(form="other")), "/solver/form")):

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
 
 #include "errors.hpp"
 
@@ -285,6 +286,33 @@ TEST(Equilibrium, SaysNothingOfStabilityWherePairsHaveNoStiffness) {
   }));
 }
 
+/// A bead that stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
+TEST(Equilibrium, WithoutConstraintsIsToldBesideTheLargestSingleForce) {
+  constexpr double mass = 2.0, stiffness = 500.0;
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, 0.9};
+  system.masses = {1.0, mass};
+  system.supports.push_back({"", {0}, {}});
+  system.add_gravity({0.0, 0.0, -g});
+  const EquilibriumOptions any{.accept = AcceptedEquilibria::Any};
+  Bonds bonds{.name = "bond", .pairs = {{0, 1}}};
+  bonds.stiffness = stiffness;
+  bonds.rest_length = 1.0;
+  const Force laws[] = {bonds, Springs{.name = "spring", .pairs = {{0, 1}}, .stiffness = stiffness, .rest_length = 1.0},
+                        Potential{.name = "field", .points = {{1}}, .kernel = formula_potential("250*(z1-1)^2", 1)}};
+  for (const Force& law : laws) {
+    System held = system;
+    held.forces.push_back(law);
+
+    const EquilibriumResult found = find_equilibrium(held, any);
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_NEAR(found.positions[5], 1.0 - mass * g / stiffness, 1e-11);
+    EXPECT_NEAR(found.largest_force, mass * g, 1e-9);
+    EXPECT_LT(found.residual_force, 1e-10 * found.largest_force);
+  }
+}
+
 /// A flat net whose first row has supports at both ends: that row is straight and cannot sag.
 TEST(Equilibrium, OfANetFromAFlatStartHangsFromItsStraightRow) {
   constexpr int n = 12;
@@ -347,14 +375,22 @@ TEST(Equilibrium, UnderAForceWithoutPotentialIsNotConservative) {
   System system;
   system.positions = {0.3, -0.2, 0.1};
   system.masses = {1.0};
-  system.forces.push_back(FormulaForce{.points = {0}, .kernel = formula_force({"1-x-2*y^3-y", "x-y", "-z"})});
+  system.forces.push_back(FormulaForce{.name = "held", .points = {0}, .kernel = formula_force({"-2*x", "-y", "-z"})});
+  system.forces.push_back(
+      FormulaForce{.name = "follower", .points = {0}, .kernel = formula_force({"1+x-2*y^3-y", "x", "0*z"})});
 
   const EquilibriumResult refused = find_equilibrium(system);
   const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
 
   EXPECT_EQ(refused.status, Stability::NotConservative);
   EXPECT_FALSE(refused.outcome.ok());
+  EXPECT_NE(refused.outcome.what.find("forces without a potential act (follower)"), std::string::npos)
+      << refused.outcome.what;
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  ASSERT_EQ(found.left_out.size(), 1u);
+  EXPECT_NE(found.left_out[0].find("(follower)"), std::string::npos) << found.left_out[0];
+  const std::string refusal = modes(system, found.positions).outcome.what;
+  EXPECT_NE(refusal.find("forces without a potential (follower)"), std::string::npos) << refusal;
   EXPECT_NEAR(found.positions[0], found.positions[1], 1e-10);  // x = y, 2 x + 2 x^3 = 1
   EXPECT_NEAR(2.0 * found.positions[0] + 2.0 * std::pow(found.positions[0], 3), 1.0, 1e-9);
 }

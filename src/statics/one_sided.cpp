@@ -1,0 +1,262 @@
+#include "statics/one_sided.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "base/text.hpp"
+#include "system/enum_check.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// [row] the side of each one-sided equation.
+std::vector<int> find_sides(const System& system, const std::vector<OneSided>& given) {
+  std::vector<int> result(num_equations(system), 0);
+  for (const OneSided& each : given) {
+    const std::string where = "/equilibrium/one_sided/" + each.constraint;
+    check_enum(each.side, OneSide::AtMost, where.c_str());
+    bool is_found = false;
+    std::size_t row = 0;
+    for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+      const auto [members, rows] = shape_of(system.constraints[g]);
+      if (constraint_name(system, g) == each.constraint) {
+        if (rows != 1)
+          throw InputError(where, "constraints of kind " + std::string(kind_name(system.constraints[g])) + " have " +
+                                      std::to_string(rows) + " equations a member; one-sided ones have one");
+        is_found = true;
+        std::fill_n(result.begin() + static_cast<std::ptrdiff_t>(row), members, each.side == OneSide::AtLeast ? 1 : -1);
+      }
+      row += members * rows;
+    }
+    if (!is_found) throw InputError(where, "no constraint has the name \"" + each.constraint + "\"");
+  }
+  return result;
+}
+
+template <class List, class Keep>
+void keep_some(List* list, const Keep& keep) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < list->size(); ++k) {
+    if (keep(k)) (*list)[kept++] = (*list)[k];
+  }
+  list->resize(kept);
+}
+
+/// A group without some of its members, and without what they alone have.
+template <class Group, class Keep>
+void keep_members(Group* group, const Keep& keep) {
+  const std::size_t members = num_members(*group);
+  const auto keep_each = [&](auto* list) {
+    if (list->size() == members && members > 1) keep_some(list, keep);
+  };
+  if constexpr (requires { KindOf<Group>::parameter; }) {
+    Parameter& parameter = group->*KindOf<Group>::parameter;
+    keep_each(&parameter.constants);
+    keep_each(&parameter.functions);
+  }
+  if constexpr (requires { group->offsets; }) keep_each(&group->offsets);
+  keep_some(&(group->*KindOf<Group>::members), keep);
+}
+
+}  // namespace
+
+System without_open_constraints(const System& system, const std::vector<bool>& open) {
+  System result = system;
+  if (open.empty()) return result;
+  if (open.size() != num_equations(system))
+    throw InputError("open", "found " + text(open.size()) + " flags, wanted one for each of the " +
+                                 text_of_count(num_equations(system), "equation"));
+  std::size_t row = 0;
+  for (Constraint& constraint : result.constraints) {
+    const auto [members, rows] = shape_of(constraint);
+    const std::size_t first = row, each = rows;
+    std::visit([&](auto& group) { keep_members(&group, [&](std::size_t k) { return !open[first + k * each]; }); },
+               constraint);
+    row += members * rows;
+  }
+  return result;
+}
+
+OneSidedRows::OneSidedRows(const StaticsInput& input, const EquilibriumOptions& options)
+    : system_(input.system),
+      work_(input.system, options.solver, 0.0),
+      equations_(work_, options.at),
+      tolerance_(options.force_tolerance),
+      side_(find_sides(input.system, options.one_sided)),
+      open_(side_.size(), false) {
+  stand_at(system_.positions, {});
+  const double touches = 1e-6 * work_.model().smallest_length;
+  for (std::size_t row = 0; row < side_.size(); ++row) open_[row] = side_[row] * xi_[row] > touches * norm_[row];
+}
+
+/// xi, |gradient| and xi'' = K'M^-1 g there; no multipliers: none.
+void OneSidedRows::stand_at(const std::vector<double>& positions, const std::vector<double>& multipliers) {
+  const Model& model = work_.model();
+  const Numbering& numbering = model.numbering;
+  const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(numbering.user_row[a]); };
+  std::vector<double> r(positions.size()), v(positions.size()), lambda(model.num_rows(), 0.0), xi(model.num_rows()),
+      g(equations_.size());
+  numbering.gather_points(positions, r);
+  work_.set_time(equations_.time());
+  work_.prescribe_all(equations_.time(), r.data(), v.data());
+  if (!multipliers.empty()) {
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] = multipliers[user_row(a)];
+  }
+  (void)equations_.evaluate(r.data(), lambda.data(), g.data(), xi.data());
+  for (std::vector<double>* each : {&xi_, &norm_, &rate_}) each->assign(side_.size(), 0.0);
+  for (std::size_t a = 0; a < xi.size(); ++a) xi_[user_row(a)] = xi[a];
+  for (const Incidence& incidence : model.incidences) {
+    const std::size_t row = user_row(static_cast<std::size_t>(incidence.row)),
+                      i = static_cast<std::size_t>(incidence.point);
+    const Vec3 gradient = incidence.sign * load(equations_.gradients().data(), incidence.block);
+    norm_[row] = std::hypot(norm_[row], norm(gradient));
+    if (i < model.num_moving()) rate_[row] += model.inverse_mass[i] * dot(gradient, load(g.data(), i));
+  }
+}
+
+void OneSidedRows::change(const Rows& rows) {
+  for (const std::size_t row : rows) open_[row] = !open_[row];
+}
+
+std::vector<double> OneSidedRows::keep(const std::vector<double>& all) const {
+  std::vector<double> result = all;
+  keep_some(&result, [&](std::size_t row) { return !open_[row]; });
+  return result;
+}
+
+std::vector<double> OneSidedRows::spread(const std::vector<double>& kept) const {
+  std::vector<double> result(open_.size(), 0.0);
+  for (std::size_t row = 0, k = 0; row < result.size(); ++row) {
+    if (!open_[row]) result[row] = kept[k++];
+  }
+  return result;
+}
+
+/// Multipliers are known about as well as forces balance.
+double OneSidedRows::force_tolerance(const EquilibriumResult& found) const {
+  return 10.0 * std::max(tolerance_, 1e-12) * found.largest_force;
+}
+
+/// Of rows with a rank, those that come first at one of their points, in order.
+OneSidedRows::Rows OneSidedRows::find_first_of_points(const std::vector<std::pair<double, std::size_t>>& rows) const {
+  const Model& model = work_.model();
+  std::vector<double> rank(side_.size(), std::numeric_limits<double>::infinity());
+  for (const auto& [own, row] : rows) rank[row] = own;
+  using Best = std::pair<double, std::size_t>;
+  std::vector<Best> best(model.num_moving(), {std::numeric_limits<double>::infinity(), side_.size()});
+  for (const Incidence& incidence : model.incidences) {
+    const auto i = static_cast<std::size_t>(incidence.point);
+    const auto row = static_cast<std::size_t>(model.numbering.user_row[static_cast<std::size_t>(incidence.row)]);
+    if (i < best.size() && std::isfinite(rank[row])) best[i] = std::min(best[i], Best{rank[row], row});
+  }
+  std::set<std::size_t> first;
+  for (const auto& [own, row] : best) {
+    if (row < side_.size()) first.insert(row);
+  }
+  return {first.begin(), first.end()};
+}
+
+OneSidedRows::Rows OneSidedRows::find_wrong(const EquilibriumResult& found) {
+  const std::vector<double> lambda = spread(found.multipliers);
+  stand_at(found.positions, lambda);
+  const Model& model = work_.model();
+  const double force = force_tolerance(found),
+               length = std::max(1e-9 * model.smallest_length,
+                                 64.0 * std::numeric_limits<double>::epsilon() * model.scene_size);
+  std::vector<std::pair<double, std::size_t>> broken;
+  Rows pulling, wrong;
+  for (std::size_t row = 0; row < side_.size(); ++row) {
+    if (side_[row] == 0) continue;
+    if (open_[row] && side_[row] * xi_[row] < -length * norm_[row])
+      broken.push_back({side_[row] * xi_[row] / norm_[row], row});
+    if (!open_[row] && side_[row] * lambda[row] * norm_[row] < -force) pulling.push_back(row);
+  }
+  std::ranges::merge(pulling, find_first_of_points(broken), std::back_inserter(wrong));
+  return wrong;
+}
+
+OneSidedRows::Rows OneSidedRows::find_pushed(const EquilibriumResult& found) {
+  stand_at(found.positions, spread(found.multipliers));
+  double largest = 0.0;
+  for (const double rate : rate_) largest = std::max(largest, std::abs(rate));
+  // A fall from rest through the gap takes the square root of twice this.
+  std::vector<std::pair<double, std::size_t>> pushed;
+  for (std::size_t row = 0; row < side_.size(); ++row) {
+    const double rate = side_[row] * rate_[row];
+    if (open_[row] && rate < -1e-9 * largest) pushed.push_back({-side_[row] * xi_[row] / rate, row});
+  }
+  return find_first_of_points(pushed);
+}
+
+OneSidedRows::Rows OneSidedRows::find_open() const {
+  Rows result;
+  for (std::size_t row = 0; row < open_.size(); ++row) {
+    if (open_[row]) result.push_back(row);
+  }
+  return result;
+}
+
+OneSidedRows::Rows OneSidedRows::find_weak(const EquilibriumResult& found) {
+  const std::vector<double> lambda = spread(found.multipliers);
+  Rows weak;
+  for (std::size_t row = 0; row < side_.size(); ++row) {
+    if (side_[row] != 0 && !open_[row] && std::abs(lambda[row]) * norm_[row] <= force_tolerance(found))
+      weak.push_back(row);
+  }
+  return weak;
+}
+
+std::string OneSidedRows::name(const Rows& rows) const {
+  constexpr std::size_t most = 3;
+  std::string result;
+  for (std::size_t k = 0; k < std::min(most, rows.size()); ++k)
+    result += (k > 0 ? ", " : "") + equation_name(system_, rows[k]);
+  return rows.size() > most ? result + " and " + std::to_string(rows.size() - most) + " more" : result;
+}
+
+void OneSidedRows::rename(std::string* text) const {
+  std::size_t row = 0;
+  for (std::size_t g = 0; g < system_.constraints.size(); ++g) {
+    const auto [members, rows] = shape_of(system_.constraints[g]);
+    std::vector<std::size_t> kept;
+    for (std::size_t k = 0; k < members; ++k) {
+      if (!open_[row + k * rows]) kept.push_back(k);
+    }
+    row += members * rows;
+    if (kept.size() == members) continue;
+    const std::string before = constraint_name(system_, g) + "[";
+    for (std::size_t at = text->find(before); at != std::string::npos; at = text->find(before, at)) {
+      const bool is_whole_name = at == 0 || (*text)[at - 1] == ' ';
+      at += before.size();
+      if (!is_whole_name) continue;
+      const std::size_t end = text->find(']', at), k = std::stoul(text->substr(at, end - at));
+      text->replace(at, end - at, std::to_string(kept[k]));
+    }
+  }
+}
+
+OneSidedRows::Rows Exchange::choose(const OneSidedRows::Rows& wrong, const std::vector<bool>& open) {
+  constexpr int most_patience = 10;
+  if (wrong.empty()) {
+    *this = {};
+    return {};
+  }
+  if (wrong.size() < fewest_) {
+    fewest_ = wrong.size();
+    patience_ = most_patience;
+    seen_.clear();
+    return wrong;
+  }
+  if (patience_ > 0) {
+    --patience_;
+    return wrong;
+  }
+  is_stuck_ = !seen_.insert(open).second;
+  return {wrong.back()};
+}
+
+}  // namespace tanor

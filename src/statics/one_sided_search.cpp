@@ -1,0 +1,101 @@
+#include "statics/one_sided_search.hpp"
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// The constraints cannot hold together, or not from there.
+bool contradicts(const EquilibriumResult& found) {
+  constexpr double broken = 1e-6;
+  return !found.outcome.ok() && found.violation > broken;
+}
+
+}  // namespace
+
+/// From where it rested last; where that does not do, as of a chain that hung through the floor, from the start.
+EquilibriumResult OneSidedSearch::rest(bool is_judged) {
+  EquilibriumOptions options = options_;
+  if (has_rested_) options.load_steps = 1;
+  const System closed = without_open_constraints(input_.system, rows_.open());
+  const std::vector<double> prestress = rows_.keep(input_.prestress);
+  const auto rest_at = [&](const std::vector<double>& start) {
+    EquilibriumResult found = rest_from(closed, options, prestress, start, is_judged);
+    iterations_ += found.iterations;
+    factorizations_ += found.factorizations;
+    residuals_.insert(residuals_.end(), found.residuals.begin(), found.residuals.end());
+    return found;
+  };
+  EquilibriumResult found = rest_at(positions_);
+  return contradicts(found) && has_rested_ ? rest_at(input_.system.positions) : found;
+}
+
+/// Where those that are closed contradict each other: less of the last change. Where they do not hold it: what its
+/// points run into besides; where that is nothing, all. None: that was tried.
+OneSidedRows::Rows OneSidedSearch::change_after(const EquilibriumResult& failed) {
+  if (contradicts(failed) && !changed_.empty()) return take_part_of_change();
+  if (!failed_.insert(rows_.open()).second) return {};
+  wanted_ = rows_.find_pushed(failed);
+  if (wanted_.empty()) wanted_ = rows_.find_wrong(failed);
+  if (wanted_.empty()) wanted_ = rows_.find_open();
+  return wanted_;
+}
+
+/// Half of what was tried; of a single one the others that were wanted.
+OneSidedRows::Rows OneSidedSearch::take_part_of_change() {
+  if (changed_.size() == 1) std::erase(wanted_, changed_.front());
+  if (wanted_.empty()) return {};
+  rows_.change(changed_);
+  if (changed_.size() == 1) return wanted_;
+  changed_.resize(changed_.size() / 2);
+  return changed_;
+}
+
+EquilibriumResult OneSidedSearch::run() {
+  bool is_judged = false;
+  for (int round = 0;; ++round) {
+    EquilibriumResult found = rest(is_judged);
+    const bool rests = found.outcome.ok() || found.status != Stability::None;
+    const bool is_final = is_judged && !rests;
+    if (rests) {
+      changed_ = wanted_ = exchange_.choose(rows_.find_wrong(found), rows_.open());
+      positions_ = found.positions;
+      has_rested_ = true;
+    } else if (!is_final) {
+      changed_ = change_after(found);
+    }
+    if (is_final || (changed_.empty() && (is_judged || !rests))) return write(std::move(found));
+    if (exchange_.is_stuck() || round == options_.max_iterations) {
+      found.status = Stability::None;
+      found.outcome = {Status::NotConverged, "one-sided constraints do not settle after " +
+                                                 text_of_count(static_cast<std::size_t>(round + 1), "round") + ": " +
+                                                 rows_.name(changed_) + " would close and open in turn"};
+      return write(std::move(found));
+    }
+    is_judged = changed_.empty();
+    rows_.change(changed_);
+  }
+}
+
+/// Rows of all constraints, in the user's order.
+EquilibriumResult OneSidedSearch::write(EquilibriumResult found) {
+  const OneSidedRows::Rows weak = rows_.find_weak(found);
+  if (found.outcome.ok() && !weak.empty())
+    found.left_out.push_back("one-sided constraints that touch and carry nothing (" + rows_.name(weak) +
+                             "): stability takes them as held both ways");
+  found.multipliers = rows_.spread(found.multipliers);
+  std::vector<bool> unique(rows_.open().size(), true);
+  for (std::size_t row = 0, k = 0; row < unique.size(); ++row) {
+    if (!rows_.open()[row] && k < found.multipliers_unique.size()) unique[row] = found.multipliers_unique[k++];
+  }
+  found.multipliers_unique = std::move(unique);
+  for (std::string& each : found.dependences) rows_.rename(&each);
+  found.open = rows_.open();
+  found.iterations = iterations_;
+  found.factorizations = factorizations_;
+  found.residuals = std::move(residuals_);
+  return found;
+}
+
+}  // namespace tanor

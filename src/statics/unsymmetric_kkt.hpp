@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "factor/sparse_lu.hpp"
+#include "statics/equilibrium_equations.hpp"
+
+namespace tanor {
+
+/// The factor of the whole matrix, where some force may have no potential and A need not be symmetric:
+///
+///   [ A  K ] [ x  ]   [ b ]
+///   [ K' 0 ] [ mu ] = [ c ],   A = W + c D + s M
+///
+/// A tiny compliance in the place of 0 lets rows depend on each other; residuals take it back.
+class UnsymmetricKkt {
+ public:
+  explicit UnsymmetricKkt(const EquilibriumEquations& equations);
+
+  /// Damping D, whose entries lie where W has some.
+  struct Damped {
+    const Eigen::SparseMatrix<double>* damping = nullptr;
+    double rate = 0.0;  // c, 1/s
+  };
+  /// W and K as they were linearised last; s in 1/s^2. False: it is singular.
+  [[nodiscard]] bool factorize(double shift) { return factorize(shift, {}); }
+  [[nodiscard]] bool factorize(double shift, const Damped& damped);
+  /// x [size()] and mu [num_rows()] come as the right-hand side b and c.
+  void solve(std::vector<double>* x, std::vector<double>* mu);
+  /// y = A x [size()].
+  void multiply(const std::vector<double>& x, std::vector<double>* y) const;
+
+ private:
+  void make_pattern();
+  int slot(std::size_t row, std::size_t column) const;
+  void assemble();
+
+  const EquilibriumEquations& equations_;
+  const Model& model_;
+  SquarePattern pattern_;
+  std::unique_ptr<SparseLu<double>> factor_;
+  std::vector<int> stiffness_slots_;                // [9 block of W]
+  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence]: of K and of K'
+  double shift_ = 0.0;
+  Damped damped_;
+};
+
+}  // namespace tanor
