@@ -64,8 +64,7 @@ ExitCode execute(const PictureOptions& options) {
         "t = {:g} s in {}{}", instant.frame.time, file.string(),
         is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
     if (drawn.left_out > 0)
-      print_message(
-          fmt::format("{} guides are left out: so many surfaces before them cover the picture", drawn.left_out));
+      print_message(fmt::format("{} guides are left out: those before them cover the picture", drawn.left_out));
   }
   return ExitCode::Done;
 }

@@ -96,7 +96,8 @@ void Canvas::add(const Ball& ball) {
 void Canvas::add(const Cone& cone) {
   const ConeTerms terms(cone);
   if (!(terms.dd > 0.0)) return;
-  const auto [d, dd, slope, hy] = terms;
+  const Vec3 d = terms.d;
+  const double dd = terms.dd, slope = terms.slope, hy = terms.hy;
   const std::array<double, 4> p = camera_.bound(cone.a, cone.radius_a), q = camera_.bound(cone.b, cone.radius_b);
   const std::array bounds{std::min(p[0], q[0]), std::max(p[1], q[1]), std::min(p[2], q[2]), std::max(p[3], q[3])};
   const double nearest = std::min(cone.a.z, cone.b.z) - std::max(cone.radius_a, cone.radius_b);
@@ -166,7 +167,7 @@ float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
   constexpr float sheet = 0.09f, line = 0.28f;
   const double half_line = 0.6 * camera_.pixel(place.z) * std::max(1.0, width_ / 1000.0);
   const Vec3 e = (1.0 / norm(direction)) * direction, from = place - surface.center;
-  const auto& [u, v, w] = surface.axes;
+  const Vec3 &u = surface.axes[0], &v = surface.axes[1], &w = surface.axes[2];
   // A line of a coordinate that grows along t is as wide for the eye everywhere: |t - n (e.t)/(e.n)| of it a pixel.
   const auto is_near_line = [&](double turns, double length, Vec3 t, Vec3 n) {
     constexpr double steepest = 5.0;
@@ -196,7 +197,7 @@ float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
 }
 
 void Canvas::add(const Surface& surface) {
-  const auto& [u, v, w] = surface.axes;
+  const Vec3 &u = surface.axes[0], &v = surface.axes[1], &w = surface.axes[2];
   const bool is_flat = surface.is_flat();
   const Vec3 normal = cross(u, v);
   visit(camera_.bound(surface.center, surface.reach()), [&](std::size_t sample, const Ray& ray) {

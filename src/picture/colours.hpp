@@ -12,7 +12,7 @@ struct Rgb {
   float r = 0.0f, g = 0.0f, b = 0.0f;
 
   friend Rgb operator*(float s, Rgb a) { return {s * a.r, s * a.g, s * a.b}; }
-  friend Rgb operator+(Rgb a, Rgb b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
+  friend Rgb operator+(Rgb x, Rgb y) { return {x.r + y.r, x.g + y.g, x.b + y.b}; }
 };
 
 inline Rgb mix(Rgb a, Rgb b, float part) {

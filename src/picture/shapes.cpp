@@ -92,27 +92,40 @@ void add_forces(const Picture& picture, const std::vector<double>& forces, Rgb c
   }
 }
 
-/// Part of the picture that a surface covers at most.
-double measure_cover(const Surface& surface, const Style& style, const Camera& camera) {
-  const auto [left, right, top, bottom] = camera.bound(surface.center, surface.reach());
+/// Part of the picture that is inside bounds (left, right, top, bottom).
+double measure_cover(const std::array<double, 4>& bounds, const Style& style) {
   const auto inside = [](double low, double high, double most) {
     return std::fmax(0.0, std::fmin(high, most) - std::fmax(low, 0.0)) / most;
   };
-  return inside(left, right, style.width) * inside(top, bottom, style.height);
+  return inside(bounds[0], bounds[1], style.width) * inside(bounds[2], bounds[3], style.height);
 }
 
-/// However many they are, curves have so many parts and surfaces cover the picture so often as seconds allow.
+/// However many they are, curves have so many parts, and guides cover the picture so often, as seconds allow.
 void add_guides(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
-  constexpr double parts_of_all = 2e5, least_parts = 8.0, most_parts = 6000.0, most_covers = 10.0;
+  constexpr double parts_of_all = 2e5, least_parts = 8.0, most_parts = 6000.0;
+  constexpr double most_covers = 16.0, weight_of_surface = 4.0;
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
   const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
-  for (const report::Guide& guide : guides) add_guide(guide, space, shapes);
   double covers = 0.0;
-  shapes->left_out = std::erase_if(shapes->surfaces, [&](const Surface& surface) {
-    covers += measure_cover(surface, picture.style, camera);
-    return covers > most_covers;
-  });
+  for (const report::Guide& guide : guides) {
+    if (covers >= most_covers) {
+      ++shapes->left_out;
+      continue;
+    }
+    const std::size_t first_cone = shapes->cones.size(), first_surface = shapes->surfaces.size();
+    add_guide(guide, space, shapes);
+    for (std::size_t k = first_cone; k < shapes->cones.size(); ++k) {
+      const Cone& cone = shapes->cones[k];
+      const auto p = camera.bound(cone.a, cone.radius_a), q = camera.bound(cone.b, cone.radius_b);
+      covers += measure_cover({std::min(p[0], q[0]), std::max(p[1], q[1]), std::min(p[2], q[2]), std::max(p[3], q[3])},
+                              picture.style);
+    }
+    for (std::size_t k = first_surface; k < shapes->surfaces.size(); ++k) {
+      const Surface& surface = shapes->surfaces[k];
+      covers += weight_of_surface * measure_cover(camera.bound(surface.center, surface.reach()), picture.style);
+    }
+  }
 }
 
 }  // namespace
