@@ -1,0 +1,399 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
+
+#include <tanor/motion.hpp>
+
+#include "base/live.hpp"
+#include "base/quiet_traps.hpp"
+#include "base/text.hpp"
+#include "certificate/certificate.hpp"
+#include "dynamics/multiplier_form.hpp"
+#include "dynamics/prestress_rigidity.hpp"
+#include "motion/integration.hpp"
+#include "ranks/cut_form.hpp"
+#include "ranks/shared_mechanics.hpp"
+#include "simulation/motion_input.hpp"
+#include "simulation/motion_measures.hpp"
+#include "simulation/saved_state.hpp"
+#include "simulation/solution.hpp"
+#include "system/enum_check.hpp"
+#include "system/fingerprint.hpp"
+
+namespace tanor {
+
+/// What a Simulation is made of.
+struct Simulation::Implementation {
+  static constexpr std::uint64_t fingerprint_of_progress = 0;
+
+  Part part;
+  MotionOptions options;
+  SolverOptions solver_options;
+  Forms forms;
+  std::unique_ptr<SharedMechanics> shared;  // null: all of the system is here
+  Workspace& work = forms.work;
+  const Model& model = forms.model;
+  EquationsOfMotion& form = shared != nullptr ? *shared : *forms.main;
+  Outcome outcome;
+  MotionReport report;
+  ChosenMethod chosen;
+  Integration integration;
+  State& state = integration.state;
+  Solution now;                 // the state as the last call left it
+  std::optional<System> given;  // where points held rigid by prestress became supports of `model.system`
+  PointState points;            // the state in the inner order
+  std::vector<double> rows;     // [d]
+  std::size_t num_events = 0;
+  MotionMeasures measures{options, work, form, integration, &points, &report};
+  bool is_advancing = false;
+
+  Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, const Part& of_all,
+                 double t_start)
+      : part(of_all),
+        options((check_together(part, system, motion, t_start), motion)),
+        solver_options(resolve(solver, system, motion.method)),
+        forms(std::move(system), solver_options, t_start, form_of(part, solver_options)),
+        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
+        chosen(choose_method(motion, model.system, form, forms.is_tangent())),
+        integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
+    note_method();
+    if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
+      throw InputError("/motion/step", "method " + std::string(name_of(report.method)) +
+                                           " has fixed steps: a positive step, s, is needed");
+    }
+    for (std::vector<double>* array : {&points.r, &points.v, &points.w}) array->resize(3 * model.num_points());
+    now = make_solution(model.system, forms.is_tangent() ? form.size() : 0);
+    rows.resize(model.num_rows());
+
+    state.t = t_start;
+    model.numbering.gather_points(model.system.positions, points.r);
+    model.numbering.gather_points(model.system.velocities, points.v);
+    report.time = t_start;
+    report.start = shared != nullptr ? shared->start(t_start, points.r.data(), points.v.data(), options.start)
+                                     : forms.start(t_start, points.r.data(), points.v.data(), options.start);
+    outcome = report.start.outcome;
+    if (outcome.ok()) outcome = complete_state(nullptr);
+    integration.begin();
+    measures.begin();
+    if (model.has_friction()) measures.measure_friction(outcome.ok());
+    publish();
+  }
+
+  /// Residuals of 1e-12 would be the noise of such steps. The fixed point of friction leaves as much anyway.
+  bool wants_exact_accelerations() const {
+    constexpr double demanding = 1e-10;
+    return !has_fixed_steps(chosen.method) && options.rtol < demanding && !model.has_friction();
+  }
+
+  /// Where equations reach from rank to rank they have a form of their own.
+  static Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
+    if (part.is_whole() || !part.is_cut()) return {};
+    return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
+  }
+
+  void note_method() {
+    report.method = chosen.method;
+    report.method_reason = chosen.reason;
+    if (!integration.is_stiff()) return;
+    report.method = Method::Radau5;
+    report.method_reason = integration.explain_stiffness();
+  }
+
+  const System& system() const { return given ? *given : model.system; }
+
+  std::vector<std::byte> save() {
+    std::vector<double> r = points.r, v = points.v, w = points.w;
+    form.write_points(state.at(), state.a.data(), state.reactions, r.data(), v.data(), w.data());
+    Snapshot snapshot;
+    snapshot.time = state.t;
+    snapshot.positions.resize(r.size());
+    snapshot.velocities.resize(v.size());
+    snapshot.report = report;
+    integration.write(&snapshot);
+    model.numbering.scatter_points(r, snapshot.positions);
+    model.numbering.scatter_points(v, snapshot.velocities);
+    return pack(snapshot, fingerprint_of(system()));
+  }
+
+  /// All but the points, and but what later numbers depend on to the last bit: of any division into ranks.
+  std::vector<std::byte> save_progress() {
+    Snapshot snapshot;
+    snapshot.time = state.t;
+    snapshot.report = report;
+    integration.write_progress(&snapshot);
+    return pack(snapshot, fingerprint_of_progress);
+  }
+
+  void restore_progress(std::span<const std::byte> saved, std::span<const double> r, std::span<const double> v) {
+    refuse_inside_advance("restore_progress");
+    Snapshot snapshot = unpack(saved, fingerprint_of_progress);
+    snapshot.positions.assign(r.begin(), r.end());
+    snapshot.velocities.assign(v.begin(), v.end());
+    restore(snapshot);
+  }
+
+  void restore(std::span<const std::byte> saved) {
+    refuse_inside_advance("restore");
+    restore(unpack(saved, fingerprint_of(system())));
+  }
+
+  void restore(const Snapshot& snapshot) {
+    check_snapshot(snapshot, points.r.size());
+    integration.restore(snapshot);
+    report = snapshot.report;
+    note_method();
+    report.time = snapshot.time;
+    form.resume(report.counters, report.times);
+
+    state.t = snapshot.time;
+    model.numbering.gather_points(snapshot.positions, points.r);
+    model.numbering.gather_points(snapshot.velocities, points.v);
+    state.work = {.supports = report.energy.work_of_supports,
+                  .forces = report.energy.work_of_forces,
+                  .potentials = report.energy.work_of_potentials,
+                  .friction = report.energy.work_of_friction};
+    work.prescribe_all(state.t, points.r.data(), points.v.data());
+    form.fetch_guests(points.r.data(), points.v.data());
+    outcome = complete_state(snapshot.memory.empty() && model.has_friction() ? nullptr : &snapshot);
+    integration.resume(snapshot);
+    measures.resume();
+    work.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
+    publish();
+  }
+
+  /// The state at t from its points, with all that belongs to it: a motion begins, or goes on from a snapshot.
+  Outcome complete_state(const Snapshot* snapshot) {
+    const bool begins = snapshot == nullptr;
+    Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
+    if (!begins) integration.restore_memory(*snapshot);
+    if (found.ok() && begins && model.has_friction()) {
+      Request at_start = integration.request(Gradients::Keep);
+      at_start.refuses_several = true;
+      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
+    } else if (found.ok() && integration.is_extrapolating()) {
+      found = integration.return_to_constraints();
+    } else {
+      if (found.ok()) found = form.linearise(state.t, state.x.data());
+      if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
+    }
+    return found;
+  }
+
+  void write_points() {
+    form.write_points(state.at(), state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
+  }
+
+  /// Points held rigid by prestress: they do not move though K alone would let them.
+  std::vector<Index> find_prestress_rigid_points() {
+    if (part.is_cut()) return {};
+    constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
+    if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
+    if (forms.normal == nullptr) return {};
+    return tanor::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
+  }
+
+  /// Whether some rank has such points.
+  bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
+
+  RankReport find_rank() {
+    write_points();
+    return forms.rank(points.r.data(), false);
+  }
+
+  void publish() {
+    write_points();
+    const Outcome known = write_solution(state.reactions, &now);
+    if (outcome.ok()) outcome = known;
+    report.counters = work.counters;
+    report.times = work.times;
+  }
+
+  /// The state with what was found with accelerations there, in the user's order.
+  Outcome write_solution(const Reactions& found, Solution* at) {
+    const Numbering& numbering = model.numbering;
+    numbering.scatter_points(points.r, at->positions);
+    numbering.scatter_points(points.v, at->velocities);
+    numbering.scatter_points(points.w, at->accelerations);
+    if (forms.is_tangent()) {
+      work.coordinates.scatter(state.x.data(), at->coordinates.data());
+      work.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
+    }
+    Outcome known = forms.reactions({state.at(), points.at(state.t)}, {}, found, rows.data(), points.w.data());
+    numbering.scatter_rows(rows, at->multipliers);
+    numbering.scatter_points(points.w, at->reactions);
+    // What supports carry: eta + f there
+    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
+    for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += work.f[i];
+    numbering.scatter_points(points.w, at->support_forces);
+    return known;
+  }
+
+  /// A look at the present state, after which the motion goes on as if there had been none: what later solves start
+  /// from and the counts of work are put back.
+  class Look {
+   public:
+    explicit Look(Implementation* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
+      Memory memory(&kept_);
+      at_.form.exchange_memory(memory);
+    }
+    ~Look() {
+      Memory memory{std::span<const double>(kept_)};
+      at_.form.exchange_memory(memory);
+      at_.work.counters = counters_;
+      at_.work.times = times_;
+    }
+    Look(const Look&) = delete;
+    Look& operator=(const Look&) = delete;
+
+   private:
+    Implementation& at_;
+    Counters counters_;
+    PhaseTimes times_;
+    std::vector<double> kept_;
+  };
+
+  /// Inside an observer accelerations may be those of a stage: they are found at the state, which keeps its own.
+  Solution solve_on_the_way() {
+    const Look look(this);
+    Solution at = make_solution(model.system, now.coordinates.size());
+    std::vector<double> at_a(form.size());
+    Reactions found = form.no_reactions();
+    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                    {at_a.data(), nullptr, nullptr, &found});
+    form.write_points(state.at(), at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
+    if (at.outcome.ok()) {
+      at.outcome = write_solution(found, &at);
+    } else {
+      model.numbering.scatter_points(points.r, at.positions);
+      model.numbering.scatter_points(points.v, at.velocities);
+    }
+    return at;
+  }
+
+  std::vector<double> friction_forces() {
+    std::vector<double> tau(points.r.size()), at(points.r.size());
+    if (!model.has_friction()) return at;
+    if (is_advancing) {
+      const Look look(this);
+      std::vector<double> at_a(form.size());
+      Reactions found = form.no_reactions();
+      const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                                {at_a.data(), nullptr, nullptr, &found});
+      if (solved.ok()) form.write_friction(found, tau.data());
+    } else {
+      form.write_friction(state.reactions, tau.data());
+    }
+    model.numbering.scatter_points(tau, at);
+    return at;
+  }
+
+  Solution solution() {
+    Solution at = is_advancing ? solve_on_the_way() : now;
+    if (!is_advancing) at.outcome = outcome;
+    at.time = state.t;
+    write_points();
+    at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));
+    return at;
+  }
+
+  Certificate certify() {
+    if (part.is_cut()) throw InputError("/certificate", "nobody proves what lies on several ranks; take one rank");
+    const Look look(this);
+    std::vector<double> at_a(form.size()), at_eta(points.r.size()), at_tau(points.r.size());
+    SolveReport solved;
+    Reactions reactions;
+    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                       {at_a.data(), nullptr, &solved, &reactions});
+    if (!found.ok()) return make_failed_certificate(found);
+    form.write_points(state.at(), at_a.data(), reactions, points.r.data(), points.v.data(), points.w.data());
+    found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, rows.data(), at_eta.data());
+    if (!found.ok()) return make_failed_certificate(found);
+    form.write_friction(reactions, at_tau.data());
+    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
+  }
+
+  /// Accelerations and multipliers at the state itself, after steps that left others behind.
+  Outcome refresh(Gradients gradients) {
+    return form.accelerations(state.at(), integration.request(gradients), state.output_without_power());
+  }
+
+  /// A first step from the time in which velocities or positions change by themselves.
+  double first_step(double span) {
+    if (options.step > 0.0) return std::min(options.step, span);
+    write_points();
+    const std::vector<double> speeds = work.largest_norms(points.v.data());
+    const std::vector<double> accelerations = work.largest_norms(points.w.data());
+    double time = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < speeds.size(); ++k) {
+      if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], work.scales.speed(k)) / accelerations[k]);
+    }
+    time = -form.largest(-time);
+    if (!std::isfinite(time)) time = span;
+    return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
+  }
+
+  /// Its own observers, events and callables look at a step; they cannot make another one.
+  void refuse_inside_advance(const char* what) const {
+    if (is_advancing)
+      throw InputError("",
+                       std::string(what) + " was called inside advance_to; an observer returns false to stop there");
+  }
+
+  Outcome advance(double t_end, const Observer& observer) {
+    refuse_inside_advance("advance_to");
+    struct Advancing {
+      bool& flag;
+      explicit Advancing(bool& is_advancing) : flag(is_advancing) { flag = true; }
+      ~Advancing() { flag = false; }
+    } const advancing(is_advancing);
+    if (!outcome.ok()) return outcome;
+    if (!(t_end > state.t) || !std::isfinite(t_end)) {
+      throw InputError("/motion/t_end", text(t_end) + " does not lie after the time reached, " + text(state.t));
+    }
+    if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
+      integration.next_step = first_step(t_end - state.t);
+    outcome = integration.advance(
+        t_end, [this](const StepResult& step) { take(step); }, observer);
+    if (!outcome.ok() && model.has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
+      outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
+    if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
+    const bool rejected_last = !outcome.ok();
+    if (rejected_last || !integration.knows_acceleration()) {
+      if (rejected_last) integration.restore_good_memory();
+      const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
+      if (rejected_last && integration.knows_acceleration()) integration.restore_good_memory();
+      if (outcome.ok()) outcome = at_state;
+      if (outcome.ok() && state.t == t_end) measures.measure_acceleration();
+    }
+    publish();
+    return outcome;
+  }
+
+  std::size_t add_event(Event event) {
+    if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
+    check_enum(event.direction, Event::Direction::Falling, "/event/direction");
+    const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(points.r.size()),
+                        at_v = std::vector<double>(points.v.size())](double t, const double* x,
+                                                                     const double* x_dot) mutable {
+      form.write_points({t, x, x_dot}, state.a.data(), state.reactions, points.r.data(), points.v.data(),
+                        points.w.data());
+      model.numbering.scatter_points(points.r, at_r);
+      model.numbering.scatter_points(points.v, at_v);
+      return form.sum(value(t, at_r, at_v));
+    };
+    integration.watch().add({value, event.direction, event.stops, event.name});
+    return num_events++;
+  }
+
+  /// A step that was accepted.
+  void take(const StepResult& step) {
+    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
+    measures.take(step, outcome.ok());
+  }
+};
+
+}  // namespace tanor
