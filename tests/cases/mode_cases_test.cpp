@@ -144,7 +144,9 @@ TEST(InvertedChain, IsHeldBySpringsAboveTheirCriticalStiffness) {
     const Modes critical = held_by(1.0);
     EXPECT_EQ(critical.zero_modes, 2u);
     // One bead or two move as a body whatever they do.
-    if (count > 2) EXPECT_EQ(critical.rigid_zero_modes, 0u) << count;
+    if (count > 2) {
+      EXPECT_EQ(critical.rigid_zero_modes, 0u) << count;
+    }
   }
 }
 

@@ -64,7 +64,7 @@ TEST(HostileInput, ParametersAreAThousandAtMost) {
 // A group of "all" points takes thirty bytes of a file.
 TEST(HostileInput, GroupsThatHaveNoRoomAreRefusedBeforeTheyTakeIt) {
   std::size_t num_named = 0;
-  const Context context{.num_named = &num_named};
+  const Context context{.directory = {}, .files = nullptr, .parameters = {}, .num_named = &num_named};
 
   context.take_room(1000);
   EXPECT_EQ(num_named, 1000u);

@@ -72,7 +72,7 @@ struct Numbers {
     for (double& w : w0) w = any(*random);
     std::vector<Index> islands(numbering.num_islands());
     std::iota(islands.begin(), islands.end(), 0);
-    solver = PathSolver::make({constraints, gather, incidences, numbering, inverse_mass}, &islands);
+    solver = PathSolver::make({constraints, gather, incidences, numbering, inverse_mass, {}}, &islands);
     EXPECT_TRUE(islands.empty());
   }
 };
