@@ -59,8 +59,9 @@ ExitCode execute(const EquilibriumCommand& command) {
       if (command.modes) {
         ModesOptions wanted = scene::modes_options(scene);
         wanted.count = *command.modes;
+        const std::vector<double> multipliers = multipliers_of_closed(found);
         // Else modes() says whether they depend on a self-stress.
-        if (found.self_stress_states == 0) wanted.multipliers = multipliers_of_closed(found);
+        if (found.self_stress_states == 0) wanted.multipliers = multipliers;
         vibrations = modes(held, found.positions, wanted);
       }
       if (scene.buckling_loads.empty()) return;

@@ -52,8 +52,9 @@ Modes vibrate(const py::object& object, const py::object& positions, const py::o
   const System system = read_system(object);
   auto chosen = choose_options<ModesOptions>(object, options, solver, read_modes_options, scene::modes_options);
   const std::vector<double> at = positions_of(system, positions);
-  chosen.multipliers =
+  const std::span<const double> given =
       numbers_to_read(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
+  chosen.multipliers.assign(given.begin(), given.end());
   return without_lock([&] { return modes(system, at, chosen); });
 }
 

@@ -14,7 +14,7 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 namespace {
 
-/// C over the stiffness of its points: conjugate gradients then take two or three steps, and half of the digits that it
+/// C over the stiffness of its points: conjugate residuals then take two or three steps, and half of the digits that it
 /// costs come back by one refinement.
 constexpr double penalty = 1e5;
 
@@ -244,64 +244,77 @@ void KktSolver::apply_transposed(const MatrixXd& x, MatrixXd* rows) const {
   }
 }
 
-/// One round: x = A^-1(a + K(Cb - y)) with y by conjugate gradients, which C preconditions, each column for itself.
-void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y, double enough) {
+/// One round: x = A^-1(a + K(Cb - y)).
+void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y, double of_rows) {
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
-  const Eigen::Index columns = x->cols();
   // x = A^-1 (a + K C b), residual = K'x - b
   scaled_ = C.asDiagonal() * *y;
   add_reactions(scaled_, x);
   apply_inverse(x);
   apply_transposed(*x, &rows_residual_);
   rows_residual_ -= *y;
-  y->setZero();
+  find_multipliers(x, y, of_rows);
+}
 
+void KktSolver::solve_roughly(MatrixXd* x, double of_rows) {
+  apply_inverse(x);
+  apply_transposed(*x, &rows_residual_);
+  multipliers_.resize(rows_residual_.rows(), x->cols());
+  find_multipliers(x, &multipliers_, of_rows);
+}
+
+/// y by conjugate residuals, which C preconditions, each column for itself; x -= A^-1 K y. What is left of the rows, in
+/// the norm of C, falls with every step, and no more where b is none of K'x.
+void KktSolver::find_multipliers(MatrixXd* x, MatrixXd* y, double of_rows) {
   constexpr int most_steps = 12;
-  direction_.setZero(y->rows(), columns);
-  VectorXd now(columns), before(columns), first(columns);
+  constexpr double least_gain = 0.9;
+  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
+  const Eigen::Index columns = x->cols();
+  y->setZero();
+  VectorXd first(columns), before(columns), curvature_before(columns);
   std::vector<char> is_done(static_cast<std::size_t>(columns), 0);
   for (int step = 0; step < most_steps; ++step) {
     scaled_ = C.asDiagonal() * rows_residual_;
-    now = scaled_.cwiseProduct(rows_residual_).colwise().sum();
+    const VectorXd now = scaled_.cwiseProduct(rows_residual_).colwise().sum();
     if (step == 0) first = now;
     for (Eigen::Index j = 0; j < columns; ++j) {
       char& done = is_done[static_cast<std::size_t>(j)];
-      done = done != 0 || !(now[j] > enough * first[j]) || (step > 0 && now[j] > before[j]) ? 1 : 0;
-      if (done != 0)
-        direction_.col(j).setZero();
-      else
-        direction_.col(j) = scaled_.col(j) + (step > 0 ? now[j] / before[j] : 0.0) * direction_.col(j);
+      if (!(now[j] > of_rows * first[j]) || (step > 0 && now[j] > least_gain * before[j])) done = 1;
+      if (done != 0) scaled_.col(j).setZero();
     }
     if (std::ranges::all_of(is_done, [](char done) { return done != 0; })) break;
     before = now;
     move_.setZero(x->rows(), columns);
-    add_reactions(direction_, &move_);
+    add_reactions(scaled_, &move_);
     apply_inverse(&move_);
     apply_transposed(move_, &image_);
+    if (step == 0) {
+      direction_.resizeLike(scaled_);
+      direction_image_.resizeLike(image_);
+      direction_move_.resizeLike(move_);
+    }
     for (Eigen::Index j = 0; j < columns; ++j) {
-      const double curvature = direction_.col(j).dot(image_.col(j));
+      const double curvature = scaled_.col(j).dot(image_.col(j));
       if (is_done[static_cast<std::size_t>(j)] != 0 || !(curvature > 0.0)) {
         is_done[static_cast<std::size_t>(j)] = 1;
         continue;
       }
-      const double length = now[j] / curvature;
+      const auto extend = [&](const auto& part, auto direction) {
+        if (step == 0)
+          direction = part;
+        else
+          direction = part + curvature / curvature_before[j] * direction;
+      };
+      extend(scaled_.col(j), direction_.col(j));
+      extend(image_.col(j), direction_image_.col(j));
+      extend(move_.col(j), direction_move_.col(j));
+      curvature_before[j] = curvature;
+      const double length = curvature / direction_image_.col(j).cwiseAbs2().dot(C);
       y->col(j) += length * direction_.col(j);
-      rows_residual_.col(j) -= length * image_.col(j);
-      x->col(j) -= length * move_.col(j);
+      rows_residual_.col(j) -= length * direction_image_.col(j);
+      x->col(j) -= length * direction_move_.col(j);
     }
   }
-}
-
-void KktSolver::solve_roughly(MatrixXd* x) {
-  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
-  apply_inverse(x);
-  // x -= A^-1 K C K'x
-  apply_transposed(*x, &rows_residual_);
-  scaled_ = C.asDiagonal() * rows_residual_;
-  move_.setZero(x->rows(), x->cols());
-  add_reactions(scaled_, &move_);
-  apply_inverse(&move_);
-  *x -= move_;
 }
 
 double KktSolver::solve(double* x, double* y, int refinements) {
@@ -315,7 +328,7 @@ double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, Accuracy
   MatrixXd dx = given, dy = y;
   x.setZero();
   y.setZero();
-  double residual = 1.0, rows_before = largest(rows_given);
+  double residual = 0.0, rows_before = 0.0;
   for (int round = 0; round < accuracy.refinements; ++round) {
     solve_shifted(&dx, &dy, accuracy.of_rows);
     x += dx;
@@ -334,7 +347,7 @@ double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, Accuracy
     apply_transposed(x, &dy);
     dy = rows_given - dy;
     const double rows_now = largest(dy), wanted = largest(rows_given);
-    const bool is_better = worst < 0.5 * residual || rows_now < 0.5 * rows_before;
+    const bool is_better = round == 0 || worst < 0.5 * residual || rows_now < 0.5 * rows_before;
     residual = worst;
     rows_before = rows_now;
     row_residual_ = wanted > 0.0 ? rows_now / wanted : 0.0;

@@ -16,7 +16,7 @@ namespace tanor {
 ///
 ///   A = W + s M + K C K'      (C > 0 diagonal; Gould 1985: A is positive definite for large C where Z'(W + s M)Z is)
 ///
-/// in a good order of elimination, and conjugate gradients on K'A^-1K y = K'A^-1(a + KCb) - b, whose matrix is nearly
+/// in a good order of elimination, and conjugate residuals on K'A^-1K y = K'A^-1(a + KCb) - b, whose matrix is nearly
 /// C^-1: two or three of them suffice. Residuals of the whole system refine the answer to rounding. Rows that depend on
 /// each other do no harm where b is consistent.
 class KktSolver {
@@ -29,16 +29,16 @@ class KktSolver {
   [[nodiscard]] bool factorize(double shift);
   struct Accuracy {
     int refinements = 3;     ///< how often the whole system is asked
-    double of_rows = 1e-24;  ///< of the squares of K'x - b, at which conjugate gradients leave the rest to the next one
+    double of_rows = 1e-24;  ///< of the squares of K'x - b, at which conjugate residuals leave the rest to the next one
   };
   /// x [size()] := a, y [rows of the model] := b on entry; the solution on return. Returns the residual of forces over
   /// the largest force among a and the terms that it balances.
   double solve(double* x, double* y, int refinements = 3);
   /// The same of many right-hand sides at once, x [size(), columns] and y [rows, columns]; the worst residual.
   double solve(Eigen::Ref<Eigen::MatrixXd> x, Eigen::Ref<Eigen::MatrixXd> y, Accuracy accuracy);
-  /// x := (A^-1 - A^-1 K C K'A^-1) x by columns: what `solve` gives where b = 0, but for the square of W over C, 1e-10.
-  /// It is symmetric, as Lanczos' method wants it.
-  void solve_roughly(Eigen::MatrixXd* x);
+  /// x := A^-1 (x - K y) by columns with K'x = 0 but for `of_rows` of its squares: what `solve` gives where b = 0,
+  /// without refinement, for Lanczos' method.
+  void solve_roughly(Eigen::MatrixXd* x, double of_rows);
   /// |b - K'x| over |b| after the last solve: near 1 where rows that depend on each other want what no move can do.
   double row_residual() const { return row_residual_; }
 
@@ -58,7 +58,8 @@ class KktSolver {
   void assemble(double shift);
   void expand(double* values) const;
   void find_penalties(double shift);
-  void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double enough);
+  void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
+  void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
   void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
   void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;
@@ -79,8 +80,9 @@ class KktSolver {
   std::optional<Multifrontal> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
   double shift_ = 0.0, row_residual_ = 0.0;
-  std::vector<double> ordered_;                                        // scratch [size()]
-  Eigen::MatrixXd move_, rows_residual_, direction_, image_, scaled_;  // scratch [size() or rows, columns]
+  std::vector<double> ordered_;  // scratch [size()]
+  // [size() or rows, columns]
+  Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_, multipliers_;
 };
 
 }  // namespace tanor

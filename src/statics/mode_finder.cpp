@@ -37,9 +37,14 @@ constexpr int most_refinements = 8;
 constexpr double rough_tolerance = 3e-3;
 /// Products of Lanczos' method that an inverse iteration takes as long as.
 constexpr double cost_of_inverse_iteration = 2.0;
-/// Rounds of a solve with the KKT matrix, and squares of K'x that are left by each: of moves of any kind, and of modes,
-/// which inverse iteration refines besides.
-constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-9};
+/// Rounds of a solve with the KKT matrix, and squares of K'x that are left by each: of moves of any kind, of modes,
+/// which inverse iteration refines besides, and of modes to a tolerance below 1e-10 or where K is badly conditioned.
+constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-8}, of_precise_modes{8, 1e-24};
+constexpr double least_usual_tolerance = 1e-10;
+/// Squares of K'x that products of Lanczos' method leave, which are not refined.
+constexpr double rows_of_products = 1e-4;
+/// Of the scale of omega^2, in residuals of modes far from the shift.
+constexpr double rounding_of_residual = 1e-12;
 /// A gap this much larger than omega^2 + s tells two modes apart for certain: where constraints are penalties of 1e5,
 /// the second factor knows omega^2 to 1e-5 …
 constexpr double clear_gap = 1e-3;
@@ -97,6 +102,11 @@ ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, KktSolver::Accuracy accurac
   return result;
 }
 
+void ModeFinder::solve_roughly(MatrixXd* forces) {
+  kkt_.solve_roughly(forces, rows_of_products);
+  solves_ += static_cast<std::size_t>(forces->cols());
+}
+
 MatrixXd ModeFinder::multiply_by_stiffness(const MatrixXd& x) const {
   MatrixXd result(x.rows(), x.cols());
   for (Rows j = 0; j < x.cols(); ++j) equations_.stiffness().multiply(x.col(j).data(), result.col(j).data());
@@ -137,8 +147,10 @@ BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found)
   // y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what was found before
   const auto apply = [this, before = MatrixXd(root_mass_.asDiagonal() * found)](const MatrixXd& x) {
     MatrixXd y = root_mass_.asDiagonal() * x;
-    kkt_.solve_roughly(&y);
-    solves_ += static_cast<std::size_t>(y.cols());
+    if (is_precise_)
+      y = solve(std::move(y), of_precise_modes).x;
+    else
+      solve_roughly(&y);
     y = root_mass_.asDiagonal() * y;
     if (before.cols() > 0) subtract_product(before, multiply_transposed(before, y), &y);
     return y;
@@ -225,13 +237,36 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
 ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted, double tolerance) {
   ModeSet best;
   for (int k = 0; k < most_refinements; ++k) {
-    ModeSet next = rotate(solve(mass_.asDiagonal() * x, of_modes), wanted);
+    ModeSet next = rotate(solve(mass_.asDiagonal() * x, is_precise_ ? of_precise_modes : of_modes), wanted);
     const bool is_better = k == 0 || next.residual < 0.8 * best.residual;
     if (k == 0 || next.residual < best.residual) best = std::move(next);
     if (!is_better || best.residual <= part_of_tolerance * tolerance) break;
     x = best.shapes;
   }
   return best;
+}
+
+double ModeFinder::residual_to_rounding(double lowest_omega2) const {
+  const double nearest = std::max(lowest_omega2 + shift_, least_shift * scale_);
+  return (rounding_of_residual + std::numeric_limits<double>::epsilon() * scale_ / nearest) * scale_;
+}
+
+/// The worst residual is as small as it was asked for, or as rounding lets it be.
+bool ModeFinder::meets(const ModeSet& modes, std::size_t wanted, double tolerance) const {
+  const double largest = modes.omega2.head(static_cast<Rows>(wanted)).cwiseAbs().maxCoeff();
+  return modes.residual * largest <=
+         std::max(tolerance * (largest + std::abs(shift_)), residual_to_rounding(modes.omega2[0]));
+}
+
+/// As refine; where K is so badly conditioned that products had too few digits, after another search with better ones.
+ModeSet ModeFinder::refine_or_search(MatrixXd x, std::size_t wanted, double tolerance) {
+  const auto sought = static_cast<std::size_t>(x.cols());
+  ModeSet modes = refine(std::move(x), wanted, tolerance);
+  if (is_precise_ || meets(modes, wanted, tolerance)) return modes;
+  is_precise_ = true;
+  MatrixXd again = run_lanczos(sought, part_of_tolerance * tolerance, MatrixXd(mass_.size(), 0));
+  if (static_cast<std::size_t>(again.cols()) < wanted) return modes;
+  return refine(std::move(again), wanted, tolerance);
 }
 
 /// A number between the omega^2 of two modes that stand clearly apart, at or behind the last one that is wanted.
@@ -272,13 +307,14 @@ std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
 }
 
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
+  is_precise_ = tolerance < least_usual_tolerance;
   if (!factorize_below_all(least_shift * scale_))
     return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   const MatrixXd none(mass_.size(), 0);
   MatrixXd found = find_starts(std::min(count + num_guards, freedoms_), part_of_tolerance * tolerance);
   std::size_t searches = 0;
   while (static_cast<std::size_t>(found.cols()) >= count) {
-    ModeSet modes = refine(std::move(found), count, tolerance);
+    ModeSet modes = refine_or_search(std::move(found), count, tolerance);
     const Bound bound = choose_bound(modes.omega2, count);
     // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
     const std::optional<std::size_t> counted = count_below(bound);

@@ -50,6 +50,10 @@ class ModeFinder {
   /// has columns. Fewer than `count` where Lanczos' method stalls.
   ModeSet find_some_lowest(double shift, std::size_t count);
 
+  /// What rounding leaves of |M^-1/2 (W x + K mu - omega^2 M x)|, 1/s^2: a lowest mode next to the shift drowns digits
+  /// of the others.
+  double residual_to_rounding(double lowest_omega2) const;
+
   static constexpr std::size_t fewest_in_block = 4;
   /// s of the first search, of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that
   /// zero modes do not drown the others' digits.
@@ -63,12 +67,15 @@ class ModeFinder {
   bool factorize_below_all(double first_shift);
   void find_stiffness_scale();
   Pairs solve(Eigen::MatrixXd forces, KktSolver::Accuracy accuracy);
+  void solve_roughly(Eigen::MatrixXd* forces);
   Eigen::MatrixXd multiply_by_stiffness(const Eigen::MatrixXd& x) const;
   BlockLanczos start_lanczos(std::size_t count, const Eigen::MatrixXd& found);
   bool move_shift(const BlockLanczos& lanczos, double tolerance);
   Eigen::MatrixXd find_starts(std::size_t count, double tolerance);
   Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
   ModeSet refine(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
+  ModeSet refine_or_search(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
+  bool meets(const ModeSet& modes, std::size_t wanted, double tolerance) const;
   ModeSet rotate(Pairs pairs, std::size_t wanted) const;
   /// That so many modes lie below omega2.
   struct Bound {
@@ -85,6 +92,7 @@ class ModeFinder {
   Eigen::VectorXd mass_, root_mass_;  // [3 moving points]
   double scale_ = 1.0;                // of omega^2, 1/s^2
   double shift_ = 0.0;
+  bool is_precise_ = false;
   std::size_t solves_ = 0;
 };
 

@@ -126,6 +126,9 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesThatTheDenseMatricesHave, ()) {
   RC_ASSERT(found.outcome.ok());
   RC_ASSERT(static_cast<std::size_t>(found.omega2.size()) == count);
   expect_modes(found, dense, finder.scale());
+  const double largest = found.omega2.cwiseAbs().maxCoeff();
+  RC_ASSERT(found.residual * largest <=
+            std::max(1e-10 * (largest + std::abs(finder.shift())), finder.residual_to_rounding(found.omega2[0])));
 }
 
 /// Copies of a hanging chain of random rods and masses, side by side.
