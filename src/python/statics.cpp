@@ -47,24 +47,36 @@ EquilibriumResult rest(const py::object& object, const py::object& options, cons
   return without_lock([&] { return find_equilibrium(system, chosen); });
 }
 
+/// [equations]; None: no flag.
+std::vector<bool> flags_to_read(const py::object& flags) {
+  if (flags.is_none()) return {};
+  const py::array_t<bool, py::array::c_style | py::array::forcecast> given(flags);
+  return std::vector<bool>(given.data(), given.data() + given.size());
+}
+
 Modes vibrate(const py::object& object, const py::object& positions, const py::object& options,
-              const py::object& multipliers, const py::object& solver) {
+              const py::object& multipliers, const py::object& open_rows, const py::object& solver) {
   const System system = read_system(object);
+  const std::vector<bool> open = flags_to_read(open_rows);
+  const System held = without_open_constraints(system, open);
   auto chosen = choose_options<ModesOptions>(object, options, solver, read_modes_options, scene::modes_options);
   const std::vector<double> at = positions_of(system, positions);
   const std::span<const double> given =
       numbers_to_read(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
-  chosen.multipliers.assign(given.begin(), given.end());
-  return without_lock([&] { return modes(system, at, chosen); });
+  for (std::size_t row = 0; row < given.size(); ++row) {
+    if (open.empty() || !open[row]) chosen.multipliers.push_back(given[row]);
+  }
+  return without_lock([&] { return modes(held, at, chosen); });
 }
 
 Buckling buckle(const py::object& object, const py::object& options, const py::object& positions,
-                const py::object& solver) {
+                const py::object& open_rows, const py::object& solver) {
   const System system = read_system(object);
+  const System held = without_open_constraints(system, flags_to_read(open_rows));
   const auto chosen =
       choose_options<BucklingOptions>(object, options, solver, read_buckling_options, scene::buckling_options);
   const std::vector<double> at = positions_of(system, positions);
-  return without_lock([&] { return find_buckling(system, at, chosen); });
+  return without_lock([&] { return find_buckling(held, at, chosen); });
 }
 
 template <class Report>
@@ -154,22 +166,24 @@ solver   SolverOptions; likewise
 Returns an EquilibriumResult: whether an equilibrium was found and accepted is in `ok`, else why not in `outcome.what`.
 Raises InputError, naming the place, for wrong input, Coulomb friction and coordinates.)doc");
   module.def("modes", &vibrate, arg("system"), arg("positions") = none, arg("options") = none, py::kw_only(),
-             arg("multipliers") = none, arg("solver") = none, R"doc(
+             arg("multipliers") = none, arg("open") = none, arg("solver") = none, R"doc(
 The lowest small vibrations about an equilibrium, Z'WZ q = omega^2 Z'MZ q.
 
 system       a System or a Scene
 positions    float64 [n, 3], m, of the equilibrium; None: those of the system
 options      ModesOptions; None: those of the scene, or the defaults
 multipliers  float64 [num_equations], lambda of the equilibrium; None: the smallest of f + K lambda = 0
+open         bool [num_equations], one-sided constraints that take no part (EquilibriumResult.open); None: no one
 solver       SolverOptions; None: those of the scene, or the defaults
 Returns Modes. Raises InputError where the positions are no equilibrium, naming the point with the largest force.)doc");
   module.def("find_buckling", &buckle, arg("system"), arg("options") = none, arg("positions") = none, py::kw_only(),
-             arg("solver") = none, R"doc(
+             arg("open") = none, arg("solver") = none, R"doc(
 How often some loads may act until an equilibrium buckles, where they change the multipliers and not the shape.
 
 system     a System or a Scene
 options    BucklingOptions, which name the loads; None: those of the scene
 positions  float64 [n, 3], m, of the equilibrium; None: those of the system
+open       bool [num_equations], one-sided constraints that take no part; None: no one
 solver     SolverOptions; None: those of the scene, or the defaults
 Returns a Buckling. Raises InputError where no load is named, and where the positions are no equilibrium.)doc");
 }

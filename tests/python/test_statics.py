@@ -120,6 +120,18 @@ class Vibrations(unittest.TestCase):
         numpy.testing.assert_allclose(modes.omega, [10, 10], rtol=1e-10)
         self.assertFalse(tanor.modes(wire).ok)
 
+    def test_leave_out_what_is_open(self):
+        # A bead on its rod hangs beside a wall that it does not touch: it swings as without the wall.
+        system = pendulum()
+        system.constraints.append(tanor.Planes([1], normal=(1, 0, 0), offset=-1, name="wall"))
+        options = tanor.EquilibriumOptions(one_sided={"wall": "at_least"})
+        rest = tanor.find_equilibrium(system, options)
+        self.assertEqual(rest.open.tolist(), [False, True])
+        modes = tanor.modes(system, rest.positions, multipliers=rest.multipliers, open=rest.open)
+        numpy.testing.assert_allclose(modes.omega, 2 * [G**0.5], rtol=1e-10)
+        with self.assertRaisesRegex(tanor.InputError, "open"):
+            tanor.modes(system, rest.positions, open=[True])
+
     def test_with_drag_decay(self):
         # lambda^2 + (c/m) lambda + g/l = 0
         system = pendulum()

@@ -6,9 +6,13 @@
 #include <numbers>
 #include <string>
 
+#include <tanor/kernel.hpp>
 #include <tanor/modes.hpp>
 
 #include "errors.hpp"
+#include "statics/damped_mode_finder.hpp"
+#include "statics/given_equilibrium.hpp"
+#include "statics/mode_finder.hpp"
 
 namespace tanor {
 namespace {
@@ -156,6 +160,35 @@ TEST(DampedModes, OfMoreThan300FreedomsAreThoseOfTheirParts) {
     EXPECT_NEAR(std::abs(own - other), 0.0, 1e-9 * std::abs(other)) << k;
   }
   EXPECT_LT(sparse.residual_max, 1e-9);
+}
+
+/// One system both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and by
+/// Arnoldi's method on the sparse one.
+TEST(DampedModes, OfOneSystemAreTheSameByTheDenseAndTheSparseWay) {
+  constexpr int rods = 120, wanted = 30;
+  System system = make_chain(rods, {0.0, 0.0, -1.0});
+  for (std::size_t i = 0; i < system.num_points(); ++i)
+    system.masses[i] = 0.1 + 0.05 * std::sin(static_cast<double>(i));
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}, Drag{.name = "air", .points = beads(rods), .linear = 0.02},
+                   FormulaForce{.name = "vortex",
+                                .kernel = formula_tuple_force(
+                                    std::vector<std::string>{"0", "0", "0", "-0.4*(y2-y1)", "0.4*(x2-x1)", "0"}),
+                                .tuples = {{0, rods}}}};
+  const auto state = GivenEquilibrium::stand_at(system, {system.positions, {}, 1e-6}, {.solver = {.threads = 1}});
+  KktSolver kkt(state->equations());
+  ModeFinder finder(state->equations(), kkt, state->degrees_of_freedom());
+  ASSERT_EQ(state->degrees_of_freedom(), 2u * rods);
+  const double* const r = state->positions().data();
+  const double rate = std::sqrt(finder.scale());
+
+  const DampedModeSet dense = find_damped_modes(state->equations(), r, *finder.find_basis(), 1e-6 * rate);
+  const DampedModeFinder::Found sparse =
+      DampedModeFinder(state->equations(), r, rate, 1e-6 * rate).find_lowest(wanted, state->degrees_of_freedom());
+
+  ASSERT_TRUE(sparse.outcome.ok()) << sparse.outcome.what;
+  ASSERT_GE(sparse.modes.lambda.size(), wanted);
+  for (Eigen::Index k = 0; k < wanted; ++k)
+    EXPECT_NEAR(std::abs(sparse.modes.lambda[k] - dense.lambda[k]), 0.0, 1e-9 * std::abs(dense.lambda[k])) << k;
 }
 
 /// Two beads on a line with a spring and its damper between them: one slides freely, one swings with the reduced mass.

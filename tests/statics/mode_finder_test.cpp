@@ -236,6 +236,21 @@ TEST(Modes, OfFreeIslandsHaveTheirZeroModes) {
   }
 }
 
+/// 8,000 freedoms, of which some are equal.
+TEST(Modes, HaveTheSameBitsOnAnyNumberOfThreads) {
+  const System system = hang_chains(40, 100, 3);
+
+  const Modes one = modes(system, system.positions, {.count = 20, .solver = {.threads = 1}});
+
+  ASSERT_TRUE(one.outcome.ok()) << one.outcome.what;
+  for (const int threads : {2, 3}) {
+    const Modes more = modes(system, system.positions, {.count = 20, .solver = {.threads = threads}});
+    EXPECT_EQ(more.omega, one.omega);
+    EXPECT_EQ(more.shapes, one.shapes);
+    EXPECT_EQ(more.residual_max, one.residual_max);
+  }
+}
+
 RC_GTEST_PROP(BlockLanczos, FindsTheLargestEigenvaluesHoweverManyAreEqual, ()) {
   const Index size = *rc::gen::inRange(1, 60).as("size"), block = *rc::gen::inRange<Index>(1, 9).as("block");
   const Index copies = *rc::gen::inRange<Index>(1, 9).as("copies");
