@@ -30,8 +30,8 @@ __version__: str
 '''
 
 # Arguments of compiled functions, by name: all that pybind11 knows of most of them is that they are objects.
-ARRAYS = {"positions", "old_positions", "velocities", "accelerations", "forces", "multipliers", "open", "constraint_forces",
-          "stress", "gradient", "reactions", "support_forces", "active_forces", "friction_forces", "index", "q", "q_dot",
+ARRAYS = {"positions", "old_positions", "velocities", "accelerations", "forces", "multipliers", "open",
+          "constraint_forces", "stress", "gradient", "reactions", "support_forces", "active_forces", "friction_forces", "index", "q", "q_dot",
           "q_ddot"}
 ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "ArrayLike | None",
              "old_cell": "ArrayLike | None", "images": "ArrayLike | None", "repeats": "Sequence[bool] | None",
