@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tanor {
 
@@ -43,6 +44,11 @@ void EquilibriumEquations::linearise(const double* r, const double* lambda, Stif
   work_.set_time(t_);
   work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   stiffness_.evaluate(t_, r, lambda, curvature);
+  stiffest_ = stiffness_.largest();
+}
+
+double EquilibriumEquations::rounding_of_forces() const {
+  return 64.0 * std::numeric_limits<double>::epsilon() * stiffest_ * model_.scene_size;
 }
 
 void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {

@@ -33,6 +33,8 @@ class EquilibriumEquations {
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
 
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
+  /// What rounding of the places leaves of forces that cancel at a point, by W of the last `linearise`, N.
+  double rounding_of_forces() const;
 
   /// At the last of these places: blocks of K as `Model::incidences` reads them, and W.
   const std::vector<double>& gradients() const { return blocks_; }
@@ -50,7 +52,7 @@ class EquilibriumEquations {
  private:
   Workspace& work_;
   const Model& model_;
-  double t_, violation_ = 0.0;
+  double t_, violation_ = 0.0, stiffest_ = 0.0;
   StiffnessMatrix stiffness_;
   std::vector<double> blocks_, f_, reactions_, at_rest_;
   mutable std::vector<double> padded_;  // [3 points] x, with supports that stand

@@ -93,6 +93,9 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     if (left(i) > left(worst)) worst = i;
   }
   if (g.empty() || scale == 0.0) return {};
+  // Where every single force vanishes, as in a molecule at rest, what is left is rounding of the places.
+  linearise(lambda_);
+  if (left(worst) <= equations_.rounding_of_forces()) return {};
   relative_residual_ = left(worst) / scale;
   if (relative_residual_ <= force_tolerance) return {};
   const Vec3 at = load(r_.data(), worst);

@@ -256,11 +256,16 @@ void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y, double of_rows) {
   find_multipliers(x, y, of_rows);
 }
 
-void KktSolver::solve_roughly(MatrixXd* x, double of_rows) {
+void KktSolver::solve_roughly(MatrixXd* x) {
+  const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   apply_inverse(x);
+  // x -= A^-1 K C K'x
   apply_transposed(*x, &rows_residual_);
-  multipliers_.resize(rows_residual_.rows(), x->cols());
-  find_multipliers(x, &multipliers_, of_rows);
+  scaled_ = C.asDiagonal() * rows_residual_;
+  move_.setZero(x->rows(), x->cols());
+  add_reactions(scaled_, &move_);
+  apply_inverse(&move_);
+  *x -= move_;
 }
 
 /// y by conjugate residuals, which C preconditions, each column for itself; x -= A^-1 K y. What is left of the rows, in

@@ -36,9 +36,9 @@ class KktSolver {
   double solve(double* x, double* y, int refinements = 3);
   /// The same of many right-hand sides at once, x [size(), columns] and y [rows, columns]; the worst residual.
   double solve(Eigen::Ref<Eigen::MatrixXd> x, Eigen::Ref<Eigen::MatrixXd> y, Accuracy accuracy);
-  /// x := A^-1 (x - K y) by columns with K'x = 0 but for `of_rows` of its squares: what `solve` gives where b = 0,
-  /// without refinement, for Lanczos' method.
-  void solve_roughly(Eigen::MatrixXd* x, double of_rows);
+  /// x := (A^-1 - A^-1 K C K'A^-1) x by columns: what `solve` gives where b = 0, but for the square of W over C, 1e-10
+  /// where K is well conditioned. It is linear and symmetric, as Lanczos' method wants it.
+  void solve_roughly(Eigen::MatrixXd* x);
   /// |b - K'x| over |b| after the last solve: near 1 where rows that depend on each other want what no move can do.
   double row_residual() const { return row_residual_; }
 
@@ -82,7 +82,7 @@ class KktSolver {
   double shift_ = 0.0, row_residual_ = 0.0;
   std::vector<double> ordered_;  // scratch [size()]
   // [size() or rows, columns]
-  Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_, multipliers_;
+  Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_;
 };
 
 }  // namespace tanor

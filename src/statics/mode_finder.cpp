@@ -41,8 +41,6 @@ constexpr double cost_of_inverse_iteration = 2.0;
 /// which inverse iteration refines besides, and of modes to a tolerance below 1e-10 or where K is badly conditioned.
 constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-8}, of_precise_modes{8, 1e-24};
 constexpr double least_usual_tolerance = 1e-10;
-/// Squares of K'x that products of Lanczos' method leave, which are not refined.
-constexpr double rows_of_products = 1e-4;
 /// Of the scale of omega^2, in residuals of modes far from the shift.
 constexpr double rounding_of_residual = 1e-12;
 /// A gap this much larger than omega^2 + s tells two modes apart for certain: where constraints are penalties of 1e5,
@@ -103,7 +101,7 @@ ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, KktSolver::Accuracy accurac
 }
 
 void ModeFinder::solve_roughly(MatrixXd* forces) {
-  kkt_.solve_roughly(forces, rows_of_products);
+  kkt_.solve_roughly(forces);
   solves_ += static_cast<std::size_t>(forces->cols());
 }
 
@@ -186,19 +184,27 @@ bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
   return false;
 }
 
-/// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls.
+/// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls,
+/// with precise products too.
 MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
   count = std::min(count, freedoms_ - static_cast<std::size_t>(found.cols()));
   if (count == 0) return MatrixXd(mass_.size(), 0);
   BlockLanczos lanczos = start_lanczos(count, found);
-  (void)lanczos.run(tolerance);
+  if (!lanczos.run(tolerance) && !is_precise_) {
+    is_precise_ = true;
+    return run_lanczos(count, tolerance, found);
+  }
   return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
 }
 
 /// The `count` lowest modes as starts of inverse iteration, with the factor of the shift that suits it.
 MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
   BlockLanczos lanczos = start_lanczos(count, MatrixXd(mass_.size(), 0));
-  if (!lanczos.run(rough_tolerance) || !move_shift(lanczos, tolerance)) (void)lanczos.run(tolerance);
+  const bool is_done = lanczos.run(rough_tolerance) && (move_shift(lanczos, tolerance) || lanczos.run(tolerance));
+  if (!is_done && !is_precise_) {
+    is_precise_ = true;
+    return find_starts(count, tolerance);
+  }
   return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
 }
 
@@ -211,6 +217,10 @@ double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
 /// Rayleigh-Ritz: the best modes that the columns of x span. The residual is that of the lowest `wanted` ones.
 ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Rows count = pairs.x.cols();
+  ModeSet result;
+  result.solves = solves_;
+  result.shapes.resize(mass_.size(), 0);
+  if (count == 0) return result;
   const VectorXd scale = (pairs.x.cwiseAbs2().transpose() * mass_).cwiseSqrt().cwiseInverse();
   pairs.x *= scale.asDiagonal();
   pairs.multipliers *= scale.asDiagonal();
@@ -220,7 +230,8 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (stiffness + stiffness.transpose()),
                                                                  0.5 * (masses + masses.transpose()));
   const MatrixXd& rotation = eigen.eigenvectors();
-  ModeSet result{{}, eigen.eigenvalues(), multiply_tall(pairs.x, rotation), 0.0, solves_};
+  result.omega2 = eigen.eigenvalues();
+  result.shapes = multiply_tall(pairs.x, rotation);
   MatrixXd rest = multiply_tall(Wx, rotation) - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
   const MatrixXd multipliers = multiply_tall(pairs.multipliers, rotation);
   const Rows last = std::min(count, static_cast<Rows>(wanted));
@@ -290,11 +301,12 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
 }
 
 ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
-  constexpr double tolerance = 1e-10;  // Rayleigh quotients have the square of it
+  constexpr double tolerance = 1e-8;  // Rayleigh quotients have the square of it
   shift_ = shift;
   MatrixXd found = run_lanczos(std::min(count, freedoms_), tolerance, MatrixXd(mass_.size(), 0));
-  MatrixXd no_multipliers = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols());
-  return rotate({std::move(found), std::move(no_multipliers)}, 0);
+  if (found.cols() == 0) return {};
+  const auto wanted = static_cast<std::size_t>(found.cols());
+  return refine(std::move(found), wanted, tolerance);
 }
 
 /// Where none is expected below, a Cholesky factor by fronts says so sooner than the pivots do, and the one that stands

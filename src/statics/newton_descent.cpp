@@ -52,9 +52,8 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     residuals->push_back(residual_.force);
     const double size = residual_.force + residual_.scale + residual_.violation;
     if (!std::isfinite(size)) return {Status::NotFinite, "forces or constraints are not finite where it starts"};
-    // Forces that cancel at a point are known to the rounding of the places alone.
-    const double rounding = 64.0 * eps * equations_.stiffness().largest() * model_.scene_size;
-    if (residual_.force <= std::max(limits.force_tolerance * residual_.scale, done > 0 ? rounding : 0.0) &&
+    const double rounding = done > 0 ? equations_.rounding_of_forces() : 0.0;
+    if (residual_.force <= std::max(limits.force_tolerance * residual_.scale, rounding) &&
         residual_.violation <= violation_tolerance())
       return {};
     if (done == limits.max_iterations) return explain("does not converge");

@@ -84,7 +84,8 @@ ReducedInertia find_sparse(const EquilibriumEquations& equations, ModeFinder* fi
     }
   }
   // A block of Lanczos' method sees a zero mode as often as it has columns, and then what lies beyond.
-  for (const std::size_t count : {std::size_t{1}, ModeFinder::fewest_in_block + 1}) {
+  constexpr std::size_t most = 64;
+  for (const std::size_t count : {std::size_t{1}, std::clamp(result.zero, ModeFinder::fewest_in_block, most) + 1}) {
     const ModeSet modes = finder->find_some_lowest(shift, count);
     for (Rows k = 0; k < modes.omega2.size(); ++k) {
       if (std::abs(modes.omega2[k]) <= zero) continue;

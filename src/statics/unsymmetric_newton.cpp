@@ -50,8 +50,8 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
     if (!std::isfinite(now.force + now.scale + now.violation))
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
     // A lone force that vanishes where the point rests has no size there: it is small beside what it was.
-    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() *
-                            std::max(first_scale, equations_.stiffness().largest() * model_.scene_size);
+    const double rounding =
+        std::max(64.0 * std::numeric_limits<double>::epsilon() * first_scale, equations_.rounding_of_forces());
     if (now.force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) return {};
     if (iterations_++ == limits.max_iterations) return fail("no convergence");
     std::vector<double> dr, minus_dlambda;

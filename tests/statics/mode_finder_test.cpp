@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include <tanor/modes.hpp>
 
@@ -204,6 +205,70 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
   RC_ASSERT(found.outcome.ok());
   expect_modes(found, dense, finder.scale());
   RC_ASSERT(std::abs(finder.find_all().omega2[0] - rest.lowest_omega2) < 1e-9 * finder.scale());
+}
+
+/// Nets that hang by corners which are far nearer than they are wide: K is badly conditioned, and products of Lanczos'
+/// method that stop where they like found one mode of six.
+TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
+  for (const auto& [columns, rows, held] : {std::tuple{20, 17, std::vector<tanor::Index>{6, 13, 320}},
+                                            std::tuple{18, 15, std::vector<tanor::Index>{0, 17, 252}},
+                                            std::tuple{16, 16, std::vector<tanor::Index>{0, 15}}}) {
+    System system;
+    Rods rods{.name = "rods"};
+    for (int j = 0; j < rows; ++j) {
+      for (int i = 0; i < columns; ++i) {
+        const int point = j * columns + i;
+        system.positions.insert(system.positions.end(), {0.1 * i, 0.1 * j, 0.0});
+        system.masses.push_back(0.1);
+        if (i > 0) rods.pairs.push_back({point - 1, point});
+        if (j > 0) rods.pairs.push_back({point - columns, point});
+      }
+    }
+    system.supports = {Support{"", held}};
+    system.constraints = {rods};
+    system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+    const EquilibriumResult rest = find_equilibrium(system, {.solver = {.threads = 1}});
+    ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+    const auto state = GivenEquilibrium::stand_at(system, {rest.positions, {}, 1e-6}, {.solver = {.threads = 1}});
+    KktSolver kkt(state->equations());
+    ModeFinder finder(state->equations(), kkt, state->degrees_of_freedom());
+
+    const ModeSet found = finder.find_lowest(6, 1e-10);
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_NEAR(found.omega2[0], rest.lowest_omega2, 1e-9 * rest.lowest_omega2);
+    const VectorXd all = finder.find_all().omega2;
+    for (Index k = 0; k < 6; ++k) EXPECT_NEAR(found.omega2[k], all[k], 1e-8 * all[k]) << columns << ' ' << k;
+  }
+}
+
+/// What nothing holds is unstable in all directions but for its length: an upright chain of more than 300 unknowns.
+TEST(ModeFinder, OfAnUprightChainIsCountedWithoutAMode) {
+  System system = hang_chains(1, 150, 3);
+  system.forces = {Gravity{"", {0.0, 0.0, 9.81}}};
+
+  const EquilibriumResult rest =
+      find_equilibrium(system, {.method = EquilibriumMethod::Newton, .accept = AcceptedEquilibria::Any});
+
+  ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+  EXPECT_EQ(rest.unstable_directions, 300u);
+}
+
+/// Single forces vanish where a molecule rests: rounding is all that is left of them.
+TEST(Modes, OfAMoleculeAtRestAreFound) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.2, 0.1, 0.0, 1.9, 0.9, 0.3, 3.1, 1.0, 0.9};
+  system.masses = {1.0, 2.0, 2.0, 1.0};
+  system.forces = {Bonds{"bonds", {{0, 1}, {1, 2}, {2, 3}}, BondLaw::Harmonic, 300.0, 1.1},
+                   Bendings{"angles", {{0, 1, 2}, {1, 2, 3}}, BendingLaw::Harmonic, 5.0, 1.9}};
+  const EquilibriumResult rest = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+  ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+
+  const Modes found = modes(system, rest.positions, {.count = ModesOptions::all});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.unstable_directions, 0u);
+  EXPECT_EQ(found.zero_modes, 7u);  // and the turn about the bond in the middle
 }
 
 /// Free straight chains that resist bending: each moves as a whole in three directions and turns about two axes.
