@@ -13,9 +13,7 @@
 ///
 /// A point whose branches are eliminated answers a force F of the rods that are left by dw = s + W F: its mobility W
 /// is 1/m less what its branches hold.
-namespace tanor_kernels::trees {
-
-using tanor::Index, tanor::Vec3, tanor::Eight, tanor::Eight3, tanor::Largest;
+namespace tanor::trees {
 
 /// Symmetric 3 x 3, which acts on vectors of numbers or lanes.
 template <class Vector>
@@ -131,8 +129,4 @@ void substitute_up(const Tree& tree, const double* b, double* s, double* z);
 /// As for branches: lambda [row] in z's place; `force` [3n] is 0 on entry, K lambda of these rods in the end.
 void substitute_down(const Tree& tree, double* force, double* lambda);
 
-}  // namespace tanor_kernels::trees
-
-namespace tanor {
-namespace trees = tanor_kernels::trees;
-}
+}  // namespace tanor::trees
