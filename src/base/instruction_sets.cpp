@@ -35,14 +35,17 @@ InstructionSet choose() {
 
 }  // namespace
 
-const char* name_of(InstructionSet set) {
-  constexpr std::array<const char*, 3> names{"baseline", "avx2", "avx512"};
-  return names[static_cast<std::size_t>(set)];
+constinit std::atomic<InstructionSet> chosen_instruction_set{InstructionSet::Unchosen};
+
+InstructionSet choose_instruction_set() {
+  const InstructionSet chosen = choose();
+  chosen_instruction_set.store(chosen, std::memory_order_relaxed);
+  return chosen;
 }
 
-InstructionSet instruction_set() {
-  static const InstructionSet chosen = choose();
-  return chosen;
+const char* name_of(InstructionSet set) {
+  constexpr std::array<const char*, 4> names{"none yet", "baseline", "avx2", "avx512"};
+  return names[static_cast<std::size_t>(set)];
 }
 
 }  // namespace tanor

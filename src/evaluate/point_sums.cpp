@@ -15,37 +15,35 @@ namespace {
   return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
 }
 
-double sum_squares(const double* mass, const double* v, std::size_t begin, std::size_t end) {
-  return dispatch([=] {
-    Eight sums{};
-    std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) {
-      Eight x, y, z;
-      load_points(v + 3 * i, &x, &y, &z);
-      sums += eight_at(mass + i) * (x * x + y * y + z * z);
-    }
-    double result = add_lanes(sums);
-    for (; i < end; ++i) result += mass[i] * dot(load(v, i), load(v, i));
-    return result;
-  });
+[[gnu::always_inline]] inline double sum_squares(const double* mass, const double* v, std::size_t begin,
+                                                 std::size_t end) {
+  Eight sums{};
+  std::size_t i = begin;
+  for (; i + num_lanes <= end; i += num_lanes) {
+    Eight x, y, z;
+    load_points(v + 3 * i, &x, &y, &z);
+    sums += eight_at(mass + i) * (x * x + y * y + z * z);
+  }
+  double result = add_lanes(sums);
+  for (; i < end; ++i) result += mass[i] * dot(load(v, i), load(v, i));
+  return result;
 }
 
-Vec3 sum_moments(const double* mass, const double* r, std::size_t begin, std::size_t end) {
-  return dispatch([=] {
-    Eight sum_x{}, sum_y{}, sum_z{};
-    std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) {
-      Eight x, y, z;
-      load_points(r + 3 * i, &x, &y, &z);
-      const Eight m = eight_at(mass + i);
-      sum_x += m * x;
-      sum_y += m * y;
-      sum_z += m * z;
-    }
-    Vec3 result{add_lanes(sum_x), add_lanes(sum_y), add_lanes(sum_z)};
-    for (; i < end; ++i) result = result + mass[i] * load(r, i);
-    return result;
-  });
+[[gnu::always_inline]] inline Vec3 sum_moments(const double* mass, const double* r, std::size_t begin,
+                                               std::size_t end) {
+  Eight sum_x{}, sum_y{}, sum_z{};
+  std::size_t i = begin;
+  for (; i + num_lanes <= end; i += num_lanes) {
+    Eight x, y, z;
+    load_points(r + 3 * i, &x, &y, &z);
+    const Eight m = eight_at(mass + i);
+    sum_x += m * x;
+    sum_y += m * y;
+    sum_z += m * z;
+  }
+  Vec3 result{add_lanes(sum_x), add_lanes(sum_y), add_lanes(sum_z)};
+  for (; i < end; ++i) result = result + mass[i] * load(r, i);
+  return result;
 }
 
 /// What part(begin, end) adds up, of 64 parts in their order.
@@ -56,7 +54,9 @@ Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
   parallel.for_ranges(
       num_parts,
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) sums[p] = part(count * p / num_parts, count * (p + 1) / num_parts);
+        dispatch([=, &part, &sums] {
+          for (std::size_t p = begin; p < end; ++p) sums[p] = part(count * p / num_parts, count * (p + 1) / num_parts);
+        });
       },
       std::max<std::size_t>(1, num_parts * grain / (count + 1)));
   return std::accumulate(sums.begin(), sums.end(), Sum{});
