@@ -39,11 +39,17 @@ namespace {
   return x < 0.0 ? -x : x;
 }
 
+/// From the child to the parent.
+[[gnu::always_inline]] inline Eight3 distance(const Shape& shape, const Eight3* r, const Eight3* offset,
+                                              std::size_t k) {
+  const Eight3 apart = r[static_cast<std::size_t>(shape.parent[k])] - r[k];
+  return offset != nullptr ? apart + offset[k] : apart;
+}
+
 [[gnu::always_inline]] inline void evaluate_rod(const Shape& shape, const BranchMotion& motion, std::size_t k,
                                                 BranchRod* rod, BranchRow* row, Largest* right_side) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  Eight3 u = motion.r[parent] - motion.r[k];
-  if (motion.offset != nullptr) u = u + motion.offset[k];
+  Eight3 u = distance(shape, motion.r, motion.offset, k);
   const Eight3 rate = motion.v[parent] - motion.v[k];
   // u = a/|a|, phi = (v.v - (u.v)^2)/|a| - l''
   Eight inverse;
@@ -149,6 +155,50 @@ void substitute_down(const Shape& shape, const Eight* inverse_mass, const Branch
       (F[k] - own).write(&F[k]);
     }
     for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * F[i]).write(&F[i]);
+  });
+}
+
+void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
+                    Eight3* dw) {
+  dispatch([=, &shape] {
+    clear(shape, dw);
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      const auto parent = static_cast<std::size_t>(shape.parent[k]);
+      const Eight3 own = lambda[k] * rods[k].u;
+      (dw[parent] + own).write(&dw[parent]);
+      (dw[k] - own).write(&dw[k]);
+    }
+    for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * dw[i]).write(&dw[i]);
+  });
+}
+
+void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+                     Largest* largest) {
+  dispatch([=, &shape] {
+    Largest seen = *largest;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      const Eight3 apart = distance(shape, r, offset, k);
+      Eight rho = dot(apart, apart);
+      take_roots(&rho);
+      rows[k].b = rho - length[k];
+      seen.see(magnitude(rows[k].b) / length[k]);
+    }
+    *largest = seen;
+  });
+}
+
+void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+                    Largest* largest) {
+  dispatch([=, &shape] {
+    Largest seen = *largest;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      Eight3 u = distance(shape, r, offset, k);
+      Eight inverse;
+      normalise(&u.x, &u.y, &u.z, &inverse);
+      rows[k].b = dot(u, v[static_cast<std::size_t>(shape.parent[k])] - v[k]);
+      seen.see(magnitude(rows[k].b));
+    }
+    *largest = seen;
   });
 }
 

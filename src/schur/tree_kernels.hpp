@@ -21,7 +21,7 @@ struct Mobility {
   using Number = decltype(Vector::x);
   Number xx, xy, xz, yy, yz, zz;
 
-  static Mobility of_free_point(Number inverse_mass) {
+  static Mobility of_free_point(const Number& inverse_mass) {
     const Number nothing{};
     return {inverse_mass, nothing, nothing, inverse_mass, nothing, inverse_mass};
   }
@@ -80,6 +80,15 @@ void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, cons
 /// lambda = -z/d - (h/d).F_p in z's place, F_p += u lambda, F_c -= u lambda; F of the root is what pulls there from
 /// outside. Then dw := F/m in F's place.
 void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F);
+/// dw := M^-1 K lambda [rod]
+void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
+                    Eight3* dw);
+/// xi in b's place, at r, and the largest |xi|/length.
+void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+                     Largest* largest);
+/// Rates of constant lengths in b's place, at (r, v), and the largest.
+void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+                    Largest* largest);
 /// The largest |K'dw + b|.
 void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
                    Largest* residual);
