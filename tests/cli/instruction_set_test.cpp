@@ -19,8 +19,7 @@ class Pinned {
 };
 
 constexpr const char* scene = R"({"tanor_scene": 1,
-  "points": {"generate": {"kind": "net", "rows": 24, "columns": 24, "spacing": 0.1, "mass": 0.1}},
-  "supports": [{"points": [0]}],
+  "generate": {"kind": "chain", "count": 400, "spacing": 0.1, "mass": 0.1, "direction": [1, 0.2, 0.1], "anchored": true},
   "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
   "motion": {"method": "dop853", "t_end": 0.05, "output_every": 0.05}})";
 
@@ -44,9 +43,9 @@ Words list_sets() {
 /// All digits of a motion.
 std::string move(const std::string& set, const std::string& threads) {
   const Folder folder;
-  folder.add("net.json", scene);
-  const Ended ended = run_program(folder, {"run", "net.json", "--isa", set, "--threads", threads, "--trajectory", "csv",
-                                           "--out", "out", "--quiet"});
+  folder.add("chain.json", scene);
+  const Ended ended = run_program(folder, {"run", "chain.json", "--isa", set, "--threads", threads, "--trajectory",
+                                           "csv", "--out", "out", "--quiet"});
   EXPECT_EQ(ended.code, 0) << ended.err;
   return read_text(folder / "out/trajectory.csv");
 }
@@ -77,12 +76,12 @@ TEST(InstructionSetTest, OneHasTheSameBitsOnAnyNumberOfThreadsAndOthersAgreeToRo
 
 TEST(InstructionSetTest, AnUnknownOneIsNamed) {
   const Folder folder;
-  folder.add("net.json", scene);
+  folder.add("chain.json", scene);
   EXPECT_TRUE(
-      contains(complaint(folder, {"solve", "net.json", "--isa", "mmx"}), "avx512, avx2 or baseline, not 'mmx'"));
+      contains(complaint(folder, {"solve", "chain.json", "--isa", "mmx"}), "avx512, avx2 or baseline, not 'mmx'"));
   const Pinned pinned("sse9");
   EXPECT_TRUE(
-      contains(complaint(folder, {"solve", "net.json"}), "TANOR_ISA must be avx512, avx2 or baseline, not 'sse9'"));
+      contains(complaint(folder, {"solve", "chain.json"}), "TANOR_ISA must be avx512, avx2 or baseline, not 'sse9'"));
 }
 
 }  // namespace
