@@ -62,7 +62,7 @@ def list_large_scenes() -> dict:
     return {
         "long chain": generated("chain", count=9900, direction=[1, 0.2, 0.1], anchored=True),
         "large tree": {**generated("tree", count=9900), **held},
-        "many clusters": generated("clusters", clusters=1600, count=6),
+        "many clusters": generated("clusters", clusters=1200, count=6),
         "large net": {**generated("net", columns=70, rows=60), **held},
         "large lattice": {**generated("lattice", size=[11, 11, 11]), **held},
     }
