@@ -87,8 +87,8 @@ typedef struct tn_report {
 /* ---- life ---- */
 
 TN_API int tn_abi(void); /**< TN_ABI of the library */
-/** What `tanor --version` prints: "tanor 0.1.0", and on two more lines which QR and which CHOLMOD the library has,
- * which decide the licence that a binary must follow. */
+/** What `tanor --version` prints: "tanor 0.1.0", and on three more lines which QR and which CHOLMOD the library has,
+ * which decide the licence that a binary must follow, and the instruction set of the hot loops. */
 TN_API const char* tn_version(void);
 
 /** n points with their masses (infinite: a support, which constraints never move) at `positions`, which are read now.

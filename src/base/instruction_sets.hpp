@@ -1,14 +1,77 @@
 #pragma once
 
-/// \file One function body for each instruction set, chosen when the library is loaded. Packaged binaries are built
-/// for the baseline of their architecture; hot loops need more.
-///
-/// A function of this kind that other files call stands in namespace tanor_kernels. gcc exports it whatever its
-/// visibility, and libtanor.map exports namespace tanor alone.
+#include <atomic>
+#include <type_traits>
+
+/// \file One body of a loop for each instruction set. Packaged binaries are built for the baseline of their
+/// architecture; hot loops need more.
+
+namespace tanor {
+
+/// avx512 is x86-64-v4, avx2 x86-64-v3.
+enum class InstructionSet { Unchosen, Baseline, Avx2, Avx512 };
+
+extern std::atomic<InstructionSet> chosen_instruction_set;
+InstructionSet choose_instruction_set();
+
+/// The best one that the processor has, or the one that TANOR_ISA in the environment names, as at the first call.
+/// Throws InputError where that is none, or one that cannot be had here.
+inline InstructionSet instruction_set() {
+  const InstructionSet chosen = chosen_instruction_set.load(std::memory_order_relaxed);
+  return chosen != InstructionSet::Unchosen ? chosen : choose_instruction_set();
+}
+
+/// "baseline", "avx2" or "avx512".
+const char* name_of(InstructionSet set);
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
+    !defined(__SANITIZE_THREAD__) && !defined(TANOR_NATIVE)
+#define TANOR_HAS_INSTRUCTION_SETS 1
+
+// "flatten" compiles all that the body calls for the set as well, but for what is dispatched itself. What the compiler
+// makes for a set stays in these functions, so that none of it can stand in for an inline function that other code
+// calls. Of a copy of its own each knows that no number that it stores is part of it.
+template <class Body>
+[[gnu::target("arch=x86-64-v4"), gnu::flatten, gnu::noinline]] auto run_avx512(const Body& body) {
+  Body own = body;
+  return own();
+}
+template <class Body>
+[[gnu::target("arch=x86-64-v3"), gnu::flatten, gnu::noinline]] auto run_avx2(const Body& body) {
+  Body own = body;
+  return own();
+}
+template <class Body>
+[[gnu::flatten, gnu::noinline]] auto run_baseline(const Body& body) {
+  Body own = body;
+  return own();
+}
+
+/// Runs the body, which is compiled once for each instruction set. It captures what is small by value, since what it
+/// holds by reference might change with every number that it stores; what owns memory, by reference.
+///
+/// gcc's target_clones choose while libraries are loaded, before anybody can read the environment or throw.
+template <class Body>
+auto dispatch(const Body& body) {
+  static_assert(std::is_trivially_copyable_v<Body>, "capture what owns memory by reference");
+  switch (instruction_set()) {
+    case InstructionSet::Avx512:
+      return run_avx512(body);
+    case InstructionSet::Avx2:
+      return run_avx2(body);
+    default:
+      return run_baseline(body);
+  }
+}
 #else
-#define TANOR_EACH_INSTRUCTION_SET
+#define TANOR_HAS_INSTRUCTION_SETS 0
+
+/// Runs the body, which is compiled for the instruction set of the whole build.
+template <class Body>
+auto dispatch(Body body) {
+  static_assert(std::is_trivially_copyable_v<Body>, "capture what owns memory by reference");
+  return body();
+}
 #endif
+
+}  // namespace tanor

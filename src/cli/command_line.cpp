@@ -98,7 +98,7 @@ ExitCode execute(const Words& words) {
 Request parse_command_line(int argc, const char* const* argv) {
   const std::vector<Command> commands = make_commands();
   CLI::App app(std::string(program_summary), "tanor");
-  app.set_version_flag("--version", describe(build_info()));
+  app.set_version_flag("--version", [] { return describe(build_info()); });
   bool lists_methods = false;
   app.add_flag("--methods", lists_methods);
   app.require_subcommand(0, 1)->allow_extras();

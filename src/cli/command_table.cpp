@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
@@ -107,6 +108,19 @@ Value yes(bool* target, bool says = true) {
           }};
 }
 
+/// Before the first hot loop runs, which chooses for good.
+Value instruction_set() {
+  return {Word::Text, [](const std::string& given) -> std::string {
+            setenv("TANOR_ISA", given.c_str(), 1);
+            try {
+              (void)build_info();
+            } catch (const InputError& error) {
+              return error.what();
+            }
+            return {};
+          }};
+}
+
 template <class Options>
 Argument scene_argument(const std::shared_ptr<Options>& options) {
   return {"SCENE", text(Word::Scene, &options->scene), "scene file (JSON)"};
@@ -118,6 +132,9 @@ Command complete(const std::shared_ptr<Options>& options, Command command) {
   command.options.push_back(
       {"--quiet", "", yes(&options->quiet), "no progress and no notes; warnings and errors stay"});
   command.options.push_back({"--json", "", yes(&options->json), "print the result as JSON"});
+  command.options.push_back(
+      {"--isa", "NAME", instruction_set(),
+       "instruction set of the hot loops: avx512, avx2 or baseline, as TANOR_ISA; default the best"});
   command.request = [options] { return *options; };
   return command;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/disjoint_sets.hpp"
+#include "base/instruction_sets.hpp"
 #include "base/text.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
@@ -84,7 +85,7 @@ void check_solver_options(const SolverOptions& options) {
 
 NumberedSystem::NumberedSystem(System given, const SolverOptions& options, double t)
     : system(validated(std::move(given), t)),
-      parallel((check_solver_options(options), options.threads)),
+      parallel((check_solver_options(options), (void)instruction_set(), options.threads)),
       numbering(number(system)) {}
 
 Model::Model(NumberedSystem numbered, const Families& families)

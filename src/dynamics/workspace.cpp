@@ -60,37 +60,38 @@ template <class Mask>
 
 /// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components: at least
 /// 8 of them, the last ones twice where they fill no lane.
-TANOR_EACH_INSTRUCTION_SET
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
                      const double* own_atol, double same_atol, double rtol) {
-  constexpr std::size_t width = 8;
-  // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
-  Eight worst{};
-  auto is_unordered = worst != worst;
-  for (std::size_t next = begin; next < end; next += width) {
-    const std::size_t first = 3 * std::min(next, end - width);
-    Eight square[3], size[3];
-    for (std::size_t part = 0; part < 3; ++part) {
-      const std::size_t at = first + width * part;
-      const Eight e = eight_at(error + at), a = eight_at(from + at), b = eight_at(to + at);
-      square[part] = e * e;
-      size[part] = a * a > b * b ? a * a : b * b;
+  return dispatch([=] {
+    constexpr std::size_t width = 8;
+    // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
+    Eight worst{};
+    auto is_unordered = worst != worst;
+    for (std::size_t next = begin; next < end; next += width) {
+      const std::size_t first = 3 * std::min(next, end - width);
+      Eight square[3], size[3];
+      for (std::size_t part = 0; part < 3; ++part) {
+        const std::size_t at = first + width * part;
+        const Eight e = eight_at(error + at), a = eight_at(from + at), b = eight_at(to + at);
+        square[part] = e * e;
+        size[part] = a * a > b * b ? a * a : b * b;
+      }
+      const Eight atol = own_atol != nullptr ? eight_at(own_atol + first / 3) : Eight{} + same_atol;
+      const Eight squares = add_triples(square[0], square[1], square[2]);
+      const Eight sizes = add_triples(size[0], size[1], size[2]);
+      if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
+      std::array<double, width> roots;
+      std::memcpy(roots.data(), &sizes, sizeof(sizes));
+      for (double& x : roots) x = std::sqrt(x);
+      const Eight allowed = atol + rtol * eight_at(roots.data()), ratio = squares / (allowed * allowed);
+      is_unordered |= ratio != ratio;
+      worst = ratio > worst ? ratio : worst;
     }
-    const Eight atol = own_atol != nullptr ? eight_at(own_atol + first / 3) : Eight{} + same_atol;
-    const Eight squares = add_triples(square[0], square[1], square[2]);
-    const Eight sizes = add_triples(size[0], size[1], size[2]);
-    if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
-    std::array<double, width> roots;
-    std::memcpy(roots.data(), &sizes, sizeof(sizes));
-    for (double& x : roots) x = std::sqrt(x);
-    const Eight allowed = atol + rtol * eight_at(roots.data()), ratio = squares / (allowed * allowed);
-    is_unordered |= ratio != ratio;
-    worst = ratio > worst ? ratio : worst;
-  }
-  double result = 0.0;
-  for (std::size_t k = 0; k < width; ++k)
-    result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
-  return std::sqrt(result);
+    double result = 0.0;
+    for (std::size_t k = 0; k < width; ++k)
+      result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
+    return std::sqrt(result);
+  });
 }
 
 double largest_ratio_of_few(const double* error, const double* from, const double* to, std::size_t count,

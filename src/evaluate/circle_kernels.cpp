@@ -7,18 +7,17 @@
 #include "base/instruction_sets.hpp"
 #include "base/sine_cosine.hpp"
 
-namespace tanor_kernels::circles {
+namespace tanor::circles {
 
 namespace {
 
 using Chunk = std::array<double, chunk_size>;
-using tanor::num_lanes;
 
 [[gnu::always_inline]] inline void find_sines(const double* __restrict q, std::size_t count, double* __restrict sines,
                                               double* __restrict cosines) {
-  for (std::size_t k = 0; k < count; ++k) tanor::sine_cosine(q[k], &sines[k], &cosines[k]);
+  for (std::size_t k = 0; k < count; ++k) sine_cosine(q[k], &sines[k], &cosines[k]);
   unsigned is_far = 0;  // somewhere
-  for (std::size_t k = 0; k < count; ++k) is_far |= std::abs(q[k]) <= tanor::largest_angle ? 0U : 1U;
+  for (std::size_t k = 0; k < count; ++k) is_far |= std::abs(q[k]) <= largest_angle ? 0U : 1U;
   if (is_far == 0) return;
   for (std::size_t k = 0; k < count; ++k) {
     sines[k] = std::sin(q[k]);
@@ -37,49 +36,50 @@ struct Turned {
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void place(const Circles& given, std::size_t count, const double* __restrict q, const double* __restrict q_dot,
            Place<1>* __restrict places) {
-  const Circles circles = given;
-  Chunk sines, cosines;  // NOLINT: filled before use
-  find_sines(q, count, sines.data(), cosines.data());
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
-    const double rate = q_dot[k];
-    places[k] = {circles.center[k] + u, rate * t, -rate * rate * u, {t}};
-  }
+  dispatch([=, &given] {
+    const Circles circles = given;
+    Chunk sines, cosines;  // NOLINT: filled before use
+    find_sines(q, count, sines.data(), cosines.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
+      const double rate = q_dot[k];
+      places[k] = {circles.center[k] + u, rate * t, -rate * rate * u, {t}};
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double accelerate(const Circles& given, std::size_t count, const double* __restrict q, const double* __restrict q_dot,
                   Vec3 w0, double* __restrict q_ddot, Vec3* __restrict w) {
-  const Circles circles = given;
-  Chunk sines, cosines, x, y, z;  // NOLINT: filled before use
-  find_sines(q, count, sines.data(), cosines.data());
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
-    const Vec3 psi = -q_dot[k] * q_dot[k] * u;
-    const double along = dot(t, w0 - psi) / dot(t, t);
-    q_ddot[k] = along;
-    x[k] = psi.x + along * t.x;
-    y[k] = psi.y + along * t.y;
-    z[k] = psi.z + along * t.z;
-  }
-  std::size_t k = 0;
-  tanor::Eight lost_lanes{};
-  for (; k + num_lanes <= count; k += num_lanes) {
-    const tanor::Eight wx = tanor::eight_at(x.data() + k), wy = tanor::eight_at(y.data() + k),
-                       wz = tanor::eight_at(z.data() + k);
-    tanor::store_points(wx, wy, wz, &w[k].x);
-    lost_lanes += 0.0 * (wx + wy + wz);
-  }
-  double lost = 0.0;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) lost += lost_lanes[lane];
-  for (; k < count; ++k) {
-    w[k] = {x[k], y[k], z[k]};
-    lost += 0.0 * (x[k] + y[k] + z[k]);
-  }
-  return lost;
+  return dispatch([=, &given] {
+    const Circles circles = given;
+    Chunk sines, cosines, x, y, z;  // NOLINT: filled before use
+    find_sines(q, count, sines.data(), cosines.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
+      const Vec3 psi = -q_dot[k] * q_dot[k] * u;
+      const double along = dot(t, w0 - psi) / dot(t, t);
+      q_ddot[k] = along;
+      x[k] = psi.x + along * t.x;
+      y[k] = psi.y + along * t.y;
+      z[k] = psi.z + along * t.z;
+    }
+    std::size_t k = 0;
+    Eight lost_lanes{};
+    for (; k + num_lanes <= count; k += num_lanes) {
+      const Eight wx = eight_at(x.data() + k), wy = eight_at(y.data() + k), wz = eight_at(z.data() + k);
+      store_points(wx, wy, wz, &w[k].x);
+      lost_lanes += 0.0 * (wx + wy + wz);
+    }
+    double lost = 0.0;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) lost += lost_lanes[lane];
+    for (; k < count; ++k) {
+      w[k] = {x[k], y[k], z[k]};
+      lost += 0.0 * (x[k] + y[k] + z[k]);
+    }
+    return lost;
+  });
 }
 
-}  // namespace tanor_kernels::circles
+}  // namespace tanor::circles

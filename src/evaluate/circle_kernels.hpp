@@ -6,9 +6,7 @@
 #include "evaluate/place.hpp"
 
 /// \file Points on circles that stay where they are: loops in lanes. See instruction_sets.hpp.
-namespace tanor_kernels::circles {
-
-using tanor::Place, tanor::Vec3;
+namespace tanor::circles {
 
 /// r = center + cos q a + sin q b, |a| = |b| = R; each array [k].
 struct Circles {
@@ -26,8 +24,4 @@ void place(const Circles& circles, std::size_t count, const double* q, const dou
 double accelerate(const Circles& circles, std::size_t count, const double* q, const double* q_dot, Vec3 w0,
                   double* q_ddot, Vec3* w);
 
-}  // namespace tanor_kernels::circles
-
-namespace tanor {
-namespace circles = tanor_kernels::circles;
-}
+}  // namespace tanor::circles

@@ -17,30 +17,31 @@ struct Products {
   Lane force[3], half_square;
 };
 
-TANOR_EACH_INSTRUCTION_SET
 void multiply(const Lane* a, const Lane* mu, int k, Products* products) {
-  Lane x{}, y{}, z{};
-  for (int j = 1; j <= k; ++j) {
-    const Lane m = mu[k - j];
-    x += a[3 * j] * m;
-    y += a[3 * j + 1] * m;
-    z += a[3 * j + 2] * m;
-  }
-  products->force[0] = x;
-  products->force[1] = y;
-  products->force[2] = z;
-  // a_j.a_{k+2-j} for j = 1 … k + 1, each pair once
-  Lane square{};
-  int j = 1;
-  for (; 2 * j < k + 2; ++j) {
-    const Lane *const b = a + 3 * j, *const c = a + 3 * (k + 2 - j);
-    square += b[0] * c[0] + b[1] * c[1] + b[2] * c[2];
-  }
-  if (2 * j == k + 2) {
-    const Lane* const b = a + 3 * j;
-    square += 0.5 * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-  }
-  products->half_square = square;
+  dispatch([=] {
+    Lane x{}, y{}, z{};
+    for (int j = 1; j <= k; ++j) {
+      const Lane m = mu[k - j];
+      x += a[3 * j] * m;
+      y += a[3 * j + 1] * m;
+      z += a[3 * j + 2] * m;
+    }
+    products->force[0] = x;
+    products->force[1] = y;
+    products->force[2] = z;
+    // a_j.a_{k+2-j} for j = 1 … k + 1, each pair once
+    Lane square{};
+    int j = 1;
+    for (; 2 * j < k + 2; ++j) {
+      const Lane *const b = a + 3 * j, *const c = a + 3 * (k + 2 - j);
+      square += b[0] * c[0] + b[1] * c[1] + b[2] * c[2];
+    }
+    if (2 * j == k + 2) {
+      const Lane* const b = a + 3 * j;
+      square += 0.5 * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    }
+    products->half_square = square;
+  });
 }
 
 }  // namespace

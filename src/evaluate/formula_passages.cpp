@@ -65,14 +65,15 @@ struct Ways {
   return {(x < y ? x : y) - leaves, (x < y ? y : x) + leaves};
 }
 /// `rate` may be null.
-TANOR_EACH_INSTRUCTION_SET
 void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* rate) {
-  const Eight e = way.to - way.from;
-  const Eight leaves = size_of(length * way.rate_from - e) + size_of(length * way.rate_to - e);
-  *place = around(way.from, way.to, 4.0 / 27.0 * leaves);
-  if (rate == nullptr) return;
-  const Eight missed = size_of((1.0 / length) * e - 0.5 * (way.rate_from + way.rate_to));
-  *rate = around(way.rate_from, way.rate_to, 1.5 * missed);
+  dispatch([=, &way] {
+    const Eight e = way.to - way.from;
+    const Eight leaves = size_of(length * way.rate_from - e) + size_of(length * way.rate_to - e);
+    *place = around(way.from, way.to, 4.0 / 27.0 * leaves);
+    if (rate == nullptr) return;
+    const Eight missed = size_of((1.0 / length) * e - 0.5 * (way.rate_from + way.rate_to));
+    *rate = around(way.rate_from, way.rate_to, 1.5 * missed);
+  });
 }
 
 /// In all lanes.

@@ -62,10 +62,10 @@ constexpr double most_exponent = 104.0;  // e^104 = 1e45
 // Lanes: whole loops are made for each instruction set.
 #define TANOR_LANES [[gnu::always_inline]] inline
 
-TANOR_LANES Eight smaller_of(Eight a, Eight b) {
+TANOR_LANES Eight smaller_of(const Eight& a, const Eight& b) {
   return a < b ? a : b;
 }
-TANOR_LANES Eight larger_of(Eight a, Eight b) {
+TANOR_LANES Eight larger_of(const Eight& a, const Eight& b) {
   return a > b ? a : b;
 }
 TANOR_LANES Intervals product(const Intervals& a, const Intervals& b) {
@@ -263,35 +263,36 @@ TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a)
 }
 
 /// values [instruction] of what is asked for, those of variables being there; returns the largest count.
-TANOR_EACH_INSTRUCTION_SET
 void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
                Intervals* values, Eight* result) {
-  const Eight zero{}, none = zero + infinity;
-  Eight most = zero;
-  for (std::size_t i = 0; i < instructions.size(); ++i) {
-    const Instruction& instruction = instructions[i];
-    const Operation operation = instruction.operation;
-    if (!counts[i] || operation == Operation::Variable) continue;
-    const Intervals& a = values[instruction.a];
-    const bool asked = is_asked[i] != 0;
-    Course course{{-none, none}, zero};
-    if (operation == Operation::Divide) {
-      follow_quotient(instructions, instruction, values, asked, &course);
-    } else if (operation == Operation::Atan2) {
-      course.value = angle(a, values[instruction.b]);
-      course.passes = course.value.high - course.value.low;
-      course.passes = course.passes > 6.0 ? none : course.passes;
-    } else if (!follow_arithmetic(instruction, a, values[instruction.b], &course)) {
-      course.passes = count_function(operation, a);
-      if (asked) course.value = value_of_function(operation, a);
+  dispatch([=, &instructions] {
+    const Eight zero{}, none = zero + infinity;
+    Eight most = zero;
+    for (std::size_t i = 0; i < instructions.size(); ++i) {
+      const Instruction& instruction = instructions[i];
+      const Operation operation = instruction.operation;
+      if (!counts[i] || operation == Operation::Variable) continue;
+      const Intervals& a = values[instruction.a];
+      const bool asked = is_asked[i] != 0;
+      Course course{{-none, none}, zero};
+      if (operation == Operation::Divide) {
+        follow_quotient(instructions, instruction, values, asked, &course);
+      } else if (operation == Operation::Atan2) {
+        course.value = angle(a, values[instruction.b]);
+        course.passes = course.value.high - course.value.low;
+        course.passes = course.passes > 6.0 ? none : course.passes;
+      } else if (!follow_arithmetic(instruction, a, values[instruction.b], &course)) {
+        course.passes = count_function(operation, a);
+        if (asked) course.value = value_of_function(operation, a);
+      }
+      const Intervals& value = course.value;
+      const auto is_known = value.low <= value.high;
+      values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
+      const Eight bound = course.passes < infinity ? course.passes : none;  // what is no number is no bound
+      most = larger_of(most, bound);
     }
-    const Intervals& value = course.value;
-    const auto is_known = value.low <= value.high;
-    values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
-    const Eight bound = course.passes < infinity ? course.passes : none;  // what is no number is no bound
-    most = larger_of(most, bound);
-  }
-  *result = most;
+    *result = most;
+  });
 }
 
 #undef TANOR_LANES

@@ -39,81 +39,83 @@ struct Bounds {
 
 /// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1; and the least of |d^2 - r_cutoff^2|, m^2: in
 /// lanes, without branches.
-TANOR_EACH_INSTRUCTION_SET
 bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
                   const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others, double* apart) {
-  constexpr std::size_t block = 32;
-  constexpr double tiny = 1e-300;
-  std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
-  const Vec3 begin_i = begins[i], move_i = moves[i];
-  bool result = false;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t first = 0; first < others.size(); first += block) {
-    const std::size_t count = std::min(block, others.size() - first);
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto j = static_cast<std::size_t>(others[first + k]);
-      const Vec3 d = begins[j] - begin_i, e = moves[j] - move_i;
-      dx[k] = d.x;
-      dy[k] = d.y;
-      dz[k] = d.z;
-      ex[k] = e.x;
-      ey[k] = e.y;
-      ez[k] = e.z;
-    }
-    double passes = 0.0;
+  return dispatch([=, &bounds, &box, &begins, &moves] {
+    constexpr std::size_t block = 32;
+    constexpr double tiny = 1e-300;
+    std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
+    const Vec3 begin_i = begins[i], move_i = moves[i];
+    bool result = false;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t first = 0; first < others.size(); first += block) {
+      const std::size_t count = std::min(block, others.size() - first);
+      for (std::size_t k = 0; k < count; ++k) {
+        const auto j = static_cast<std::size_t>(others[first + k]);
+        const Vec3 d = begins[j] - begin_i, e = moves[j] - move_i;
+        dx[k] = d.x;
+        dy[k] = d.y;
+        dz[k] = d.z;
+        ex[k] = e.x;
+        ey[k] = e.y;
+        ez[k] = e.z;
+      }
+      double passes = 0.0;
 #pragma omp simd reduction(max : passes) reduction(min : least)
-    for (std::size_t k = 0; k < count; ++k) {
-      const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
-      const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
-      const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
-      least = from_cutoff < least ? from_cutoff : least;
-      const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
-      const double ahead = along < 0.0 ? -along : 0.0;
-      const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
-      const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
-      const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
-      const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
-      const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
-      const double found = near2 < bounds.outer2 ? excess : 0.0;
-      const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
-      const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
-      const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
-      const double larger = found > counts ? found : counts;
-      passes = passes > larger ? passes : larger;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
+        const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+        const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
+        least = from_cutoff < least ? from_cutoff : least;
+        const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
+        const double ahead = along < 0.0 ? -along : 0.0;
+        const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
+        const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
+        const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
+        const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
+        const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
+        const double found = near2 < bounds.outer2 ? excess : 0.0;
+        const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
+        const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
+        const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
+        const double larger = found > counts ? found : counts;
+        passes = passes > larger ? passes : larger;
+      }
+      result = result || passes > 0.0;
     }
-    result = result || passes > 0.0;
-  }
-  *apart = least;
-  return result;
+    *apart = least;
+    return result;
+  });
 }
 
 /// How far points go in one cubic piece of this length, and begins := where they begin, moves := the chords.
 struct Squares {
   double move = 0.0, bend = 0.0, travel = 0.0;  // m^2: the largest chord, |H v - e|, and move since `begins`
 };
-TANOR_EACH_INSTRUCTION_SET
 Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length,
                        const std::array<const double*, 4>& ends, Vec3* begins, Vec3* moves) {
-  const double *const r0 = ends[0], *const v0 = ends[1], *const r1 = ends[2], *const v1 = ends[3];
-  double move2 = 0.0, bend2 = 0.0, travel2 = 0.0;
+  return dispatch([=, &ends]() -> Squares {
+    const double *const r0 = ends[0], *const v0 = ends[1], *const r1 = ends[2], *const v1 = ends[3];
+    double move2 = 0.0, bend2 = 0.0, travel2 = 0.0;
 #pragma omp simd reduction(max : move2, bend2, travel2)
-  for (std::size_t k = first; k < last; ++k) {
-    const std::size_t i = 3 * static_cast<std::size_t>(points[k]);
-    const double x = r0[i], y = r0[i + 1], z = r0[i + 2];
-    const double ex = r1[i] - x, ey = r1[i + 1] - y, ez = r1[i + 2] - z;
-    const double ax = length * v0[i] - ex, ay = length * v0[i + 1] - ey, az = length * v0[i + 2] - ez;
-    const double bx = length * v1[i] - ex, by = length * v1[i + 1] - ey, bz = length * v1[i + 2] - ez;
-    const double tx = x - begins[k].x, ty = y - begins[k].y, tz = z - begins[k].z;
-    const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz;
-    const double e2 = ex * ex + ey * ey + ez * ez, t2 = tx * tx + ty * ty + tz * tz;
-    const double larger2 = a2 > b2 ? a2 : b2;
-    move2 = e2 > move2 ? e2 : move2;
-    bend2 = larger2 > bend2 ? larger2 : bend2;
-    travel2 = t2 > travel2 ? t2 : travel2;
-    begins[k] = {x, y, z};
-    moves[k] = {ex, ey, ez};
-  }
-  return {move2, bend2, travel2};
+    for (std::size_t k = first; k < last; ++k) {
+      const std::size_t i = 3 * static_cast<std::size_t>(points[k]);
+      const double x = r0[i], y = r0[i + 1], z = r0[i + 2];
+      const double ex = r1[i] - x, ey = r1[i + 1] - y, ez = r1[i + 2] - z;
+      const double ax = length * v0[i] - ex, ay = length * v0[i + 1] - ey, az = length * v0[i + 2] - ez;
+      const double bx = length * v1[i] - ex, by = length * v1[i + 1] - ey, bz = length * v1[i + 2] - ez;
+      const double tx = x - begins[k].x, ty = y - begins[k].y, tz = z - begins[k].z;
+      const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz;
+      const double e2 = ex * ex + ey * ey + ez * ez, t2 = tx * tx + ty * ty + tz * tz;
+      const double larger2 = a2 > b2 ? a2 : b2;
+      move2 = e2 > move2 ? e2 : move2;
+      bend2 = larger2 > bend2 ? larger2 : bend2;
+      travel2 = t2 > travel2 ? t2 : travel2;
+      begins[k] = {x, y, z};
+      moves[k] = {ex, ey, ez};
+    }
+    return {move2, bend2, travel2};
+  });
 }
 
 }  // namespace

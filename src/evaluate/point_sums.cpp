@@ -7,9 +7,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
-
-using tanor::Eight, tanor::eight_at, tanor::num_lanes, tanor::Vec3;
+namespace tanor {
 
 namespace {
 
@@ -17,44 +15,36 @@ namespace {
   return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
 }
 
-}  // namespace
-
-TANOR_EACH_INSTRUCTION_SET
-double sum_squares(const double* mass, const double* v, std::size_t begin, std::size_t end) {
+[[gnu::always_inline]] inline double sum_squares(const double* mass, const double* v, std::size_t begin,
+                                                 std::size_t end) {
   Eight sums{};
   std::size_t i = begin;
   for (; i + num_lanes <= end; i += num_lanes) {
     Eight x, y, z;
-    tanor::load_points(v + 3 * i, &x, &y, &z);
+    load_points(v + 3 * i, &x, &y, &z);
     sums += eight_at(mass + i) * (x * x + y * y + z * z);
   }
   double result = add_lanes(sums);
-  for (; i < end; ++i) result += mass[i] * dot(tanor::load(v, i), tanor::load(v, i));
+  for (; i < end; ++i) result += mass[i] * dot(load(v, i), load(v, i));
   return result;
 }
 
-TANOR_EACH_INSTRUCTION_SET
-Vec3 sum_moments(const double* mass, const double* r, std::size_t begin, std::size_t end) {
+[[gnu::always_inline]] inline Vec3 sum_moments(const double* mass, const double* r, std::size_t begin,
+                                               std::size_t end) {
   Eight sum_x{}, sum_y{}, sum_z{};
   std::size_t i = begin;
   for (; i + num_lanes <= end; i += num_lanes) {
     Eight x, y, z;
-    tanor::load_points(r + 3 * i, &x, &y, &z);
+    load_points(r + 3 * i, &x, &y, &z);
     const Eight m = eight_at(mass + i);
     sum_x += m * x;
     sum_y += m * y;
     sum_z += m * z;
   }
   Vec3 result{add_lanes(sum_x), add_lanes(sum_y), add_lanes(sum_z)};
-  for (; i < end; ++i) result = result + mass[i] * tanor::load(r, i);
+  for (; i < end; ++i) result = result + mass[i] * load(r, i);
   return result;
 }
-
-}  // namespace tanor_kernels
-
-namespace tanor {
-
-namespace {
 
 /// What part(begin, end) adds up, of 64 parts in their order.
 template <class Sum, class Part>
@@ -64,7 +54,9 @@ Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
   parallel.for_ranges(
       num_parts,
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) sums[p] = part(count * p / num_parts, count * (p + 1) / num_parts);
+        dispatch([=, &part, &sums] {
+          for (std::size_t p = begin; p < end; ++p) sums[p] = part(count * p / num_parts, count * (p + 1) / num_parts);
+        });
       },
       std::max<std::size_t>(1, num_parts * grain / (count + 1)));
   return std::accumulate(sums.begin(), sums.end(), Sum{});
@@ -73,15 +65,13 @@ Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
 }  // namespace
 
 double sum_squares(const Parallel& parallel, std::size_t count, const double* mass, const double* v) {
-  return add_parts<double>(parallel, count, [&](std::size_t begin, std::size_t end) {
-    return tanor_kernels::sum_squares(mass, v, begin, end);
-  });
+  return add_parts<double>(parallel, count,
+                           [&](std::size_t begin, std::size_t end) { return sum_squares(mass, v, begin, end); });
 }
 
 Vec3 sum_moments(const Parallel& parallel, std::size_t count, const double* mass, const double* r) {
-  return add_parts<Vec3>(parallel, count, [&](std::size_t begin, std::size_t end) {
-    return tanor_kernels::sum_moments(mass, r, begin, end);
-  });
+  return add_parts<Vec3>(parallel, count,
+                         [&](std::size_t begin, std::size_t end) { return sum_moments(mass, r, begin, end); });
 }
 
 }  // namespace tanor

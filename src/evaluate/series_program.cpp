@@ -201,20 +201,21 @@ struct Operands {
   }
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_coefficient(const std::vector<Expression::Instruction>& instructions, Lane* lanes, std::size_t length,
                           int k) {
-  const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
-  for (std::size_t i = 0; i < instructions.size(); ++i) {
-    const Expression::Instruction& instruction = instructions[i];
-    Lane* const r = lanes + i * length;
-    const Operands operands{series(instruction.a), series(instruction.b), series(instruction.c), r, r + length};
-    if (evaluate_arithmetic(instruction, operands, k)) continue;
-    if (k == 0)
-      evaluate_value(instruction.operation, operands);
-    else
-      evaluate_function(instruction.operation, operands, k);
-  }
+  dispatch([=, &instructions] {
+    const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
+    for (std::size_t i = 0; i < instructions.size(); ++i) {
+      const Expression::Instruction& instruction = instructions[i];
+      Lane* const r = lanes + i * length;
+      const Operands operands{series(instruction.a), series(instruction.b), series(instruction.c), r, r + length};
+      if (evaluate_arithmetic(instruction, operands, k)) continue;
+      if (k == 0)
+        evaluate_value(instruction.operation, operands);
+      else
+        evaluate_function(instruction.operation, operands, k);
+    }
+  });
 }
 
 /// The series of an instruction and of its operands, and where the adjoints of these gather.
@@ -323,26 +324,30 @@ struct Adjoints {
     *of.to_a += sum;
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void differentiate_coefficient(const Expression& expression, const std::vector<int>& quotient, Lane* lanes,
                                std::size_t length, int k, const Lane* seeds) {
-  const std::size_t count = expression.instructions.size();
-  const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
-  Lane* const adjoints = lanes + count * length;
-  Lane* const quotients = adjoints + count * length;
-  const auto adjoint = [adjoints, length](int number) { return adjoints + static_cast<std::size_t>(number) * length; };
-  for (std::size_t i = 0; i < count; ++i) adjoints[i * length + static_cast<std::size_t>(k)] = Lane{};
-  for (std::size_t m = 0; m < expression.results.size(); ++m) adjoint(expression.results[m])[k] += seeds[m];
+  dispatch([=, &expression, &quotient] {
+    const std::size_t count = expression.instructions.size();
+    const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
+    Lane* const adjoints = lanes + count * length;
+    Lane* const quotients = adjoints + count * length;
+    const auto adjoint = [adjoints, length](int number) {
+      return adjoints + static_cast<std::size_t>(number) * length;
+    };
+    for (std::size_t i = 0; i < count; ++i) adjoints[i * length + static_cast<std::size_t>(k)] = Lane{};
+    for (std::size_t m = 0; m < expression.results.size(); ++m) adjoint(expression.results[m])[k] += seeds[m];
 
-  for (std::size_t i = count; i-- > 0;) {
-    const Expression::Instruction& instruction = expression.instructions[i];
-    Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
-    const Adjoints of{series(instruction.a), series(instruction.b),      series(instruction.c),      lanes + i * length,
-                      adjoints + i * length, adjoint(instruction.a) + k, adjoint(instruction.b) + k, q};
-    if (differentiate_arithmetic(instruction, of, k)) continue;
-    differentiate_function(instruction.operation, of, k);
-    differentiate_pair(instruction.operation, of, length, k);
-  }
+    for (std::size_t i = count; i-- > 0;) {
+      const Expression::Instruction& instruction = expression.instructions[i];
+      Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
+      const Adjoints of{
+          series(instruction.a), series(instruction.b),      series(instruction.c),      lanes + i * length,
+          adjoints + i * length, adjoint(instruction.a) + k, adjoint(instruction.b) + k, q};
+      if (differentiate_arithmetic(instruction, of, k)) continue;
+      differentiate_function(instruction.operation, of, k);
+      differentiate_pair(instruction.operation, of, length, k);
+    }
+  });
 }
 
 }  // namespace

@@ -7,9 +7,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
-
-using tanor::Eight, tanor::eight_at, tanor::eight_to;
+namespace tanor::kernels {
 
 namespace {
 
@@ -183,229 +181,241 @@ template <std::size_t columns>
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel) {
-  std::size_t failed = columns;
-  for (std::size_t first = 0; first < columns; first += depth) {
-    const std::size_t end = std::min(columns, first + depth);
-    for (std::size_t j = first; j < end && failed == columns; j += tile) {
-      with_columns(
-          end - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<count>(lanes_of(j), rows, j - first, panel + first * stride, panel + first * stride + j,
-                                 stride, panel + j * stride, stride);
-            factorize_tile<count>(j, rows, stride, panel, &failed);
-          });
+  return dispatch([=] {
+    std::size_t failed = columns;
+    for (std::size_t first = 0; first < columns; first += depth) {
+      const std::size_t end = std::min(columns, first + depth);
+      for (std::size_t j = first; j < end && failed == columns; j += tile) {
+        with_columns(
+            end - j, [&](auto count) __attribute__((always_inline)) {
+              subtract_rows<count>(lanes_of(j), rows, j - first, panel + first * stride, panel + first * stride + j,
+                                   stride, panel + j * stride, stride);
+              factorize_tile<count>(j, rows, stride, panel, &failed);
+            });
+      }
+      if (failed < columns) return failed;
+      if (end < columns) {
+        subtract_terms<false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
+                              panel + end * stride + end, stride);
+      }
     }
-    if (failed < columns) return failed;
-    if (end < columns) {
-      subtract_terms<false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
-                            panel + end * stride + end, stride);
-    }
-  }
-  return columns;
+    return columns;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
                          const Triangle& update) {
-  for (std::size_t j = 0; j < rows; j += Triangle::width) {
-    const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
-    double* const c = update.column(j) + j;
-    subtract_terms<true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
-    for (std::size_t k = depth; k < terms; k += depth)
-      subtract_terms<false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c, c_stride);
-  }
+  dispatch([=, &update] {
+    for (std::size_t j = 0; j < rows; j += Triangle::width) {
+      const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
+      double* const c = update.column(j) + j;
+      subtract_terms<true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
+      for (std::size_t k = depth; k < terms; k += depth)
+        subtract_terms<false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c, c_stride);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
                     double* c, std::size_t c_stride) {
-  for (std::size_t k = 0; k < terms; k += depth) {
-    const std::size_t some = std::min(depth, terms - k);
-    if (block.is_fresh && k == 0) {
-      subtract_slices<3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
-    } else {
-      subtract_slices<3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0, block.rows);
+  dispatch([=, &block] {
+    for (std::size_t k = 0; k < terms; k += depth) {
+      const std::size_t some = std::min(depth, terms - k);
+      if (block.is_fresh && k == 0) {
+        subtract_slices<3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
+      } else {
+        subtract_slices<3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0, block.rows);
+      }
     }
-  }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x) {
-  for (std::size_t first = 0; first < columns; first += depth) {
-    const std::size_t end = std::min(columns, first + depth);
-    for (std::size_t j = first; j < end; j += tile) {
-      with_columns(
-          end - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
-                                 x + j * stride, stride);
-            double l[count][count];
-            for (std::size_t q = 0; q < count; ++q) {
-              for (std::size_t p = q; p < count; ++p) l[p][q] = diagonal[(j + q) * stride + j + p];
-            }
-            divide_rows<count>(l, rows, stride, x + j * stride);
-          });
+  dispatch([=] {
+    for (std::size_t first = 0; first < columns; first += depth) {
+      const std::size_t end = std::min(columns, first + depth);
+      for (std::size_t j = first; j < end; j += tile) {
+        with_columns(
+            end - j, [&](auto count) __attribute__((always_inline)) {
+              subtract_rows<count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
+                                   x + j * stride, stride);
+              double l[count][count];
+              for (std::size_t q = 0; q < count; ++q) {
+                for (std::size_t p = q; p < count; ++p) l[p][q] = diagonal[(j + q) * stride + j + p];
+              }
+              divide_rows<count>(l, rows, stride, x + j * stride);
+            });
+      }
+      if (end == columns) return;
+      subtract_slices<3, 8, false>({rows, columns - end}, end - first, x + first * stride,
+                                   diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
     }
-    if (end == columns) return;
-    subtract_slices<3, 8, false>({rows, columns - end}, end - first, x + first * stride,
-                                 diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
-  }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
                   std::size_t to_stride) {
-  for (std::size_t j = part.first; j < part.end; ++j)
-    add_column(j, part, in_parent, from.column(j), to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
+  dispatch([=, &part, &in_parent, &from] {
+    for (std::size_t j = part.first; j < part.end; ++j)
+      add_column(j, part, in_parent, from.column(j), to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to) {
-  for (std::size_t j = part.first; j < part.end; ++j) {
-    double* const sum = to.column(static_cast<std::size_t>(in_parent.rows[j]) - columns);
-    add_column(j, part, in_parent, from.column(j), sum - columns);
-  }
+  dispatch([=, &part, &in_parent, &from, &to] {
+    for (std::size_t j = part.first; j < part.end; ++j) {
+      double* const sum = to.column(static_cast<std::size_t>(in_parent.rows[j]) - columns);
+      add_column(j, part, in_parent, from.column(j), sum - columns);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
                       double* y) {
-  for (std::size_t j = 0; j < columns; j += tile) {
-    with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
-          for (std::size_t i = 0; i < rows; i += front_width) {
-            Eight sum = eight_at(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
-            eight_to(y + i) = sum;
-          }
-        });
-  }
+  dispatch([=] {
+    for (std::size_t j = 0; j < columns; j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
+            for (std::size_t i = 0; i < rows; i += front_width) {
+              Eight sum = eight_at(y + i);
+              for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
+              eight_to(y + i) = sum;
+            }
+          });
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
                    double* sums) {
-  for (std::size_t j = 0; j < columns; j += tile) {
-    with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
-          Eight sum[count]{};
-          for (std::size_t i = 0; i < rows; i += front_width) {
-            const Eight y_i = eight_at(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
-          }
-          for (std::size_t q = 0; q < count; ++q) sums[j + q] = sum_of(sum[q]);
-        });
-  }
+  dispatch([=] {
+    for (std::size_t j = 0; j < columns; j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
+            Eight sum[count]{};
+            for (std::size_t i = 0; i < rows; i += front_width) {
+              const Eight y_i = eight_at(y + i);
+              for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
+            }
+            for (std::size_t q = 0; q < count; ++q) sums[j + q] = sum_of(sum[q]);
+          });
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                          const double* inverse_pivots, double* y) {
-  for (std::size_t j = 0; j < columns; j += tile) {
-    with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          if (rows == stride) fetch(c + ahead, count * stride);
-          double x[count];
-          for (std::size_t q = 0; q < count; ++q) {
-            x[q] = y[j + q];
-            for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
-            x[q] *= inverse_pivots[j + q];
-          }
-          for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
-            Eight sum = eight_at(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-            eight_to(y + i) = sum;
-          }
-          for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
-        });
-  }
+  dispatch([=] {
+    for (std::size_t j = 0; j < columns; j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            if (rows == stride) fetch(c + ahead, count * stride);
+            double x[count];
+            for (std::size_t q = 0; q < count; ++q) {
+              x[q] = y[j + q];
+              for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
+              x[q] *= inverse_pivots[j + q];
+            }
+            for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
+              Eight sum = eight_at(y + i);
+              for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
+              eight_to(y + i) = sum;
+            }
+            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+          });
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                           const double* inverse_pivots, double* y) {
-  for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
-    with_columns(
-        end - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          if (rows == stride) fetch(c - ahead, count * stride);
-          double x[count];
-          for (std::size_t q = 0; q < count; ++q) {
-            x[q] = y[j + q];
-            y[j + q] = 0.0;
-          }
-          Eight sum[count]{};
-          for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
-            const Eight y_i = eight_at(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
-          }
-          for (std::size_t q = count; q-- > 0;) {
-            x[q] -= sum_of(sum[q]);
-            for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
-            x[q] *= inverse_pivots[j + q];
-          }
-          for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
-        });
-    if (j == 0) return;
-  }
+  dispatch([=] {
+    for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            if (rows == stride) fetch(c - ahead, count * stride);
+            double x[count];
+            for (std::size_t q = 0; q < count; ++q) {
+              x[q] = y[j + q];
+              y[j + q] = 0.0;
+            }
+            Eight sum[count]{};
+            for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
+              const Eight y_i = eight_at(y + i);
+              for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
+            }
+            for (std::size_t q = count; q-- > 0;) {
+              x[q] -= sum_of(sum[q]);
+              for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
+              x[q] *= inverse_pivots[j + q];
+            }
+            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+          });
+      if (j == 0) return;
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                const double* inverse_pivots, const int* numbers, double* x) {
-  const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-    return x + front_width * static_cast<std::size_t>(numbers[i]);
-  };
-  for (std::size_t j = 0; j < columns; j += tile) {
-    with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          Eight own[count];
-          for (std::size_t q = 0; q < count; ++q) {
-            own[q] = eight_at(row(j + q));
-            for (std::size_t k = 0; k < q; ++k) own[q] -= c[k * stride + j + q] * own[k];
-            own[q] *= inverse_pivots[j + q];
-            eight_to(row(j + q)) = own[q];
-          }
-          for (std::size_t i = j + count; i < rows; ++i) {
-            Eight sum = eight_at(row(i));
-            for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * own[q];
-            eight_to(row(i)) = sum;
-          }
-        });
-  }
+  dispatch([=] {
+    const auto row = [&](std::size_t i) __attribute__((always_inline)) {
+      return x + front_width * static_cast<std::size_t>(numbers[i]);
+    };
+    for (std::size_t j = 0; j < columns; j += tile) {
+      with_columns(
+          columns - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            Eight own[count];
+            for (std::size_t q = 0; q < count; ++q) {
+              own[q] = eight_at(row(j + q));
+              for (std::size_t k = 0; k < q; ++k) own[q] -= c[k * stride + j + q] * own[k];
+              own[q] *= inverse_pivots[j + q];
+              eight_to(row(j + q)) = own[q];
+            }
+            for (std::size_t i = j + count; i < rows; ++i) {
+              Eight sum = eight_at(row(i));
+              for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * own[q];
+              eight_to(row(i)) = sum;
+            }
+          });
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                 const double* inverse_pivots, const int* numbers, double* x) {
-  const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-    return x + front_width * static_cast<std::size_t>(numbers[i]);
-  };
-  for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
-    with_columns(
-        end - j, [&](auto count) __attribute__((always_inline)) {
-          const double* const c = panel + j * stride;
-          Eight own[count];
-          for (std::size_t q = 0; q < count; ++q) own[q] = eight_at(row(j + q));
-          for (std::size_t i = j + count; i < rows; ++i) {
-            const Eight x_i = eight_at(row(i));
-            for (std::size_t q = 0; q < count; ++q) own[q] -= c[q * stride + i] * x_i;
-          }
-          for (std::size_t q = count; q-- > 0;) {
-            for (std::size_t k = q + 1; k < count; ++k) own[q] -= c[q * stride + j + k] * own[k];
-            own[q] *= inverse_pivots[j + q];
-            eight_to(row(j + q)) = own[q];
-          }
-        });
-    if (j == 0) return;
-  }
+  dispatch([=] {
+    const auto row = [&](std::size_t i) __attribute__((always_inline)) {
+      return x + front_width * static_cast<std::size_t>(numbers[i]);
+    };
+    for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            const double* const c = panel + j * stride;
+            Eight own[count];
+            for (std::size_t q = 0; q < count; ++q) own[q] = eight_at(row(j + q));
+            for (std::size_t i = j + count; i < rows; ++i) {
+              const Eight x_i = eight_at(row(i));
+              for (std::size_t q = 0; q < count; ++q) own[q] -= c[q * stride + i] * x_i;
+            }
+            for (std::size_t q = count; q-- > 0;) {
+              for (std::size_t k = q + 1; k < count; ++k) own[q] -= c[q * stride + j + k] * own[k];
+              own[q] *= inverse_pivots[j + q];
+              eight_to(row(j + q)) = own[q];
+            }
+          });
+      if (j == 0) return;
+    }
+  });
 }
 
-}  // namespace tanor_kernels
+}  // namespace tanor::kernels

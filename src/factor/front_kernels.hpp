@@ -5,7 +5,7 @@
 /// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart,
 /// which is a multiple of `front_width`, and are filled up with zeros. Up to `front_width` numbers behind an array are
 /// read.
-namespace tanor_kernels {
+namespace tanor::kernels {
 
 inline constexpr std::size_t front_width = 8;
 
@@ -88,4 +88,4 @@ void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_
 void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                 const double* inverse_pivots, const int* numbers, double* x);
 
-}  // namespace tanor_kernels
+}  // namespace tanor::kernels

@@ -11,7 +11,7 @@ namespace tanor {
 namespace {
 
 std::size_t round_up(std::size_t count) {
-  constexpr std::size_t width = tanor_kernels::front_width;
+  constexpr std::size_t width = kernels::front_width;
   return (count + width - 1) / width * width;
 }
 

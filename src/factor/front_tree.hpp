@@ -22,7 +22,7 @@ struct Front {
   bool is_tiled = false;   // many
 
   std::size_t below() const { return rows - columns; }
-  std::size_t update_size() const { return tanor_kernels::Triangle::size(below(), update_stride); }
+  std::size_t update_size() const { return kernels::Triangle::size(below(), update_stride); }
 };
 
 /// One task of a factorization and of both sweeps of a solve.

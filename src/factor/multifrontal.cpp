@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-using tanor_kernels::front_width;
+using kernels::front_width;
 
 Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept)
     : supernodes_(std::move(supernodes)), num_kept_(num_kept), tree_(supernodes_) {
@@ -88,13 +88,13 @@ void Multifrontal::assemble(const Front& front, const Entries& entries, const Ti
     }
   }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const kernels::RowsInParent in_parent = rows_in_parent(c);
     const int *const rows = in_parent.rows, *const last = rows + child.below();
     const auto place = [&](std::size_t row) {
       return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
     };
-    tanor_kernels::add_to_panel({place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)},
-                                in_parent, update(child, workspace), panel, front.stride);
+    kernels::add_to_panel({place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)},
+                          in_parent, update(child, workspace), panel, front.stride);
   });
 }
 
@@ -121,18 +121,18 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   assemble(front, entries, {0, front.stride, 0, front.columns}, workspace);
   if (is_kept(front)) return;
   double* const panel = panels_.data() + front.panel;
-  const std::size_t done = tanor_kernels::factorize_panel(front.columns, front.stride, front.stride, panel);
+  const std::size_t done = kernels::factorize_panel(front.columns, front.stride, front.stride, panel);
   if (done < front.columns) return fail(front.first_column + done);
   keep_pivots(front, 0, front.columns);
   if (front.below() == 0) return;
-  const tanor_kernels::Triangle rest = update(front, workspace);
-  tanor_kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest);
+  const kernels::Triangle rest = update(front, workspace);
+  kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const kernels::RowsInParent in_parent = rows_in_parent(c);
     const int *const rows = in_parent.rows, *const last = rows + child.below();
     const auto first = static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns)) - rows);
-    tanor_kernels::add_to_update({first, child.below(), 0, child.below()}, in_parent, update(child, workspace),
-                                 front.columns, rest);
+    kernels::add_to_update({first, child.below(), 0, child.below()}, in_parent, update(child, workspace), front.columns,
+                           rest);
   });
 }
 
@@ -148,14 +148,12 @@ void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries,
   double* const panel = panels_.data() + front.panel;
   double* const columns = panel + first_column * front.stride;
   const bool is_diagonal = task.row == task.column;
-  tanor_kernels::subtract_block({tile.rows, tile.columns, is_diagonal}, first_column, panel + first_row,
-                                panel + first_column, front.stride, columns + first_row, front.stride);
+  kernels::subtract_block({tile.rows, tile.columns, is_diagonal}, first_column, panel + first_row, panel + first_column,
+                          front.stride, columns + first_row, front.stride);
   if (!is_diagonal) {
-    return tanor_kernels::divide_block(tile.columns, tile.rows, columns + first_column, front.stride,
-                                       columns + first_row);
+    return kernels::divide_block(tile.columns, tile.rows, columns + first_column, front.stride, columns + first_row);
   }
-  const std::size_t done =
-      tanor_kernels::factorize_panel(tile.columns, tile.rows, front.stride, columns + first_column);
+  const std::size_t done = kernels::factorize_panel(tile.columns, tile.rows, front.stride, columns + first_column);
   if (done < tile.columns) return fail(front.first_column + first_column + done);
   keep_pivots(front, first_column, first_column + tile.columns);
 }
@@ -168,21 +166,21 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
   const std::size_t end_row = std::min(first_row + FrontTree::tile, front.update_stride);
   const std::size_t end_column = std::min(first_column + FrontTree::tile, front.below());
   const double* const below = panels_.data() + front.panel + front.columns;
-  const tanor_kernels::Triangle rest = update(front, workspace);
-  for (std::size_t j = first_column; j < end_column; j += tanor_kernels::Triangle::width) {
+  const kernels::Triangle rest = update(front, workspace);
+  for (std::size_t j = first_column; j < end_column; j += kernels::Triangle::width) {
     const std::size_t from = task.row == task.column ? j : first_row;  // no row above the block's diagonal stands there
-    const std::size_t columns = std::min(tanor_kernels::Triangle::width, end_column - j);
-    tanor_kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
-                                  below + j, front.stride, rest.column(j) + from, rest.stride_of(j));
+    const std::size_t columns = std::min(kernels::Triangle::width, end_column - j);
+    kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
+                            below + j, front.stride, rest.column(j) + from, rest.stride_of(j));
   }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const tanor_kernels::RowsInParent in_parent = rows_in_parent(c);
+    const kernels::RowsInParent in_parent = rows_in_parent(c);
     const int *const rows = in_parent.rows, *const last = rows + child.below();
     const auto place = [&](std::size_t row) {
       return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns + row)) - rows);
     };
-    tanor_kernels::add_to_update({place(first_column), place(end_column), place(first_row), place(end_row)}, in_parent,
-                                 update(child, workspace), front.columns, rest);
+    kernels::add_to_update({place(first_column), place(end_column), place(first_row), place(end_row)}, in_parent,
+                           update(child, workspace), front.columns, rest);
   });
 }
 

@@ -79,11 +79,11 @@ class Multifrontal {
   int threads_of_solve(int threads);
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
-  tanor_kernels::Triangle update(const Front& front, Workspace& workspace) {
+  kernels::Triangle update(const Front& front, Workspace& workspace) {
     return {(front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update, front.update_stride};
   }
   const int* rows_of(std::size_t s) const { return supernodes_.rows.data() + supernodes_.rows_start[s]; }
-  tanor_kernels::RowsInParent rows_in_parent(std::size_t s) const {
+  kernels::RowsInParent rows_in_parent(std::size_t s) const {
     const std::size_t first = supernodes_.rows_start[s] + tree_.fronts[s].columns;
     return {rows_in_parent_.data() + first, run_end_.data() + first};
   }

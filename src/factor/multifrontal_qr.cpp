@@ -100,7 +100,7 @@ class FrontalQr {
       fill_front(s);
       scratch_.resize(4 * front_.stride);
       row_at_.resize(columns_.size());
-      const std::size_t end = tanor_kernels::reduce_rows(front_, own_, tolerance_, scratch_.data(), row_at_.data());
+      const std::size_t end = kernels::reduce_rows(front_, own_, tolerance_, scratch_.data(), row_at_.data());
       const std::size_t rank = append_rows();
       if (end > rank) keep_rest(s, rank, end);
     }
@@ -151,7 +151,7 @@ class FrontalQr {
   }
 
   void fill_front(std::size_t s) {
-    const std::size_t rows = height_.back(), stride = rows + tanor_kernels::rows_read_beyond;
+    const std::size_t rows = height_.back(), stride = rows + kernels::rows_read_beyond;
     values_.assign(stride * columns_.size(), 0.0);
     front_ = {rows, columns_.size(), stride, values_.data(), height_.data()};
     for (std::size_t k = 0; k < own_; ++k) {
@@ -225,7 +225,7 @@ class FrontalQr {
   // The front at hand.
   std::span<const int> columns_;
   std::size_t own_ = 0;
-  tanor_kernels::RowFront front_;
+  kernels::RowFront front_;
   std::vector<double> values_, scratch_;
   std::vector<std::size_t> height_, next_row_, target_;
   std::vector<int> row_at_;

@@ -69,8 +69,8 @@ void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, W
     const int* const places = places_.data() + supernodes_.rows_start[s];
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
-    tanor_kernels::substitute_forwards(front.columns, front.stride, front.stride, panel,
-                                       inverse_pivots_.data() + front.first_column, y);
+    kernels::substitute_forwards(front.columns, front.stride, front.stride, panel,
+                                 inverse_pivots_.data() + front.first_column, y);
     for (std::size_t i = 0; i < front.rows; ++i) z[places[i]] = y[i];
   }
 }
@@ -86,8 +86,8 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
     const int* const places = places_.data() + supernodes_.rows_start[s];
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
-    tanor_kernels::substitute_backwards(front.columns, front.stride, front.stride, panel,
-                                        inverse_pivots_.data() + front.first_column, y);
+    kernels::substitute_backwards(front.columns, front.stride, front.stride, panel,
+                                  inverse_pivots_.data() + front.first_column, y);
     std::copy_n(y, front.columns, z + front.first_column);
     std::copy_n(y, front.columns, x + front.first_column);
   }
@@ -112,15 +112,15 @@ void Multifrontal::forwards(const FrontTask& task, const double* x, Workspace& w
   if (is_first && is_kept(front)) std::copy_n(y, front.columns, z_.data() + front.first_column);
   if (is_kept(front)) return;
   if (task.kind == FrontTask::Kind::Whole)
-    return tanor_kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+    return kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
   const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
   const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
   const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
   const double* const tile = panel + first * front.stride + first_row;
   if (task.row == task.column) {
-    tanor_kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+    kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
   } else {
-    tanor_kernels::subtract_product(columns, rows, front.stride, tile, y + first, y + first_row);
+    kernels::subtract_product(columns, rows, front.stride, tile, y + first, y + first_row);
   }
 }
 
@@ -139,7 +139,7 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   };
   if (task.kind == FrontTask::Kind::Whole) {
     fetch_from_above(number);
-    tanor_kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+    kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
     return keep(0, front.columns);
   }
   const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
@@ -147,14 +147,14 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
   const double* const tile = panel + first * front.stride + first_row;
   if (task.row > task.column) {
-    return tanor_kernels::find_products(columns, rows, front.stride, tile, y + first_row,
-                                        partial_sums(front, task.row, task.column));
+    return kernels::find_products(columns, rows, front.stride, tile, y + first_row,
+                                  partial_sums(front, task.row, task.column));
   }
   for (std::size_t row = task.row + 1; row * FrontTree::tile < front.stride; ++row) {
     const double* const sums = partial_sums(front, row, task.column);
     for (std::size_t j = 0; j < columns; ++j) y[first + j] -= sums[j];
   }
-  tanor_kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+  kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
   keep(first, columns);
 }
 
@@ -183,15 +183,15 @@ void Multifrontal::substitute(double* x, int threads) {
 
 void Multifrontal::solve_eights(double* x, std::size_t groups) const {
   // Columns stand in the order of elimination: children before parents.
-  const std::size_t size = tanor_kernels::front_width * pivots_.size();
+  const std::size_t size = kernels::front_width * pivots_.size();
   const auto for_groups = [&](const auto& substitute, std::size_t s) {
     const Front& front = tree_.fronts[s];
     for (double* own = x; own != x + groups * size; own += size)
       substitute(front.columns, front.rows, front.stride, panels_.data() + front.panel,
                  inverse_pivots_.data() + front.first_column, rows_of(s), own);
   };
-  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(tanor_kernels::substitute_eight_forwards, s);
-  for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(tanor_kernels::substitute_eight_backwards, s);
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(kernels::substitute_eight_forwards, s);
+  for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_eight_backwards, s);
 }
 
 }  // namespace tanor

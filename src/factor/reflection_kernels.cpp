@@ -7,9 +7,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
-
-using tanor::Eight, tanor::eight_at, tanor::eight_to, tanor::num_lanes;
+namespace tanor::kernels {
 
 namespace {
 
@@ -96,28 +94,30 @@ template <class Body>
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance, double* scratch, int* row_at) {
-  std::size_t end = 0;  // rows that are done
-  Block block{.stride = front.stride, .v = scratch};
-  for (std::size_t c = 0; c < front.columns;) {
-    const std::size_t first = end, last = std::min(c + most, front.columns);
-    block.count = 0;
-    block.length = (front.height[last - 1] - first + num_lanes - 1) / num_lanes * num_lanes;
-    for (; c < last; ++c) {
-      double* const x = front.values + c * front.stride + first;
+  return dispatch([=, &front] {
+    std::size_t end = 0;  // rows that are done
+    Block block{.stride = front.stride, .v = scratch};
+    for (std::size_t c = 0; c < front.columns;) {
+      const std::size_t first = end, last = std::min(c + most, front.columns);
+      block.count = 0;
+      block.length = (front.height[last - 1] - first + num_lanes - 1) / num_lanes * num_lanes;
+      for (; c < last; ++c) {
+        double* const x = front.values + c * front.stride + first;
+        with_count(
+            block.count, [&](auto count) __attribute__((always_inline)) { apply<count>(block, x); });
+        const bool begins =
+            end < front.height[c] && append_reflection(end - first, c < own ? tolerance : 0.0, x, &block);
+        row_at[c] = begins ? static_cast<int>(end++) : -1;
+      }
       with_count(
-          block.count, [&](auto count) __attribute__((always_inline)) { apply<count>(block, x); });
-      const bool begins = end < front.height[c] && append_reflection(end - first, c < own ? tolerance : 0.0, x, &block);
-      row_at[c] = begins ? static_cast<int>(end++) : -1;
+          block.count, [&](auto count) __attribute__((always_inline)) {
+            for (std::size_t k = last; k < front.columns; ++k)
+              apply<count>(block, front.values + k * front.stride + first);
+          });
     }
-    with_count(
-        block.count, [&](auto count) __attribute__((always_inline)) {
-          for (std::size_t k = last; k < front.columns; ++k)
-            apply<count>(block, front.values + k * front.stride + first);
-        });
-  }
-  return end;
+    return end;
+  });
 }
 
-}  // namespace tanor_kernels
+}  // namespace tanor::kernels

@@ -32,60 +32,64 @@ struct Distance {
   double change, size;
 };
 
-TANOR_EACH_INSTRUCTION_SET
 Distance measure(const double* image, const double* x, std::size_t size) {
-  double worst = 0.0, largest_image = 0.0, sum = 0.0;
+  return dispatch([=]() -> Distance {
+    double worst = 0.0, largest_image = 0.0, sum = 0.0;
 #pragma omp simd reduction(max : worst, largest_image) reduction(+ : sum)
-  for (std::size_t k = 0; k < size; ++k) {
-    const double g = image[k] - x[k];
-    worst = std::max(worst, std::abs(g));
-    largest_image = std::max(largest_image, std::abs(image[k]));
-    sum += g;
-  }
-  return {std::isfinite(sum) ? worst : std::numeric_limits<double>::quiet_NaN(), largest_image};
+    for (std::size_t k = 0; k < size; ++k) {
+      const double g = image[k] - x[k];
+      worst = std::max(worst, std::abs(g));
+      largest_image = std::max(largest_image, std::abs(image[k]));
+      sum += g;
+    }
+    return {std::isfinite(sum) ? worst : std::numeric_limits<double>::quiet_NaN(), largest_image};
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double dot(const float* a, const float* b, std::size_t size) {
-  double sum = 0.0;
+  return dispatch([=] {
+    double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
-  for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
-  return sum;
+    for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
+    return sum;
+  });
 }
 
 /// dg = (f - x) - (f_last - x_last), df = f - f_last; returns dg.(f - x).
-TANOR_EACH_INSTRUCTION_SET
 double subtract(const double* f, const double* x, const double* f_last, const double* x_last, std::size_t size,
                 float* dg, float* df) {
-  double along = 0.0;
+  return dispatch([=] {
+    double along = 0.0;
 #pragma omp simd reduction(+ : along)
-  for (std::size_t k = 0; k < size; ++k) {
-    const double g = f[k] - x[k];
-    dg[k] = static_cast<float>(g - (f_last[k] - x_last[k]));
-    df[k] = static_cast<float>(f[k] - f_last[k]);
-    along += static_cast<double>(dg[k]) * g;
-  }
-  return along;
+    for (std::size_t k = 0; k < size; ++k) {
+      const double g = f[k] - x[k];
+      dg[k] = static_cast<float>(g - (f_last[k] - x_last[k]));
+      df[k] = static_cast<float>(f[k] - f_last[k]);
+      along += static_cast<double>(dg[k]) * g;
+    }
+    return along;
+  });
 }
 
 /// y = x - sum of weights_j d_j.
-TANOR_EACH_INSTRUCTION_SET
 void subtract_scaled(const double* x, std::size_t count, const double* weights, const float* const* d, std::size_t size,
                      double* y) {
-  constexpr std::size_t width = 16;  // that stay in registers
-  std::size_t begin = 0;
-  for (; begin + width <= size; begin += width) {
-    double sum[width];
-    for (std::size_t k = 0; k < width; ++k) sum[k] = x[begin + k];
-    for (std::size_t j = 0; j < count; ++j) {
-      for (std::size_t k = 0; k < width; ++k) sum[k] -= weights[j] * static_cast<double>(d[j][begin + k]);
+  dispatch([=] {
+    constexpr std::size_t width = 16;  // that stay in registers
+    std::size_t begin = 0;
+    for (; begin + width <= size; begin += width) {
+      double sum[width];
+      for (std::size_t k = 0; k < width; ++k) sum[k] = x[begin + k];
+      for (std::size_t j = 0; j < count; ++j) {
+        for (std::size_t k = 0; k < width; ++k) sum[k] -= weights[j] * static_cast<double>(d[j][begin + k]);
+      }
+      for (std::size_t k = 0; k < width; ++k) y[begin + k] = sum[k];
     }
-    for (std::size_t k = 0; k < width; ++k) y[begin + k] = sum[k];
-  }
-  for (std::size_t k = begin; k < size; ++k) {
-    y[k] = x[k];
-    for (std::size_t j = 0; j < count; ++j) y[k] -= weights[j] * static_cast<double>(d[j][k]);
-  }
+    for (std::size_t k = begin; k < size; ++k) {
+      y[k] = x[k];
+      for (std::size_t j = 0; j < count; ++j) y[k] -= weights[j] * static_cast<double>(d[j][k]);
+    }
+  });
 }
 
 }  // namespace

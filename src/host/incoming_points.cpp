@@ -27,11 +27,11 @@ double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::s
     if (first >= array.factors.size()) return 0.0;
     const std::size_t size = std::min(count, array.factors.size() - first);
     const double* const x = transfer_.load(array.from, first, size, own);
-    return tanor_kernels::scale(x, &array.factors[first], size, own);
+    return tanor::scale(x, &array.factors[first], size, own);
   }
   const double* const x = transfer_.load(array.from, first, count, own);
   if (x != own) std::memcpy(own, x, 3 * sizeof(double) * count);
-  return array.is_measured ? tanor_kernels::largest_square(own, count) : 0.0;
+  return array.is_measured ? largest_square(own, count) : 0.0;
 }
 
 void IncomingPoints::see(double square) const {

@@ -5,9 +5,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
-
-using tanor::Eight3, tanor::Largest, tanor::num_lanes;
+namespace tanor {
 
 namespace {
 
@@ -15,60 +13,63 @@ constexpr std::size_t numbers = 3 * num_lanes;  // of eight points
 
 [[gnu::always_inline]] inline Eight3 load_eight(const double* from) {
   Eight3 points;
-  tanor::load_points(from, &points.x, &points.y, &points.z);
+  load_points(from, &points.x, &points.y, &points.z);
   return points;
 }
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 double largest_square(const double* x, std::size_t count) {
-  Largest seen;
-  std::size_t k = 0;
-  for (; k + numbers <= 3 * count; k += numbers) {
-    const Eight3 points = load_eight(x + k);
+  return dispatch([=] {
+    Largest seen;
+    std::size_t k = 0;
+    for (; k + numbers <= 3 * count; k += numbers) {
+      const Eight3 points = load_eight(x + k);
+      seen.see(dot(points, points));
+    }
+    double rest[numbers] = {};
+    std::copy(x + k, x + 3 * count, rest);
+    const Eight3 points = load_eight(rest);
     seen.see(dot(points, points));
-  }
-  double rest[numbers] = {};
-  std::copy(x + k, x + 3 * count, rest);
-  const Eight3 points = load_eight(rest);
-  seen.see(dot(points, points));
-  return seen.read();
+    return seen.read();
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double largest_squared_distance(const double* x, const double* y, std::size_t count) {
-  Largest seen;
-  std::size_t k = 0;
-  for (; k + numbers <= 3 * count; k += numbers) {
-    const Eight3 change = load_eight(x + k) - load_eight(y + k);
+  return dispatch([=] {
+    Largest seen;
+    std::size_t k = 0;
+    for (; k + numbers <= 3 * count; k += numbers) {
+      const Eight3 change = load_eight(x + k) - load_eight(y + k);
+      seen.see(dot(change, change));
+    }
+    double rest[2][numbers] = {};
+    std::copy(x + k, x + 3 * count, rest[0]);
+    std::copy(y + k, y + 3 * count, rest[1]);
+    const Eight3 change = load_eight(rest[0]) - load_eight(rest[1]);
     seen.see(dot(change, change));
-  }
-  double rest[2][numbers] = {};
-  std::copy(x + k, x + 3 * count, rest[0]);
-  std::copy(y + k, y + 3 * count, rest[1]);
-  const Eight3 change = load_eight(rest[0]) - load_eight(rest[1]);
-  seen.see(dot(change, change));
-  return seen.read();
+    return seen.read();
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double scale(const double* x, const double* factors, std::size_t count, double* y) {
-  Largest seen;
-  const auto scale_eight = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
-    const tanor::Eight factor = tanor::eight_at(by);
-    const Eight3 points = factor * load_eight(from);
-    seen.see(dot(points, points));
-    tanor::store_points(points.x, points.y, points.z, to);
-  };
-  std::size_t i = 0;
-  for (; i + num_lanes <= count; i += num_lanes) scale_eight(x + 3 * i, factors + i, y + 3 * i);
-  double rest[numbers] = {}, of_rest[num_lanes] = {};
-  std::copy(x + 3 * i, x + 3 * count, rest);
-  std::copy(factors + i, factors + count, of_rest);
-  scale_eight(rest, of_rest, rest);
-  std::copy(rest, rest + 3 * (count - i), y + 3 * i);
-  return seen.read();
+  return dispatch([=] {
+    Largest seen;
+    const auto scale_eight = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
+      const Eight factor = eight_at(by);
+      const Eight3 points = factor * load_eight(from);
+      seen.see(dot(points, points));
+      store_points(points.x, points.y, points.z, to);
+    };
+    std::size_t i = 0;
+    for (; i + num_lanes <= count; i += num_lanes) scale_eight(x + 3 * i, factors + i, y + 3 * i);
+    double rest[numbers] = {}, of_rest[num_lanes] = {};
+    std::copy(x + 3 * i, x + 3 * count, rest);
+    std::copy(factors + i, factors + count, of_rest);
+    scale_eight(rest, of_rest, rest);
+    std::copy(rest, rest + 3 * (count - i), y + 3 * i);
+    return seen.read();
+  });
 }
 
-}  // namespace tanor_kernels
+}  // namespace tanor

@@ -13,8 +13,6 @@
 
 namespace tanor {
 
-using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
-
 namespace {
 
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);

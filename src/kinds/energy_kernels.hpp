@@ -23,9 +23,10 @@ template <class Function>
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = f(x[lane]);
   return result;
 }
-[[gnu::always_inline]] inline Eight roots_of(Eight squares) {
-  take_roots(&squares);
-  return squares;
+[[gnu::always_inline]] inline Eight roots_of(const Eight& squares) {
+  Eight roots = squares;
+  take_roots(&roots);
+  return roots;
 }
 [[gnu::always_inline]] inline Eight3 cross(const Eight3& a, const Eight3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

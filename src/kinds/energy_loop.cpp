@@ -48,41 +48,29 @@ template <bool with_energy, class Kernel>
   }
 }
 
-template <class Kernel>
-[[gnu::always_inline]] inline void run_kernel(const void* law, const EnergyRange& range) {
-  const Kernel& kernel = *static_cast<const Kernel*>(law);
-  range.energies != nullptr ? run_lanes<true>(kernel, range) : run_lanes<false>(kernel, range);
-}
-
-TANOR_EACH_INSTRUCTION_SET
-void run_bonds(const void* law, const EnergyRange& range) {
-  run_kernel<EnergyKernel<Bonds>>(law, range);
-}
-TANOR_EACH_INSTRUCTION_SET
-void run_bendings(const void* law, const EnergyRange& range) {
-  run_kernel<EnergyKernel<Bendings>>(law, range);
-}
-TANOR_EACH_INSTRUCTION_SET
-void run_torsions(const void* law, const EnergyRange& range) {
-  run_kernel<EnergyKernel<Torsions>>(law, range);
-}
-
-/// `run` calls one of these: gcc takes the address of a function with clones for that of a local variable, and warns.
 template <class Group>
-EnergyLoop make_loop(const Group& group, void (*run)(const void*, const EnergyRange&)) {
-  return {std::make_shared<const EnergyKernel<Group>>(group), EnergyKernel<Group>::num_numbers, run};
+void run(const void* law, const EnergyRange& range) {
+  const auto& kernel = *static_cast<const EnergyKernel<Group>*>(law);
+  dispatch([&kernel, &range] {
+    range.energies != nullptr ? run_lanes<true>(kernel, range) : run_lanes<false>(kernel, range);
+  });
+}
+
+template <class Group>
+EnergyLoop make_loop(const Group& group) {
+  return {std::make_shared<const EnergyKernel<Group>>(group), EnergyKernel<Group>::num_numbers, run<Group>};
 }
 
 }  // namespace
 
 EnergyLoop make_energy_loop(const Bonds& bonds) {
-  return make_loop(bonds, [](const void* law, const EnergyRange& range) { run_bonds(law, range); });
+  return make_loop(bonds);
 }
 EnergyLoop make_energy_loop(const Bendings& bendings) {
-  return make_loop(bendings, [](const void* law, const EnergyRange& range) { run_bendings(law, range); });
+  return make_loop(bendings);
 }
 EnergyLoop make_energy_loop(const Torsions& torsions) {
-  return make_loop(torsions, [](const void* law, const EnergyRange& range) { run_torsions(law, range); });
+  return make_loop(torsions);
 }
 
 }  // namespace tanor

@@ -15,21 +15,22 @@ struct Numbers {
   std::size_t begin, end;
   double h, moves_nothing;
 };
-TANOR_EACH_INSTRUCTION_SET
 double measure_bend(const Numbers& of, const double* x0, const double* v0, const double* a0, const double* x1,
                     const double* v1, const double* a1) {
-  constexpr double tiny = 1e-300;
-  const double h = of.h, by_v = h / 32.0, by_a = h * h / 64.0, moves_nothing = of.moves_nothing;
-  double most = 0.0;
+  return dispatch([=, &of] {
+    constexpr double tiny = 1e-300;
+    const double h = of.h, by_v = h / 32.0, by_a = h * h / 64.0, moves_nothing = of.moves_nothing;
+    double most = 0.0;
 #pragma omp simd reduction(max : most)
-  for (std::size_t i = of.begin; i < of.end; ++i) {
-    const double missed = std::abs(by_v * (v0[i] - v1[i]) + by_a * (a0[i] + a1[i]));
-    const double chord = std::abs(x1[i] - x0[i]), fast = std::abs(v0[i]), faster = std::abs(v1[i]);
-    const double by_speed = h * (fast > faster ? fast : faster), move = (chord > by_speed ? chord : by_speed) + tiny;
-    const double part = missed / move, bend = missed > moves_nothing ? part : 0.0;
-    most = bend > most ? bend : most;
-  }
-  return most;
+    for (std::size_t i = of.begin; i < of.end; ++i) {
+      const double missed = std::abs(by_v * (v0[i] - v1[i]) + by_a * (a0[i] + a1[i]));
+      const double chord = std::abs(x1[i] - x0[i]), fast = std::abs(v0[i]), faster = std::abs(v1[i]);
+      const double by_speed = h * (fast > faster ? fast : faster), move = (chord > by_speed ? chord : by_speed) + tiny;
+      const double part = missed / move, bend = missed > moves_nothing ? part : 0.0;
+      most = bend > most ? bend : most;
+    }
+    return most;
+  });
 }
 
 }  // namespace

@@ -68,55 +68,58 @@ template <class Number>
 }
 
 /// Sums the numbers [begin, end). The last ones are summed twice where they fill no lanes.
-TANOR_EACH_INSTRUCTION_SET
 void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
                 double* v, double* a) {
-  constexpr std::size_t width = 32;
-  if (end - begin < width) {
-    for (std::size_t i = begin; i < end; ++i) sum_series<double>(coefficients, h, i, x, v, a);
-    return;
-  }
-  for (std::size_t next = begin; next < end; next += width)
-    sum_series<Eight>(coefficients, h, std::min(next, end - width), x, v, a);
+  dispatch([=] {
+    constexpr std::size_t width = 32;
+    if (end - begin < width) {
+      for (std::size_t i = begin; i < end; ++i) sum_series<double>(coefficients, h, i, x, v, a);
+      return;
+    }
+    for (std::size_t next = begin; next < end; next += width)
+      sum_series<Eight>(coefficients, h, std::min(next, end - width), x, v, a);
+  });
 }
 
 /// Returns the largest |a_i| and |a_i - b_i|. NaNs are not seen.
 struct Comparison {
   double size = 0.0, difference = 0.0;
 };
-TANOR_EACH_INSTRUCTION_SET
 Comparison compare(const double* a, const double* b, std::size_t n) {
-  constexpr std::size_t width = num_lanes;
-  const auto take_larger = [](const Eight& x, Eight* largest) __attribute__((always_inline)) {
-    const Eight size = x < 0.0 ? -x : x;
-    *largest = size > *largest ? size : *largest;
-  };
-  Eight sizes{}, differences{};
-  std::size_t i = 0;
-  for (; i + width <= n; i += width) {
-    const Eight a_i = eight_at(a + i), b_i = eight_at(b + i);
-    take_larger(a_i, &sizes);
-    take_larger(a_i - b_i, &differences);
-  }
-  Comparison result;
-  for (std::size_t k = 0; i > 0 && k < width; ++k) {
-    result.size = std::max(result.size, sizes[k]);
-    result.difference = std::max(result.difference, differences[k]);
-  }
-  for (; i < n; ++i) {
-    result.size = std::max(result.size, std::abs(a[i]));
-    result.difference = std::max(result.difference, std::abs(a[i] - b[i]));
-  }
-  return result;
+  return dispatch([=] {
+    constexpr std::size_t width = num_lanes;
+    const auto take_larger = [](const Eight& x, Eight* largest) __attribute__((always_inline)) {
+      const Eight size = x < 0.0 ? -x : x;
+      *largest = size > *largest ? size : *largest;
+    };
+    Eight sizes{}, differences{};
+    std::size_t i = 0;
+    for (; i + width <= n; i += width) {
+      const Eight a_i = eight_at(a + i), b_i = eight_at(b + i);
+      take_larger(a_i, &sizes);
+      take_larger(a_i - b_i, &differences);
+    }
+    Comparison result;
+    for (std::size_t k = 0; i > 0 && k < width; ++k) {
+      result.size = std::max(result.size, sizes[k]);
+      result.difference = std::max(result.difference, differences[k]);
+    }
+    for (; i < n; ++i) {
+      result.size = std::max(result.size, std::abs(a[i]));
+      result.difference = std::max(result.difference, std::abs(a[i] - b[i]));
+    }
+    return result;
+  });
 }
 
 /// Sets b := a - b where this is larger than `noise`, else 0.
-TANOR_EACH_INSTRUCTION_SET
 void subtract_from(const double* __restrict a, double noise, std::size_t n, double* __restrict b) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const double difference = a[i] - b[i];
-    b[i] = std::abs(difference) > noise ? difference : 0.0;
-  }
+  dispatch([=] {
+    for (std::size_t i = 0; i < n; ++i) {
+      const double difference = a[i] - b[i];
+      b[i] = std::abs(difference) > noise ? difference : 0.0;
+    }
+  });
 }
 
 /// Does the same with the noise of each neighbourhood, `part` of its largest number in a; `own` [n/3].

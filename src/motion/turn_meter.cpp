@@ -28,35 +28,38 @@ struct Sizes {
   }
 };
 
-TANOR_EACH_INSTRUCTION_SET
 double largest_change(const double* from, const double* to, std::size_t begin, std::size_t end) {
-  Sizes sizes;
-  std::size_t i = begin;
-  for (; i + num_lanes <= end; i += num_lanes) sizes.see(eight_at(to + i) - eight_at(from + i));
-  for (; i < end; ++i) sizes.see(to[i] - from[i]);
-  return sizes.largest();
+  return dispatch([=] {
+    Sizes sizes;
+    std::size_t i = begin;
+    for (; i + num_lanes <= end; i += num_lanes) sizes.see(eight_at(to + i) - eight_at(from + i));
+    for (; i < end; ++i) sizes.see(to[i] - from[i]);
+    return sizes.largest();
+  });
 }
 
 struct StepEnds {
   const double *x0, *v0, *x1, *v1;
 };
 /// The largest |x1|, |v1| and |x1 - x0 - h (v0 + v1)/2| of these numbers, in one pass.
-TANOR_EACH_INSTRUCTION_SET
 void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end, TurnMeter::Step* step) {
-  Sizes place, speed, missed;
-  const auto see = [&](const auto& x0, const auto& v0, const auto& x1, const auto& v1) __attribute__((always_inline)) {
-    place.see(x1);
-    speed.see(v1);
-    missed.see(x1 - x0 - half_step * (v0 + v1));
-  };
-  std::size_t i = begin;
-  for (; i + num_lanes <= end; i += num_lanes) {
-    const Eight x0 = eight_at(ends.x0 + i), v0 = eight_at(ends.v0 + i), x1 = eight_at(ends.x1 + i),
-                v1 = eight_at(ends.v1 + i);
-    see(x0, v0, x1, v1);
-  }
-  for (; i < end; ++i) see(ends.x0[i], ends.v0[i], ends.x1[i], ends.v1[i]);
-  *step = {place.largest(), speed.largest(), missed.largest()};
+  dispatch([=, &ends] {
+    Sizes place, speed, missed;
+    const auto see = [&](const auto& x0, const auto& v0, const auto& x1, const auto& v1)
+        __attribute__((always_inline)) {
+      place.see(x1);
+      speed.see(v1);
+      missed.see(x1 - x0 - half_step * (v0 + v1));
+    };
+    std::size_t i = begin;
+    for (; i + num_lanes <= end; i += num_lanes) {
+      const Eight x0 = eight_at(ends.x0 + i), v0 = eight_at(ends.v0 + i), x1 = eight_at(ends.x1 + i),
+                  v1 = eight_at(ends.v1 + i);
+      see(x0, v0, x1, v1);
+    }
+    for (; i < end; ++i) see(ends.x0[i], ends.v0[i], ends.x1[i], ends.v1[i]);
+    *step = {place.largest(), speed.largest(), missed.largest()};
+  });
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include <tanor/build_info.hpp>
+#include <tanor/version.hpp>
 
 #include "python/bindings.hpp"
 #include "python/kinds.hpp"
@@ -18,5 +18,5 @@ PYBIND11_MODULE(_core, module) {
   bind_scalar(module);
   bind_system_functions(module);
   module.def("_descriptions", &descriptions);
-  module.attr("__version__") = tanor::build_info().version;
+  module.attr("__version__") = TANOR_VERSION;
 }

@@ -3,7 +3,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor_kernels {
+namespace tanor {
 
 // ---- in and out one by one: plain loads and stores, which no instruction set does better ----
 
@@ -121,89 +121,95 @@ void call_for(const Eight* array, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to) {
-  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
-    double* const lanes = reinterpret_cast<double*>(to) + lane;
-    const FourSequences<const double> at(from, first + lane, width);
-    if (count < 4) {
-      for (std::size_t k = 0; k < count; ++k)
-        four_to(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
-      continue;
+  dispatch([=] {
+    for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+      double* const lanes = reinterpret_cast<double*>(to) + lane;
+      const FourSequences<const double> at(from, first + lane, width);
+      if (count < 4) {
+        for (std::size_t k = 0; k < count; ++k)
+          four_to(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
+        continue;
+      }
+      for_each_tile(
+          count, [&](std::size_t k) __attribute__((always_inline)) {
+            Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
+                 d = sign * four_at(at.d + k);
+            transpose(&a, &b, &c, &d);
+            double* const cell = lanes + k * num_lanes;
+            four_to(cell) = a;
+            four_to(cell + num_lanes) = b;
+            four_to(cell + 2 * num_lanes) = c;
+            four_to(cell + 3 * num_lanes) = d;
+          });
     }
-    for_each_tile(
-        count, [&](std::size_t k) __attribute__((always_inline)) {
-          Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
-               d = sign * four_at(at.d + k);
-          transpose(&a, &b, &c, &d);
-          double* const cell = lanes + k * num_lanes;
-          four_to(cell) = a;
-          four_to(cell + num_lanes) = b;
-          four_to(cell + 2 * num_lanes) = c;
-          four_to(cell + 3 * num_lanes) = d;
-        });
-  }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to) {
-  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
-    const double* const lanes = reinterpret_cast<const double*>(from) + lane;
-    const FourSequences<double> at(to, first + lane, width);
-    if (count < 4) {
-      for (std::size_t k = 0; k < count; ++k) {
-        const Four value = sign * four_at(lanes + k * num_lanes);
-        at.a[k] = value[0];
-        at.b[k] = value[1];
-        at.c[k] = value[2];
-        at.d[k] = value[3];
+  dispatch([=] {
+    for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+      const double* const lanes = reinterpret_cast<const double*>(from) + lane;
+      const FourSequences<double> at(to, first + lane, width);
+      if (count < 4) {
+        for (std::size_t k = 0; k < count; ++k) {
+          const Four value = sign * four_at(lanes + k * num_lanes);
+          at.a[k] = value[0];
+          at.b[k] = value[1];
+          at.c[k] = value[2];
+          at.d[k] = value[3];
+        }
+        continue;
       }
-      continue;
+      for_each_tile(
+          count, [&](std::size_t k) __attribute__((always_inline)) {
+            const double* const cell = lanes + k * num_lanes;
+            Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes),
+                 c = sign * four_at(cell + 2 * num_lanes), d = sign * four_at(cell + 3 * num_lanes);
+            transpose(&a, &b, &c, &d);
+            four_to(at.a + k) = a;
+            four_to(at.b + k) = b;
+            four_to(at.c + k) = c;
+            four_to(at.d + k) = d;
+          });
     }
-    for_each_tile(
-        count, [&](std::size_t k) __attribute__((always_inline)) {
-          const double* const cell = lanes + k * num_lanes;
-          Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes), c = sign * four_at(cell + 2 * num_lanes),
-               d = sign * four_at(cell + 3 * num_lanes);
-          transpose(&a, &b, &c, &d);
-          four_to(at.a + k) = a;
-          four_to(at.b + k) = b;
-          four_to(at.c + k) = c;
-          four_to(at.d + k) = d;
-        });
-  }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
-  for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
+  dispatch([=] {
+    for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void fill(Eight3* points, std::size_t count, Vec3 value) {
-  const Eight nothing{};
-  const Eight3 everywhere{nothing + value.x, nothing + value.y, nothing + value.z};
-  for (std::size_t p = 0; p < count; ++p) everywhere.write(&points[p]);
+  dispatch([=] {
+    const Eight nothing{};
+    const Eight3 everywhere{nothing + value.x, nothing + value.y, nothing + value.z};
+    for (std::size_t p = 0; p < count; ++p) everywhere.write(&points[p]);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add(const Eight3* from, std::size_t count, Eight3* to) {
-  for (std::size_t p = 0; p < count; ++p) {
-    to[p].x += from[p].x;
-    to[p].y += from[p].y;
-    to[p].z += from[p].z;
-  }
+  dispatch([=] {
+    for (std::size_t p = 0; p < count; ++p) {
+      to[p].x += from[p].x;
+      to[p].y += from[p].y;
+      to[p].z += from[p].z;
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add(Vec3 value, std::size_t count, Eight3* to) {
-  for (std::size_t p = 0; p < count; ++p) {
-    to[p].x += value.x;
-    to[p].y += value.y;
-    to[p].z += value.z;
-  }
+  dispatch([=] {
+    for (std::size_t p = 0; p < count; ++p) {
+      to[p].x += value.x;
+      to[p].y += value.y;
+      to[p].z += value.z;
+    }
+  });
 }
 
 namespace {
@@ -218,144 +224,152 @@ namespace {
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
                    const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
-  Largest seen = *largest;
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    const Eight3 velocity = v[j] - v[i];
-    // rho = |a|, u = a/rho
-    Eight3 unit = distance(topology, a, r, offsets);
-    Eight inverse;
-    normalise(&unit.x, &unit.y, &unit.z, &inverse);
-    // phi = (v.v - (u.v)^2)/rho
-    const Eight speed = dot(unit, velocity);
-    Eight right = (dot(velocity, velocity) - speed * speed) * inverse;
-    if (w0 != nullptr) right += dot(unit, w0[j] - w0[i]);
-    if (second_derivatives != nullptr) right -= second_derivatives[a];
-    seen.see(right < 0.0 ? -right : right);
-    unit.write(&u[a]);
-    b[a] = right;
-  }
-  *largest = seen;
+  dispatch([=, &topology] {
+    Largest seen = *largest;
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const auto [i, j] = topology.rods[a];
+      const Eight3 velocity = v[j] - v[i];
+      // rho = |a|, u = a/rho
+      Eight3 unit = distance(topology, a, r, offsets);
+      Eight inverse;
+      normalise(&unit.x, &unit.y, &unit.z, &inverse);
+      // phi = (v.v - (u.v)^2)/rho
+      const Eight speed = dot(unit, velocity);
+      Eight right = (dot(velocity, velocity) - speed * speed) * inverse;
+      if (w0 != nullptr) right += dot(unit, w0[j] - w0[i]);
+      if (second_derivatives != nullptr) right -= second_derivatives[a];
+      seen.see(right < 0.0 ? -right : right);
+      unit.write(&u[a]);
+      b[a] = right;
+    }
+    *largest = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    Eight3 unit = distance(topology, a, r, offsets);
-    Eight inverse;
-    normalise(&unit.x, &unit.y, &unit.z, &inverse);
-    unit.write(&u[a]);
-  }
+  dispatch([=, &topology] {
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      Eight3 unit = distance(topology, a, r, offsets);
+      Eight inverse;
+      normalise(&unit.x, &unit.y, &unit.z, &inverse);
+      unit.write(&u[a]);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
                      Eight* xi, Largest* largest) {
-  Largest seen = *largest;
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const Eight3 along = distance(topology, a, r, offsets);
-    Eight rho = dot(along, along);
-    take_roots(&rho);
-    xi[a] = rho - lengths[a];
-    seen.see((xi[a] < 0.0 ? -xi[a] : xi[a]) / lengths[a]);
-  }
-  *largest = seen;
+  dispatch([=, &topology] {
+    Largest seen = *largest;
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const Eight3 along = distance(topology, a, r, offsets);
+      Eight rho = dot(along, along);
+      take_roots(&rho);
+      xi[a] = rho - lengths[a];
+      seen.see((xi[a] < 0.0 ? -xi[a] : xi[a]) / lengths[a]);
+    }
+    *largest = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
                     Eight* rates, Largest* largest) {
-  Largest seen = *largest;
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    Eight rate = dot(u[a], v[j] - v[i]);
-    if (first_derivatives != nullptr) rate -= first_derivatives[a];
-    seen.see(rate < 0.0 ? -rate : rate);
-    rates[a] = rate;
-  }
-  *largest = seen;
+  dispatch([=, &topology] {
+    Largest seen = *largest;
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const auto [i, j] = topology.rods[a];
+      Eight rate = dot(u[a], v[j] - v[i]);
+      if (first_derivatives != nullptr) rate -= first_derivatives[a];
+      seen.see(rate < 0.0 ? -rate : rate);
+      rates[a] = rate;
+    }
+    *largest = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
           Eight3* points) {
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    const Eight3 impulse = rows[a] * u[a];
-    (points[i] - inverse_mass[i] * impulse).write(&points[i]);
-    (points[j] + inverse_mass[j] * impulse).write(&points[j]);
-  }
+  dispatch([=, &topology] {
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const auto [i, j] = topology.rods[a];
+      const Eight3 impulse = rows[a] * u[a];
+      (points[i] - inverse_mass[i] * impulse).write(&points[i]);
+      (points[j] + inverse_mass[j] * impulse).write(&points[j]);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
                const Eight3* u, Eight* factor, Eight* smallest) {
-  const Eight nothing{};
-  for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
-  for (const auto& [slot, a, b, point, sign] : schedule.products)
-    factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
-  Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
-  for (const auto& [row, first, end, first_target] : schedule.columns) {
-    const auto [i, j] = topology.rods[row];
-    // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
-    const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
-    const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
-    // a pivot of 0, below 0 or NaN ends it
-    const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
-    largest_inverse = checked > largest_inverse ? checked : largest_inverse;
-    factor[first] = inverse;
-    const int* target = schedule.targets.data() + first_target;
-    for (int f = first + 1; f < end; ++f) {
-      const Eight l = factor[f] * inverse;
-      for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
-      factor[f] = l;
+  dispatch([=, &topology, &schedule] {
+    const Eight nothing{};
+    for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
+    for (const auto& [slot, a, b, point, sign] : schedule.products)
+      factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
+    Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
+    for (const auto& [row, first, end, first_target] : schedule.columns) {
+      const auto [i, j] = topology.rods[row];
+      // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
+      const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
+      const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
+      // a pivot of 0, below 0 or NaN ends it
+      const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
+      largest_inverse = checked > largest_inverse ? checked : largest_inverse;
+      factor[first] = inverse;
+      const int* target = schedule.targets.data() + first_target;
+      for (int f = first + 1; f < end; ++f) {
+        const Eight l = factor[f] * inverse;
+        for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
+        factor[f] = l;
+      }
     }
-  }
-  const Eight found = 1.0 / largest_inverse;
-  *smallest = found < *smallest ? found : *smallest;
+    const Eight found = 1.0 / largest_inverse;
+    *smallest = found < *smallest ? found : *smallest;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x) {
-  for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
-  for (const auto& [row, first, end, targets] : schedule.columns) {
-    const Eight known = x[row];
-    for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
-  }
-  for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
-    Eight sum = x[column->row] * factor[column->first];
-    for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
-    x[column->row] = sum;
-  }
+  dispatch([=, &schedule] {
+    for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
+    for (const auto& [row, first, end, targets] : schedule.columns) {
+      const Eight known = x[row];
+      for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
+    }
+    for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
+      Eight sum = x[column->row] * factor[column->first];
+      for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
+      x[column->row] = sum;
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
            const Eight* lambda, Eight3* dw, Largest* largest) {
-  const Eight nothing{};
-  const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
-  for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    const Eight3 force = lambda[a] * u[a];
-    (dw[i] - force).write(&dw[i]);
-    (dw[j] + force).write(&dw[j]);
-  }
-  for (int p = 0; p < num_places; ++p) {
-    dw[p].x *= inverse_mass[p];
-    dw[p].y *= inverse_mass[p];
-    dw[p].z *= inverse_mass[p];
-  }
-  Largest seen = *largest;
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
-    seen.see(left < 0.0 ? -left : left);
-  }
-  *largest = seen;
+  dispatch([=, &topology] {
+    const Eight nothing{};
+    const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
+    for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const auto [i, j] = topology.rods[a];
+      const Eight3 force = lambda[a] * u[a];
+      (dw[i] - force).write(&dw[i]);
+      (dw[j] + force).write(&dw[j]);
+    }
+    for (int p = 0; p < num_places; ++p) {
+      dw[p].x *= inverse_mass[p];
+      dw[p].y *= inverse_mass[p];
+      dw[p].z *= inverse_mass[p];
+    }
+    Largest seen = *largest;
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      const auto [i, j] = topology.rods[a];
+      const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
+      seen.see(left < 0.0 ? -left : left);
+    }
+    *largest = seen;
+  });
 }
 
-}  // namespace tanor_kernels
+}  // namespace tanor

@@ -6,11 +6,8 @@
 #include "schur/island_schedule.hpp"
 
 /// \file Islands of one topology, eight at once: the same number of each in the lanes of one vector.
-
 /// See instruction_sets.hpp.
-namespace tanor_kernels {
-
-using namespace tanor;
+namespace tanor {
 
 /// In and out of lanes: numbers [place][lane] that lie anywhere.
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
@@ -68,8 +65,4 @@ void solve_negative(const IslandSchedule& schedule, const Eight* factor, const E
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
            const Eight* lambda, Eight3* dw, Largest* largest);
 
-}  // namespace tanor_kernels
-
-namespace tanor {
-using namespace tanor_kernels;
-}
+}  // namespace tanor

@@ -31,6 +31,7 @@ class IslandSolver : public SchurSolver {
   /// Serves the islands of `before` that are no longer among those that are `left`.
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
   const IslandGroup& group() const { return *group_; }
+  double* scratch_rows() { return rows_.data(); }  // [d]
   /// All points of its islands at once; null: they are there.
   void bring_points(const Parallel& parallel, const PointSource* source) const {
     if (source == nullptr) return;

@@ -175,7 +175,8 @@ void PathSolver::eliminate_middle(std::size_t p, const Numbers& numbers, Work* w
 
 /// From the middle outwards: the next rods' lambda, w of the points between them and the rods before, and what K'dw + b
 /// leaves over. Row `row` of a path joins the points that dw_left and dw_right belong to.
-void PathSolver::substitute_halves(std::size_t p, const Substituted& numbers, Halves halves, Work* work) const {
+void PathSolver::substitute_halves(std::size_t p, const Substituted& numbers, double* lambda, Halves halves,
+                                   Work* work) const {
   const Path& path = paths_[p];
   const std::size_t middle = path.middle();
   const bool goes_left = includes(halves, Halves::Left), goes_right = includes(halves, Halves::Right);
@@ -198,7 +199,7 @@ void PathSolver::substitute_halves(std::size_t p, const Substituted& numbers, Ha
     const auto place = [&](paths::BackSubstitution* to, std::size_t row) {
       to->inverse_pivots = d + row;
       to->factors = f + row;
-      to->lambda = numbers.lambda + row;
+      to->lambda = lambda + row;
     };
     place(&to_left, begin);
     place(&to_right, end);

@@ -7,9 +7,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels::paths {
-
-using tanor::Eight, tanor::eight_at;
+namespace tanor::paths {
 
 namespace {
 
@@ -93,267 +91,280 @@ template <bool WantsDirections, bool WantsRightSide, bool HasField>
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b) {
-  rods.w0 == nullptr ? evaluate_rods<true, true, false>(rods, slot, chunk, blocks, b)
-                     : evaluate_rods<true, true, true>(rods, slot, chunk, blocks, b);
+  dispatch([=, &rods] {
+    rods.w0 == nullptr ? evaluate_rods<true, true, false>(rods, slot, chunk, blocks, b)
+                       : evaluate_rods<true, true, true>(rods, slot, chunk, blocks, b);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_directions(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks) {
-  evaluate_rods<true, false, false>(rods, slot, chunk, blocks, nullptr);
+  dispatch([=, &rods] { evaluate_rods<true, false, false>(rods, slot, chunk, blocks, nullptr); });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_right_side(const Rods& rods, double* b) {
-  rods.w0 == nullptr ? evaluate_rods<false, true, false>(rods, 0, nullptr, nullptr, b)
-                     : evaluate_rods<false, true, true>(rods, 0, nullptr, nullptr, b);
+  dispatch([=, &rods] {
+    rods.w0 == nullptr ? evaluate_rods<false, true, false>(rods, 0, nullptr, nullptr, b)
+                       : evaluate_rods<false, true, true>(rods, 0, nullptr, nullptr, b);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double evaluate_values(const Rods& rods, const double* __restrict lengths, double* __restrict xi) {
-  std::array<double, 3 * chunk_size> a;   // NOLINT: filled before use
-  std::array<double, chunk_size> ratios;  // NOLINT: likewise
-  subtract_places(rods, a.data());
-  for (std::size_t k = 0; k < rods.count; ++k) {
-    const double x = a[3 * k], y = a[3 * k + 1], z = a[3 * k + 2];
-    xi[k] = std::sqrt(x * x + y * y + z * z) - lengths[k];
-    ratios[k] = xi[k] / lengths[k];
-  }
-  return largest_magnitude(ratios.data(), rods.count, 0.0);
+  return dispatch([=, &rods] {
+    std::array<double, 3 * chunk_size> a;   // NOLINT: filled before use
+    std::array<double, chunk_size> ratios;  // NOLINT: likewise
+    subtract_places(rods, a.data());
+    for (std::size_t k = 0; k < rods.count; ++k) {
+      const double x = a[3 * k], y = a[3 * k + 1], z = a[3 * k + 2];
+      xi[k] = std::sqrt(x * x + y * y + z * z) - lengths[k];
+      ratios[k] = xi[k] / lengths[k];
+    }
+    return largest_magnitude(ratios.data(), rods.count, 0.0);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_rates(const Rods& rods, double* __restrict rates) {
-  std::array<double, 3 * chunk_size> a, v;  // NOLINT: filled before use
-  subtract_places(rods, a.data());
-  subtract_neighbours(rods.v, rods.count, v.data());
-  for (std::size_t k = 0; k < rods.count; ++k) {
-    const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
-    rates[k] = dot(distance, velocity) / std::sqrt(dot(distance, distance));
-  }
+  dispatch([=, &rods] {
+    std::array<double, 3 * chunk_size> a, v;  // NOLINT: filled before use
+    subtract_places(rods, a.data());
+    subtract_neighbours(rods.v, rods.count, v.data());
+    for (std::size_t k = 0; k < rods.count; ++k) {
+      const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
+      rates[k] = dot(distance, velocity) / std::sqrt(dot(distance, distance));
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void load_directions(const double* __restrict blocks, const signed char* signs, Chunk* chunk) {
-  std::array<double, chunk_size> sign;  // NOLINT: filled before use
-  widen(signs, chunk->count, sign.data());
-  double* __restrict x = chunk->x + 1;
-  double* __restrict y = chunk->y + 1;
-  double* __restrict z = chunk->z + 1;
-  for (std::size_t k = 0; k < chunk->count; ++k) {
-    const double s = sign[k];
-    x[k] = s * blocks[3 * k];
-    y[k] = s * blocks[3 * k + 1];
-    z[k] = s * blocks[3 * k + 2];
-  }
+  dispatch([=] {
+    std::array<double, chunk_size> sign;  // NOLINT: filled before use
+    widen(signs, chunk->count, sign.data());
+    double* __restrict x = chunk->x + 1;
+    double* __restrict y = chunk->y + 1;
+    double* __restrict z = chunk->z + 1;
+    for (std::size_t k = 0; k < chunk->count; ++k) {
+      const double s = sign[k];
+      x[k] = s * blocks[3 * k];
+      y[k] = s * blocks[3 * k + 1];
+      z[k] = s * blocks[3 * k + 2];
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void assemble(Towards towards, Chunk* chunk) {
-  // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, S_ab = -g_a.g_b/m of the point between
-  const std::size_t beside = towards == Towards::Right ? 0 : 2, shared = towards == Towards::Right ? 0 : 1;
-  const double* const w = chunk->inverse_mass;
-  for (std::size_t k = 0; k < chunk->count; ++k) {
-    const double x = chunk->x[k + 1], y = chunk->y[k + 1], z = chunk->z[k + 1];
-    const double cosine = x * chunk->x[k + beside] + y * chunk->y[k + beside] + z * chunk->z[k + beside];
-    chunk->diagonal[k] = (w[k] + w[k + 1]) * (x * x + y * y + z * z);
-    chunk->coupling[k] = -w[k + shared] * cosine;
-  }
+  dispatch([=] {
+    // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, S_ab = -g_a.g_b/m of the point between
+    const std::size_t beside = towards == Towards::Right ? 0 : 2, shared = towards == Towards::Right ? 0 : 1;
+    const double* const w = chunk->inverse_mass;
+    for (std::size_t k = 0; k < chunk->count; ++k) {
+      const double x = chunk->x[k + 1], y = chunk->y[k + 1], z = chunk->z[k + 1];
+      const double cosine = x * chunk->x[k + beside] + y * chunk->y[k + beside] + z * chunk->z[k + beside];
+      chunk->diagonal[k] = (w[k] + w[k + 1]) * (x * x + y * y + z * z);
+      chunk->coupling[k] = -w[k + shared] * cosine;
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left, Upcoming* upcoming) {
-  constexpr std::size_t group = 8;
-  Determinants d = *to_right, e = *to_left;
-  const std::size_t last = left->count - 1, common = std::min(right->count, left->count) / group * group;
-  for (std::size_t begin = 0; begin < common; begin += group) {
-    for (std::size_t k = begin; k < begin + group; ++k) {
+  dispatch([=] {
+    constexpr std::size_t group = 8;
+    Determinants d = *to_right, e = *to_left;
+    const std::size_t last = left->count - 1, common = std::min(right->count, left->count) / group * group;
+    for (std::size_t begin = 0; begin < common; begin += group) {
+      for (std::size_t k = begin; k < begin + group; ++k) {
+        step(*right, k, d);
+        step(*left, last - k, e);
+        upcoming->fetch();
+      }
+      scale(d);
+      scale(e);
+    }
+    for (std::size_t k = common; k < right->count; ++k) {
       step(*right, k, d);
+      upcoming->fetch();
+      if (k % group == group - 1) scale(d);
+    }
+    for (std::size_t k = common; k < left->count; ++k) {
       step(*left, last - k, e);
       upcoming->fetch();
+      if (k % group == group - 1) scale(e);
     }
-    scale(d);
-    scale(e);
-  }
-  for (std::size_t k = common; k < right->count; ++k) {
-    step(*right, k, d);
-    upcoming->fetch();
-    if (k % group == group - 1) scale(d);
-  }
-  for (std::size_t k = common; k < left->count; ++k) {
-    step(*left, last - k, e);
-    upcoming->fetch();
-    if (k % group == group - 1) scale(e);
-  }
-  *to_right = d;
-  *to_left = e;
+    *to_right = d;
+    *to_left = e;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void finish_pivots(Towards towards, Chunk* chunk, double* __restrict inverse_pivots, double* __restrict factors,
                    PivotRange* range) {
-  const std::size_t count = chunk->count;
-  double* const own = chunk->inverse_pivot + 1;
-  for (std::size_t k = 0; k < count; ++k) own[k] = chunk->numerator[k] / chunk->denominator[k];
-  const double* const before = towards == Towards::Right ? own - 1 : own + 1;
-  for (std::size_t k = 0; k < count; ++k) {
-    inverse_pivots[k] = own[k];
-    factors[k] = chunk->coupling[k] * before[k];
-  }
-  Eight smallest = range->smallest - Eight{}, largest = range->largest - Eight{};
-  std::size_t k = 0;
-  for (; k + 8 <= count; k += 8) {
-    const Eight ratio = eight_at(own + k) * eight_at(chunk->diagonal + k);
-    smallest = ratio < smallest ? ratio : smallest;
-    largest = ratio > largest ? ratio : largest;
-  }
-  for (; k < count; ++k) {
-    const double ratio = own[k] * chunk->diagonal[k];
-    smallest[0] = std::min(smallest[0], ratio);
-    largest[0] = std::max(largest[0], ratio);
-  }
-  range->smallest = -largest_of(-smallest);
-  range->largest = largest_of(largest);
+  dispatch([=] {
+    const std::size_t count = chunk->count;
+    double* const own = chunk->inverse_pivot + 1;
+    for (std::size_t k = 0; k < count; ++k) own[k] = chunk->numerator[k] / chunk->denominator[k];
+    const double* const before = towards == Towards::Right ? own - 1 : own + 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      inverse_pivots[k] = own[k];
+      factors[k] = chunk->coupling[k] * before[k];
+    }
+    Eight smallest = range->smallest - Eight{}, largest = range->largest - Eight{};
+    std::size_t k = 0;
+    for (; k + 8 <= count; k += 8) {
+      const Eight ratio = eight_at(own + k) * eight_at(chunk->diagonal + k);
+      smallest = ratio < smallest ? ratio : smallest;
+      largest = ratio > largest ? ratio : largest;
+    }
+    for (; k < count; ++k) {
+      const double ratio = own[k] * chunk->diagonal[k];
+      smallest[0] = std::min(smallest[0], ratio);
+      largest[0] = std::max(largest[0], ratio);
+    }
+    range->smallest = -largest_of(-smallest);
+    range->largest = largest_of(largest);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_inwards(Substitution* right, Substitution* left) {
-  const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
-  double last = right->last, other = left->last;
-  const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
-    right->y[k] = last = right->b[k] - right->factors[k] * last;
-  };
-  const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
-    left->y[k] = other = left->b[k] - left->factors[k] * other;
-  };
-  for (std::size_t k = 0; k < common; ++k) {
-    step_right(k);
-    step_left(end - k);
-  }
-  for (std::size_t k = common; k < right->count; ++k) step_right(k);
-  for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
-  right->last = last;
-  left->last = other;
+  dispatch([=] {
+    const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
+    double last = right->last, other = left->last;
+    const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
+      right->y[k] = last = right->b[k] - right->factors[k] * last;
+    };
+    const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
+      left->y[k] = other = left->b[k] - left->factors[k] * other;
+    };
+    for (std::size_t k = 0; k < common; ++k) {
+      step_right(k);
+      step_left(end - k);
+    }
+    for (std::size_t k = common; k < right->count; ++k) step_right(k);
+    for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
+    right->last = last;
+    left->last = other;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming) {
-  const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
-  double last = left->last, factor = left->factor, other = right->last, other_factor = right->factor;
-  const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
-    left->lambda[k] = last = -left->lambda[k] * left->inverse_pivots[k] - factor * last;
-    factor = left->factors[k];
-  };
-  const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
-    right->lambda[k] = other = -right->lambda[k] * right->inverse_pivots[k] - other_factor * other;
-    other_factor = right->factors[k];
-  };
-  for (std::size_t k = 0; k < common; ++k) {
-    step_left(end - k);
-    step_right(k);
-    upcoming->fetch();
-  }
-  for (std::size_t k = common; k < left->count; ++k) {
-    step_left(end - k);
-    upcoming->fetch();
-  }
-  for (std::size_t k = common; k < right->count; ++k) {
-    step_right(k);
-    upcoming->fetch();
-  }
-  left->last = last;
-  left->factor = factor;
-  right->last = other;
-  right->factor = other_factor;
+  dispatch([=] {
+    const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
+    double last = left->last, factor = left->factor, other = right->last, other_factor = right->factor;
+    const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
+      left->lambda[k] = last = -left->lambda[k] * left->inverse_pivots[k] - factor * last;
+      factor = left->factors[k];
+    };
+    const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
+      right->lambda[k] = other = -right->lambda[k] * right->inverse_pivots[k] - other_factor * other;
+      other_factor = right->factors[k];
+    };
+    for (std::size_t k = 0; k < common; ++k) {
+      step_left(end - k);
+      step_right(k);
+      upcoming->fetch();
+    }
+    for (std::size_t k = common; k < left->count; ++k) {
+      step_left(end - k);
+      upcoming->fetch();
+    }
+    for (std::size_t k = common; k < right->count; ++k) {
+      step_right(k);
+      upcoming->fetch();
+    }
+    left->last = last;
+    left->factor = factor;
+    right->last = other;
+    right->factor = other_factor;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 Ends accelerate(const Between& between, double* residual) {
-  constexpr std::size_t size = chunk_size + 1;
-  std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
-  const std::size_t count = between.count;
-  if (count == 0) return {};
-  const double* __restrict blocks = between.blocks;
-  const double* __restrict lambda = between.lambda;
-  const double* __restrict inverse_mass = between.inverse_mass;
-  const double* __restrict b = between.b;
-  std::array<double, size> sign;  // NOLINT: likewise
-  widen(between.sign, count + 1, sign.data());
-  double* __restrict w = between.w;
-  for (std::size_t k = 0; k <= count; ++k) {
-    const double s = sign[k];
-    gx[k] = s * blocks[3 * k];
-    gy[k] = s * blocks[3 * k + 1];
-    gz[k] = s * blocks[3 * k + 2];
-  }
-  // dw = (g_k lambda_k - g_{k+1} lambda_{k+1})/m
-  for (std::size_t k = 0; k < count; ++k) {
-    const double m = inverse_mass[k], here = lambda[k], next = lambda[k + 1];
-    dx[k] = m * (here * gx[k] - next * gx[k + 1]);
-    dy[k] = m * (here * gy[k] - next * gy[k + 1]);
-    dz[k] = m * (here * gz[k] - next * gz[k + 1]);
-  }
-  if (between.uniform != nullptr) {
-    const Vec3 w0 = *between.uniform;
-    for (std::size_t k = 0; k < count; ++k) {
-      w[3 * k] = w0.x + dx[k];
-      w[3 * k + 1] = w0.y + dy[k];
-      w[3 * k + 2] = w0.z + dz[k];
+  return dispatch([=, &between]() -> Ends {
+    constexpr std::size_t size = chunk_size + 1;
+    std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
+    const std::size_t count = between.count;
+    if (count == 0) return {};
+    const double* __restrict blocks = between.blocks;
+    const double* __restrict lambda = between.lambda;
+    const double* __restrict inverse_mass = between.inverse_mass;
+    const double* __restrict b = between.b;
+    std::array<double, size> sign;  // NOLINT: likewise
+    widen(between.sign, count + 1, sign.data());
+    double* __restrict w = between.w;
+    for (std::size_t k = 0; k <= count; ++k) {
+      const double s = sign[k];
+      gx[k] = s * blocks[3 * k];
+      gy[k] = s * blocks[3 * k + 1];
+      gz[k] = s * blocks[3 * k + 2];
     }
-  } else {
+    // dw = (g_k lambda_k - g_{k+1} lambda_{k+1})/m
     for (std::size_t k = 0; k < count; ++k) {
-      w[3 * k] += dx[k];
-      w[3 * k + 1] += dy[k];
-      w[3 * k + 2] += dz[k];
+      const double m = inverse_mass[k], here = lambda[k], next = lambda[k + 1];
+      dx[k] = m * (here * gx[k] - next * gx[k + 1]);
+      dy[k] = m * (here * gy[k] - next * gy[k + 1]);
+      dz[k] = m * (here * gz[k] - next * gz[k + 1]);
     }
-  }
-  const Ends ends{{dx[0], dy[0], dz[0]}, {dx[count - 1], dy[count - 1], dz[count - 1]}};
-  if (b == nullptr) return ends;
-  // K'dw + b
-  for (std::size_t k = 1; k < count; ++k) {
-    rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
-  }
-  *residual = largest_magnitude(rest.data(), count - 1, *residual);
-  return ends;
+    if (between.uniform != nullptr) {
+      const Vec3 w0 = *between.uniform;
+      for (std::size_t k = 0; k < count; ++k) {
+        w[3 * k] = w0.x + dx[k];
+        w[3 * k + 1] = w0.y + dy[k];
+        w[3 * k + 2] = w0.z + dz[k];
+      }
+    } else {
+      for (std::size_t k = 0; k < count; ++k) {
+        w[3 * k] += dx[k];
+        w[3 * k + 1] += dy[k];
+        w[3 * k + 2] += dz[k];
+      }
+    }
+    const Ends ends{{dx[0], dy[0], dz[0]}, {dx[count - 1], dy[count - 1], dz[count - 1]}};
+    if (b == nullptr) return ends;
+    // K'dw + b
+    for (std::size_t k = 1; k < count; ++k) {
+      rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
+    }
+    *residual = largest_magnitude(rest.data(), count - 1, *residual);
+    return ends;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double sum_of_products(const double* x, const double* y, const double* d, std::size_t count) {
-  Eight sums{};
-  std::size_t k = 0;
-  for (; k + 8 <= count; k += 8) {
-    sums += eight_at(x + k) * eight_at(y + k) * eight_at(d + k);
-  }
-  double sum = 0.0;
-  for (; k < count; ++k) sum += x[k] * y[k] * d[k];
-  for (int s = 0; s < 8; ++s) sum += sums[s];
-  return sum;
+  return dispatch([=] {
+    Eight sums{};
+    std::size_t k = 0;
+    for (; k + 8 <= count; k += 8) {
+      sums += eight_at(x + k) * eight_at(y + k) * eight_at(d + k);
+    }
+    double sum = 0.0;
+    for (; k < count; ++k) sum += x[k] * y[k] * d[k];
+    for (int s = 0; s < 8; ++s) sum += sums[s];
+    return sum;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add(double factor, const double* __restrict x, std::size_t count, double* __restrict y) {
-  for (std::size_t k = 0; k < count; ++k) y[k] += factor * x[k];
+  dispatch([=] {
+    for (std::size_t k = 0; k < count; ++k) y[k] += factor * x[k];
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 double largest_magnitude(const double* x, std::size_t count, double so_far) {
-  Eight largest = so_far - Eight{};
-  double nothing = 0.0;  // or NaN, where some number is no number
-  std::size_t k = 0;
-  Eight lost{};
-  for (; k + 8 <= count; k += 8) {
-    const Eight a = eight_at(x + k);
-    const Eight size = a < 0.0 ? -a : a;
-    largest = size > largest ? size : largest;
-    lost += a - a;
-  }
-  for (; k < count; ++k) {
-    largest[0] = std::max(largest[0], std::abs(x[k]));
-    nothing += x[k] - x[k];
-  }
-  for (int lane = 0; lane < 8; ++lane) nothing += lost[lane];
-  return largest_of(largest) + nothing;
+  return dispatch([=] {
+    Eight largest = so_far - Eight{};
+    double nothing = 0.0;  // or NaN, where some number is no number
+    std::size_t k = 0;
+    Eight lost{};
+    for (; k + 8 <= count; k += 8) {
+      const Eight a = eight_at(x + k);
+      const Eight size = a < 0.0 ? -a : a;
+      largest = size > largest ? size : largest;
+      lost += a - a;
+    }
+    for (; k < count; ++k) {
+      largest[0] = std::max(largest[0], std::abs(x[k]));
+      nothing += x[k] - x[k];
+    }
+    for (int lane = 0; lane < 8; ++lane) nothing += lost[lane];
+    return largest_of(largest) + nothing;
+  });
 }
 
-}  // namespace tanor_kernels::paths
+}  // namespace tanor::paths

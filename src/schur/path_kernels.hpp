@@ -8,9 +8,7 @@
 /// compiled for each instruction set, and the recurrences along the path, which are scalar.
 ///
 /// Directions g point along the path, whatever the blocks of K do: block = sign g.
-namespace tanor_kernels::paths {
-
-using tanor::Vec3;
+namespace tanor::paths {
 
 /// Rods that are worked on at once: few enough for the first cache, many enough for the loops.
 inline constexpr std::size_t chunk_size = 128;
@@ -151,8 +149,4 @@ void add(double factor, const double* x, std::size_t count, double* y);
 /// max(so_far, |x_k|); NaN where any number is.
 double largest_magnitude(const double* x, std::size_t count, double so_far);
 
-}  // namespace tanor_kernels::paths
-
-namespace tanor {
-namespace paths = tanor_kernels::paths;
-}
+}  // namespace tanor::paths

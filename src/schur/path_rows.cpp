@@ -71,40 +71,46 @@ void PathSolver::subtract_moving(std::size_t begin, std::size_t end, double Movi
 
 // ---- all rows ----
 
-/// The largest one of what `between(path, begin, end)` and `alone(path, row)` return. Rows are taken in the same chunks
-/// whatever the number of threads: a chunk belongs to the range that it begins in.
-template <class Between, class Alone>
-double PathSolver::largest_of_rows(const Parallel& parallel, const Between& between, const Alone& alone) const {
-  const auto find_largest = [&](std::size_t range_begin, std::size_t range_end) {
-    double largest = 0.0;
-    const auto is_before = [&](const Path& path) { return path.first + path.num_rows() <= range_begin; };
-    for (auto path = std::partition_point(paths_.begin(), paths_.end(), is_before);
-         path != paths_.end() && path->first < range_end; ++path) {
-      const std::size_t skipped = range_begin > path->first ? range_begin - path->first : 0;
-      std::size_t row = path->first + (skipped + chunk_size - 1) / chunk_size * chunk_size;
-      for (std::size_t last = row; row < std::min(path->end, range_end); row = last) {
-        last = std::min(row + chunk_size, path->end);
-        const std::size_t begin = path->begins_at_support(row) ? row + 1 : row;
-        const std::size_t rods_end = path->ends_at_support(last - 1) ? last - 1 : last;
-        if (row < begin) largest = larger(largest, alone(*path, row));
-        if (begin < rods_end) largest = larger(largest, between(*path, begin, rods_end));
-        if (rods_end < last && rods_end >= begin) largest = larger(largest, alone(*path, rods_end));
-      }
-      if (path->is_ring && path->closing_row() < range_end)
-        largest = larger(largest, alone(*path, path->closing_row()));
-    }
-    return largest;
-  };
+/// The largest one of what find(begin, end) returns. Rows are taken in the same chunks whatever the number of threads:
+/// a chunk belongs to the range that it begins in.
+template <class Find>
+double PathSolver::largest_of_ranges(const Parallel& parallel, const Find& find) const {
   const std::size_t first = paths_.front().first, num_rows = paths_.back().first + paths_.back().num_rows() - first;
   return parallel.max_over_ranges(
-      num_rows, [&](std::size_t begin, std::size_t end) { return find_largest(first + begin, first + end); },
+      num_rows, [&](std::size_t begin, std::size_t end) { return find(first + begin, first + end); },
       plan::rows_worth_a_thread);
 }
 
-double PathSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
+/// The largest one of what `between(path, begin, end)` and `alone(path, row)` return.
+template <class Between, class Alone>
+double PathSolver::largest_of_rows(std::size_t range_begin, std::size_t range_end, const Between& between,
+                                   const Alone& alone) const {
+  double largest = 0.0;
+  const auto is_before = [&](const Path& path) { return path.first + path.num_rows() <= range_begin; };
+  for (auto path = std::partition_point(paths_.begin(), paths_.end(), is_before);
+       path != paths_.end() && path->first < range_end; ++path) {
+    const std::size_t skipped = range_begin > path->first ? range_begin - path->first : 0;
+    std::size_t row = path->first + (skipped + chunk_size - 1) / chunk_size * chunk_size;
+    for (std::size_t last = row; row < std::min(path->end, range_end); row = last) {
+      last = std::min(row + chunk_size, path->end);
+      const std::size_t begin = path->begins_at_support(row) ? row + 1 : row;
+      const std::size_t rods_end = path->ends_at_support(last - 1) ? last - 1 : last;
+      if (row < begin) largest = larger(largest, alone(*path, row));
+      if (begin < rods_end) largest = larger(largest, between(*path, begin, rods_end));
+      if (rods_end < last && rods_end >= begin) largest = larger(largest, alone(*path, rods_end));
+    }
+    if (path->is_ring && path->closing_row() < range_end) largest = larger(largest, alone(*path, path->closing_row()));
+  }
+  return largest;
+}
+
+void PathSolver::take_lengths() {
   for (const auto& [row, length] : lengths_) length_[row] = length->value;
+}
+
+double PathSolver::find_values(std::size_t first, std::size_t last, const double* r, double* xi) const {
   return largest_of_rows(
-      parallel,
+      first, last,
       [&](const Path& path, std::size_t begin, std::size_t end) {
         return paths::evaluate_values(rods_between(path, begin, end, {r, nullptr, nullptr}), &length_[begin],
                                       xi + begin);
@@ -115,9 +121,10 @@ double PathSolver::evaluate_values(const Parallel& parallel, const double* r, do
       });
 }
 
-double PathSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
+double PathSolver::find_rates(std::size_t first, std::size_t last, const double* r, const double* v,
+                              double* rates) const {
   return largest_of_rows(
-      parallel,
+      first, last,
       [&](const Path& path, std::size_t begin, std::size_t end) {
         paths::evaluate_rates(rods_between(path, begin, end, {r, v, nullptr}), rates + begin);
         subtract_moving(begin, end, &MovingScalar::first, rates + begin);
@@ -131,15 +138,28 @@ double PathSolver::evaluate_rates(const Parallel& parallel, const double* r, con
       });
 }
 
+double PathSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
+  take_lengths();
+  return largest_of_ranges(parallel,
+                           [&](std::size_t begin, std::size_t end) { return find_values(begin, end, r, xi); });
+}
+
+double PathSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
+  return largest_of_ranges(parallel,
+                           [&](std::size_t begin, std::size_t end) { return find_rates(begin, end, r, v, rates); });
+}
+
 double PathSolver::evaluate_right_side(const Parallel& parallel, const FreeMotion& motion, double* b) const {
-  return largest_of_rows(
-      parallel,
-      [&](const Path& path, std::size_t begin, std::size_t end) {
-        paths::evaluate_right_side(rods_between(path, begin, end, motion), b + begin);
-        subtract_moving(begin, end, &MovingScalar::second, b + begin);
-        return paths::largest_magnitude(b + begin, end - begin, 0.0);
-      },
-      [&](const Path& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
+  return largest_of_ranges(parallel, [&](std::size_t first, std::size_t last) {
+    return largest_of_rows(
+        first, last,
+        [&](const Path& path, std::size_t begin, std::size_t end) {
+          paths::evaluate_right_side(rods_between(path, begin, end, motion), b + begin);
+          subtract_moving(begin, end, &MovingScalar::second, b + begin);
+          return paths::largest_magnitude(b + begin, end - begin, 0.0);
+        },
+        [&](const Path& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
+  });
 }
 
 }  // namespace tanor

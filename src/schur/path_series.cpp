@@ -21,51 +21,28 @@ template <class Lanes>
 using Places = LanePoints<Lanes::width>;
 
 template <class Lanes>
-[[gnu::always_inline]] inline void load_and_begin(const Lanes& lanes, const Places<Lanes>& places,
-                                                  std::span<double* const, 3> coefficients) {
-  const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
-    return lanes.points[i].r;
-  };
-  for (std::size_t k = 0; k <= 2; ++k) {
-    places.load_from(coefficients[k], at);
-    lanes.take_coefficient(k);
-  }
-  lanes.begin();
+void begin(const Lanes& lanes, const Places<Lanes>& places, std::span<double* const, 3> coefficients) {
+  dispatch([=, &lanes, &places] {
+    const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
+      return lanes.points[i].r;
+    };
+    for (std::size_t k = 0; k <= 2; ++k) {
+      places.load_from(coefficients[k], at);
+      lanes.take_coefficient(k);
+    }
+    lanes.begin();
+  });
 }
 template <class Lanes>
-[[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
-                                                     double* to) {
-  const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
-    return lanes.points[i].r;
-  };
-  lanes.advance(
-      k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
-  places.store_ends(to, at);
-}
-
-// Each by itself: templates have no clones.
-TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places,
-                                      std::span<double* const, 3> r) {
-  load_and_begin(lanes, places, r);
-}
-TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places,
-                                        double* to) {
-  advance_and_store(lanes, k, passes, places, to);
-}
-TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes, const Places<Paths>& places, std::span<double* const, 3> r) {
-  load_and_begin(lanes, places, r);
-}
-TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places,
-                                        double* to) {
-  advance_and_store(lanes, k, passes, places, to);
-}
-TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places,
-                                      std::span<double* const, 3> r) {
-  load_and_begin(lanes, places, r);
-}
-TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places,
-                                        double* to) {
-  advance_and_store(lanes, k, passes, places, to);
+void advance(const Lanes& lanes, int k, int passes, const Places<Lanes>& places, double* to) {
+  dispatch([=, &lanes, &places] {
+    const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
+      return lanes.points[i].r;
+    };
+    lanes.advance(
+        k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+    places.store_ends(to, at);
+  });
 }
 
 /// What a thread works with: the caches keep it from one group to the next.

@@ -126,7 +126,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
                               double* b, double* lambda, double* w) {
   const Substituted substituted{motion.uniform, blocks, b, lambda, w};
   const auto substitute = [&](std::size_t p, Halves halves, Work* work) {
-    substitute_halves(p, substituted, halves, work);
+    substitute_halves(p, substituted, lambda, halves, work);
   };
   const auto finish = [&](std::size_t p, Work* work) { include_residual(p, substituted, work); };
   if (use == FactorUse::Renew) {
@@ -201,7 +201,92 @@ void PathSolver::correct(const Parallel& parallel, const double* blocks, double*
       parallel,
       [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, rows, rows, work); },
       [&](std::size_t p, Work* work) { eliminate_middle_of(p, rows, rows, *work); },
-      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, numbers, halves, work); }, [](auto...) {});
+      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, numbers, rows, halves, work); },
+      [](auto...) {});
+}
+
+// ---- projections: many paths one by one, each of which stays in the cache from its first iteration to its last ----
+
+/// Threads may have to share each of them.
+bool PathSolver::are_few() const {
+  return paths_.size() <= plan::few_paths;
+}
+
+/// begin(path), then evaluate(path, rows := what violates it) -> the largest, points += M^-1 K S^-1 (-rows).
+template <class Begin, class Evaluate>
+Projection PathSolver::project(const Parallel& parallel, double target, const Begin& begin, const Evaluate& evaluate,
+                               const double* blocks, double* points, double* sum) {
+  double* const rows = scratch_rows();
+  const auto include = [](const Projection& found, Projection* all) {
+    all->violation = larger(all->violation, found.violation);
+    all->iterations = std::max(all->iterations, found.iterations);
+  };
+  const std::size_t num_groups = group_start_.size() - 1;
+  parallel.for_tasks(num_groups, [&](std::size_t group) {
+    Work& work = work_[group];
+    work.projection = {};
+    for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p) {
+      const Path& path = paths_[p];
+      begin(path);
+      const Projection found = iterate_along_chord(
+          target, [&] { return evaluate(path, rows); },
+          [&] {
+            correct_path(p, blocks, rows, points, &work);
+            for (std::size_t a = path.first; sum != nullptr && a < path.first + path.num_rows(); ++a) sum[a] += rows[a];
+          });
+      include(found, &work.projection);
+    }
+  });
+  Projection all;
+  for (std::size_t group = 0; group < num_groups; ++group) include(work_[group].projection, &all);
+  return all;
+}
+
+Projection PathSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                         const PointSource* source, double* sum) {
+  if (are_few()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
+  take_lengths();
+  const auto begin = [&](const Path& path) {
+    if (source != nullptr) source->bring(path.first_point(), path.end_point() - path.first_point());
+    if (sum != nullptr) add_reactions_of(path, {nullptr, blocks, nullptr, sum, r});
+  };
+  const auto evaluate = [&](const Path& path, double* xi) {
+    return find_values(path.first, path.first + path.num_rows(), r, xi);
+  };
+  return project(parallel, target, begin, evaluate, blocks, r, sum);
+}
+
+Projection PathSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
+                                          const double* r, double* v, double* sum) {
+  if (are_few()) return IslandSolver::project_velocities(parallel, blocks, target, r, v, sum);
+  const auto evaluate = [&](const Path& path, double* rates) {
+    return find_rates(path.first, path.first + path.num_rows(), r, v, rates);
+  };
+  return project(
+      parallel, target, [](const Path&) {}, evaluate, blocks, v, sum);
+}
+
+void PathSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
+  if (are_few()) return IslandSolver::add_reactions(parallel, blocks, rows, points);
+  parallel.for_tasks(group_start_.size() - 1, [&](std::size_t group) {
+    for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p)
+      add_reactions_of(paths_[p], {nullptr, blocks, nullptr, rows, points});
+  });
+}
+
+void PathSolver::correct_path(std::size_t p, const double* blocks, double* rows, double* points, Work* work) const {
+  eliminate_right_side(paths_[p], Halves::Both, rows, rows, work);
+  eliminate_middle_of(p, rows, rows, *work);
+  substitute_halves(p, {nullptr, blocks, nullptr, rows, points}, rows, Halves::Both, work);
+}
+
+/// w += M^-1 K lambda
+void PathSolver::add_reactions_of(const Path& path, const Substituted& numbers) const {
+  double nothing = 0.0;
+  for (std::size_t row = path.first; row + 1 < path.end; row += paths::chunk_size)
+    (void)accelerate(path, numbers, row, std::min(paths::chunk_size, path.end - 1 - row), &nothing);
+  if (path.left_support < 0) (void)accelerate_end(path, numbers, path.first, path.left_point(path.first), -1.0);
+  if (path.right_support < 0) (void)accelerate_end(path, numbers, path.end - 1, path.right_point(path.end - 1), 1.0);
 }
 
 // ---- one more right side ----

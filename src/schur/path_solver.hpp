@@ -30,6 +30,11 @@ class PathSolver final : public IslandSolver {
   Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               const PointSource* source, double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v, double* sum) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
 
  private:
   using Path = RodPath;
@@ -47,7 +52,8 @@ class PathSolver final : public IslandSolver {
   struct Substituted {
     const Vec3* uniform;
     const double *blocks, *b;  // without b nothing is said about what is left over
-    double *lambda, *w;
+    const double* lambda;
+    double* w;
   };
   struct Range {
     double smallest_ratio = 1.0, largest_ratio = 1.0;  // S_aa/pivot
@@ -73,6 +79,7 @@ class PathSolver final : public IslandSolver {
     Eliminated left_end, right_end;
     Accelerated left, right;
     Range range;
+    Projection projection;  // of all paths of a group
   };
   struct Half;
 
@@ -101,11 +108,23 @@ class PathSolver final : public IslandSolver {
   double right_side(const Path& path, std::size_t row, const FreeMotion& motion) const;
   paths::Rods rods_between(const Path& path, std::size_t begin, std::size_t end, const FreeMotion& motion) const;
   void subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const;
+  template <class Find>
+  double largest_of_ranges(const Parallel& parallel, const Find& find) const;
   template <class Between, class Alone>
-  double largest_of_rows(const Parallel& parallel, const Between& between, const Alone& alone) const;
+  double largest_of_rows(std::size_t begin, std::size_t end, const Between& between, const Alone& alone) const;
+  void take_lengths();
+  double find_values(std::size_t begin, std::size_t end, const double* r, double* xi) const;
+  double find_rates(std::size_t begin, std::size_t end, const double* r, const double* v, double* rates) const;
   double evaluate_right_side(const Parallel& parallel, const FreeMotion& motion, double* b) const;
 
-  void substitute_halves(std::size_t path, const Substituted& numbers, Halves halves, Work* work) const;
+  bool are_few() const;
+  template <class Begin, class Evaluate>
+  Projection project(const Parallel& parallel, double target, const Begin& begin, const Evaluate& evaluate,
+                     const double* blocks, double* points, double* sum);
+  void correct_path(std::size_t path, const double* blocks, double* rows, double* points, Work* work) const;
+  void add_reactions_of(const Path& path, const Substituted& numbers) const;
+
+  void substitute_halves(std::size_t path, const Substituted& numbers, double* lambda, Halves halves, Work* work) const;
   paths::Ends accelerate(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
                          double* residual) const;
   Vec3 accelerate_end(const Path& path, const Substituted& numbers, std::size_t row, std::size_t point,

@@ -2,7 +2,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
+namespace tanor {
 
 namespace {
 
@@ -36,155 +36,163 @@ struct Apart {
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const double* r, const double* v, const OfGuides& centers, Eight3* gradients,
                       Eight* phi) {
-  for (std::size_t k = 0; k < count; ++k) {
-    Apart apart;
-    load_apart(r, v, centers[k], k, &apart);
-    evaluate_distance(&apart, &gradients[k], &phi[k]);
-  }
+  dispatch([=, &centers] {
+    for (std::size_t k = 0; k < count; ++k) {
+      Apart apart;
+      load_apart(r, v, centers[k], k, &apart);
+      evaluate_distance(&apart, &gradients[k], &phi[k]);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_circles(std::size_t count, const double* r, const double* v, const OfGuides& centers,
                       const OfGuides& normals, Eight3* gradients, Eight* phi) {
-  const Eight nothing{};
-  for (std::size_t k = 0; k < count; ++k) {
-    Apart apart;
-    load_apart(r, v, centers[k], k, &apart);
-    // In the plane: a - (n.a) n, and its derivative
-    const Eight3& n = normals[k];
-    apart.a = apart.a - dot(n, apart.a) * n;
-    apart.v = apart.v - dot(n, apart.v) * n;
-    phi[k] = nothing;
-    n.write(&gradients[k]);
-    evaluate_distance(&apart, &gradients[count + k], &phi[count + k]);
-  }
-}
-
-TANOR_EACH_INSTRUCTION_SET
-void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest) {
-  const Eight nothing{};
-  Eight least = *smallest;
-  for (std::size_t k = 0; k < count; ++k) {
-    PointFactor& factor = factors[k];
-    const Eight3& g0 = gradients[k];
-    const Eight inverse_d0 = 1.0 / dot(g0, g0);
-    factor.inverse_d0 = inverse_d0;
-    if (num_rows == 1) continue;
-    const Eight3& g1 = gradients[count + k];
-    const Eight c10 = dot(g1, g0), l10 = c10 * inverse_d0;
-    const Eight d1 = dot(g1, g1) - c10 * l10, inverse_d1 = 1.0 / d1;
-    factor.l10 = l10;
-    factor.inverse_d1 = inverse_d1;
-    const Eight checked1 = d1 > 0.0 ? d1 : nothing;
-    least = checked1 < least ? checked1 : least;
-    if (num_rows == 2) continue;
-    const Eight3& g2 = gradients[2 * count + k];
-    const Eight c20 = dot(g2, g0), l20 = c20 * inverse_d0;
-    const Eight c21 = dot(g2, g1) - c20 * l10, l21 = c21 * inverse_d1;
-    const Eight d2 = dot(g2, g2) - c20 * l20 - c21 * l21;
-    factor.l20 = l20;
-    factor.l21 = l21;
-    factor.inverse_d2 = 1.0 / d2;
-    const Eight checked2 = d2 > 0.0 ? d2 : nothing;
-    least = checked2 < least ? checked2 : least;
-  }
-  *smallest = least;
-}
-
-TANOR_EACH_INSTRUCTION_SET
-void solve_points(int num_rows, std::size_t count, const PointFactor* factors, const Eight* b, Eight* x) {
-  for (std::size_t k = 0; k < count; ++k) {
-    const PointFactor& factor = factors[k];
-    const Eight y0 = -b[k];
-    Eight x0 = y0 * factor.inverse_d0;
-    if (num_rows > 1) {
-      const Eight y1 = -b[count + k] - factor.l10 * y0;
-      Eight x1 = y1 * factor.inverse_d1;
-      if (num_rows > 2) {
-        const Eight x2 = (-b[2 * count + k] - factor.l20 * y0 - factor.l21 * y1) * factor.inverse_d2;
-        x1 -= factor.l21 * x2;
-        x0 -= factor.l20 * x2;
-        x[2 * count + k] = x2;
-      }
-      x0 -= factor.l10 * x1;
-      x[count + k] = x1;
+  dispatch([=, &centers, &normals] {
+    const Eight nothing{};
+    for (std::size_t k = 0; k < count; ++k) {
+      Apart apart;
+      load_apart(r, v, centers[k], k, &apart);
+      // In the plane: a - (n.a) n, and its derivative
+      const Eight3& n = normals[k];
+      apart.a = apart.a - dot(n, apart.a) * n;
+      apart.v = apart.v - dot(n, apart.v) * n;
+      phi[k] = nothing;
+      n.write(&gradients[k]);
+      evaluate_distance(&apart, &gradients[count + k], &phi[count + k]);
     }
-    x[k] = x0;
-  }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
+void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest) {
+  dispatch([=] {
+    const Eight nothing{};
+    Eight least = *smallest;
+    for (std::size_t k = 0; k < count; ++k) {
+      PointFactor& factor = factors[k];
+      const Eight3& g0 = gradients[k];
+      const Eight inverse_d0 = 1.0 / dot(g0, g0);
+      factor.inverse_d0 = inverse_d0;
+      if (num_rows == 1) continue;
+      const Eight3& g1 = gradients[count + k];
+      const Eight c10 = dot(g1, g0), l10 = c10 * inverse_d0;
+      const Eight d1 = dot(g1, g1) - c10 * l10, inverse_d1 = 1.0 / d1;
+      factor.l10 = l10;
+      factor.inverse_d1 = inverse_d1;
+      const Eight checked1 = d1 > 0.0 ? d1 : nothing;
+      least = checked1 < least ? checked1 : least;
+      if (num_rows == 2) continue;
+      const Eight3& g2 = gradients[2 * count + k];
+      const Eight c20 = dot(g2, g0), l20 = c20 * inverse_d0;
+      const Eight c21 = dot(g2, g1) - c20 * l10, l21 = c21 * inverse_d1;
+      const Eight d2 = dot(g2, g2) - c20 * l20 - c21 * l21;
+      factor.l20 = l20;
+      factor.l21 = l21;
+      factor.inverse_d2 = 1.0 / d2;
+      const Eight checked2 = d2 > 0.0 ? d2 : nothing;
+      least = checked2 < least ? checked2 : least;
+    }
+    *smallest = least;
+  });
+}
+
+void solve_points(int num_rows, std::size_t count, const PointFactor* factors, const Eight* b, Eight* x) {
+  dispatch([=] {
+    for (std::size_t k = 0; k < count; ++k) {
+      const PointFactor& factor = factors[k];
+      const Eight y0 = -b[k];
+      Eight x0 = y0 * factor.inverse_d0;
+      if (num_rows > 1) {
+        const Eight y1 = -b[count + k] - factor.l10 * y0;
+        Eight x1 = y1 * factor.inverse_d1;
+        if (num_rows > 2) {
+          const Eight x2 = (-b[2 * count + k] - factor.l20 * y0 - factor.l21 * y1) * factor.inverse_d2;
+          x1 -= factor.l21 * x2;
+          x0 -= factor.l20 * x2;
+          x[2 * count + k] = x2;
+        }
+        x0 -= factor.l10 * x1;
+        x[count + k] = x1;
+      }
+      x[k] = x0;
+    }
+  });
+}
+
 void add_free(int num_rows, std::size_t count, const Eight3* gradients, const double* w0, const Vec3* uniform,
               Eight* phi, Largest* largest) {
-  Largest seen = *largest;
-  for (int m = 0; m < num_rows; ++m, gradients += count, phi += count) {
-    for (std::size_t k = 0; k < count; ++k) {
-      Eight3 w;
-      load_free(w0, uniform, k, &w);
-      const Eight b = phi[k] + dot(gradients[k], w);
-      seen.see(b < 0.0 ? -b : b);
-      phi[k] = b;
+  dispatch([=]() mutable {
+    Largest seen = *largest;
+    for (int m = 0; m < num_rows; ++m, gradients += count, phi += count) {
+      for (std::size_t k = 0; k < count; ++k) {
+        Eight3 w;
+        load_free(w0, uniform, k, &w);
+        const Eight b = phi[k] + dot(gradients[k], w);
+        seen.see(b < 0.0 ? -b : b);
+        phi[k] = b;
+      }
     }
-  }
-  *largest = seen;
+    *largest = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, const Eight* b, const Eight* x,
                    const double* w0, const Vec3* uniform, double* w, Largest* largest) {
-  Largest seen = *largest;
-  for (std::size_t k = 0; k < count; ++k) {
-    Eight3 dw{};
-    for (int m = 0; m < num_rows; ++m) {
-      const std::size_t row = static_cast<std::size_t>(m) * count + k;
-      dw = dw + x[row] * gradients[row];
+  dispatch([=] {
+    Largest seen = *largest;
+    for (std::size_t k = 0; k < count; ++k) {
+      Eight3 dw{};
+      for (int m = 0; m < num_rows; ++m) {
+        const std::size_t row = static_cast<std::size_t>(m) * count + k;
+        dw = dw + x[row] * gradients[row];
+      }
+      for (int m = 0; m < num_rows; ++m) {
+        const std::size_t row = static_cast<std::size_t>(m) * count + k;
+        const Eight left = b[row] + dot(gradients[row], dw);
+        seen.see(left < 0.0 ? -left : left);
+      }
+      Eight3 free;
+      load_free(w0, uniform, k, &free);
+      free = free + dw;
+      store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
     }
-    for (int m = 0; m < num_rows; ++m) {
-      const std::size_t row = static_cast<std::size_t>(m) * count + k;
-      const Eight left = b[row] + dot(gradients[row], dw);
-      seen.see(left < 0.0 ? -left : left);
-    }
-    Eight3 free;
-    load_free(w0, uniform, k, &free);
-    free = free + dw;
-    store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
-  }
-  *largest = seen;
+    *largest = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void scale_by_mass(int num_rows, std::size_t count, const double* inverse_mass, Eight* x) {
-  for (int m = 0; m < num_rows; ++m, x += count) {
-    // nearly always m itself
-    for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / eight_at(inverse_mass + num_lanes * k);
-  }
+  dispatch([=]() mutable {
+    for (int m = 0; m < num_rows; ++m, x += count) {
+      // nearly always m itself
+      for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / eight_at(inverse_mass + num_lanes * k);
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const double* inverse_mass,
                        const double* w0, const Vec3* uniform, double* lambda, double* w, Largest* right_side,
                        Largest* residual) {
-  Largest seen_b = *right_side, seen_left = *residual;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Eight3& g = gradients[k];
-    Eight3 free;
-    load_free(w0, uniform, k, &free);
-    const Eight b = phi[k] + dot(g, free);
-    // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding
-    const Eight answer = -b * (2.0 - dot(g, g));
-    const Eight3 dw = answer * g;
-    const Eight left = b + dot(g, dw);
-    free = free + dw;
-    store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
-    eight_to(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
-    seen_b.see(b < 0.0 ? -b : b);
-    seen_left.see(left < 0.0 ? -left : left);
-  }
-  *right_side = seen_b;
-  *residual = seen_left;
+  dispatch([=] {
+    Largest seen_b = *right_side, seen_left = *residual;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Eight3& g = gradients[k];
+      Eight3 free;
+      load_free(w0, uniform, k, &free);
+      const Eight b = phi[k] + dot(g, free);
+      // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding
+      const Eight answer = -b * (2.0 - dot(g, g));
+      const Eight3 dw = answer * g;
+      const Eight left = b + dot(g, dw);
+      free = free + dw;
+      store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
+      eight_to(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
+      seen_b.see(b < 0.0 ? -b : b);
+      seen_left.see(left < 0.0 ? -left : left);
+    }
+    *right_side = seen_b;
+    *residual = seen_left;
+  });
 }
 
-}  // namespace tanor_kernels
+}  // namespace tanor

@@ -4,20 +4,13 @@
 
 /// \file Points on guides that stand still, and the closed form of S of each: eight points at once, arrays [group of
 /// eight]; those of a point's rows one after the other, [row][group]. Plain numbers are of points that follow one
-/// another.
+/// another. See instruction_sets.hpp.
 namespace tanor {
 
 /// G'G = L D L' of a point's gradients: what lies below the diagonal of L, and 1/D; [group].
 struct PointFactor {
   Eight l10, l20, l21, inverse_d0, inverse_d1, inverse_d2;
 };
-
-}  // namespace tanor
-
-/// See instruction_sets.hpp.
-namespace tanor_kernels {
-
-using namespace tanor;
 
 /// Centers and normals of guides [group], or, with a stride of 0, of the one that all are on.
 struct OfGuides {
@@ -53,8 +46,4 @@ void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* 
                        const double* w0, const Vec3* uniform, double* lambda, double* w, Largest* right_side,
                        Largest* residual);
 
-}  // namespace tanor_kernels
-
-namespace tanor {
-using namespace tanor_kernels;
-}
+}  // namespace tanor

@@ -77,6 +77,10 @@ struct RodPath {
   Index left_support = -1, right_support = -1;
   bool is_ring = false;  ///< row `end` joins the last point and the first one
 
+  /// Of its moving points.
+  std::size_t first_point() const { return first + static_cast<std::size_t>(shift) + (left_support >= 0 ? 1 : 0); }
+  std::size_t end_point() const { return end + static_cast<std::size_t>(shift) + (right_support >= 0 ? 0 : 1); }
+
   std::size_t closing_row() const { return end; }
   std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
   /// The row that is eliminated last; the left half is [first, middle), the right one [middle + 1, end).

@@ -6,9 +6,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor_kernels::trees {
-
-using tanor::load, tanor::store, tanor::dot, tanor::num_lanes;
+namespace tanor::trees {
 
 // ---- the same for numbers and lanes ----
 
@@ -41,15 +39,21 @@ namespace {
   return x < 0.0 ? -x : x;
 }
 
+/// From the child to the parent.
+[[gnu::always_inline]] inline Eight3 distance(const Shape& shape, const Eight3* r, const Eight3* offset,
+                                              std::size_t k) {
+  const Eight3 apart = r[static_cast<std::size_t>(shape.parent[k])] - r[k];
+  return offset != nullptr ? apart + offset[k] : apart;
+}
+
 [[gnu::always_inline]] inline void evaluate_rod(const Shape& shape, const BranchMotion& motion, std::size_t k,
                                                 BranchRod* rod, BranchRow* row, Largest* right_side) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  Eight3 u = motion.r[parent] - motion.r[k];
-  if (motion.offset != nullptr) u = u + motion.offset[k];
+  Eight3 u = distance(shape, motion.r, motion.offset, k);
   const Eight3 rate = motion.v[parent] - motion.v[k];
   // u = a/|a|, phi = (v.v - (u.v)^2)/|a| - l''
   Eight inverse;
-  tanor::normalise(&u.x, &u.y, &u.z, &inverse);
+  normalise(&u.x, &u.y, &u.z, &inverse);
   const Eight along = dot(u, rate);
   Eight b = inverse * (dot(rate, rate) - along * along);
   if (motion.length_second != nullptr) b -= motion.length_second[k];
@@ -98,66 +102,116 @@ namespace {
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side) {
-  Largest seen = *right_side;
-  for (std::size_t k = 0; k < shape.num_rods; ++k) evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
-  *right_side = seen;
+  dispatch([=, &shape, &motion] {
+    Largest seen = *right_side;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
+    *right_side = seen;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void eliminate(const Shape& shape, const BranchPoints& points, BranchRod* rods, LargestInverse* largest) {
-  Eight found{};
-  prepare_points(shape, points);
-  for (std::size_t k = 0; k < shape.num_rods; ++k) eliminate_rod(shape, k, points, &rods[k], &found);
-  if (shape.num_rods > 0) see_lanes(found, largest);
+  dispatch([=, &shape, &points] {
+    Eight found{};
+    prepare_points(shape, points);
+    for (std::size_t k = 0; k < shape.num_rods; ++k) eliminate_rod(shape, k, points, &rods[k], &found);
+    if (shape.num_rods > 0) see_lanes(found, largest);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_up(const Shape& shape, const BranchPoints& points, const BranchRod* rods, BranchRow* rows) {
-  clear(shape, points.s);
-  for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(shape, k, points, rods[k], &rows[k]);
+  dispatch([=, &shape, &points] {
+    clear(shape, points.s);
+    for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(shape, k, points, rods[k], &rows[k]);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, const BranchPoints& points, BranchRod* rods,
                             BranchRow* rows, Largest* right_side, LargestInverse* largest) {
-  Eight found{};
-  Largest seen = *right_side;
-  prepare_points(shape, points);
-  clear(shape, points.s);
-  for (std::size_t k = 0; k < shape.num_rods; ++k) {
-    evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
-    eliminate_rod(shape, k, points, &rods[k], &found);
-    substitute_rod(shape, k, points, rods[k], &rows[k]);
-  }
-  *right_side = seen;
-  see_lanes(found, largest);
+  dispatch([=, &shape, &motion, &points] {
+    Eight found{};
+    Largest seen = *right_side;
+    prepare_points(shape, points);
+    clear(shape, points.s);
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      evaluate_rod(shape, motion, k, &rods[k], &rows[k], &seen);
+      eliminate_rod(shape, k, points, &rods[k], &found);
+      substitute_rod(shape, k, points, rods[k], &rows[k]);
+    }
+    *right_side = seen;
+    see_lanes(found, largest);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F) {
-  for (std::size_t k = shape.num_rods; k-- > 0;) {
-    const auto parent = static_cast<std::size_t>(shape.parent[k]);
-    const Eight3 of_parent = F[parent];
-    const Eight lambda = -rows[k].z * rods[k].inverse_pivot - dot(rods[k].h, of_parent);
-    rows[k].z = lambda;
-    const Eight3 own = lambda * rods[k].u;
-    (of_parent + own).write(&F[parent]);
-    (F[k] - own).write(&F[k]);
-  }
-  for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * F[i]).write(&F[i]);
+  dispatch([=, &shape] {
+    for (std::size_t k = shape.num_rods; k-- > 0;) {
+      const auto parent = static_cast<std::size_t>(shape.parent[k]);
+      const Eight3 of_parent = F[parent];
+      const Eight lambda = -rows[k].z * rods[k].inverse_pivot - dot(rods[k].h, of_parent);
+      rows[k].z = lambda;
+      const Eight3 own = lambda * rods[k].u;
+      (of_parent + own).write(&F[parent]);
+      (F[k] - own).write(&F[k]);
+    }
+    for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * F[i]).write(&F[i]);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
+void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
+                    Eight3* dw) {
+  dispatch([=, &shape] {
+    clear(shape, dw);
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      const auto parent = static_cast<std::size_t>(shape.parent[k]);
+      const Eight3 own = lambda[k] * rods[k].u;
+      (dw[parent] + own).write(&dw[parent]);
+      (dw[k] - own).write(&dw[k]);
+    }
+    for (std::size_t i = 0; i < shape.num_points(); ++i) (inverse_mass[i] * dw[i]).write(&dw[i]);
+  });
+}
+
+void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+                     Largest* largest) {
+  dispatch([=, &shape] {
+    Largest seen = *largest;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      const Eight3 apart = distance(shape, r, offset, k);
+      Eight rho = dot(apart, apart);
+      take_roots(&rho);
+      rows[k].b = rho - length[k];
+      seen.see(magnitude(rows[k].b) / length[k]);
+    }
+    *largest = seen;
+  });
+}
+
+void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+                    Largest* largest) {
+  dispatch([=, &shape] {
+    Largest seen = *largest;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      Eight3 u = distance(shape, r, offset, k);
+      Eight inverse;
+      normalise(&u.x, &u.y, &u.z, &inverse);
+      rows[k].b = dot(u, v[static_cast<std::size_t>(shape.parent[k])] - v[k]);
+      seen.see(magnitude(rows[k].b));
+    }
+    *largest = seen;
+  });
+}
+
 void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
                    Largest* residual) {
-  Largest seen = *residual;
-  for (std::size_t k = 0; k < shape.num_rods; ++k) {
-    const Eight left = dot(rods[k].u, dw[static_cast<std::size_t>(shape.parent[k])] - dw[k]) + rows[k].b;
-    seen.see(magnitude(left));
-  }
-  *residual = seen;
+  dispatch([=, &shape] {
+    Largest seen = *residual;
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      const Eight left = dot(rods[k].u, dw[static_cast<std::size_t>(shape.parent[k])] - dw[k]) + rows[k].b;
+      seen.see(magnitude(left));
+    }
+    *residual = seen;
+  });
 }
 
 // ---- rod by rod ----
@@ -213,46 +267,51 @@ namespace {
 
 }  // namespace
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate(const Tree& tree, const Motion& motion) {
-  for (std::size_t a = 0; a < tree.num_rods; ++a) evaluate_rod(tree, motion, a);
+  dispatch([=, &tree, &motion] {
+    for (std::size_t a = 0; a < tree.num_rods; ++a) evaluate_rod(tree, motion, a);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void eliminate(const Tree& tree, Mobility<Vec3>* mobility, LargestInverse* largest) {
-  LargestInverse found = *largest;
-  for (std::size_t a = 0; a < tree.num_rods; ++a) eliminate_rod(tree, a, mobility, &found);
-  *largest = found;
+  dispatch([=, &tree] {
+    LargestInverse found = *largest;
+    for (std::size_t a = 0; a < tree.num_rods; ++a) eliminate_rod(tree, a, mobility, &found);
+    *largest = found;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void evaluate_and_eliminate(const Tree& tree, const Motion& motion, Mobility<Vec3>* mobility, double* s, double* z,
                             LargestInverse* largest) {
-  LargestInverse found = *largest;
-  for (std::size_t a = 0; a < tree.num_rods; ++a) {
-    evaluate_rod(tree, motion, a);
-    eliminate_rod(tree, a, mobility, &found);
-    substitute_rod(tree, a, motion.b[tree.rods[a].row], s, z);
-  }
-  *largest = found;
+  dispatch([=, &tree, &motion] {
+    LargestInverse found = *largest;
+    for (std::size_t a = 0; a < tree.num_rods; ++a) {
+      evaluate_rod(tree, motion, a);
+      eliminate_rod(tree, a, mobility, &found);
+      substitute_rod(tree, a, motion.b[tree.rods[a].row], s, z);
+    }
+    *largest = found;
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_up(const Tree& tree, const double* b, double* s, double* z) {
-  for (std::size_t a = 0; a < tree.num_rods; ++a) substitute_rod(tree, a, b[tree.rods[a].row], s, z);
+  dispatch([=, &tree] {
+    for (std::size_t a = 0; a < tree.num_rods; ++a) substitute_rod(tree, a, b[tree.rods[a].row], s, z);
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void substitute_down(const Tree& tree, double* force, double* lambda) {
-  for (std::size_t a = tree.num_rods; a-- > 0;) {
-    const auto& [row, child, parent] = tree.rods[a];
-    const Vec3 F = load(force, parent);
-    const double lambda_a = -lambda[row] * tree.inverse_pivot[a] - dot(tree.h[a], F);
-    lambda[row] = lambda_a;
-    const Vec3 own = lambda_a * tree.u[a];
-    store(force, parent, F + own);
-    if (child < tree.num_moving) store(force, child, load(force, child) - own);
-  }
+  dispatch([=, &tree] {
+    for (std::size_t a = tree.num_rods; a-- > 0;) {
+      const auto& [row, child, parent] = tree.rods[a];
+      const Vec3 F = load(force, parent);
+      const double lambda_a = -lambda[row] * tree.inverse_pivot[a] - dot(tree.h[a], F);
+      lambda[row] = lambda_a;
+      const Vec3 own = lambda_a * tree.u[a];
+      store(force, parent, F + own);
+      if (child < tree.num_moving) store(force, child, load(force, child) - own);
+    }
+  });
 }
 
-}  // namespace tanor_kernels::trees
+}  // namespace tanor::trees

@@ -13,9 +13,7 @@
 ///
 /// A point whose branches are eliminated answers a force F of the rods that are left by dw = s + W F: its mobility W
 /// is 1/m less what its branches hold.
-namespace tanor_kernels::trees {
-
-using tanor::Index, tanor::Vec3, tanor::Eight, tanor::Eight3, tanor::Largest;
+namespace tanor::trees {
 
 /// Symmetric 3 x 3, which acts on vectors of numbers or lanes.
 template <class Vector>
@@ -23,7 +21,7 @@ struct Mobility {
   using Number = decltype(Vector::x);
   Number xx, xy, xz, yy, yz, zz;
 
-  static Mobility of_free_point(Number inverse_mass) {
+  static Mobility of_free_point(const Number& inverse_mass) {
     const Number nothing{};
     return {inverse_mass, nothing, nothing, inverse_mass, nothing, inverse_mass};
   }
@@ -82,6 +80,15 @@ void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, cons
 /// lambda = -z/d - (h/d).F_p in z's place, F_p += u lambda, F_c -= u lambda; F of the root is what pulls there from
 /// outside. Then dw := F/m in F's place.
 void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F);
+/// dw := M^-1 K lambda [rod]
+void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
+                    Eight3* dw);
+/// xi in b's place, at r, and the largest |xi|/length.
+void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+                     Largest* largest);
+/// Rates of constant lengths in b's place, at (r, v), and the largest.
+void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+                    Largest* largest);
 /// The largest |K'dw + b|.
 void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
                    Largest* residual);
@@ -131,8 +138,4 @@ void substitute_up(const Tree& tree, const double* b, double* s, double* z);
 /// As for branches: lambda [row] in z's place; `force` [3n] is 0 on entry, K lambda of these rods in the end.
 void substitute_down(const Tree& tree, double* force, double* lambda);
 
-}  // namespace tanor_kernels::trees
-
-namespace tanor {
-namespace trees = tanor_kernels::trees;
-}
+}  // namespace tanor::trees

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "plan/thresholds.hpp"
-#include "schur/batch_kernels.hpp"
+#include "schur/tree_lanes.hpp"
 
 namespace tanor {
 
@@ -97,6 +97,7 @@ void TreeSolver::read_rods(const RodRows& given) {
     const auto row = static_cast<std::size_t>(inner_row);
     sign_.push_back(given.ends[row][0] == child ? 1 : -1);
     block_.push_back(given.block[row]);
+    length_.push_back(given.constant_length[row]);
     if (!given.offset.empty()) offset_.push_back(static_cast<double>(sign_.back()) * given.offset[row]);
     if (const MovingScalar* const length = given.moving_length(row)) lengths_.emplace_back(block_.size() - 1, length);
   }
@@ -113,6 +114,7 @@ void TreeSolver::read_branches(const RodRows& given, std::span<const double> inv
   branch_blocks_.resize(num_rods * num_lanes);
   if (!given.offset.empty()) branch_offsets_.resize(num_rods);
   if (!given.lengths.empty()) branch_lengths_.resize(num_rods * num_lanes, nullptr);
+  branch_length_.resize(num_rods);
   branch_rods_.resize(num_rods);
   branch_rows_.resize(num_rods);
   branch_masses_.resize(num_rods + branches_.batches.size());
@@ -129,6 +131,7 @@ void TreeSolver::read_branches(const RodRows& given, std::span<const double> inv
         const bool is_turned = given.ends[row][0] != point;
         const auto block = static_cast<Index>(given.block[row]);
         branch_blocks_[rod * num_lanes + lane] = is_turned ? ~block : block;
+        branch_length_.data()[rod][lane] = given.constant_length[row];
         if (!given.offset.empty())
           set_lane(&branch_offsets_[rod], lane, is_turned ? -given.offset[row] : given.offset[row]);
         if (!given.lengths.empty()) branch_lengths_[rod * num_lanes + lane] = given.moving_length(row);
@@ -163,142 +166,6 @@ void TreeSolver::summarize() {
               .flops = flops_a_rod * static_cast<double>(num_rods)};
 }
 
-// ---- branches, batch by batch ----
-
-/// One batch in the lanes of a workspace.
-class TreeSolver::Lanes {
- public:
-  Lanes(TreeSolver* solver, std::size_t batch, Workspace* work)
-      : solver_(*solver), number_(batch), batch_(solver->branches_.batches[batch]), work_(*work) {}
-
-  void bring_points(const PointSource* source) const {
-    for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
-      source->bring(static_cast<std::size_t>(batch_.first_point[lane]), shape_.num_points());
-  }
-  /// r, v and w0 of the points, l'' of the rods.
-  trees::BranchMotion read_motion(const FreeMotion& motion) {
-    read_points(motion.r, &work_.r);
-    read_points(motion.v, &work_.v);
-    if (motion.uniform == nullptr) read_points(motion.w0, &work_.w);
-    return {.r = work_.r.data(),
-            .v = work_.v.data(),
-            .w0 = motion.uniform == nullptr ? work_.w.data() : nullptr,
-            .offset = solver_.branch_offsets_.empty() ? nullptr : &solver_.branch_offsets_[batch_.first_rod],
-            .length_second = read_length_seconds()};
-  }
-  void evaluate(const trees::BranchMotion& motion) {
-    Largest right_side;
-    trees::evaluate(shape_, motion, rods(), rows(), &right_side);
-    note_right_side(right_side);
-  }
-  void eliminate() { trees::eliminate(shape_, points(), rods(), &work_.largest_inverse); }
-  void evaluate_and_eliminate(const trees::BranchMotion& motion) {
-    Largest right_side;
-    trees::evaluate_and_eliminate(shape_, motion, points(), rods(), rows(), &right_side, &work_.largest_inverse);
-    note_right_side(right_side);
-  }
-  void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
-  /// With what pulls at the roots in dw_, which becomes their dw.
-  void substitute_down() {
-    std::fill_n(work_.dw.begin(), shape_.num_points(), Eight3{});
-    Eight3& pull = work_.dw[shape_.num_rods];
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&pull, lane, load(solver_.dw_.data(), root(lane)));
-    trees::substitute_down(shape_, masses(), rods(), rows(), work_.dw.data());
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      store(solver_.dw_.data(), root(lane), {pull.x[lane], pull.y[lane], pull.z[lane]});
-  }
-  void find_residual() {
-    Largest residual;
-    trees::find_residual(shape_, rods(), rows(), work_.dw.data(), &residual);
-    eight_to(&solver_.branch_residual_[number_ * num_lanes]) = residual.value + residual.zero;
-  }
-
-  void read_directions(const double* blocks) {
-    gather_blocks(blocks, block_numbers(), shape_.num_rods, work_.u.data());
-    for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.u[k].write(&rods()[k].u);
-  }
-  void write_directions(double* blocks) {
-    for (std::size_t k = 0; k < shape_.num_rods; ++k) rods()[k].u.write(&work_.u[k]);
-    scatter_blocks(work_.u.data(), block_numbers(), shape_.num_rods, blocks);
-  }
-  void read_right_side(const double* b) {
-    gather_sequences(b, batch_.first_row.data(), 1, shape_.num_rods, 1.0, work_.rows.data());
-    for (std::size_t k = 0; k < shape_.num_rods; ++k) rows()[k].b = work_.rows.data()[k];
-  }
-  void write_multipliers(double* x) {
-    for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.rows.data()[k] = rows()[k].z;
-    scatter_sequences(work_.rows.data(), batch_.first_row.data(), 1, shape_.num_rods, 1.0, x);
-  }
-  /// W and s of the roots, for those who go on from there.
-  void hand_over_mobilities() {
-    const trees::Mobility<Eight3>& W = work_.mobility[shape_.num_rods];
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      solver_.mobility_[root(lane)] = {W.xx[lane], W.xy[lane], W.xz[lane], W.yy[lane], W.yz[lane], W.zz[lane]};
-  }
-  void hand_over_answers() {
-    const Eight3& s = work_.s[shape_.num_rods];
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      store(solver_.s_.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
-  }
-  /// w := w0 + dw
-  void write_accelerations(Vec3 w0, double* w) {
-    add(w0, shape_.num_points(), work_.dw.data());
-    write_points(w);
-  }
-  /// w += dw
-  void add_accelerations(double* w) {
-    read_points(w, &work_.w);
-    add(work_.w.data(), shape_.num_points(), work_.dw.data());
-    write_points(w);
-  }
-
- private:
-  trees::BranchRod* rods() { return &solver_.branch_rods_[batch_.first_rod]; }
-  trees::BranchRow* rows() { return &solver_.branch_rows_[batch_.first_rod]; }
-  const Eight* masses() { return solver_.branch_masses_.data() + batch_.first_place; }
-  const Index* block_numbers() const { return &solver_.branch_blocks_[batch_.first_rod * num_lanes]; }
-  trees::BranchPoints points() { return {masses(), work_.mobility.data(), work_.s.data()}; }
-  std::size_t root(std::size_t lane) const {
-    return static_cast<std::size_t>(batch_.first_point[lane]) + shape_.num_rods;
-  }
-  void note_right_side(const Largest& found) {
-    eight_to(&solver_.branch_right_side_[number_ * num_lanes]) = found.value + found.zero;
-  }
-
-  void read_points(const double* from, std::vector<Eight3>* to) const {
-    gather_sequences(from, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, &to->data()->x);
-  }
-  void write_points(double* to) const {
-    scatter_sequences(&work_.dw.data()->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
-  }
-  const Eight* read_length_seconds() {
-    if (solver_.branch_lengths_.empty()) return nullptr;
-    for (std::size_t k = 0; k < shape_.num_rods; ++k) {
-      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        const MovingScalar* const length = solver_.branch_lengths_[(batch_.first_rod + k) * num_lanes + lane];
-        work_.length_second.data()[k][lane] = length != nullptr ? length->second : 0.0;
-      }
-    }
-    return work_.length_second.data();
-  }
-
-  TreeSolver& solver_;
-  std::size_t number_;
-  const BranchBatch& batch_;
-  Workspace& work_;
-  trees::Shape shape_ = solver_.branches_.shape(batch_);
-};
-
-/// work(lanes), some batches a thread.
-template <class Work>
-void TreeSolver::for_each_batch(const Parallel& parallel, const Work& work) {
-  const std::size_t shares = workspaces_.size(), count = branches_.batches.size();
-  parallel.for_tasks(shares, [&](std::size_t k) {
-    for (std::size_t batch = count * k / shares; batch < count * (k + 1) / shares; ++batch)
-      work(Lanes(this, batch, &workspaces_[k]));
-  });
-}
-
 // ---- what they hang on, island by island ----
 
 void TreeSolver::Found::include(const Found& other) {
@@ -306,14 +173,6 @@ void TreeSolver::Found::include(const Found& other) {
   right_side = larger(right_side, other.right_side);
   residual = larger(residual, other.residual);
   own_residual = larger(own_residual, other.own_residual);
-}
-
-/// work(island, found), some islands a thread.
-template <class Work>
-void TreeSolver::for_each_island(const Parallel& parallel, const Work& work) {
-  parallel.for_tasks(found_.size(), [&](std::size_t group) {
-    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) work(islands_[k], &found_[group]);
-  });
 }
 
 trees::Tree TreeSolver::tree(const Island& island) {
@@ -479,10 +338,12 @@ void TreeSolver::solve_negative(const Parallel& parallel, const double* b, doubl
 
 void TreeSolver::correct(const Parallel& parallel, const double*, double* rows, double* points) {
   substitute(parallel, rows, rows, [&](Lanes& lanes) { lanes.add_accelerations(points); });
-  for_each_island(parallel, [&](const Island& island, Found*) {
-    for (std::size_t k = island.first_point; k < island.end_point; ++k)
-      add_to(points, points_[k], load(dw_.data(), points_[k]));
-  });
+  for_each_island(parallel, [&](const Island& island, Found*) { move(island, points); });
+}
+
+void TreeSolver::move(const Island& island, double* points) const {
+  for (std::size_t k = island.first_point; k < island.end_point; ++k)
+    add_to(points, points_[k], load(dw_.data(), points_[k]));
 }
 
 }  // namespace tanor

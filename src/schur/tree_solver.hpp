@@ -27,6 +27,11 @@ class TreeSolver final : public IslandSolver {
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               const PointSource* source, double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v, double* sum) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
 
  private:
   /// Of a tree: its rods and points outside of branches, and the roots of these, [first, end) of the lists below.
@@ -75,6 +80,13 @@ class TreeSolver final : public IslandSolver {
   void finish_substitution(const Island& island, double* x);
   void find_residual(const Island& island, const double* b, Found* found) const;
 
+  template <class Branches, class Row>
+  Projection project(const Parallel& parallel, double target, const Branches& evaluate_branches,
+                     const Row& evaluate_rod, double* points, double* sum);
+  Vec3 distance(std::size_t rod, const double* r) const;
+  void move(const Island& island, double* points) const;
+  void add_own_reactions(const Island& island, const double* rows, double* points) const;
+
   EqualBranches branches_;
   std::vector<Island> islands_;
   std::span<const double> inverse_mass_;
@@ -85,6 +97,7 @@ class TreeSolver final : public IslandSolver {
   std::vector<signed char> sign_;      // [rod] of its block, from the child to the parent
   std::vector<std::size_t> block_;     // [rod]
   std::vector<Vec3> offset_;           // [rod] from the child to the parent; empty: none
+  std::vector<double> length_;         // [rod]
   std::vector<double> length_second_;  // [rod] l''; empty: all 0
   std::vector<std::pair<std::size_t, const MovingScalar*>> lengths_;  // that depend on time, by rod
   std::vector<Index> points_;                                         // but the roots of branches
@@ -97,6 +110,7 @@ class TreeSolver final : public IslandSolver {
   // Of branches, in lanes:
   std::vector<Index> branch_blocks_;                         // [rod][lane]; ~block where the rod is given the other way
   std::vector<Eight3> branch_offsets_;                       // [rod]; empty: none
+  Eights branch_length_;                                     // [rod]
   std::vector<const MovingScalar*> branch_lengths_;          // [rod][lane]; null: constant; empty: all are
   Eights branch_masses_;                                     // [point] inverse ones
   std::vector<trees::BranchRod> branch_rods_;                // [rod]

@@ -7,11 +7,11 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor_kernels {
+namespace tanor {
+
+using Eigen::MatrixXd;
 
 namespace {
-
-using tanor::Eight, tanor::eight_at, tanor::eight_to, tanor::num_lanes;
 
 constexpr std::size_t tile = 4;      // columns of each factor that are worked on at once
 constexpr std::size_t height = 512;  // rows of all columns in the second cache
@@ -80,58 +80,53 @@ template <std::size_t lanes, std::size_t broad>
   }
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void add_transposed_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& b,
                             const Columns<double>& c) {
-  for (std::size_t i = 0; i < rows; i += height) {
-    const std::size_t some = std::min(height, rows - i);
-    for_tiles(
-        a.columns, [&](auto wide, std::size_t p) __attribute__((always_inline)) {
-          for_tiles(
-              b.columns, [&](auto broad, std::size_t q)
-                             __attribute__((always_inline)) { add_dots<wide, broad>(some, a, b, i, c, p, q); });
-        });
-  }
+  dispatch([=, &a, &b, &c] {
+    for (std::size_t i = 0; i < rows; i += height) {
+      const std::size_t some = std::min(height, rows - i);
+      for_tiles(
+          a.columns, [&](auto wide, std::size_t p) __attribute__((always_inline)) {
+            for_tiles(
+                b.columns, [&](auto broad, std::size_t q)
+                               __attribute__((always_inline)) { add_dots<wide, broad>(some, a, b, i, c, p, q); });
+          });
+    }
+  });
 }
 
-TANOR_EACH_INSTRUCTION_SET
 void subtract_tall_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& c,
                            const Columns<double>& b) {
-  for (std::size_t first = 0; first < rows; first += height) {
-    const std::size_t end = std::min(rows, first + height);
-    for_tiles(
-        b.columns, [&](auto broad, std::size_t q) __attribute__((always_inline)) {
-          std::size_t i = first;
-          for (; i + 2 * num_lanes <= end; i += 2 * num_lanes) subtract_rows<2, broad>(a, c, b, i, q);
-          for (; i + num_lanes <= end; i += num_lanes) subtract_rows<1, broad>(a, c, b, i, q);
-          for (; i < end; ++i) {
-            for (std::size_t y = 0; y < broad; ++y) {
-              for (std::size_t k = 0; k < a.columns; ++k) *b.at(i, q + y) -= *a.at(i, k) * *c.at(k, q + y);
+  dispatch([=, &a, &c, &b] {
+    for (std::size_t first = 0; first < rows; first += height) {
+      const std::size_t end = std::min(rows, first + height);
+      for_tiles(
+          b.columns, [&](auto broad, std::size_t q) __attribute__((always_inline)) {
+            std::size_t i = first;
+            for (; i + 2 * num_lanes <= end; i += 2 * num_lanes) subtract_rows<2, broad>(a, c, b, i, q);
+            for (; i + num_lanes <= end; i += num_lanes) subtract_rows<1, broad>(a, c, b, i, q);
+            for (; i < end; ++i) {
+              for (std::size_t y = 0; y < broad; ++y) {
+                for (std::size_t k = 0; k < a.columns; ++k) *b.at(i, q + y) -= *a.at(i, k) * *c.at(k, q + y);
+              }
             }
-          }
-        });
-  }
+          });
+    }
+  });
 }
 
-Columns<const double> columns_of(const tanor::TallMatrix& A) {
+Columns<const double> columns_of(const TallMatrix& A) {
   return {A.data(), static_cast<std::size_t>(A.cols()), static_cast<std::size_t>(A.outerStride())};
 }
-Columns<double> columns_of(Eigen::MatrixXd* A) {
+Columns<double> columns_of(MatrixXd* A) {
   return {A->data(), static_cast<std::size_t>(A->cols()), static_cast<std::size_t>(A->rows())};
 }
 
 }  // namespace
 
-}  // namespace tanor_kernels
-
-namespace tanor {
-
-using Eigen::MatrixXd, tanor_kernels::columns_of;
-
 MatrixXd multiply_transposed(const TallMatrix& A, const TallMatrix& B) {
   MatrixXd result = MatrixXd::Zero(A.cols(), B.cols());
-  tanor_kernels::add_transposed_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(B),
-                                        columns_of(&result));
+  add_transposed_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(B), columns_of(&result));
   return result;
 }
 
@@ -142,7 +137,7 @@ MatrixXd multiply_tall(const TallMatrix& A, const MatrixXd& C) {
 }
 
 void subtract_product(const TallMatrix& A, const MatrixXd& C, MatrixXd* B) {
-  tanor_kernels::subtract_tall_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(C), columns_of(B));
+  subtract_tall_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(C), columns_of(B));
 }
 
 }  // namespace tanor

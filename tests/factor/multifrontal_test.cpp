@@ -107,10 +107,10 @@ TEST(Multifrontal, UpdatesTakeAFractionOfTheMemoryOfTheFactor) {
 TEST(Multifrontal, BlocksOfATriangleFollowOneAnother) {
   for (const std::size_t columns : {1u, 31u, 32u, 33u, 200u}) {
     const std::size_t stride = (columns + 7) / 8 * 8;
-    std::vector<double> numbers(tanor_kernels::Triangle::size(columns, stride), 0.0);
-    const tanor_kernels::Triangle triangle{numbers.data(), stride};
+    std::vector<double> numbers(kernels::Triangle::size(columns, stride), 0.0);
+    const kernels::Triangle triangle{numbers.data(), stride};
     for (std::size_t j = 0; j < columns; ++j) {
-      for (std::size_t i = j / tanor_kernels::Triangle::width * tanor_kernels::Triangle::width; i < stride; ++i)
+      for (std::size_t i = j / kernels::Triangle::width * kernels::Triangle::width; i < stride; ++i)
         triangle.column(j)[i] += 1.0;
     }
     EXPECT_TRUE(std::ranges::all_of(numbers, [](double x) { return x == 1.0; })) << columns;

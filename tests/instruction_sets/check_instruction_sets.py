@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """check_instruction_sets.py PROGRAM FOLDER: the same answers from the code of every instruction set.
 
-Hot loops are compiled for several instruction sets, and the processor chooses one when the library is loaded. An
-emulator (qemu-user-static) plays processors of the baseline and with AVX2; the machine itself answers with what it has.
-Fused multiplications round differently, so answers agree to rounding, not to the last bit.
+Hot loops are compiled for several instruction sets, of which the best one that the processor has is taken, or the one
+that TANOR_ISA names. With each of them, systems large enough for it are solved and moved on several threads: to the same
+bits. Then an emulator (qemu-user-static) plays processors of the baseline and with AVX2, which must not meet newer
+instructions anywhere. Fused multiplications round differently, so sets agree to rounding, not to the last bit.
 """
 
 import json
@@ -17,6 +18,8 @@ import sys
 SKIPPED = 77  # as CMakeLists.txt says
 EMULATOR = "qemu-x86_64-static"
 PROCESSORS = ("qemu64", "Haswell")  # x86-64-v1, x86-64-v3
+SETS = ("baseline", "avx2", "avx512")
+THREADS = ("1", "2", "5")
 ROUNDING = 1e-11  # of an instant, relative; an emulated run of a few steps leaves no more either
 
 GRAVITY = {"kind": "gravity", "acceleration": [0.3, 0.2, -9.81]}
@@ -53,6 +56,18 @@ def list_scenes() -> dict:
     }
 
 
+def list_large_scenes() -> dict:
+    """Those of the largest number of points of which a summary tells where they are."""
+    held = {"supports": [{"points": [0]}]}
+    return {
+        "long chain": generated("chain", count=9900, direction=[1, 0.2, 0.1], anchored=True),
+        "large tree": {**generated("tree", count=9900), **held},
+        "many clusters": generated("clusters", clusters=1200, count=6),
+        "large net": {**generated("net", columns=70, rows=60), **held},
+        "large lattice": {**generated("lattice", size=[11, 11, 11]), **held},
+    }
+
+
 def check(condition: bool, what: str) -> None:
     print(("ok    " if condition else "WRONG ") + what)
     if not condition:
@@ -72,37 +87,76 @@ def distance(a, b) -> float:
     return max(abs(x - y) for x, y in zip(a, b)) / max(max(abs(x) for x in a), 1e-300)
 
 
-def answers(command: list, scene: pathlib.Path, out: pathlib.Path) -> dict:
+def answers(command: list, scene: pathlib.Path, out: pathlib.Path, *of_run: str) -> dict:
     """The instant at the start, and where some steps lead."""
     # BLAS chooses by itself: that is not what is compared. With one thread set the program does not start itself again.
     environment = dict(os.environ, OPENBLAS_CORETYPE="Prescott", OPENBLAS_NUM_THREADS="1")
     quiet = {"stderr": subprocess.DEVNULL, "check": True, "env": environment}  # of features that the emulator lacks
     instant = json.loads(subprocess.run([*command, "solve", scene], stdout=subprocess.PIPE, **quiet).stdout)
-    subprocess.run([*command, "run", scene, "--out", out, "--quiet"], stdout=subprocess.DEVNULL, **quiet)
+    subprocess.run([*command, "run", scene, "--out", out, "--quiet", *of_run], stdout=subprocess.DEVNULL, **quiet)
     final = json.loads((out / "summary.json").read_text())["final"]
     return {"accelerations": instant["accelerations"], "multipliers": instant["multipliers"],
             "positions": final["positions"], "velocities": final["velocities"]}
 
 
+def write_scene(place: pathlib.Path, scene: dict, **motion) -> pathlib.Path:
+    place.mkdir(parents=True, exist_ok=True)
+    file = place / "scene.json"
+    # Points of a ring or a cluster move as their constraints allow.
+    file.write_text(json.dumps({"tanor_scene": 1, **scene, "motion": {**motion, "start": "project"}}))
+    return file
+
+
+def compare(name: str, what_plays: str, first: dict, second: dict) -> None:
+    for what in first:
+        if first[what] == [] or first[what] is None:
+            continue
+        apart = distance(first[what], second[what])
+        check(apart <= ROUNDING, f"{name}: {what} {what_plays} apart by {apart:.1e}")
+
+
+def check_sets(program: str, folder: pathlib.Path) -> None:
+    def has(name: str) -> bool:
+        return subprocess.run([program, "--version"], env=dict(os.environ, TANOR_ISA=name), check=False,
+                              capture_output=True).returncode == 0
+
+    sets = [name for name in SETS if has(name)]
+    check(sets[:1] == ["baseline"], f"the sets of this processor: {', '.join(sets)}")
+    taken = {"baseline"}
+    for name, scene in list_large_scenes().items():
+        place = folder / name.replace(" ", "_")
+        file = write_scene(place, scene, t_end=0.002, method="rattle", step=5e-4)
+        of_baseline = None
+        for pinned in sets:
+            os.environ["TANOR_ISA"] = pinned
+            alone, *others = (answers([program], file, place / pinned, "--threads", threads) for threads in THREADS)
+            check(all(other == alone for other in others), f"{name}: {pinned} has the same bits on any threads")
+            if of_baseline is not None:
+                taken |= {pinned} if alone != of_baseline else set()
+                # Velocities of long chains are the rounding of places over a step.
+                compare(name, f"with {pinned}", {**of_baseline, "velocities": None}, alone)
+            of_baseline = of_baseline or alone
+    del os.environ["TANOR_ISA"]
+    check(taken == set(sets), f"other bits with other sets, which are taken: {', '.join(sorted(taken))}")
+
+
+def check_processors(program: str, folder: pathlib.Path) -> None:
+    for name, scene in list_scenes().items():
+        place = folder / name.replace(" ", "_")
+        file = write_scene(place, scene, t_end=0.02)
+        native = answers([program], file, place / "native")
+        for processor in PROCESSORS:
+            compare(name, f"on {processor}", native, answers([EMULATOR, "-cpu", processor, program], file,
+                                                             place / processor))
+
+
 def main() -> None:
     program, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    check_sets(program, folder)
     if shutil.which(EMULATOR) is None:
         check(os.environ.get("CI") != "true", f"{EMULATOR} is there, or nobody insists on it")
         sys.exit(SKIPPED)
-    for name, scene in list_scenes().items():
-        place = folder / name.replace(" ", "_")
-        place.mkdir(parents=True, exist_ok=True)
-        file = place / "scene.json"
-        # Points of a ring or a cluster move as their constraints allow.
-        file.write_text(json.dumps({"tanor_scene": 1, **scene, "motion": {"t_end": 0.02, "start": "project"}}))
-        native = answers([program], file, place / "native")
-        for processor in PROCESSORS:
-            emulated = answers([EMULATOR, "-cpu", processor, program], file, place / processor)
-            for what in native:
-                if native[what] == [] or native[what] is None:
-                    continue
-                apart = distance(native[what], emulated[what])
-                check(apart <= ROUNDING, f"{name}: {what} on {processor} apart by {apart:.1e}")
+    check_processors(program, folder)
 
 
 if __name__ == "__main__":

@@ -225,6 +225,29 @@ TEST(Trees, OfEqualBranchesMoveAsWithTheGeneralSolver) {
   EXPECT_LE(trees.report().position_violation, 1e-12);
 }
 
+/// Steps of RATTLE project positions and velocities of branches in lanes and of what they hang on.
+TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
+  AnyNumbers any(12);
+  for (const bool is_held : {false, true}) {
+    System system = make_comb(20, binary_tree(4), false, &any);
+    if (is_held) {
+      system.supports.push_back({"", {3}, VectorFunction(0.0, 0.0, 0.0)});
+      std::fill_n(system.velocities.begin() + 9, 3, 0.0);
+    }
+    const MotionOptions motion{.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project};
+    Simulation trees(system, motion, {.linear_solver = LinearSolver::Trees}),
+        general(system, motion, {.linear_solver = LinearSolver::General, .reuse = false}),
+        on_threads(system, motion, {.linear_solver = LinearSolver::Trees, .threads = 3});
+    for (Simulation* each : {&trees, &general, &on_threads}) ASSERT_TRUE(each->advance_to(0.02).ok());
+    const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
+    EXPECT_LE(relative_difference(as_vector(trees.positions()), as_vector(general.positions())), 1e-11);
+    EXPECT_LE(relative_difference(as_vector(trees.velocities()), as_vector(general.velocities())), 1e-10);
+    EXPECT_EQ(as_vector(trees.velocities()), as_vector(on_threads.velocities()));
+    EXPECT_LE(trees.report().position_violation, 1e-12);
+    EXPECT_LE(trees.report().velocity_violation, 1e-12);
+  }
+}
+
 /// The plan says how many rods have lanes: of 63 a tooth all but the one that hangs on the backbone.
 TEST(Trees, AreTakenWhereMostOfThemIsEqualBranches) {
   AnyNumbers any(12);
