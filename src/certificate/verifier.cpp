@@ -28,7 +28,7 @@ Verifier::Verifier(Forms& forms, const Answer& answer, SecondWay way)
 
 Certificate Verifier::verify() {
   if (model_.num_moving() == 0) return std::move(result_);
-  if (work_.forces.has_potentials()) verify_energies();
+  if (work_.forces.has_energies()) verify_energies();
   if (d_ == 0 && forms_.tangent == nullptr) verify_free();
   has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
   if (has_both_) solve_other();
@@ -163,7 +163,7 @@ double Verifier::measure_angles() const {
 /// Energies of tuples by their second definition.
 void Verifier::verify_energies() {
   Vector found(n_), wanted(n_), rest(n_, 0.0);
-  work_.forces.write_potential_forces(found.data());
+  work_.forces.energies().write_forces(found.data());
   model_.numbering.gather_points(find_defined_forces(model_.system, answer_.t, to_user(answer_.r)), wanted);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = model_.inverse_mass[i / 3] * (found[i] - wanted[i]);
   add_point(&result_.residual, "f = -dU/dr", worst_point(rest, acceleration_), 1e-10 + rounding_of_places());
