@@ -1,7 +1,7 @@
 // Where large systems rest: run time on one core, iterations and residual.
 //
-//   statics          a net of 100 x 100 points hung by two corners from a flat start; hanging chains of 10^4 and 10^5 rods
-//   statics N        the net alone, with N x N points
+//   statics          a net of 100 x 100 points hung by two corners from a flat start; hanging chains of 10^4 and 10^5
+//   rods statics N        the net alone, with N x N points
 
 #include <cmath>
 #include <cstdio>
@@ -10,27 +10,11 @@
 
 #include <tanor/equilibrium.hpp>
 
+#include "hung_net.hpp"
+
 namespace {
 
 using namespace tanor;
-
-System make_net(int n) {
-  System system;
-  Rods rods{.name = "rods"};
-  for (int row = 0; row < n; ++row) {
-    for (int column = 0; column < n; ++column) {
-      system.positions.insert(system.positions.end(), {0.1 * column, 0.1 * row, 0.0});
-      system.masses.push_back(0.1);
-      const int point = row * n + column;
-      if (column > 0) rods.pairs.push_back({point - 1, point});
-      if (row > 0) rods.pairs.push_back({point - n, point});
-    }
-  }
-  system.constraints.push_back(rods);
-  system.supports.push_back({"", {0, n - 1}, {}});
-  system.add_gravity({0.0, 0.0, -9.81});
-  return system;
-}
 
 /// A chain of unit length between supports 0.7 apart, from a sine.
 System make_chain(int count) {
@@ -64,10 +48,10 @@ void measure(const char* name, const System& system) {
 
 int main(int argc, char** argv) {
   if (argc > 1) {
-    measure("net", make_net(std::atoi(argv[1])));
+    measure("net", make_hung_net(std::atoi(argv[1])));
     return 0;
   }
-  measure("net of 100 x 100", make_net(100));
+  measure("net of 100 x 100", make_hung_net(100));
   measure("chain of 10^4 rods", make_chain(10'000));
   measure("chain of 10^5 rods", make_chain(100'000));
 }

@@ -18,6 +18,7 @@
 
 #include <tanor/equilibrium.hpp>
 
+#include "../hung_net.hpp"
 #include "../timing.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
@@ -127,25 +128,6 @@ Answer solve_by_slepc(Mat left, Mat right, double shift, int count) {
   return answer;
 }
 
-/// Flat, from the two corners that hold it; rods along both directions.
-System make_net(int side) {
-  System system;
-  Rods rods{"rods", {}};
-  for (int j = 0; j < side; ++j) {
-    for (int i = 0; i < side; ++i) {
-      system.positions.insert(system.positions.end(), {0.1 * i, 0.1 * j, 0.0});
-      system.masses.push_back(0.1);
-      const Index here = j * side + i;
-      if (i > 0) rods.pairs.push_back({here - 1, here});
-      if (j > 0) rods.pairs.push_back({here - side, here});
-    }
-  }
-  system.supports = {Support{"", {0, side - 1}}};
-  system.constraints = {rods};
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
-  return system;
-}
-
 double largest_difference(const Eigen::VectorXd& ours, const std::vector<double>& theirs) {
   double worst = 0.0;
   for (std::size_t k = 0; k < theirs.size(); ++k)
@@ -154,7 +136,7 @@ double largest_difference(const Eigen::VectorXd& ours, const std::vector<double>
 }
 
 int measure(int side, int count, int rounds) {
-  System system = make_net(side);
+  System system = make_hung_net(side);
   const double begin = processor_seconds();
   const EquilibriumResult rest = find_equilibrium(system, {.solver = {.threads = 1}});
   if (!rest.outcome.ok()) return std::printf("%s\n", rest.outcome.what.c_str()), 1;

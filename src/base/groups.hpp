@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -47,5 +48,20 @@ struct Groups {
  private:
   std::size_t first(std::size_t group) const { return static_cast<std::size_t>(start[group]); }
 };
+
+/// Compressed rows of pairs (group, entry): each pair once, entries of a group in increasing order.
+template <class Pair, class Number, class Entry>
+void compress_pairs(std::size_t num_groups, std::vector<Pair> pairs, std::vector<Number>* start,
+                    std::vector<Entry>* entries) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  start->assign(num_groups + 1, 0);
+  entries->clear();
+  for (const auto& [group, entry] : pairs) {
+    ++(*start)[static_cast<std::size_t>(group) + 1];
+    entries->push_back(entry);
+  }
+  std::partial_sum(start->begin(), start->end(), start->begin());
+}
 
 }  // namespace tanor

@@ -7,16 +7,13 @@
 #include "base/groups.hpp"
 #include "base/numbers.hpp"
 #include "factor/independent_columns.hpp"
+#include "schur/condition.hpp"
 
 namespace tanor {
 
 namespace {
 
 constexpr std::size_t most_rows_of_qr = 200000;  // with fill: the memory of R
-
-double norm_of(const std::vector<double>& x) {
-  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
-}
 
 /// An entry of one row of C.
 struct RowEntry {
@@ -169,16 +166,7 @@ void SecondFactor::solve_negative(double* rows) {
 
 double SecondFactor::estimate_reciprocal_condition() {
   constexpr int iterations = 3;
-  double inverse = 0.0;
-  for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = irregular(k);
-  double before = norm_of(packed_);
-  for (int i = 0; i < iterations && !packed_.empty(); ++i) {
-    solve();
-    const double after = norm_of(packed_);
-    inverse = after / before;
-    for (double& x : packed_) x /= after;
-    before = 1.0;
-  }
+  const double inverse = estimate_norm_of_inverse(&packed_, iterations, [&] { solve(); });
   return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
 }
 

@@ -65,49 +65,18 @@ void Verifier::compare_multipliers(const Vector& lambda) {
           (1e-12 + rounding) / rcond_of_S_);
 }
 
-// ---- Gamma ----
-
-/// Gamma = K'K over the moving points; m S where all masses are equal (36).
-void Verifier::make_gamma() {
-  Vector unit(model_.inverse_mass);
-  for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
-  gamma_scale_ = unit;
-  if (second_ && has_one_mass(model_)) {
-    gamma_ = &*second_;
-    gamma_scale_ = model_.inverse_mass;
-  } else {
-    own_gamma_.emplace(model_, K_.data(), unit, forms_.normal->orderings(), way_);
-    if (own_gamma_->trouble().empty()) gamma_ = &*own_gamma_;
-  }
-}
-
-/// K Gamma^-1 K'u
-Verifier::Vector Verifier::project_onto_normal(const Vector& u) {
-  Vector rows(num_rows_), rest = u, change(n_, 0.0), result(n_, 0.0);
-  repeat(most_passes(rcond_of_Gamma_), [&] {
-    work_.constraints.apply_transposed(model_.parallel, K_.data(), rest.data(), nullptr, rows.data());
-    gamma_->solve_negative(rows.data());
-    model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), gamma_scale_.data(), model_.num_moving(),
-                               change.data());
-    for (std::size_t i = 0; i < moving_; ++i) {
-      rest[i] += change[i];
-      result[i] -= change[i];
-    }
-    return model_.largest_norm(change.data());
-  });
-  return result;
-}
+// ---- the Euclidean split ----
 
 /// (15), (16): u = u_T + u_N.
 void Verifier::verify_euclidean(const Definitions& definitions) {
-  make_gamma();
-  if (gamma_ == nullptr) {
-    result_.left_out.push_back("(15), the direct problem: " + own_gamma_->trouble());
+  euclidean_.emplace(work_, K_, *forms_.normal, way_, second_ ? &*second_ : nullptr, rcond_of_S_);
+  if (!euclidean_->trouble().empty()) {
+    result_.left_out.push_back("(15), the direct problem: " + euclidean_->trouble());
     return;
   }
-  rcond_of_Gamma_ = own_gamma_ ? own_gamma_->estimate_reciprocal_condition() : rcond_of_S_;
-  const double allowed = conditioned(rcond_of_Gamma_) + rounding_of_places();
-  const Vector u = random_points(), u_N = project_onto_normal(u);
+  const double condition = euclidean_->reciprocal_condition();
+  const double allowed = conditioned(condition) + rounding_of_places();
+  const Vector u = random_.points(), u_N = euclidean_->project_onto_normal(u);
   const double size = model_.largest_norm(u.data());
   if (has_both_) {
     verify_both_euclidean(u, u_N);
@@ -124,7 +93,7 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
             allowed);
     add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
   }
-  verify_direct_problem(refined(rcond_of_Gamma_) + rounding_of_places());
+  verify_direct_problem(refined(condition) + rounding_of_places());
 }
 
 /// (15): A G^-1 A'u + K Gamma^-1 K'u = u
@@ -145,7 +114,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   g.solve_negative(model_.parallel, x.data(), x.data());
   work_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
   for (std::size_t i = 0; i < moving_; ++i) sum[i] += u[i] - u_N[i];
-  const double rcond = std::min(quality.reciprocal_condition, own_gamma_->estimate_reciprocal_condition());
+  const double rcond = std::min(quality.reciprocal_condition, euclidean_->reciprocal_condition());
   add_point(&result_.tangent_identity, "A G^-1 A' + K Gamma^-1 K' = I (15)",
             worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
 }
@@ -164,7 +133,7 @@ void Verifier::verify_direct_problem(double allowed) {
   }
   left = force;
   repeat(2, [&] {
-    const Vector normal = project_onto_normal(left);
+    const Vector normal = euclidean_->project_onto_normal(left);
     for (std::size_t i = 0; i < moving_; ++i) left[i] -= normal[i];
     return model_.largest_norm(normal.data());
   });

@@ -180,7 +180,7 @@ Verifier::Worst Verifier::rows_of(const Definitions& definitions, const Vector& 
 /// Q is orthogonal in |M^1/2 .|: measured there, whatever the masses.
 void Verifier::verify_normal_projector(const Definitions& definitions) {
   const double allowed = conditioned(rcond_of_S_) + rounding_of_places();
-  const Vector u = random_points_by_M(), Qu = project_onto_tangent(u);
+  const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
   const double size = worst_point_by_M(u, 1.0).error;
 
   add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, measure_rows(model_.inverse_mass), size),
@@ -190,7 +190,7 @@ void Verifier::verify_normal_projector(const Definitions& definitions) {
   for (std::size_t i = 0; i < n_; ++i) rest[i] -= Qu[i];
   add_point(&result_.normal_identity, "Q Q u = Q u", worst_point_by_M(rest, size), allowed);
 
-  const Vector y = random_points_by_M(), Qy = project_onto_tangent(y);
+  const Vector y = random_.points_by_M(), Qy = project_onto_tangent(y);
   const double asymmetry = std::abs(product(y, Qu) - product(u, Qy)) / (norm_of(u) * norm_of(y));
   add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
 }

@@ -34,7 +34,7 @@ void Verifier::verify_coordinates() {
 
   if (forms_.is_tangent()) verify_curve();
   if (d_ > 0) return;
-  const Vector u = random_points_by_M(), y = random_points_by_M();
+  const Vector u = random_.points_by_M(), y = random_.points_by_M();
   const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
   for (std::size_t i = 0; i < n_; ++i) rest[i] = PPu[i] - Pu[i];
   add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M",
@@ -72,7 +72,7 @@ void Verifier::verify_curve() {
 /// (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u. Both projectors are orthogonal in |M^1/2 .|: measured there, whatever the
 /// masses. On M u, in |M^-1/2 .|, the same numbers say (10) = M (9) M^-1.
 void Verifier::verify_identity(const std::string& identity, double allowed) {
-  const Vector u = random_points_by_M(), Qu = project_onto_tangent(u);
+  const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
   Vector rest = project_by_coordinates(u);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
   add_point(&result_.normal_identity, identity, worst_point_by_M(rest, worst_point_by_M(u, 1.0).error), allowed);
@@ -90,7 +90,7 @@ void Verifier::verify_both() {
 
   // K'A x = 0 (3)
   Vector x(work_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
-  for (double& value : x) value = random_number();
+  for (double& value : x) value = random_.number();
   work_.coordinates.apply(model_.parallel, forms_.tangent->dynamics().blocks().data(), x.data(), Ax.data());
   work_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), Ax.data(),
                                      nullptr, rows.data());

@@ -17,6 +17,16 @@ void write(const SolveOptions& options, const report::Solution& solution) {
   if (!options.out || options.json) report::print_solution(solution);
 }
 
+void add_split(const Split& split, bool has_friction, report::Solution* solution) {
+  solution->tangent_accelerations = split.tangent_accelerations;
+  solution->normal_accelerations = split.normal_accelerations;
+  solution->mass_coupling = split.mass_coupling;
+  solution->tangent_forces = split.tangent_forces;
+  solution->normal_forces = split.normal_forces;
+  if (has_friction) solution->tangent_friction = split.tangent_friction;
+  if (has_friction) solution->normal_friction = split.normal_friction;
+}
+
 }  // namespace
 
 ExitCode execute(const SolveOptions& options) {
@@ -67,15 +77,7 @@ ExitCode execute(const SolveOptions& options) {
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
   const Split split = dynamics.split(state);
-  if (split.outcome.ok()) {
-    solution.tangent_accelerations = split.tangent_accelerations;
-    solution.normal_accelerations = split.normal_accelerations;
-    solution.mass_coupling = split.mass_coupling;
-    solution.tangent_forces = split.tangent_forces;
-    solution.normal_forces = split.normal_forces;
-    if (has_friction) solution.tangent_friction = split.tangent_friction;
-    if (has_friction) solution.normal_friction = split.normal_friction;
-  }
+  if (split.outcome.ok()) add_split(split, has_friction, &solution);
   const ReactionsByCause by_cause = dynamics.reactions_by_cause(state);
   if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);

@@ -10,9 +10,9 @@ namespace tanor {
 
 namespace {
 
-std::vector<Compliance> list_compliances(std::span<const Forces::CompliantSpring> springs) {
+std::vector<Compliance> list_compliances(std::span<const Spring> springs) {
   std::vector<Compliance> result;
-  for (const Forces::CompliantSpring& spring : springs) result.push_back({spring.stiffness, spring.damping});
+  for (const Spring& spring : springs) result.push_back({spring.stiffness, spring.damping});
   return result;
 }
 
@@ -21,7 +21,7 @@ std::vector<Compliance> list_compliances(std::span<const Forces::CompliantSpring
 ImplicitForm::ImplicitForm(Workspace& work)
     : work_(work),
       model_(work.model()),
-      springs_(work.forces.list_compliant_springs()),
+      springs_(work.forces.springs().list_compliant()),
       compliances_(list_compliances(springs_)),
       num_springs_(work.forces.list_couplings().size()),
       plan_(make_plan()),
@@ -48,7 +48,7 @@ NewtonPlan ImplicitForm::make_plan() const {
   std::vector<Incidence> incidences;
   std::ranges::copy_if(model_.incidences, std::back_inserter(incidences),
                        [row](const Incidence& incidence) { return incidence.row < row; });
-  for (const Forces::CompliantSpring& spring : springs_) {
+  for (const Spring& spring : springs_) {
     incidences.push_back({spring.i, row, block, -1.0});
     incidences.push_back({spring.j, row++, block++, 1.0});
   }
@@ -65,7 +65,7 @@ void ImplicitForm::write_multipliers(const Reactions& found, const double* r, co
   std::ranges::copy(found.lambda, lambda);
   double* const tau = lambda + num_constraints();
   std::fill(tau, tau + springs_.size(), 0.0);
-  work_.forces.evaluate_compliant_springs(model_.parallel, r, v, tau, units_.data(), tau);
+  work_.forces.springs().evaluate_compliant(model_.parallel, r, v, tau, units_.data(), tau);
   for (std::size_t k = 0; k < springs_.size(); ++k) tau[k] = -tau[k];
 }
 
@@ -82,8 +82,8 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
   scale = larger(scale, work_.constraints.evaluate_rates(parallel, r, v, rows));
   if (!std::isfinite(scale)) return work_.not_finite(t, r);
   // w = M^-1 (f + K lambda)
-  work_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
-  work_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
+  work_.forces.springs().evaluate_compliant(parallel, r, v, tau, units_.data(), rows + num_constraints());
+  work_.forces.springs().add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
   if (num_constraints() > 0) {
     work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
     model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
@@ -124,8 +124,8 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   const Parallel& parallel = model_.parallel;
   const double* const tau = lambda + num_constraints();
   work_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
-  work_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
-                                          spring_residuals_.data());
+  work_.forces.springs().evaluate_compliant(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
+                                            spring_residuals_.data());
   work_.forces.evaluate_derivatives(
       parallel, t, r, v, tau,
       {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data(),

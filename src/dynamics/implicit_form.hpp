@@ -68,7 +68,7 @@ class ImplicitForm final : public ImplicitEquations {
 
   Workspace& work_;
   const Model& model_;
-  std::vector<Forces::CompliantSpring> springs_;
+  std::vector<Spring> springs_;
   std::vector<Compliance> compliances_;  // [compliant spring]
   std::size_t num_springs_;              // with those that are not compliant
   NewtonPlan plan_;

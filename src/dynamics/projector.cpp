@@ -30,6 +30,13 @@ ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
                            0.0);
 }
 
+/// What the iterations have come to.
+struct Projector::Progress {
+  double before = infinity, left_before = infinity;  // violation one iteration ago, and what of it was no rounding
+  bool stalls = false, stands = false;               // the violation hardly falls; it does not fall at all
+  bool linearised_here = false, decided_here = false;
+};
+
 /// Chord iterations along M^-1 K of the last configuration, or of the one at r where the violation is above `far`.
 /// `sum` is their guess and becomes the sum of the multipliers; then the slope is never renewed, since they belong to
 /// one K.
@@ -44,57 +51,65 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
   if (contacts_ != nullptr && contacts_->num_switches > 0) contacts_->places.carry(t);
   const double target = std::max(1e-13, tolerance), largest_left = std::max(1e-12, tolerance);
   constexpr int most_iterations = 100;
-  double before = infinity, left_before = infinity;
-  bool linearised_here = false, decided_here = false;
   const Projection by_islands = linearization_.project_positions(target, r, source, sum);
   report.iterations = by_islands.iterations;
   report.violation = by_islands.violation;
   if (report.violation <= target) return report;
   if (std::isfinite(report.violation) && residuals_.beyond_rounding(r, report.violation, target, 1.0) == 0.0)
     return report;
-  for (;; ++report.iterations) {
+  for (Progress progress;; ++report.iterations) {
     report.violation = evaluate_values(r);
     if (!std::isfinite(report.violation)) {
       report.outcome = model_.not_finite(t);
       return report;
     }
-    if (report.violation <= target) return report;
-    bool stalls = report.violation > 0.3 * before, stands = report.violation > 0.99 * before;
-    if (stalls) {
-      // Some neighbourhood may be at its rounding while others are on their way.
-      const double left = residuals_.beyond_rounding(r, report.violation, target, 1.0);
-      if (left == 0.0) return report;
-      stalls = left > 0.3 * left_before || left == report.violation;
-      stands = stalls && left > 0.99 * std::min(before, left_before);
-      left_before = left;
-    }
-    const bool hopeless = stands && (linearised_here || sum != nullptr);
+    if (report.violation <= target || is_rounding(r, report.violation, target, &progress)) return report;
+    const bool hopeless = progress.stands && (progress.linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
       const double left_over = residuals_.beyond_rounding(r, report.violation, largest_left, 2.0);
-      // Rows that depended when K was seen last may be independent here.
-      if (left_over > 0.0 && sum == nullptr && !decided_here) {
-        decided_here = true;
-        before = left_before = infinity;
-        if (linearization_.decide_rank_again(r)) continue;
-      }
+      if (left_over > 0.0 && sum == nullptr && decide_rank_again(r, &progress)) continue;
       if (left_over > 0.0) report.outcome = explain_stall(t, report.violation);
       return report;
     }
     const bool is_far = report.iterations == 0 && report.violation > far;
-    if ((stalls || is_far) && sum == nullptr) {
+    if ((progress.stalls || is_far) && sum == nullptr) {
       // The chord's slope is too old: Newton's own.
       if (report.outcome = linearization_.update(t, r); !report.outcome.ok()) return report;
-      linearised_here = true;
+      progress.linearised_here = true;
     }
-    before = report.violation;
+    progress.before = report.violation;
     // S mu = -xi, r += M^-1 K mu
     linearization_.correct(rows_.data(), r);
-    if (sum != nullptr) {
-      model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
-      });
-    }
+    if (sum != nullptr) add_rows_to(sum);
   }
+}
+
+/// Compares a violation with that of the iteration before. True: all that is left of it is rounding.
+bool Projector::is_rounding(const double* r, double violation, double target, Progress* progress) {
+  progress->stalls = violation > 0.3 * progress->before;
+  progress->stands = violation > 0.99 * progress->before;
+  if (!progress->stalls) return false;
+  // Some neighbourhood may be at its rounding while others are on their way.
+  const double left = residuals_.beyond_rounding(r, violation, target, 1.0);
+  if (left == 0.0) return true;
+  progress->stalls = left > 0.3 * progress->left_before || left == violation;
+  progress->stands = progress->stalls && left > 0.99 * std::min(progress->before, progress->left_before);
+  progress->left_before = left;
+  return false;
+}
+
+/// Rows that depended when K was seen last may be independent here. True, once: they are.
+bool Projector::decide_rank_again(const double* r, Progress* progress) {
+  if (progress->decided_here) return false;
+  progress->decided_here = true;
+  progress->before = progress->left_before = infinity;
+  return linearization_.decide_rank_again(r);
+}
+
+void Projector::add_rows_to(double* sum) const {
+  model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
+  });
 }
 
 /// xi into `rows_`; returns the largest |xi|/length, and |T'(r - p)| over the length around a contact that is held.

@@ -33,8 +33,12 @@ class Projector {
  private:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
+  struct Progress;
   ProjectionReport iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
                                      double tolerance);
+  bool is_rounding(const double* r, double violation, double target, Progress* progress);
+  bool decide_rank_again(const double* r, Progress* progress);
+  void add_rows_to(double* sum) const;
   double evaluate_values(const double* r);
   Outcome explain_stall(double t, double violation) const;
 

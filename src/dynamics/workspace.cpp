@@ -257,13 +257,13 @@ Power Workspace::power(const double* reaction_accelerations, const double* r, co
   }
   if (forces.has_work()) {
     result.forces = forces.power(model_.parallel, r, v);
-    result.potentials = forces.power_of_potentials(model_.parallel);
+    result.potentials = forces.energies().explicit_rate(model_.parallel);
   }
   return result;
 }
 
 Outcome Workspace::not_finite(double t, const double* r) const {
-  const std::string energy = forces.find_undefined(model_.parallel, t, r);
+  const std::string energy = forces.energies().find_undefined(model_.parallel, t, r);
   if (energy.empty()) return model_.not_finite(t);
   return {Status::NotFinite, energy + " at t = " + text(t)};
 }

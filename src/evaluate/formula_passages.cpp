@@ -304,6 +304,29 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
   return least;
 }
 
+/// Sums along the path of one member, in numbers as `accelerate` writes them.
+struct FormulaPassages::Integrals {
+  std::vector<double> at_nodes;      // [node][number] a
+  std::vector<double> a, dv;         // [number] at one place; h integral (a - p) ds
+  std::vector<double> end_v, end_x;  // [number] h integral a ds, h^2 integral (1 - s) a ds
+  double dx = 0.0, largest = 0.0;    // m; the largest |a|, m/s^2
+
+  void clear(std::size_t num_nodes, std::size_t count) {
+    at_nodes.resize(num_nodes * count);
+    a.resize(count);
+    for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
+    dx = largest = 0.0;
+  }
+  /// m/s: what a path of limited accuracy leaves of dv.
+  double noise(double h) const {
+    constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
+    return path_error * largest * h;
+  }
+  bool exceed(const Allowed& allowed, double h) const {
+    return !(dx <= allowed.r + noise(h) * h) || !(norm_of(dv) <= allowed.v + noise(h));
+  }
+};
+
 /// What the polynomial p leaves of the acceleration a changes the step by
 ///
 ///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
@@ -314,9 +337,8 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
 double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
   constexpr double tolerances = 10.0;     // that an estimate may have missed
   constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
-  constexpr double path_error = 1e-7;     // of the path, and of the acceleration on it
   thread_local std::vector<Part> parts;
-  thread_local std::vector<double> at_nodes, a, dv, end_v, end_x;
+  thread_local Integrals sums;
   parts.clear();
   double changes = 0.0;
   const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
@@ -324,22 +346,34 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
     changes += divide(path, member, path.knot(k), path.knot(k + 1), depth, &parts);
   if (changes <= resolved_by(path.order)) return 1.0;
 
+  const Allowed allowed = allow(path, member);
+  const double first_bad = integrate(path, member, parts, allowed, &sums);
+  if (sums.exceed(allowed, path.h)) return std::clamp(first_bad, 0.125, 0.9);
+  if (path.looks.size() < least_looks) return 1.0;
+  subtract_looks(path, member, &sums);
+  const double noise = sums.noise(path.h);
+  const double error = std::max(norm_of(sums.end_v) / (tolerances * allowed.v + noise),
+                                norm_of(sums.end_x) / (tolerances * allowed.r + noise * path.h));
+  return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
+}
+
+/// By Gauss' rule of two points in each part. Returns where the first part begins at whose end more than what is
+/// allowed is missed.
+double FormulaPassages::integrate(const PointPath& path, std::size_t member, std::span<const Part> parts,
+                                  const Allowed& allowed, Integrals* sums) const {
   const Nodes nodes(path.order);
   const std::size_t count = num_accelerations();
-  at_nodes.resize(nodes.count * count);
-  a.resize(count);
-  for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
-  double largest = 0.0;
+  sums->clear(nodes.count, count);
+  auto& [at_nodes, a, dv, end_v, end_x, dx, largest] = *sums;
   for (std::size_t j = 0; j < nodes.count; ++j) {
     const std::span values = std::span(at_nodes).subspan(j * count, count);
     accelerate(path, member, nodes.at[j], values.data());
     largest = std::max(largest, norm_of(values));
   }
-  const Allowed allowed = allow(path, member);
-  double dx = 0.0, first_bad = 2.0;
+  double first_bad = 2.0;
   for (const auto& [begin, end] : parts) {
     const double length = (end - begin) * path.h;
-    for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)}) {  // Gauss
+    for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)}) {
       const double s = begin + place * (end - begin);
       accelerate(path, member, s, a.data());
       largest = std::max(largest, norm_of(a));
@@ -353,24 +387,21 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
       }
       dx += 0.5 * length * norm_of(dv);
     }
-    const double noise = path_error * largest * path.h;
-    const bool is_bad = !(dx <= allowed.r + noise * path.h) || !(norm_of(dv) <= allowed.v + noise);
-    if (is_bad) first_bad = std::min(first_bad, begin);
+    if (sums->exceed(allowed, path.h)) first_bad = std::min(first_bad, begin);
   }
-  const double noise = path_error * largest * path.h;
-  if (!(dx <= allowed.r + noise * path.h && norm_of(dv) <= allowed.v + noise)) return std::clamp(first_bad, 0.125, 0.9);
-  if (path.looks.size() < least_looks) return 1.0;
+  return first_bad;
+}
+
+/// From the integrals at the end, what the scheme makes of them by its looks.
+void FormulaPassages::subtract_looks(const PointPath& path, std::size_t member, Integrals* sums) const {
   for (std::size_t k = 0; k < path.looks.size(); ++k) {
     const double s = path.looks[k], weight = path.weights[k] * path.h;
-    accelerate(path, member, s, a.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      end_v[i] -= weight * a[i];
-      end_x[i] -= weight * path.h * (1.0 - s) * a[i];
+    accelerate(path, member, s, sums->a.data());
+    for (std::size_t i = 0; i < sums->a.size(); ++i) {
+      sums->end_v[i] -= weight * sums->a[i];
+      sums->end_x[i] -= weight * path.h * (1.0 - s) * sums->a[i];
     }
   }
-  const double error = std::max(norm_of(end_v) / (tolerances * allowed.v + noise),
-                                norm_of(end_x) / (tolerances * allowed.r + noise * path.h));
-  return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
 }
 
 }  // namespace tanor

@@ -90,7 +90,11 @@ class FormulaPassages {
   Counts count_parts(const PointPath& path, std::size_t member, double begin, double end) const;
   double divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                 std::vector<Part>* parts) const;
+  struct Integrals;
   double examine(const PointPath& path, std::size_t member) const;
+  double integrate(const PointPath& path, std::size_t member, std::span<const Part> parts, const Allowed& allowed,
+                   Integrals* sums) const;
+  void subtract_looks(const PointPath& path, std::size_t member, Integrals* sums) const;
 
   Narrowness narrowness_;
   Variables variables_;

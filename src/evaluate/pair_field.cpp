@@ -6,24 +6,22 @@
 #include <cstdint>
 #include <limits>
 
-#include "system/pair_rules.hpp"
+#include "base/groups.hpp"
 
 namespace tanor {
 
 namespace {
 
-/// Sorted lists from pairs; both of a pair appear in the other's list, once.
+/// For each point those that it is no pair with, by number.
 IndexLists make_lists(std::size_t num_points, std::vector<std::array<Index, 2>> pairs) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   IndexLists lists;
-  lists.start.assign(num_points + 1, 0);
-  for (const auto& [i, j] : pairs) {
-    ++lists.start[static_cast<std::size_t>(i) + 1];
-    lists.numbers.push_back(j);
-  }
-  for (std::size_t i = 0; i < num_points; ++i) lists.start[i + 1] += lists.start[i];
+  compress_pairs(num_points, std::move(pairs), &lists.start, &lists.numbers);
   return lists;
+}
+
+void add_both_ways(Index i, Index j, std::vector<std::array<Index, 2>>* pairs) {
+  pairs->push_back({i, j});
+  pairs->push_back({j, i});
 }
 
 /// Sum of many terms to the rounding of a few (Neumaier).
@@ -41,18 +39,20 @@ struct CompensatedSum {
 }  // namespace
 
 PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering, Which which)
-    : law_(pairs.law),
-      epsilon_(pairs.epsilon),
-      sigma2_(pairs.sigma * pairs.sigma),
-      cutoff2_(cutoff_of(pairs) * cutoff_of(pairs)),
-      strength_(pairs.strength),
-      length_(pairs.length),
-      depth_(pairs.depth),
-      width_(pairs.width),
-      rest_length_(pairs.rest_length),
-      cutoff_(cutoff_of(pairs)),
-      box_(pairs.box) {
-  std::vector<Index> number_of(numbering.num_points(), -1);  // [inner point]
+    : potential_(pairs), box_(pairs.box) {
+  const std::vector<Index> number_of = number_points(pairs, numbering, which);
+  if (potential_.law() == PairLaw::Coulomb) read_charges(pairs, numbering);
+  places_.resize(points_.size());
+  felt_.resize(points_.size());
+  Pairs excluded;
+  if (pairs.exclude_rods) exclude_rods(system, numbering, number_of, &excluded);
+  if (which == Which::OfSupports) exclude_same_place(system, numbering, &excluded);
+  prepare_search(pairs.sigma, std::move(excluded));
+}
+
+/// Finds who takes part; returns the number of each inner point, -1: takes no part.
+std::vector<Index> PairField::number_points(const PairForces& pairs, const Numbering& numbering, Which which) {
+  std::vector<Index> number_of(numbering.num_points(), -1);
   for (const Index point : pairs.points) number_of[numbering.inner_point[point]] = 0;
   const bool of_supports = which == Which::OfSupports;
   for (std::size_t inner = 0; inner < numbering.num_points(); ++inner) {
@@ -64,112 +64,89 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
     if (of_supports || inner < numbering.num_moving) ++num_moving_;
   }
   if (of_supports && points_.size() < 2) points_.clear();
-  if (law_ == PairLaw::Coulomb) {
-    std::vector<double> charge_of(numbering.num_points());  // [inner point]
-    for (std::size_t k = 0; k < (pairs.points.empty() ? charge_of.size() : pairs.points.size()); ++k) {
-      const std::size_t user = pairs.points.empty() ? k : static_cast<std::size_t>(pairs.points[k]);
-      charge_of[static_cast<std::size_t>(numbering.inner_point[user])] =
-          pairs.charges[pairs.charges.size() == 1 ? 0 : k];
-    }
-    double largest = 0.0;
-    for (const Index point : points_) {
-      charges_.push_back(charge_of[static_cast<std::size_t>(point)]);
-      largest = std::max(largest, std::abs(charges_.back()));
-    }
-    largest_product_ = largest * largest;
-  }
-  const std::size_t n = points_.size();
-  places_.resize(n);
-  felt_.resize(n);
+  return number_of;
+}
 
-  std::vector<std::array<Index, 2>> excluded;
+void PairField::read_charges(const PairForces& pairs, const Numbering& numbering) {
+  std::vector<double> charge_of(numbering.num_points());  // [inner point]
+  for (std::size_t k = 0; k < (pairs.points.empty() ? charge_of.size() : pairs.points.size()); ++k) {
+    const std::size_t user = pairs.points.empty() ? k : static_cast<std::size_t>(pairs.points[k]);
+    charge_of[static_cast<std::size_t>(numbering.inner_point[user])] = pairs.charges[pairs.charges.size() == 1 ? 0 : k];
+  }
+  for (const Index point : points_) charges_.push_back(charge_of[static_cast<std::size_t>(point)]);
+}
+
+void PairField::exclude_rods(const System& system, const Numbering& numbering, const std::vector<Index>& number_of,
+                             Pairs* excluded) const {
   for (const Constraint& constraint : system.constraints) {
     const auto* rods = std::get_if<Rods>(&constraint);
-    if (!pairs.exclude_rods || !rods) continue;
+    if (!rods) continue;
     for (const auto& [a, b] : rods->pairs) {
       const Index i = number_of[numbering.inner_point[a]], j = number_of[numbering.inner_point[b]];
-      if (i < 0 || j < 0) continue;
-      excluded.push_back({i, j});
-      excluded.push_back({j, i});
+      if (i >= 0 && j >= 0) add_both_ways(i, j, excluded);
     }
   }
-  if (of_supports) {
-    // in the box, sorted by place: those of one place side by side
-    std::vector<std::pair<Vector3, Index>> places;
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto point = static_cast<std::size_t>(numbering.user_point[static_cast<std::size_t>(points_[i])]);
-      Vector3 place;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double x = system.positions[3 * point + k], edge = pairs.box[k];
-        place[k] = edge > 0.0 ? x - edge * std::floor(x / edge) : x;
-      }
-      places.push_back({place, static_cast<Index>(i)});
+}
+
+/// Points that start at the same place: sorted by their place in the box, they stand side by side.
+void PairField::exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const {
+  const Vec3 edges = box_.edges();
+  const std::array<double, 3> edge{edges.x, edges.y, edges.z};
+  std::vector<std::pair<Vector3, Index>> places;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const auto point = static_cast<std::size_t>(numbering.user_point[static_cast<std::size_t>(points_[i])]);
+    Vector3 place;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double x = system.positions[3 * point + k];
+      place[k] = edge[k] > 0.0 ? x - edge[k] * std::floor(x / edge[k]) : x;
     }
-    std::sort(places.begin(), places.end());
-    for (std::size_t a = 0; a < n; ++a) {
-      for (std::size_t b = a + 1; b < n && places[b].first == places[a].first; ++b) {
-        excluded.push_back({places[a].second, places[b].second});
-        excluded.push_back({places[b].second, places[a].second});
-      }
-    }
+    places.push_back({place, static_cast<Index>(i)});
   }
-  if (std::isinf(cutoff_)) {
+  std::sort(places.begin(), places.end());
+  for (std::size_t a = 0; a < places.size(); ++a) {
+    for (std::size_t b = a + 1; b < places.size() && places[b].first == places[a].first; ++b)
+      add_both_ways(places[a].second, places[b].second, excluded);
+  }
+}
+
+/// Lists of neighbours where there is a cutoff; else every point feels all others but those that it is no pair with.
+void PairField::prepare_search(double sigma, Pairs excluded) {
+  const std::size_t n = points_.size();
+  if (std::isinf(potential_.cutoff())) {
     for (std::size_t i = 0; i < n; ++i) excluded.push_back({static_cast<Index>(i), static_cast<Index>(i)});
     skipped_ = make_lists(n, std::move(excluded));
     far_.emplace(0.0, 0.0, box_, num_moving_, skipped_);
     for (std::vector<double>* coordinate : {&x_, &y_, &z_}) coordinate->resize(n);
-  } else {
-    constexpr double skin = 0.3;  // of sigma: lists of a melt last some ten steps and are twice as long as needed
-    constexpr double skin_of_cutoff = 0.15;
-    const IndexLists skipped = make_lists(n, std::move(excluded));
-    neighbours_.emplace(cutoff_, is_lennard_jones() ? skin * pairs.sigma : skin_of_cutoff * cutoff_, box_, num_moving_,
-                        skipped);
-    far_.emplace(cutoff_, 0.0, box_, num_moving_, skipped);
-    const double s6 = std::pow(sigma2_ / cutoff2_, 3);
-    shift_ = is_lennard_jones() ? 4.0 * epsilon_ * (s6 * s6 - s6) : measure_pair(cutoff2_, 1.0).energy;
+    return;
   }
+  constexpr double skin_of_sigma = 0.3;  // lists of a melt last some ten steps and are twice as long as needed
+  constexpr double skin_of_cutoff = 0.15;
+  const double cutoff = potential_.cutoff();
+  const double skin = potential_.is_lennard_jones() ? skin_of_sigma * sigma : skin_of_cutoff * cutoff;
+  const IndexLists skipped = make_lists(n, std::move(excluded));
+  neighbours_.emplace(cutoff, skin, box_, num_moving_, skipped);
+  far_.emplace(cutoff, 0.0, box_, num_moving_, skipped);
 }
 
-/// coulomb: u = C q q'/r, f = u/r;  yukawa: u = A exp(-r/l)/r, f = u (1/r + 1/l);
-/// morse: u = D (1 - e)^2, f = -2 D a e (1 - e), e = exp(-a (r - r0))
-PairField::Radial PairField::measure_pair(double r2, double charges) const {
-  const double r = std::sqrt(r2);
-  if (law_ == PairLaw::Coulomb) {
-    const double energy = strength_ * charges / r;
-    return {energy, energy / r2};
-  }
-  if (law_ == PairLaw::Yukawa) {
-    const double energy = strength_ * std::exp(-r / length_) / r;
-    return {energy, energy * (1.0 / r + 1.0 / length_) / r};
-  }
-  const double e = std::exp(-width_ * (r - rest_length_)), part = 1.0 - e;
-  return {depth_ * part * part, -2.0 * depth_ * width_ * e * part / r};
-}
-
-/// u = 4 epsilon (s^12 - s^6) - shift, s = sigma/r;  force = 24 epsilon (2 s^12 - s^6)/r^2 (r_i - r_j)
+/// Sums over the neighbours within the cutoff. Which law it is, is asked outside the loop.
 PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbours) const {
   const Vec3 here = places_[i];
-  Feeling sum{};
-  if (!is_lennard_jones()) {
+  const double cutoff2 = potential_.cutoff2(), shift = potential_.shift();
+  const auto sum_over_neighbours = [&](const auto& measure) {
+    Feeling sum{};
     for (const Index j : neighbours) {
       const Vec3 d = box_.nearest_image(here - places_[j]);
       const double r2 = dot(d, d);
-      if (r2 >= cutoff2_) continue;
-      const Radial pair = measure_pair(r2, 1.0);
+      if (r2 >= cutoff2) continue;
+      const PairPotential::Radial pair = measure(r2);
       sum.force = sum.force + pair.force_over_r * d;
-      sum.potential += 0.5 * (pair.energy - shift_);
+      sum.potential += 0.5 * (pair.energy - shift);
     }
     return sum;
-  }
-  for (const Index j : neighbours) {
-    const Vec3 d = box_.nearest_image(here - places_[j]);
-    const double r2 = dot(d, d);
-    if (r2 >= cutoff2_) continue;
-    const double inverse2 = 1.0 / r2, s2 = sigma2_ * inverse2, s6 = s2 * s2 * s2;
-    sum.force = sum.force + (24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) * inverse2) * d;
-    sum.potential += 0.5 * (4.0 * epsilon_ * s6 * (s6 - 1.0) - shift_);
-  }
-  return sum;
+  };
+  if (potential_.is_lennard_jones())
+    return sum_over_neighbours([this](double r2) { return potential_.lennard_jones(r2); });
+  return sum_over_neighbours([this](double r2) { return potential_.smooth(r2, 1.0); });
 }
 
 /// u = -strength ln r;  force = strength (r_i - r_j)/r^2
@@ -204,7 +181,8 @@ PairField::Feeling PairField::feel_logarithm(std::size_t i) const {
       logs += std::log(product) + M_LN2 * (static_cast<double>(exponents) - 1023.0 * static_cast<double>(end - begin));
     }
   });
-  return {strength_ * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength_ * logs};
+  const double strength = potential_.strength();
+  return {strength * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength * logs};
 }
 
 /// All others, between those that are skipped; of a support those that move.
@@ -220,13 +198,13 @@ void PairField::for_each_range_of_others(std::size_t i, const Visit& visit) cons
 }
 
 PairField::Feeling PairField::feel_all(std::size_t i) const {
-  if (law_ == PairLaw::Log) return feel_logarithm(i);
+  if (potential_.law() == PairLaw::Log) return feel_logarithm(i);
   CompensatedSum fx, fy, fz, potential;
   const double charge = charges_.empty() ? 1.0 : charges_[i];
   for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
     for (std::size_t j = first; j < last; ++j) {
       const Vec3 d{x_[i] - x_[j], y_[i] - y_[j], z_[i] - z_[j]};
-      const Radial pair = measure_pair(dot(d, d), charges_.empty() ? 1.0 : charge * charges_[j]);
+      const PairPotential::Radial pair = potential_.smooth(dot(d, d), charges_.empty() ? 1.0 : charge * charges_[j]);
       fx.add(pair.force_over_r * d.x);
       fy.add(pair.force_over_r * d.y);
       fz.add(pair.force_over_r * d.z);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "base/point_path.hpp"
 #include "evaluate/neighbours.hpp"
+#include "evaluate/pair_potential.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -74,9 +76,6 @@ class PairField {
   Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
   void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth, Encounter* nearest) const;
   PointPath::Place relative(const PointPath& path, const Approach& approach, double s) const;
-  double signed_force_at(double r) const;  // N, positive where points push each other away
-  double force_at(double r) const;
-  double largest_force(double nearest, double farthest) const;
   double measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
   double measure(const PointPath& path, const Approach& approach, double impulse, std::span<const double> masses) const;
   Vec3 force_along(const PointPath& path, const Approach& approach, double s) const;
@@ -90,24 +89,19 @@ class PairField {
   Feeling feel_logarithm(std::size_t i) const;
   template <class Visit>
   void for_each_range_of_others(std::size_t i, const Visit& visit) const;
-  bool is_lennard_jones() const { return law_ == PairLaw::Wca || law_ == PairLaw::Lj; }
-
-  // Of laws that know a distance and a product of charges.
-  struct Radial {
-    double energy;        // J
-    double force_over_r;  // N/m, positive where points push each other away
-  };
-  Radial measure_pair(double r2, double charges) const;
+  // What the constructor consists of.
+  std::vector<Index> number_points(const PairForces& pairs, const Numbering& numbering, Which which);
+  void read_charges(const PairForces& pairs, const Numbering& numbering);
+  using Pairs = std::vector<std::array<Index, 2>>;
+  void exclude_rods(const System& system, const Numbering& numbering, const std::vector<Index>& number_of,
+                    Pairs* excluded) const;
+  void exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const;
+  void prepare_search(double sigma, Pairs excluded);
 
   std::vector<Index> points_;   // inner ones, those that move first; numbered from 0 on in what follows
   std::size_t num_moving_ = 0;  // the others feel these alone; of supports: all of them
-  PairLaw law_;
-  double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
-  double strength_;                                  // N m
-  double length_, depth_, width_, rest_length_;      // m, J, 1/m, m
-  std::vector<double> charges_;                      // [point], of law coulomb
-  double largest_product_ = 1.0;                     // of two charges
-  double cutoff_;                                    // m; infinite without one
+  PairPotential potential_;
+  std::vector<double> charges_;  // [point], of law coulomb
   PeriodicBox box_;
   std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
   IndexLists skipped_;                        // without one: the point itself and excluded ones, by number

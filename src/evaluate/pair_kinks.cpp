@@ -7,36 +7,24 @@
 /// \file Contacts of pairs that begin or end inside a step.
 namespace tanor {
 
-double PairField::signed_force_at(double r) const {
-  if (r >= cutoff_) return 0.0;
-  if (law_ == PairLaw::Log) return strength_ / r;
-  if (!is_lennard_jones()) return measure_pair(r * r, largest_product_).force_over_r * r;
-  const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
-  return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
-}
-
-double PairField::force_at(double r) const {
-  return std::abs(signed_force_at(r));
-}
-
 Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
   const Vec3 d = relative(path, approach, s).r;
   const double r = norm(d);
-  return r < cutoff_ ? (signed_force_at(r) / r) * d : Vec3{};
+  return r < potential_.cutoff() ? (potential_.signed_force_at(r) / r) * d : Vec3{};
 }
 
 /// Where the distance crosses the cutoff between a and b, of which one is inside.
 double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
   const auto excess = [&](double s) {
     const Vec3 d = relative(path, approach, s).r;
-    return dot(d, d) - cutoff_ * cutoff_;
+    return dot(d, d) - potential_.cutoff() * potential_.cutoff();
   };
   double at_a = excess(a), at_b = excess(b);
   constexpr double near = 1e-10;
   for (int iteration = 0; iteration < 40 && std::abs(b - a) > near; ++iteration) {
     const double s = std::clamp(a - at_a * (b - a) / (at_b - at_a), std::min(a, b), std::max(a, b));
     const double found = excess(s);
-    if (std::abs(found) < near * cutoff_ * cutoff_) return s;
+    if (std::abs(found) < near * potential_.cutoff() * potential_.cutoff()) return s;
     if ((found > 0.0) == (at_b > 0.0)) {
       at_a *= 0.5;  // the Illinois rule
     } else {
@@ -58,9 +46,9 @@ double PairField::find_crossing(const PointPath& path, const Approach& approach,
 double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
                                 std::span<const double> masses) const {
   constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
-  if (!path.follows_tolerance || !neighbours_ || !(nearest.r < cutoff_)) return 1.0;
+  if (!path.follows_tolerance || !neighbours_ || !(nearest.r < potential_.cutoff())) return 1.0;
   const double r0 = norm(relative(path, approach, 0.0).r), r1 = norm(relative(path, approach, 1.0).r);
-  const bool begins = r0 >= cutoff_, ends = r1 >= cutoff_;
+  const bool begins = r0 >= potential_.cutoff(), ends = r1 >= potential_.cutoff();
   if (!begins && !ends && std::max(r0, r1) <= std::sqrt(far_apart2) * nearest.r) return 1.0;
   const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
   const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;

@@ -128,7 +128,7 @@ class PairField::Nearness {
       : field_(field),
         path_(path),
         all_(bounds(2.0 * reach.sagitta)),
-        far_(field.cutoff_ + 2.0 * reach.move),
+        far_(field.potential_.cutoff() + 2.0 * reach.move),
         travels_(reach.move + 20.0 * reach.sagitta) {
     // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
     by_chords_ = path.num_pieces() == 1 && field.neighbours_;
@@ -145,8 +145,8 @@ class PairField::Nearness {
     if (tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
     // Both points of a pair may go two fifths of the way to the cutoff.
     constexpr double most_way = 0.05;
-    const double way = std::sqrt(all_.cutoff2 + apart) - field_.cutoff_;
-    field_.quiet_until_[i] = field_.travelled_ + 0.4 * std::min(way, most_way * field_.cutoff_);
+    const double way = std::sqrt(all_.cutoff2 + apart) - field_.potential_.cutoff();
+    field_.quiet_until_[i] = field_.travelled_ + 0.4 * std::min(way, most_way * field_.potential_.cutoff());
     return false;
   }
   bool may_pass(const Approach& approach) const;
@@ -156,7 +156,7 @@ class PairField::Nearness {
 
  private:
   Bounds bounds(double sagitta) const {
-    const double cutoff = field_.cutoff_;
+    const double cutoff = field_.potential_.cutoff();
     return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
   }
 
@@ -173,7 +173,8 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   if (!(reach.move > 0.0)) return 1.0;
   // Fixed steps are looked at only where they are long, and so few.
   constexpr double short_move = 0.05;
-  if (!path.follows_tolerance && reach.move < short_move * std::min(cutoff_, std::sqrt(sigma2_))) return 1.0;
+  if (!path.follows_tolerance && reach.move < short_move * std::min(potential_.cutoff(), potential_.sigma()))
+    return 1.0;
   const Vec3 edges = box_.edges();
   for (const double edge : {edges.x, edges.y, edges.z}) {
     if (edge > 0.0 && reach.move > edge) return 0.5 * edge / reach.move;
@@ -286,17 +287,6 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-/// At distances from the nearest to the farthest.
-double PairField::largest_force(double nearest, double farthest) const {
-  if (nearest >= cutoff_) return 0.0;
-  double force = std::max(force_at(nearest), force_at(std::min(farthest, std::nextafter(cutoff_, 0.0))));
-  const double most_attraction =
-      is_lennard_jones() ? std::pow(26.0 / 7.0, 1.0 / 6.0) * std::sqrt(sigma2_) : rest_length_ + M_LN2 / width_;
-  if ((is_lennard_jones() || law_ == PairLaw::Morse) && nearest < most_attraction && most_attraction < farthest)
-    force = std::max(force, force_at(most_attraction));
-  return force;
-}
-
 /// Each image of j that comes near, where the box is not large beside the step.
 double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                                        std::span<const double> masses) const {
@@ -353,7 +343,7 @@ void PairField::narrow(const PointPath& path, const Approach& approach, double a
   const PointPath::Place from = relative(path, approach, a), to = relative(path, approach, b);
   const Vec3 e = to.r - from.r;
   const double bend = sagitta(from, to, (b - a) * path.h), u = nearest_fraction(from.r, e);
-  if (norm(from.r + u * e) - bend >= std::min(nearest->r, cutoff_)) return;
+  if (norm(from.r + u * e) - bend >= std::min(nearest->r, potential_.cutoff())) return;
   if (depth > 0 && bend > straight * norm(e)) {
     const double middle = 0.5 * (a + b);
     narrow(path, approach, a, middle, depth - 1, nearest);
@@ -411,8 +401,8 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
 /// A meeting that no look has seen.
 double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
                               std::span<const double> masses) const {
-  const double most = largest_force(nearest_of_all.r, std::numeric_limits<double>::infinity());
-  const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
+  const double most = potential_.largest_force(nearest_of_all.r, std::numeric_limits<double>::infinity());
+  const auto force_seen = [&](double s) { return potential_.force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));
   if (most <= seen_enough * seen) return 1.0;
   // Stages in between have seen it too, unless a force of this size throws them off the path that the ends tell.
@@ -420,7 +410,7 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   double inverse_mass = 0.0;
   for (const std::size_t i : {approach.i, approach.j})
     if (i < num_moving_) inverse_mass += 1.0 / masses[static_cast<std::size_t>(points_[i])];
-  const double depth = std::min(cutoff_ - nearest_of_all.r, nearest_of_all.r);
+  const double depth = std::min(potential_.cutoff() - nearest_of_all.r, nearest_of_all.r);
   if (most * inverse_mass * path.h * path.h <= thrown_off * depth) {
     for (const double s : path.looks) seen = std::max(seen, force_seen(s));
     if (most <= seen_enough * seen) return 1.0;
@@ -429,17 +419,17 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
     const double a = path.looks[look], b = path.looks[look + 1];
     const Encounter nearest = find_nearest(path, approach, a, b);
     const double farthest = std::max(norm(relative(path, approach, a).r), norm(relative(path, approach, b).r));
-    const double force = largest_force(nearest.r, farthest);
+    const double force = potential_.largest_force(nearest.r, farthest);
     if (!(force > seen_enough * seen)) continue;
     // It lasts while they pass each other within the range; without a cutoff, where the force is a third of this.
     const auto passing = [&](double range) {
       return 2.0 * std::sqrt(std::max(range * range - nearest.r * nearest.r, 0.0)) / (nearest.speed * path.h);
     };
-    const double lasts = std::min(b - a, passing(std::min(cutoff_, 3.0 * nearest.r)));
+    const double lasts = std::min(b - a, passing(std::min(potential_.cutoff(), 3.0 * nearest.r)));
     const double impulse = force * lasts * path.h;
     if (!(measure(path, approach, impulse, masses) > 1.0)) continue;
     // The next step ends where the force begins, or, where it has begun, on the way to its largest value.
-    const double begins = std::max(nearest.s - 0.5 * passing(std::min(cutoff_, 2.0 * nearest.r)), 0.0);
+    const double begins = std::max(nearest.s - 0.5 * passing(std::min(potential_.cutoff(), 2.0 * nearest.r)), 0.0);
     const double rises = nearest.s - begins;
     return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;
   }

@@ -140,7 +140,7 @@ bool ModeSearch::is_inside(const Node& node, const VectorXd& x) const {
   });
 }
 
-ModeSearch::Verdict ModeSearch::judge(const Node& node, const VectorXd& x) const {
+ModeSearch::Verdict ModeSearch::verify(const Node& node, const VectorXd& x) const {
   const VectorXd a = a0_ + A_ * x;
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];

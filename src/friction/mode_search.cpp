@@ -177,8 +177,8 @@ void ModeSearch::visit(const Node& node) {
   VectorXd x = complete(u);
   if (slide_.empty()) {
     // Any share will do.
-    if (judge(node, p_) == Verdict::Obeys) x = p_;
-    if (judge(node, x) == Verdict::Obeys) {
+    if (verify(node, p_) == Verdict::Obeys) x = p_;
+    if (verify(node, x) == Verdict::Obeys) {
       found.push_back(unit_ * come_near(node, x));
       is_finished_ = true;
       return;
@@ -187,7 +187,7 @@ void ModeSearch::visit(const Node& node) {
     VectorXd root = x;
     const bool is_regular_here = is_regular(node, program);
     if (find_root(node, &root) && is_inside(node, root)) {
-      const Verdict verdict = judge(node, root);
+      const Verdict verdict = verify(node, root);
       if (verdict == Verdict::Obeys) {
         found.push_back(unit_ * (motion_needs_share_ ? root : come_near(node, root)));
         if (motion_needs_share_) {
@@ -245,7 +245,7 @@ VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
     work += static_cast<std::size_t>(n * n);
     if (program.maximize(objective, &near_z) != LinearProgram::Status::Optimal) break;
     const VectorXd near = least + F * near_z;
-    if (!(near_z.norm() < 0.9 * z.norm()) || judge(node, near) != Verdict::Obeys) break;
+    if (!(near_z.norm() < 0.9 * z.norm()) || verify(node, near) != Verdict::Obeys) break;
     x = near;
   }
   return x;

@@ -81,7 +81,7 @@ class ModeSearch {
   bool find_root(const Node& node, Eigen::VectorXd* x) const;
   bool is_regular(const Node& node, const LinearProgram& program);
   bool is_inside(const Node& node, const Eigen::VectorXd& x) const;
-  Verdict judge(const Node& node, const Eigen::VectorXd& x) const;
+  Verdict verify(const Node& node, const Eigen::VectorXd& x) const;
 
   bool branch(const Node& node, const Eigen::VectorXd& x);
 

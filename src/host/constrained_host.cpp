@@ -126,7 +126,8 @@ double ConstrainedHost::scatter_moved(const PointArray& positions) {
 /// The host's positions into `r`, moved onto the constraints. Where rows depend on others the step may not be along K,
 /// and the velocities are moved with it; else they are when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
-  IncomingPoints incoming(transfer);
+  LargestSquare largest;
+  IncomingPoints incoming(transfer, &largest);
   if (images) {
     transfer.gather(step.positions, r.data());
     images->follow(model.parallel, Lattice(place.cell), place.r.data(), r.data());

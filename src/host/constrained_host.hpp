@@ -90,7 +90,8 @@ struct ConstrainedHost {
   bool find_place(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
   Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
   Outcome stand_at(const ConstPointArray& positions, double t) {
-    IncomingPoints incoming(transfer);
+    LargestSquare largest;
+    IncomingPoints incoming(transfer, &largest);
     return stand_at(positions, t, present_cell(), &incoming);
   }
   Outcome check_place(double h);

@@ -14,7 +14,8 @@ namespace tanor {
 
 void ConstrainedHost::find_positions(const PositionStep& step, PartReport* report) {
   const double start = step.time - step.step;
-  IncomingPoints incoming(transfer);
+  LargestSquare largest;
+  IncomingPoints incoming(transfer, &largest);
   report->outcome = stand_at(step.old_positions, start, step.old_cell, &incoming);
   if (!report->outcome.ok()) return;
   if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
@@ -46,7 +47,8 @@ void ConstrainedHost::write_positions(const PositionStep& step, PartReport* repo
 }
 
 double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report) {
-  IncomingPoints incoming(transfer);
+  LargestSquare largest;
+  IncomingPoints incoming(transfer, &largest);
   incoming.measure(step.velocities, v.data());
   report->outcome = stand_at(step.positions, step.time, present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
@@ -86,7 +88,8 @@ void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* rep
 // ---- an instant ----
 
 void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report) {
-  IncomingPoints incoming(transfer);
+  LargestSquare largest;
+  IncomingPoints incoming(transfer, &largest);
   const bool stood = find_place(at.positions, at.time, present_cell(), &incoming);
   const double* velocities = transfer.straight(at.velocities);
   if (velocities == nullptr) incoming.copy(at.velocities, v.data());

@@ -17,7 +17,7 @@ void IncomingPoints::bring(std::size_t first, std::size_t count) const {
       square = larger(square, of_piece);
     }
   }
-  see(square);
+  largest_.see(square);
 }
 
 /// Returns the largest square where it is wanted.
@@ -34,15 +34,15 @@ double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::s
   return array.is_measured ? largest_square(own, count) : 0.0;
 }
 
-void IncomingPoints::see(double square) const {
-  double seen = largest_square_.load(std::memory_order_relaxed);
+void LargestSquare::see(double square) {
+  double seen = value_.load(std::memory_order_relaxed);
   while ((square > seen || std::isnan(square)) && !std::isnan(seen)) {
-    if (largest_square_.compare_exchange_weak(seen, square, std::memory_order_relaxed)) return;
+    if (value_.compare_exchange_weak(seen, square, std::memory_order_relaxed)) return;
   }
 }
 
 double IncomingPoints::largest() const {
-  return std::sqrt(largest_square_.load(std::memory_order_relaxed));
+  return std::sqrt(largest_.value());
 }
 
 }  // namespace tanor

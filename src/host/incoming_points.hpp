@@ -11,11 +11,21 @@
 
 namespace tanor {
 
+/// The largest of the squares that threads find; NaN where any of them is.
+class LargestSquare {
+ public:
+  void see(double square);
+  double value() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<double> value_{0.0};
+};
+
 /// Arrays of a host on their way into arrays in the inner order: whoever works on some points brings them there.
 class IncomingPoints final : public GivenMotion {
  public:
-  /// The transfer outlives the points.
-  explicit IncomingPoints(const PointTransfer& transfer) : transfer_(transfer) {}
+  /// Transfer and `largest`, in which what is measured is kept, outlive the points.
+  IncomingPoints(const PointTransfer& transfer, LargestSquare* largest) : transfer_(transfer), largest_(*largest) {}
 
   /// to [3n] := the host's points.
   void copy(const ConstPointArray& from, double* to) { arrays_[count_++] = {from, to, {}, false}; }
@@ -40,12 +50,11 @@ class IncomingPoints final : public GivenMotion {
   static constexpr std::size_t most_arrays = 3;
 
   double bring_piece(const Array& array, std::size_t first, std::size_t count) const;
-  void see(double square) const;
 
   const PointTransfer& transfer_;
+  LargestSquare& largest_;
   std::array<Array, most_arrays> arrays_;
   std::size_t count_ = 0;
-  mutable std::atomic<double> largest_square_{0.0};
 };
 
 }  // namespace tanor

@@ -98,7 +98,7 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
     }
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
     const double increment = measure(from, *to);
-    const NewtonIteration::Verdict verdict = implicit_.newton.judge(increment);
+    const NewtonIteration::Verdict verdict = implicit_.newton.check(increment);
     if (verdict == NewtonIteration::Verdict::GoOn) continue;
     for (std::size_t k = 0; k < n; ++k) {
       next_own_[k] += residual_[k] / (beta_ * h * h);

@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// Judges the increments of a simplified Newton iteration inside a step, each measured by the tolerance of the step
-/// (Hairer & Wanner II, IV.8): it goes on until what is still to come is a small part of the tolerance.
+/// Decides by its increments whether a simplified Newton iteration inside a step goes on. Each is measured by the
+/// tolerance of the step (Hairer & Wanner II, IV.8): it goes on until what is still to come is a small part of that.
 class NewtonIteration {
  public:
   enum class Verdict { GoOn, Converged, Stalls };
@@ -25,7 +25,7 @@ class NewtonIteration {
     rate_ = 0.0;
   }
 
-  Verdict judge(double increment) {
+  Verdict check(double increment) {
     ++count_;
     if (!std::isfinite(increment)) return Verdict::Stalls;
     if (increment == 0.0) return Verdict::Converged;

@@ -147,7 +147,7 @@ Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converg
     equations_.solve(a_[0].data(), rows_[0].data());
     equations_.solve(pair_.data(), pair_rows_.data());
 
-    switch (implicit_.newton.judge(take_increments(from, h))) {
+    switch (implicit_.newton.check(take_increments(from, h))) {
       case NewtonIteration::Verdict::GoOn:
         break;
       case NewtonIteration::Verdict::Converged:

@@ -26,8 +26,7 @@ bool begins_character(char byte) {
 Terminal Terminal::of(std::FILE* stream) {
   Terminal terminal;
   const int descriptor = fileno(stream);
-  terminal.is_terminal_ = descriptor >= 0 && isatty(descriptor) == 1;
-  if (!terminal.is_terminal_) return terminal;
+  if (descriptor < 0 || isatty(descriptor) != 1) return terminal;
   const char* const kind = std::getenv("TERM");
   terminal.has_colours_ = !is_set("NO_COLOR") && kind && std::string_view(kind) != "dumb";
   winsize window{};

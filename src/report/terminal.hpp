@@ -17,7 +17,6 @@ class Terminal {
   /// No colours and no end of a line.
   Terminal() = default;
 
-  bool is_terminal() const { return is_terminal_; }
   bool has_colours() const { return has_colours_; }
   /// Characters of a line; nothing: as many as are wanted.
   std::optional<std::size_t> width() const { return width_; }
@@ -32,7 +31,7 @@ class Terminal {
  private:
   std::string paint(std::string_view colour, std::string_view text) const;
 
-  bool is_terminal_ = false, has_colours_ = false;
+  bool has_colours_ = false;
   std::optional<std::size_t> width_;
 };
 

@@ -1,8 +1,31 @@
 #pragma once
 
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "base/numbers.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor {
+
+/// |S^-1| from x, S^-1 x, S^-2 x, … (power iterations) for symmetric S: solve() overwrites x by S^-1 x. 0 where x is
+/// empty.
+template <class Solve>
+double estimate_norm_of_inverse(std::vector<double>* x, int iterations, const Solve& solve) {
+  const auto norm = [&] { return std::sqrt(std::inner_product(x->begin(), x->end(), x->begin(), 0.0)); };
+  double inverse = 0.0;
+  for (std::size_t k = 0; k < x->size(); ++k) (*x)[k] = irregular(k);
+  double before = norm();
+  for (int i = 0; i < iterations && !x->empty(); ++i) {
+    solve();
+    const double after = norm();
+    inverse = after / before;
+    for (double& each : *x) each /= after;
+    before = 1.0;
+  }
+  return inverse;
+}
 
 /// 1/cond(D S D), D = diag(S)^-1/2, from the largest eigenvalues of D S D and of its inverse by power iterations: for
 /// factors that hold no matrix. `factor`: of the S of `blocks`.

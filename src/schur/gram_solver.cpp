@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/numbers.hpp"
+#include "schur/condition.hpp"
 #include "schur/partition.hpp"
 
 namespace tanor {
@@ -14,10 +14,6 @@ namespace {
 template <class Value>
 void add_new(Value value, std::vector<Value>* list) {
   if (std::find(list->begin(), list->end(), value) == list->end()) list->push_back(value);
-}
-
-double norm_of(const std::vector<double>& x) {
-  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
 }
 
 /// The incidences that make products, grouped by point, split into the parts of their rows.
@@ -220,17 +216,7 @@ double GramSolver::estimate_reciprocal_condition() {
         if (row != column) column_sum[row] += std::abs(values[k]);
       }
     }
-    // |S^-1| from x, S^-1 x, S^-2 x, …
-    double inverse = 0.0;
-    for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = irregular(k);
-    double before = norm_of(part.x);
-    for (int i = 0; i < iterations; ++i) {
-      part.solve(part.x.data(), 1);
-      const double after = norm_of(part.x);
-      inverse = after / before;
-      for (double& x : part.x) x /= after;
-      before = 1.0;
-    }
+    const double inverse = estimate_norm_of_inverse(&part.x, iterations, [&] { part.solve(part.x.data(), 1); });
     const double largest = *std::max_element(column_sum.begin(), column_sum.end());
     worst = std::min(worst, 1.0 / (largest * inverse));
   }

@@ -224,69 +224,92 @@ void PointSolver::evaluate_moving(const Family<Kernel>& family, const FreeMotion
   }
 }
 
-/// Gradients and phi of one member of each point, whose first row is `row`.
-void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const {
-  const double* const r = chunk->read(motion.r, 3, chunk->copies[0]);
-  const double* const v = chunk->read(motion.v, 3, chunk->copies[1]);
-  const Run& run = chunk->run;
-  const bool is_simple = run.members[member].is_still && run.has_one_guide[member];
-  const Index* const numbers = is_simple ? nullptr : chunk->members(member);
-  const auto [guide, number, point, num_rows, first_block, is_still, one_slot] = run.members[member];
-  Eight3* const gradients = chunk->gradients + row * chunk->count;
-  Eight* const phi = chunk->b + row * chunk->count;
-  /// vector(slot) of each point's guide
-  const auto gather = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to, const auto& vector) {
-    if (run.has_one_guide[member]) return fill(to, chunk->count, vector(one_slot));
-    for (std::size_t k = 0; k < chunk->count * num_lanes; ++k)
+/// The guides that one member of each point of a chunk lies on.
+struct PointSolver::Guides {
+  const Chunk& chunk;
+  bool is_one;           // for all points
+  Index one_slot;        // its number where it is one
+  const Index* numbers;  // [point] else
+
+  /// to [point] := vector(slot) of each point's guide.
+  template <class Vector>
+  void gather(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
+    if (is_one) return fill(to, chunk.count, vector(one_slot));
+    for (std::size_t k = 0; k < chunk.count * num_lanes; ++k)
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
-  };
+  }
   /// The same where one number serves all.
-  const auto places = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to,
-                                               const auto& vector) -> OfGuides {
-    if (!run.has_one_guide[member]) {
+  template <class Vector>
+  OfGuides gather_places(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
+    if (!is_one) {
       gather(slots, to, vector);
       return {to, 1};
     }
     fill(to, 1, vector(one_slot));
     return {to, 0};
-  };
-  const auto straight = [&, num_rows = num_rows] {
-    std::fill_n(phi, static_cast<std::size_t>(num_rows) * chunk->count, Eight{});
-  };
+  }
+};
+
+/// Gradients and phi of one member of each point, whose first row is `row`.
+void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const {
+  const Run& run = chunk->run;
+  const auto [guide, number, point, num_rows, first_block, is_still, one_slot] = run.members[member];
+  const bool is_simple = is_still && run.has_one_guide[member];
+  const Guides guides{*chunk, run.has_one_guide[member], one_slot, is_simple ? nullptr : chunk->members(member)};
   switch (guide) {
-    case Guide::Plane: {
-      const auto& planes = constraints_.family<PlaneKernel>();
-      if (!is_still) return evaluate_moving(planes, motion, row, chunk);
-      gather(planes.kernel.geometry, gradients, [&](Index slot) { return planes.kernel.normal[slot].unit.value; });
-      return straight();
-    }
-    case Guide::Line: {
-      const auto& lines = constraints_.family<LineKernel>();
-      if (!is_still) return evaluate_moving(lines, motion, row, chunk);
-      const auto& normals = lines.kernel.normals;
-      gather(lines.kernel.geometry, gradients, [&](Index slot) { return normals[slot].first.value; });
-      gather(lines.kernel.geometry, gradients + chunk->count, [&](Index slot) { return normals[slot].second.value; });
-      return straight();
-    }
-    case Guide::Sphere: {
-      const auto& spheres = constraints_.family<SphereKernel>();
-      if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
-      const OfGuides centers =
-          places(spheres.kernel.geometry, chunk->place, [&](Index slot) { return spheres.kernel.center[slot].value; });
-      return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
-    }
-    case Guide::Circle: {
-      const auto& circles = constraints_.family<CircleKernel>();
-      if (!is_still) return evaluate_moving(circles, motion, row, chunk);
-      const OfGuides centers =
-          places(circles.kernel.geometry, chunk->place, [&](Index slot) { return circles.kernel.center[slot].value; });
-      const OfGuides normals =
-          places(circles.kernel.geometry, chunk->normal, [&](Index slot) { return circles.kernel.normal[slot].value; });
-      return evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
-    }
+    case Guide::Plane:
+    case Guide::Line:
+      return evaluate_straight(guide, guides, is_still, motion, row, chunk);
+    case Guide::Sphere:
+    case Guide::Circle:
+      return evaluate_round(guide, guides, is_still, motion, row, chunk);
     case Guide::None:
       return;
   }
+}
+
+/// Planes and lines: where they stand, normals are the gradients, and phi = 0.
+void PointSolver::evaluate_straight(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
+                                    std::size_t row, Chunk* chunk) const {
+  Eight3* const gradients = chunk->gradients + row * chunk->count;
+  Eight* const phi = chunk->b + row * chunk->count;
+  if (guide == Guide::Plane) {
+    const auto& planes = constraints_.family<PlaneKernel>();
+    if (!is_still) return evaluate_moving(planes, motion, row, chunk);
+    guides.gather(planes.kernel.geometry, gradients, [&](Index slot) { return planes.kernel.normal[slot].unit.value; });
+    std::fill_n(phi, chunk->count, Eight{});
+    return;
+  }
+  const auto& lines = constraints_.family<LineKernel>();
+  if (!is_still) return evaluate_moving(lines, motion, row, chunk);
+  const auto& normals = lines.kernel.normals;
+  guides.gather(lines.kernel.geometry, gradients, [&](Index slot) { return normals[slot].first.value; });
+  guides.gather(lines.kernel.geometry, gradients + chunk->count,
+                [&](Index slot) { return normals[slot].second.value; });
+  std::fill_n(phi, 2 * chunk->count, Eight{});
+}
+
+/// Spheres and circles: where they stand, their kernels run in lanes.
+void PointSolver::evaluate_round(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
+                                 std::size_t row, Chunk* chunk) const {
+  Eight3* const gradients = chunk->gradients + row * chunk->count;
+  Eight* const phi = chunk->b + row * chunk->count;
+  const double* const r = chunk->read(motion.r, 3, chunk->copies[0]);
+  const double* const v = chunk->read(motion.v, 3, chunk->copies[1]);
+  if (guide == Guide::Sphere) {
+    const auto& spheres = constraints_.family<SphereKernel>();
+    if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
+    const OfGuides centers = guides.gather_places(spheres.kernel.geometry, chunk->place,
+                                                  [&](Index slot) { return spheres.kernel.center[slot].value; });
+    return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
+  }
+  const auto& circles = constraints_.family<CircleKernel>();
+  if (!is_still) return evaluate_moving(circles, motion, row, chunk);
+  const OfGuides centers = guides.gather_places(circles.kernel.geometry, chunk->place,
+                                                [&](Index slot) { return circles.kernel.center[slot].value; });
+  const OfGuides normals = guides.gather_places(circles.kernel.geometry, chunk->normal,
+                                                [&](Index slot) { return circles.kernel.normal[slot].value; });
+  evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
 }
 
 Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse, double* blocks, double*,

@@ -60,7 +60,12 @@ class PointSolver final : public IslandSolver {
   PointFactor* factors_of(Chunk* chunk);
   template <class Kernel>
   void evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row, Chunk* chunk) const;
+  struct Guides;
   void evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const;
+  void evaluate_straight(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion, std::size_t row,
+                         Chunk* chunk) const;
+  void evaluate_round(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion, std::size_t row,
+                      Chunk* chunk) const;
 
   const Constraints& constraints_;
   std::span<const double> inverse_mass_;

@@ -51,65 +51,74 @@ std::vector<ReactionPart> Causes::find(double t, const double* r, const double* 
 }
 
 std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r, const double* v) {
-  MultiplierForm& normal = *forms_.normal;
-  const std::size_t size = 3 * model_.num_points(), num_rows = model_.num_rows();
-  const std::size_t num_user_rows = model_.numbering.num_user_rows;
   std::vector<ReactionPart> result;
-  std::vector<double> lambda(num_rows), dw(size), eta(size);
-  // S lambda = -b
-  const auto add = [&](std::string cause, const std::vector<double>& b) {
-    normal.linearization().solve_refined(b.data(), lambda.data(), dw.data());
-    normal.linearization().minimize_multiplier_norm(r, lambda.data());
-    for (std::size_t a = 0; a < num_rows; ++a) {
-      if (model_.numbering.is_contact_row(a)) lambda[a] = 0.0;
-    }
-    model_.gather.reactions(model_.parallel, normal.linearization().blocks().data(), lambda.data(), eta.data());
-    ReactionPart part{std::move(cause), std::vector<double>(num_user_rows), std::vector<double>(size)};
-    model_.numbering.scatter_rows(lambda, part.multipliers);
-    model_.numbering.scatter_points(eta, part.reactions);
-    result.push_back(std::move(part));
-  };
-
-  std::vector<double> b(num_rows), w0(size, 0.0);
   const auto add_force = [&](const std::string& name, const std::vector<double>& f) {
-    // b = K'M^-1 f
-    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
-    if (num_rows > 0) {
-      work_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), w0.data(), nullptr,
-                                         b.data());
-    }
-    add(name, b);
+    result.push_back(find_part(name, r, apply_transposed_to_forces(f)));
   };
   for_each_force(t, r, v, add_force);
   if (model_.has_friction()) {
-    std::vector<double> tau(size);
-    normal.friction()->write_given(tau.data());
+    std::vector<double> tau(3 * model_.num_points());
+    forms_.normal->friction()->write_given(tau.data());
     add_force("friction", tau);
   }
+  add_inertia_and_drive(r, v, &result);
+  return result;
+}
 
+/// S lambda = -b
+ReactionPart Causes::find_part(std::string cause, const double* r, const std::vector<double>& b) {
+  Linearization& linearization = forms_.normal->linearization();
+  const std::size_t size = 3 * model_.num_points();
+  std::vector<double> lambda(model_.num_rows()), dw(size), eta(size);
+  linearization.solve_refined(b.data(), lambda.data(), dw.data());
+  linearization.minimize_multiplier_norm(r, lambda.data());
+  for (std::size_t a = 0; a < lambda.size(); ++a) {
+    if (model_.numbering.is_contact_row(a)) lambda[a] = 0.0;
+  }
+  model_.gather.reactions(model_.parallel, linearization.blocks().data(), lambda.data(), eta.data());
+  ReactionPart part{std::move(cause), std::vector<double>(model_.numbering.num_user_rows), std::vector<double>(size)};
+  model_.numbering.scatter_rows(lambda, part.multipliers);
+  model_.numbering.scatter_points(eta, part.reactions);
+  return part;
+}
+
+/// b = K'M^-1 f
+std::vector<double> Causes::apply_transposed_to_forces(const std::vector<double>& f) {
+  std::vector<double> w0(f.size(), 0.0);
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
+  return apply_transposed(w0, nullptr);
+}
+
+/// K'w + rest; null: without it.
+std::vector<double> Causes::apply_transposed(const std::vector<double>& w, const double* rest) {
+  std::vector<double> b(model_.num_rows());
+  if (!b.empty()) {
+    work_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), w.data(), rest,
+                                       b.data());
+  }
+  return b;
+}
+
+void Causes::add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result) {
+  const std::size_t size = 3 * model_.num_points();
   const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
-  const auto phi = [&](const double* velocities, const std::vector<double>& accelerations) {
-    std::vector<double> rows(num_rows);
-    work_.constraints.evaluate_right_side(model_.parallel, r, velocities, accelerations.data(), rows.data(), nullptr);
+  const auto phi = [&](const double* velocities) {
+    std::vector<double> rows(model_.num_rows());
+    work_.constraints.evaluate_right_side(model_.parallel, r, velocities, nothing.data(), rows.data(), nullptr);
     return rows;
   };
-  const std::vector<double> whole = phi(v, nothing);
-  Terms terms(whole, phi(minus_v.data(), nothing), phi(nothing.data(), nothing));
+  const std::vector<double> whole = phi(v);
   if (!model_.is_rheonomic()) {
-    add("inertia", whole);
-    return result;
+    result->push_back(find_part("inertia", r, whole));
+    return;
   }
-  add("inertia", terms.quadratic);
+  const Terms terms(whole, phi(minus_v.data()), phi(nothing.data()));
+  result->push_back(find_part("inertia", r, terms.quadratic));
   // K_s'a_s
   std::vector<double> given(nothing);
   std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
-  if (num_rows > 0) {
-    work_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), given.data(),
-                                       terms.rest.data(), b.data());
-  }
-  add("drive", b);
-  return result;
+  result->push_back(find_part("drive", r, apply_transposed(given, terms.rest.data())));
 }
 
 std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r, const double* v, const double* q,

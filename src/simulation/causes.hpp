@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "dynamics/forms.hpp"
@@ -22,6 +23,10 @@ class Causes {
 
  private:
   std::vector<ReactionPart> find_by_constraints(double t, const double* r, const double* v);
+  ReactionPart find_part(std::string cause, const double* r, const std::vector<double>& b);
+  std::vector<double> apply_transposed_to_forces(const std::vector<double>& f);
+  std::vector<double> apply_transposed(const std::vector<double>& w, const double* rest);
+  void add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result);
   std::vector<ReactionPart> find_by_coordinates(double t, const double* r, const double* v, const double* q,
                                                 const double* q_dot);
   /// Calls use(name, forces [3n]) for each entry.

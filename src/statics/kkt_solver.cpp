@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/eight.hpp"
-#include "base/groups.hpp"
 #include "factor/inertia.hpp"
 
 namespace tanor {
@@ -22,18 +21,21 @@ double largest(const Eigen::Ref<const MatrixXd>& a) {
   return a.size() > 0 ? a.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
 }
 
-/// Pairs (column, row) of a triangle of points, sorted, each once.
+/// Pairs (column, row) of a triangle of points.
 TrianglePattern make_triangle(std::size_t size, std::vector<std::pair<int, int>> entries) {
-  std::sort(entries.begin(), entries.end());
-  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
   TrianglePattern result;
-  result.start.assign(size + 1, 0);
-  for (const auto& [column, row] : entries) {
-    ++result.start[static_cast<std::size_t>(column) + 1];
-    result.rows.push_back(row);
-  }
-  for (std::size_t j = 0; j < size; ++j) result.start[j + 1] += result.start[j];
+  compress_pairs(size, std::move(entries), &result.start, &result.rows);
   return result;
+}
+
+/// visit(a, b) for all pairs of blocks in one row of K.
+template <class Visit>
+void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
+  for (std::size_t row = 0; row < by_row.size(); ++row) {
+    for (const Incidence& a : by_row[row]) {
+      for (const Incidence& b : by_row[row]) visit(a, b);
+    }
+  }
 }
 
 }  // namespace
@@ -44,29 +46,48 @@ KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
 }
 
 void KktSolver::make_pattern(Ordering ordering) {
-  const StiffnessMatrix& W = equations_.stiffness();
-  const std::size_t n = W.num_points(), num_rows = equations_.num_rows();
-  const Groups<Incidence> by_row(num_rows, [&](const auto& add) {
-    for (const Incidence& incidence : model_.incidences) {
-      if (static_cast<std::size_t>(incidence.row) < num_rows && static_cast<std::size_t>(incidence.point) < n)
-        add(incidence.row, incidence);
-    }
-  });
-  const auto for_pairs_of_rows = [&](const auto& visit) {
-    for (std::size_t row = 0; row < num_rows; ++row) {
-      for (const Incidence& a : by_row[row]) {
-        for (const Incidence& b : by_row[row]) visit(a, b);
-      }
-    }
-  };
-
   std::vector<std::pair<int, int>> entries;
-  for (int i = 0; i < static_cast<int>(n); ++i) {
-    for (int k = W.start()[static_cast<std::size_t>(i)]; k < W.start()[static_cast<std::size_t>(i) + 1]; ++k)
-      entries.push_back(std::minmax(i, W.columns()[static_cast<std::size_t>(k)]));
-  }
-  for_pairs_of_rows([&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
+  for_each_stiffness_block([&](int i, int j, std::size_t) { entries.push_back(std::minmax(i, j)); });
+  const Groups<Incidence> by_row = group_by_row();
+  for_pairs_of_rows(by_row,
+                    [&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
+  order_points(ordering, std::move(entries));
 
+  stiffness_slots_.assign(equations_.stiffness().columns().size(), -1);
+  for_each_stiffness_block([&](int i, int j, std::size_t k) { stiffness_slots_[k] = slot(i, j); });
+  for_pairs_of_rows(by_row, [&](const Incidence& a, const Incidence& b) {
+    if (const int at = slot(a.point, b.point); at >= 0)
+      products_.push_back({a.row, a.block, b.block, a.sign * b.sign, at});
+  });
+  expand_pattern();
+  factor_.emplace(lower_);
+}
+
+/// visit(i, j, k) for block k of W, on point i in the place of point j.
+template <class Visit>
+void KktSolver::for_each_stiffness_block(const Visit& visit) const {
+  const StiffnessMatrix& W = equations_.stiffness();
+  for (int i = 0; i < static_cast<int>(W.num_points()); ++i) {
+    const auto begin = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i)]);
+    const auto end = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i) + 1]);
+    for (std::size_t k = begin; k < end; ++k) visit(i, W.columns()[k], k);
+  }
+}
+
+/// The blocks of K of moving points, row by row.
+Groups<Incidence> KktSolver::group_by_row() const {
+  const std::size_t n = equations_.stiffness().num_points(), num_rows = equations_.num_rows();
+  return {num_rows, [&](const auto& add) {
+            for (const Incidence& incidence : model_.incidences) {
+              if (static_cast<std::size_t>(incidence.row) < num_rows && static_cast<std::size_t>(incidence.point) < n)
+                add(incidence.row, incidence);
+            }
+          }};
+}
+
+/// Finds the order of elimination and the blocks of A in it. `entries`: pairs of points that have a block.
+void KktSolver::order_points(Ordering ordering, std::vector<std::pair<int, int>> entries) {
+  const std::size_t n = equations_.stiffness().num_points();
   const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering);
   place_.resize(n);
   for (std::size_t k = 0; k < n; ++k)
@@ -80,19 +101,12 @@ void KktSolver::make_pattern(Ordering ordering) {
   start_ = points.start;
   rows_ = points.rows;
   blocks_.resize(rows_.size());
+}
 
-  stiffness_slots_.assign(W.columns().size(), -1);
-  for (int i = 0; i < static_cast<int>(n); ++i) {
-    for (int k = W.start()[static_cast<std::size_t>(i)]; k < W.start()[static_cast<std::size_t>(i) + 1]; ++k)
-      stiffness_slots_[static_cast<std::size_t>(k)] = slot(i, W.columns()[static_cast<std::size_t>(k)]);
-  }
-  for_pairs_of_rows([&](const Incidence& a, const Incidence& b) {
-    if (const int at = slot(a.point, b.point); at >= 0)
-      products_.push_back({a.row, a.block, b.block, a.sign * b.sign, at});
-  });
-
+/// From blocks to numbers: the upper triangle, and the lower one that is factorized.
+void KktSolver::expand_pattern() {
   // Column c of point j: 3 rows of each block above the diagonal, then the rows up to c of the diagonal's.
-  for (std::size_t j = 0; j < n; ++j) {
+  for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
     for (int c = 0; c < 3; ++c) {
       for (int k = start_[j]; k < start_[j + 1]; ++k) {
         const int first = 3 * rows_[static_cast<std::size_t>(k)], count = k + 1 < start_[j + 1] ? 3 : c + 1;
@@ -114,7 +128,6 @@ void KktSolver::make_pattern(Ordering ordering) {
     lower_.rows.push_back(row);
     transposed_.push_back(k);
   }
-  factor_.emplace(lower_);
 }
 
 /// Of the block (i, j) where it is in the upper triangle, else -1.

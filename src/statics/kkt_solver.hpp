@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "base/groups.hpp"
 #include "factor/multifrontal.hpp"
 #include "statics/equilibrium_equations.hpp"
 
@@ -54,6 +55,11 @@ class KktSolver {
     int slot;
   };
   void make_pattern(Ordering ordering);
+  template <class Visit>
+  void for_each_stiffness_block(const Visit& visit) const;
+  Groups<Incidence> group_by_row() const;
+  void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
+  void expand_pattern();
   int slot(int i, int j) const;
   void assemble(double shift);
   void expand(double* values) const;

@@ -1,69 +1,15 @@
-/// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other.
+/// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other. What the
+/// page says about each of them is tried in page_fields_test.cpp.
 
-#include <map>
 #include <regex>
-#include <set>
 #include <sstream>
 
-#include "cli/program.hpp"
+#include "cli/format_page.hpp"
 
 namespace tanor::cli {
 namespace {
 
 using nlohmann::json;
-using Names = std::set<std::string>;
-
-std::vector<std::string> read_page() {
-  std::istringstream page(read_text(std::filesystem::path(TANOR_DOCS) / "scene-format.md"));
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(page, line);) lines.push_back(line);
-  return lines;
-}
-
-/// Words in backticks.
-Names find_quoted(const std::string& text) {
-  Names names;
-  for (std::size_t begin = text.find('`'); begin != std::string::npos;) {
-    const std::size_t end = text.find('`', begin + 1);
-    if (end == std::string::npos) break;
-    names.insert(text.substr(begin + 1, end - begin - 1));
-    begin = text.find('`', end + 1);
-  }
-  return names;
-}
-
-/// A table of keys: the JSON that leads to it, with "?" in the place of a key, and its rows.
-struct Table {
-  std::string probe;
-  std::map<std::string, Names> choices;  ///< of each key; empty where any value may stand
-  std::map<std::string, Names> words;    ///< of each key: what is quoted in the cells behind it
-};
-
-/// Tables that follow a comment "<!-- mark JSON -->".
-std::vector<Table> find_tables(const std::string& mark) {
-  const std::string begin = "<!-- " + mark;
-  std::vector<Table> tables;
-  bool is_inside = false;
-  for (const std::string& line : read_page()) {
-    if (line.starts_with(begin)) {
-      const std::string rest = line.substr(begin.size());
-      tables.push_back({rest.substr(0, rest.find("-->")), {}, {}});
-      is_inside = true;
-    } else if (is_inside && !line.starts_with("|")) {
-      is_inside = false;
-    } else if (is_inside && line.starts_with("| `")) {
-      const std::size_t middle = line.find(" | ");
-      const std::string keys = line.substr(0, middle), what = line.substr(middle + 3);
-      const bool is_choice = what.starts_with("one of ");
-      const Names choices = is_choice ? find_quoted(what.substr(0, what.find_first_of(":|"))) : Names();
-      for (const std::string& key : find_quoted(keys)) {
-        tables.back().choices[key] = choices;
-        tables.back().words[key] = find_quoted(what);
-      }
-    }
-  }
-  return tables;
-}
 
 /// The names behind "wanted one of", or behind "wanted" where there is but one.
 Names find_wanted(const std::string& complaint) {

@@ -16,6 +16,13 @@ def environment():
     return own
 
 
+def blocks_of_page(heading, language=""):
+    """The blocks of code of docs/embedding.md behind a heading, up to the next one of its rank."""
+    page = (pathlib.Path(__file__).resolve().parents[2] / "docs/embedding.md").read_text(encoding="utf-8")
+    section = page.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    return re.findall(rf"^```{language}\n(.*?)^```$", section, flags=re.M | re.S)
+
+
 class HostTest(unittest.TestCase):
     """Every test has a folder of its own, `self.folder`."""
 

@@ -48,7 +48,7 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (double& number : v) number = uniform(random);
-  const std::vector<Forces::CompliantSpring> compliant = forces.list_compliant_springs();
+  const std::vector<Spring> compliant = forces.springs().list_compliant();
   ASSERT_EQ(compliant.size(), 2u);
   const std::vector<double> tau{0.6, -0.9}, unit_mass(4, 1.0);
   const std::vector<Coupling> couplings = forces.list_couplings();
@@ -74,8 +74,8 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
   const auto evaluate = [&] {
     std::vector<double> f(12), units(6), residuals(2);
     forces.evaluate(serial, t, r.data(), v.data(), f.data(), Forces::Which::WithoutCompliant);
-    forces.evaluate_compliant_springs(serial, r.data(), v.data(), tau.data(), units.data(), residuals.data());
-    forces.add_compliant_forces(serial, units.data(), tau.data(), unit_mass.data(), f.data());
+    forces.springs().evaluate_compliant(serial, r.data(), v.data(), tau.data(), units.data(), residuals.data());
+    forces.springs().add_compliant_forces(serial, units.data(), tau.data(), unit_mass.data(), f.data());
     return f;
   };
   const double e = 1e-5;
@@ -112,9 +112,10 @@ TEST(CompliantSpringsTest, AreTheSameForces) {
   v[4] = -0.8;
   forces.evaluate(serial, 0.0, r.data(), v.data(), whole.data());
   forces.evaluate(serial, 0.0, r.data(), v.data(), parts.data(), Forces::Which::WithoutCompliant);
-  forces.evaluate_compliant_springs(serial, r.data(), v.data(), tau.data(), units.data(), tau.data());
+  forces.springs().evaluate_compliant(serial, r.data(), v.data(), tau.data(), units.data(), tau.data());
   for (double& number : tau) number = -number;
-  forces.add_compliant_forces(serial, units.data(), tau.data(), std::vector<double>(4, 1.0).data(), parts.data());
+  forces.springs().add_compliant_forces(serial, units.data(), tau.data(), std::vector<double>(4, 1.0).data(),
+                                        parts.data());
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(parts[i], whole[i], 1e-13);
 }
 

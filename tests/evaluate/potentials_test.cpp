@@ -82,9 +82,9 @@ Answer evaluate(const Force& law, const std::vector<double>& positions, const st
       other(influences.size());
   Answer answer{forces.potential(serial, 0.0, r.data()), std::vector<double>(3 * n), std::vector<double>(3 * n)};
   // A spring is a rod that gives way: tau = -k (L - rest) is an unknown of its own, whose derivative is -k u'.
-  const std::vector<Forces::CompliantSpring> springs = forces.list_compliant_springs();
+  const std::vector<Spring> springs = forces.springs().list_compliant();
   std::vector<double> units(3 * springs.size()), tau(springs.size(), 0.0), residuals(springs.size());
-  forces.evaluate_compliant_springs(serial, r.data(), v.data(), tau.data(), units.data(), residuals.data());
+  forces.springs().evaluate_compliant(serial, r.data(), v.data(), tau.data(), units.data(), residuals.data());
   for (std::size_t k = 0; k < springs.size(); ++k) tau[k] = -residuals[k];
   forces.evaluate_derivatives(serial, 0.0, r.data(), v.data(), tau.data(),
                               {own.data(), own_v.data(), coupling.data(), coupling_v.data(), other.data()});
@@ -274,7 +274,7 @@ TEST(EnergyKernelTest, WhatIsUndefinedIsNamed) {
     numbering.gather_points(positions, r);
     forces.evaluate(Parallel(1), 0.0, r.data(), v.data(), f.data());
     EXPECT_TRUE(std::ranges::any_of(f, [](double x) { return std::isnan(x); }));
-    return forces.find_undefined(Parallel(1), 0.0, r.data());
+    return forces.energies().find_undefined(Parallel(1), 0.0, r.data());
   };
   const std::vector<double> line{0, 0, 0, 1, 0, 0, 2, 0, 0, 2, 1, 0};
 

@@ -4,6 +4,7 @@
 import math
 import pathlib
 import random
+import re
 import sys
 import unittest
 
@@ -124,6 +125,26 @@ class Lammps(host_runs.HostTest):
         script = lj() + rods().replace(f"include {REGISTER}", "") + "thermo 10\nrun 20\n"
         (rows,) = self.run_host(script, program=DRIVER)
         self.assert_lengths(rows, 0.97)
+
+    def test_the_script_of_the_manual(self):
+        (script,) = host_runs.blocks_of_page("Inside LAMMPS")
+        (melt,) = re.findall(r"^read_data +(\S+)", script, flags=re.M)
+        if not pathlib.Path(melt).exists():  # Debian's lammps-examples has it; any bonded melt serves
+            self.write_melt()
+            script = script.replace(melt, "melt.data")
+        for was, now in (("/usr/share/tanor/tanor.lmp", str(REGISTER)), ("run             1000", "run 20"),
+                         ("dump            tensions all local 100", "dump tensions all local 20"), ("thermo          100", "thermo 20"), ("store 100", "store 20")):
+            self.assertIn(was, script)
+            script = script.replace(was, now)
+        (rows,) = self.run_host(script)
+        self.assertEqual([row["step"] for row in rows], [0, 20])
+        for row in rows:
+            self.assertLessEqual(row["f_rods"], TIGHT)
+        tensions = host_runs.read_dump(self.folder / "tensions.txt", 20)
+        self.assertGreater(len(tensions), 400)
+        for rod in tensions:
+            self.assertEqual(len(rod), 4)
+            self.assertNotEqual(rod[0], rod[1])
 
     def test_energy_has_no_trend(self):
         self.write_melt()

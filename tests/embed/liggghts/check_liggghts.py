@@ -2,6 +2,7 @@
 """fix tanor/rods inside Debian's LIGGGHTS: check_liggghts.py DRIVER EXAMPLES [unittest arguments]"""
 
 import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -66,6 +67,17 @@ class Liggghts(host_runs.HostTest):
         said = self.call("\n".join(lines + ["compute thermo_pe all pe", "minimize 0 1e-8 10 100"]))[1]
         self.assertIn("minimize is not supported", said)
         self.assertIn("tanor/rods", said)
+
+    def test_the_lines_of_the_manual_are_those_of_the_example(self):
+        commands, fix = host_runs.blocks_of_page("Inside LIGGGHTS")
+        script = (EXAMPLES / "pour.in").read_text(encoding="utf-8")
+        words = [line.split() for line in script.splitlines()]
+        self.assertIn(fix.split(), words)
+        make, run = (line.split() for line in commands.splitlines())
+        self.assertEqual(make[0], f"examples/liggghts/{EXAMPLES.joinpath('make_chains.py').resolve(strict=True).name}")
+        self.assertEqual(run[-1], f"examples/liggghts/{EXAMPLES.joinpath('pour.in').resolve(strict=True).name}")
+        for variable in re.findall(r"-var (\w+) ", commands):
+            self.assertRegex(script, rf"\bv_{variable}\b|\$\{{{variable}\}}")
 
     def test_errors(self):
         for was, now, message in (

@@ -1,9 +1,13 @@
 #!/usr/bin/python3
-"""check_python.py LIBRARY: the call of libtanor_openmm for Python, on a methane with all ten distances."""
+"""check_python.py LIBRARY: the call of libtanor_openmm for Python, as docs/embedding.md has it, on a methane with all ten
+distances."""
 import copy
-import ctypes
 import itertools
+import pathlib
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+import host_runs  # noqa: E402
 
 try:
     import numpy as np
@@ -12,7 +16,10 @@ except ImportError as missing:
     print(missing)
     sys.exit(77)
 
-tanor = ctypes.CDLL(sys.argv[1])
+(example,) = host_runs.blocks_of_page("OpenMM", "python")
+assert '"libtanor_openmm.so"' in example and '"CPU"' in example
+example = example.replace('"libtanor_openmm.so"', repr(sys.argv[1])).replace('"CPU"', '"Reference"')
+
 corners = np.array([(0, 0, 0), (1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) * 0.109 / 3**0.5
 pairs = np.array(list(itertools.combinations(range(5), 2)))
 
@@ -26,7 +33,9 @@ for mass in (12.011, 1.008, 1.008, 1.008, 1.008):
     system.addParticle(mass)
 for (i, j), length in zip(pairs.tolist(), lengths(corners)):
     system.addConstraint(i, j, length)
-tanor.tanor_openmm_add_exact_constraints(ctypes.c_void_p(int(system.this)))
+given = {"openmm": openmm, "system": system, "integrator": openmm.VerletIntegrator(0.001)}
+exec(compile(example, "docs/embedding.md", "exec"), given)
+assert given["context"].getSystem().getNumForces() == 1
 
 for one in (system, copy.deepcopy(system)):
     assert one.getNumForces() == 1

@@ -1,9 +1,8 @@
+#include "evaluate/formula_forces.hpp"
+
 #include <algorithm>
 #include <array>
 
-#include "evaluate/forces.hpp"
-
-/// \file Forces that a user gives by functions of r, v and t, on single points or on the points of tuples.
 namespace tanor {
 
 namespace {
@@ -20,29 +19,29 @@ void for_chunks(const Parallel& parallel, const Group& group, std::size_t chunk,
 
 }  // namespace
 
-void Forces::add_formula(const FormulaForce& formula, const Numbering& numbering,
-                         std::vector<std::pair<Index, Index>>* slots) {
-  FormulaGroup group{formula.kernel, {}, slots->size()};
-  const auto add_point = [&](Index point) {
-    group.points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
-    slots->push_back({group.points.back(), static_cast<Index>(slots->size())});
-  };
+FormulaGroup::FormulaGroup(const FormulaForce& formula, const Numbering& numbering) : kernel(formula.kernel) {
+  const auto add_point = [&](Index point) { points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]); };
   for (const Index point : formula.points) add_point(point);
   for (const auto& tuple : formula.tuples)
     for (const Index point : tuple) add_point(point);
-  if (group.points.empty()) return;
-  formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-  // A support alone is not moved, whatever acts on it.
-  const std::vector<Index> points = group.points_per_member() == 1 ? list_moving(group.points) : group.points;
-  if (auto passages = make_force_passages(group.kernel, points, mass_))
-    formula_passages_.push_back(std::move(passages));
-  formulas_.push_back(std::move(group));
+}
+
+FormulaForces::FormulaForces(const Numbering& numbering, std::vector<FormulaGroup> groups)
+    : num_moving_(numbering.num_moving), groups_(std::move(groups)) {
+  std::vector<std::pair<Index, Index>> slots;
+  for (const FormulaGroup& group : groups_) {
+    depends_on_velocity_ = depends_on_velocity_ || group.kernel.depends_on_velocity;
+    for (const Index point : group.points) slots.push_back({point, static_cast<Index>(slots.size())});
+  }
+  force_.resize(3 * slots.size());
+  slots_ = {numbering.num_points(), slots};
 }
 
 /// In chunks: gather, call the kernel, which writes into the slots.
-void Forces::evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v) {
+void FormulaForces::evaluate(const Parallel& parallel, double t, const double* r, const double* v) {
   const Parallel serial(1);
-  for (const FormulaGroup& group : formulas_) {
+  std::size_t first_slot = 0;
+  for (const FormulaGroup& group : groups_) {
     const std::size_t p = group.points_per_member();
     for_chunks(group.kernel.thread_safe ? parallel : serial, group, most_in_chunk / p,
                [&](std::size_t first, std::size_t count) {
@@ -51,21 +50,23 @@ void Forces::evaluate_formulas(const Parallel& parallel, double t, const double*
                    store(r_chunk.data(), n, load(r, group.points[first * p + n]));
                    store(v_chunk.data(), n, load(v, group.points[first * p + n]));
                  }
-                 double* const f = formula_force_.data() + 3 * (group.first_slot + first * p);
+                 double* const f = force_.data() + 3 * (first_slot + first * p);
                  group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
                });
+    first_slot += group.points.size();
   }
 }
 
 /// One of a group: its points, its derivatives [3p][6p], and the number of its first influence.
-struct Forces::Member {
+struct FormulaForces::Member {
   const Index* points;
   const double* derivative;
   std::size_t first_influence;
 };
 
 /// Own blocks are added up, those of other points are influences.
-void Forces::add_member_derivatives(const FormulaGroup& group, const Member& member, const Derivatives& to) const {
+void FormulaForces::add_member_derivatives(const FormulaGroup& group, const Member& member,
+                                           const ForceDerivatives& to) const {
   const std::size_t p = group.points_per_member();
   std::size_t influence = member.first_influence;
   for (std::size_t ij = 0; ij < p * p; ++ij) {
@@ -89,13 +90,20 @@ void Forces::add_member_derivatives(const FormulaGroup& group, const Member& mem
   }
 }
 
+void FormulaForces::append_influences(std::vector<Influence>* list) const {
+  for (const FormulaGroup& group : groups_) {
+    const std::size_t p = group.points_per_member();
+    tanor::append_influences(
+        group.size(), p, [&](std::size_t k, std::size_t i) { return group.points[k * p + i]; }, list);
+  }
+}
+
 /// In chunks, as the forces themselves; one group after the other, so that points in several groups add up. Tuples may
 /// share points: one after the other.
-void Forces::evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
-                                          const Derivatives& to) const {
-  std::size_t first_influence = num_energy_influences_;
+void FormulaForces::add_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                                    std::size_t first_influence, const ForceDerivatives& to) const {
   const Parallel serial(1);
-  for (const FormulaGroup& group : formulas_) {
+  for (const FormulaGroup& group : groups_) {
     const std::size_t p = group.points_per_member(), num_influences = p * (p - 1);
     const bool is_parallel = group.kernel.thread_safe && p == 1;
     if (group.kernel.knows_derivatives) {

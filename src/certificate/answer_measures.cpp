@@ -1,0 +1,80 @@
+#include "certificate/answer_measures.hpp"
+
+namespace tanor {
+
+AnswerMeasures::AnswerMeasures(Forms& forms, const Answer& answer)
+    : forms_(forms),
+      work_(forms.work),
+      model_(forms.model),
+      answer_(answer),
+      n_(3 * model_.num_points()),
+      moving_(3 * model_.num_moving()),
+      d_(model_.numbering.num_user_rows),
+      num_rows_(model_.num_rows()),
+      inverse_sine_(measure_angles()) {}
+
+AnswerMeasures::Worst AnswerMeasures::worst_point(const Vector& difference, double scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) worst.see(norm(load(difference.data(), i)) / scale, i);
+  return worst;
+}
+
+AnswerMeasures::Worst AnswerMeasures::worst_point(const Vector& difference, const Vector& scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    worst.see(norm(load(difference.data(), i)) / at_point(scale, i), i);
+  return worst;
+}
+
+AnswerMeasures::Worst AnswerMeasures::worst_point_by_M(const Vector& difference, double scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    worst.see(std::sqrt(model_.mass[i]) * norm(load(difference.data(), i)) / scale, i);
+  return worst;
+}
+
+AnswerMeasures::Vector AnswerMeasures::to_user(const Vector& inner) const {
+  Vector user(n_);
+  model_.numbering.scatter_points(inner, user);
+  return user;
+}
+
+AnswerMeasures::Vector AnswerMeasures::inner_rows(const Vector& user) const {
+  Vector inner(num_rows_, 0.0);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (is_users(a)) inner[a] = user[user_row(a)];
+  }
+  return inner;
+}
+
+double AnswerMeasures::product(const Vector& x, const Vector& y) const {
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
+}
+
+double AnswerMeasures::norm_of(const Vector& x) const {
+  return std::sqrt(product(x, x));
+}
+
+double AnswerMeasures::rounding_of_places() const {
+  return 1e2 * eps * std::max({1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length, inverse_sine_});
+}
+
+/// 1/sin of the angle that is nearest to straight: across its arms its points are known to so much less.
+double AnswerMeasures::measure_angles() const {
+  double smallest = 1.0;
+  const auto place = [&](Index point) {
+    return load(answer_.r.data(), model_.numbering.inner_point[static_cast<std::size_t>(point)]);
+  };
+  for (const Constraint& constraint : model_.system.constraints) {
+    const auto* const angles = std::get_if<Angles>(&constraint);
+    if (angles == nullptr) continue;
+    for (const auto& [i, j, k] : angles->triples) {
+      const Vec3 a = place(i) - place(j), b = place(k) - place(j);
+      smallest = std::min(smallest, norm(cross(a, b)) / (norm(a) * norm(b)));
+    }
+  }
+  return 1.0 / std::max(smallest, eps);
+}
+
+}  // namespace tanor

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/numbers.hpp"
+#include "certificate/certificate.hpp"
+
+namespace tanor {
+
+/// How errors of an answer are measured: beside which scales, in which order, and how much of them is rounding.
+class AnswerMeasures {
+ public:
+  using Vector = std::vector<double>;
+
+  AnswerMeasures(Forms& forms, const Answer& answer);
+
+  /// The largest of some relative errors, and where it was.
+  struct Worst {
+    double error = 0.0;
+    std::size_t index = 0;
+
+    void see(double value, std::size_t i) {
+      if (!(value <= error)) {
+        error = value;
+        index = i;
+      }
+    }
+  };
+
+  /// Of the moving points, beside one scale.
+  Worst worst_point(const Vector& difference, double scale) const;
+  /// Each point beside the scale of its own neighbourhood: another one, however fast, hides nothing.
+  Worst worst_point(const Vector& difference, const Vector& scale) const;
+  /// Of M^1/2 times the difference, beside one scale.
+  Worst worst_point_by_M(const Vector& difference, double scale) const;
+  double speed_at(std::size_t point) const { return work_.scales.speed(work_.scales.of_point(point)); }
+  double at_point(const Vector& scale, std::size_t point) const { return scale[work_.scales.of_point(point)]; }
+  Vector to_user(const Vector& inner) const;
+  /// [rows] from the user's [d]; contacts: 0.
+  Vector inner_rows(const Vector& user) const;
+
+  /// sum of m x y over the moving points
+  double product(const Vector& x, const Vector& y) const;
+  double norm_of(const Vector& x) const;
+  /// Directions are differences of places: what their rounding does, eps |r|/L, and across nearly straight angles.
+  double rounding_of_places() const;
+
+ protected:
+  bool is_users(std::size_t inner_row) const { return user_row(inner_row) < d_; }
+  std::size_t user_row(std::size_t inner_row) const {
+    return static_cast<std::size_t>(model_.numbering.user_row[inner_row]);
+  }
+
+  Forms& forms_;
+  Workspace& work_;
+  const Model& model_;
+  const Answer& answer_;
+  const std::size_t n_, moving_, d_, num_rows_;  // d_: the user's rows; num_rows_: with those of contacts
+
+ private:
+  double measure_angles() const;
+
+  double inverse_sine_ = 1.0;  // of angles
+};
+
+// ---- repeated corrections ----
+
+/// pass() corrects and returns the size of what it did: on until nothing is gained.
+template <class Pass>
+void repeat(int most, const Pass& pass) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < most; ++k) {
+    const double size = pass();
+    if (!(size < 0.5 * before)) break;
+    before = size;
+  }
+}
+
+/// What one solve with a matrix of this reciprocal condition may lose.
+inline double conditioned(double reciprocal_condition) {
+  return std::max(1e-11, 1e3 * eps / reciprocal_condition);
+}
+/// The same after one refinement.
+inline double refined(double reciprocal_condition) {
+  return std::max(1e-9, 10.0 * eps / reciprocal_condition);
+}
+/// How often a solve is repeated on what is left over: once where it proves nine digits by itself, else until nothing
+/// is gained (masses that differ by 1e9 leave S without digits of its own, not what refinement makes of it).
+inline int most_passes(double reciprocal_condition) {
+  return conditioned(reciprocal_condition) <= 1e-9 ? 1 : 10;
+}
+
+}  // namespace tanor

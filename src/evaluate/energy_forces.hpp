@@ -1,0 +1,69 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "evaluate/by_point.hpp"
+#include "evaluate/force_derivatives.hpp"
+#include "evaluate/potential_family.hpp"
+
+namespace tanor {
+
+/// Forces of tuples of points that have an energy: bonds, angles, torsions, a user's own.
+///
+/// Each tuple writes the forces on its points; then each point gathers them in a fixed order. The stiffness of smooth
+/// pair forces, whose forces are found elsewhere (`PairField`), is known here too.
+class EnergyForces {
+ public:
+  EnergyForces() = default;
+  /// `of_pairs`: pair forces as tuples, of which the stiffness alone is wanted.
+  EnergyForces(const Numbering& numbering, std::vector<EnergyGroup> groups, std::vector<EnergyGroup> of_pairs);
+
+  bool empty() const { return families_.empty(); }
+  bool depends_on_time() const { return depends_on_time_; }
+
+  /// Forces and the explicit dU/dt.
+  void evaluate(const Parallel& parallel, double t, const double* r);
+  /// visit(force of one tuple) for all that act on a point at the last `evaluate`, N.
+  template <class Visit>
+  void for_each_force_on(std::size_t point, const Visit& visit) const {
+    for (const Index slot : slots_[point]) visit(load(force_.data(), slot));
+  }
+  /// What all tuples do to each point at the last `evaluate`, N [3n].
+  void write_forces(double* f) const;
+
+  /// Sum of all U at t and r, J.
+  double energy(const Parallel& parallel, double t, const double* r);
+  /// The explicit dU/dt of all tuples, W, at the t and r of the last `evaluate`.
+  double explicit_rate(const Parallel& parallel) const;
+  /// That moving supports put in, W, at the (t, r) of the last `evaluate`.
+  double power_of_supports(const Parallel& parallel, const double* v) const;
+  /// Names a tuple whose energy ends at t and r, and why; empty: there is none.
+  std::string find_undefined(const Parallel& parallel, double t, const double* r) const;
+
+  std::size_t num_influences() const { return num_influences_; }
+  void append_influences(std::vector<Influence>* list) const;
+  /// -d2U/dr_i dr_j': added to the blocks of points where i = j; the others are the first influences.
+  void add_derivatives(const Parallel& parallel, double t, const double* r, const ForceDerivatives& to);
+
+ private:
+  template <class Visit>
+  void for_each_stiff_family(const Visit& visit) const;
+  void list_slots();
+  void list_own_blocks();
+  bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
+
+  std::size_t num_points_ = 0, num_moving_ = 0;
+  std::vector<PotentialFamily> families_, pair_families_;
+  ByPoint<Index> slots_;                  // in force_
+  std::vector<Index> points_;             // [slot] its point
+  std::vector<double> force_;             // family by family, tuple by tuple, 3 numbers a point
+  std::vector<double> energies_, rates_;  // [tuple] U, and its explicit dU/dt at the last `evaluate`
+  std::vector<Block3> stiffness_;         // [tuple][p][p]; made by the first call that wants it
+  ByPoint<Index> own_blocks_;             // in stiffness_
+  std::size_t num_blocks_ = 0, num_influences_ = 0;
+  bool depends_on_time_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "base/block3.hpp"
+
+namespace tanor {
+
+/// Where df/dr and df/dv are written: of points [moving point], of couplings in the order of
+/// `Forces::list_couplings`, of influences in that of `Forces::list_influences`.
+struct ForceDerivatives {
+  Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
+  Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
+  Block3* influence_positions;                       ///< of the force on a point in the place of another one
+  Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
+};
+
+/// point(k, i) on point(k, j) for all i != j of each tuple k of p points.
+template <class Point>
+void append_influences(std::size_t size, std::size_t p, const Point& point, std::vector<Influence>* list) {
+  for (std::size_t k = 0; k < size; ++k) {
+    for (std::size_t ij = 0; ij < p * p; ++ij) {
+      if (ij / p != ij % p) list->push_back({point(k, ij / p), point(k, ij % p)});
+    }
+  }
+}
+
+}  // namespace tanor

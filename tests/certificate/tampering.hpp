@@ -1,0 +1,99 @@
+#pragma once
+
+#include <vector>
+
+#include "certificate/certified.hpp"
+
+namespace tanor {
+
+/// A hand in the works.
+struct Tampering {
+  static std::size_t num_slots(GramSolver& solver) {
+    std::size_t count = 0;
+    for (auto& part : solver.parts_) count += part.plan.rows().size();
+    return count;
+  }
+  /// One number of the scaled matrix, then factorized as if nothing had happened.
+  static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
+    for (auto& part : solver.parts_) {
+      if (slot < part.plan.rows().size()) {
+        part.values()[slot] += by;
+        break;
+      }
+      slot -= part.plan.rows().size();
+    }
+    (void)solver.factorize(Parallel(1));
+  }
+  static GramSolver& S(const Forms& forms) {
+    return forms.normal->linearization_.factor_.gram();
+  }  // of the general way
+  static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
+  static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
+  /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the
+  /// system.
+  static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
+    Linearization& linearization = forms.normal->linearization_;
+    if (linearization.state_ != FactorState::Composite) return false;
+    std::vector<double> blocks = K(forms);
+    blocks[number] += by;
+    (void)linearization.composite_.factorize(Parallel(1), blocks.data());
+    return true;
+  }
+  /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
+  static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
+    MultiplierForm& normal = *solved.forms.normal;
+    const Tangents& tangents = solved.forms.work.constraints.tangents();
+    std::vector<double>& lambda = normal.dynamics_.multipliers();
+    const std::vector<double> found = lambda;
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      for (int g = 0; g < tangents[c].num_guides; ++g)
+        lambda[static_cast<std::size_t>(tangents[c].guide_row[static_cast<std::size_t>(g)])] *= factor;
+    }
+    std::vector<double> accelerations = w;
+    ModeSwitch at{0.0, solved.r.data(), solved.v.data(), accelerations.data(), {}};
+    at.at_rest.assign(tangents.size(), 1);
+    Outcome outcome = normal.contacts_->check_rest(at);
+    lambda = found;
+    return outcome;
+  }
+  /// The kernel that runs on the definition of helices; of the first of them, along the motion and around the place.
+  static auto& along_helix(Forms& forms) { return *helices(forms).groups_[0].along; }
+  static auto& around_helix(Forms& forms) { return *helices(forms).groups_[0].around; }
+  static JetKernel<Helices>& helices(Forms& forms) {
+    return const_cast<JetKernel<Helices>&>(forms.work.constraints.family<JetKernel<Helices>>().kernel);
+  }
+  static void refactorize(Forms& forms) {
+    S(forms).assemble(Parallel(1), K(forms).data());
+    (void)S(forms).factorize(Parallel(1));
+  }
+};
+
+/// Three unequal rods on a driven support; the last bead on a sphere that breathes.
+inline System make_driven_chain() {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.1, 1.5, 0.6, 0.0, 1.2, 0.9, -0.7};
+  system.masses = {1.0, 0.3, 2.0, 0.7};
+  system.velocities.assign(12, 0.0);
+  system.supports = {{"", {0}, VectorFunction(ScalarFunction::formula("0.1*t^2"), 0.0, 0.0)}};
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}, {2, 3}}, {}, {}},
+                        Spheres{"ball", {3}, Vector3{1.0, 0.0, -2.0}, ScalarFunction::formula("sqrt(2.54)+0.3*t^2")}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, Springs{"spring", {{1, 3}}, 5.0, 0.2, 0.5}};
+  return system;
+}
+
+/// The same rods alone, and what moves them: directions in space.
+inline System make_chain_with_coordinates() {
+  System system = make_driven_chain();
+  system.constraints.pop_back();
+  system.velocities = {0.0, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.4, 0.0, 0.0, 0.4, 0.0};
+  system.coordinates = {ChainAngles{"chain", {1, 2, 3}, 0, {}, {}}};
+  return system;
+}
+
+inline System only_coordinates() {
+  System system = make_chain_with_coordinates();
+  system.constraints.clear();
+  return system;
+}
+
+}  // namespace tanor

@@ -1,0 +1,183 @@
+/// Nothing that acts goes unlooked-at between the ends of a step: random draws.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include <tanor/tanor.hpp>
+
+#include "motion/unseen_scenes.hpp"
+
+namespace tanor {
+namespace {
+
+using namespace unseen_scenes;
+
+/// Numbers that do not depend on the library's distributions.
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : engine_(seed) {}
+  double uniform(double a, double b) { return a + (b - a) * static_cast<double>(engine_()) / 4294967296.0; }
+  double log_uniform(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
+  template <class T, std::size_t n>
+  T choose(const std::array<T, n>& from) {
+    return from[engine_() % n];
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/// What a draw came to: how far off, over the tolerance.
+struct Result {
+  std::string scene;
+  double miss = 0.0;       // over atol + rtol of the largest of the motion
+  double allowed = 100.0;  // of waves more: ordinary errors of thousands of steps add up
+  bool is_told = false;    // exit 3, or a warning
+};
+
+constexpr double rtol = 1e-8, atol = 1e-10;
+
+Result compare(Simulation* simulation, double end, double x, double v, double x_size, double v_size,
+               const std::string& scene, double periods) {
+  const Outcome outcome = simulation->advance_to(end);
+  Result result{scene, 0.0, std::max(100.0, 10.0 * periods),
+                !outcome.ok() || !simulation->report().accuracy_warning.empty()};
+  result.scene += ": " + outcome.what + simulation->report().accuracy_warning;
+  const double of_x = std::abs(simulation->positions().end()[-3] - x) / (atol + rtol * x_size);
+  const double of_v = std::abs(simulation->velocities().end()[-3] - v) / (atol + rtol * v_size);
+  result.miss = std::max(of_x, of_v);
+  return result;
+}
+
+/// One random scene; some shapes, heights and widths, of which nobody warns the method.
+Result draw_one(unsigned seed) {
+  Draw draw(seed);
+  const double end = draw.log_uniform(1.0, 100.0), width = end * draw.log_uniform(1e-3, 1.0);
+  const double center = draw.uniform(0.05, 0.95) * end;
+  const Shape shape = draw.choose(std::array{Shape::Pulse, Shape::Triangle, Shape::Window, Shape::Wave});
+  const auto kind = draw.choose(std::array{0, 1, 2, 3, 4, 5, 6, 7});
+  const bool is_rough = kind == 3 || kind == 4;
+  const Method method =
+      is_rough ? draw.choose(std::array{Method::Auto, Method::Dop853, Method::Dopri5})
+               : draw.choose(std::array{Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5});
+  MotionOptions options{.method = method, .rtol = rtol, .atol = atol};
+  std::ostringstream scene;
+  scene.precision(17);
+  const double periods = shape == Shape::Wave ? end / width : 0.0;
+  const auto describe = [&](const char* what, const Unseen& g) {
+    scene << "draw " << seed << ": " << what << " " << g.text() << " to t = " << end << " by " << name_of(method);
+    return scene.str();
+  };
+
+  if (kind <= 2) {  // a force on a free point: formula of time, formula of state and time, table or callable
+    const Unseen g(shape, draw.log_uniform(0.1, 100.0), center, width);
+    System system = make_free_point();
+    if (kind == 0) {
+      system.forces = {ConstantForce{.points = {0}, .force = along_x(formula_of(g))}};
+    } else if (kind == 1 && seed % 2 == 0) {
+      system.forces = {FormulaForce{.points = {0}, .kernel = formula_force({g.text(), "0", "0"})}};
+    } else if (kind == 1) {
+      system.forces = {Potential{.points = {{0}}, .kernel = formula_potential("-x1*" + g.text(), 1)}};
+    } else {
+      const ScalarFunction f = formula_of(g);
+      auto callable = [f](const Jet<2>& t) { return f(t.value()); };
+      system.forces = {ConstantForce{.points = {0}, .force = along_x(ScalarFunction::custom(callable))}};
+      if (method == Method::Taylor) options.method = Method::Auto;
+    }
+    Simulation simulation(system, options);
+    const double v = g.integral(end), x = g.second_integral(end);
+    double speed = 0.0;
+    for (int k = 1; k <= 100; ++k) speed = std::max(speed, std::abs(g.integral(end * k / 100)));
+    return compare(&simulation, end, x, v, std::max(std::abs(x), speed * end), speed, describe("a force", g), periods);
+  }
+  if (kind == 3) {  // a force on a block that sticks
+    const Unseen g(shape, draw.uniform(0.5, 3.0) * 2.0, center, width);
+    System system = make_block(0.2, {});
+    system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(formula_of(g))});
+    Simulation simulation(system, options);
+    RoughBlock truth(&g, nullptr, 2.0);
+    truth.advance(end, width / 4000.0);
+    const double size = std::max(1e-3 * width * width, std::abs(truth.x));
+    return compare(&simulation, end, truth.x, truth.v, size, width, describe("a block, pulled by", g), periods);
+  }
+  if (kind == 4) {  // a belt under a block that slides
+    const Unseen u(shape == Shape::Window ? Shape::Pulse : shape, draw.uniform(0.5, 3.0), center, width);
+    System system = make_block(0.1, along_x(formula_of(u)));
+    const double speed = draw.uniform(0.0, 2.0) * end;
+    system.velocities = {speed, 0.0, 0.0};
+    scene << "v = " << speed << ", ";
+    Simulation simulation(system, options);
+    RoughBlock truth(nullptr, &u, 1.0);
+    truth.v = speed;
+    truth.advance(end, width / 4000.0);
+    return compare(&simulation, end, truth.x, truth.v, std::max(std::abs(truth.x), end), std::max(speed, 3.0),
+                   describe("a block on a belt", u), periods);
+  }
+  const double rate = draw.uniform(2.0, 20.0) / end;
+  const bool has_corners = shape == Shape::Triangle || shape == Shape::Window;
+  if (kind == 5) {  // a support that draws a point by a spring: x'' = -rate^2 (x - d)
+    const Unseen d(has_corners ? Shape::Pulse : shape, 1.0, center, width);
+    System system;
+    system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    system.masses = {1.0, 1.0};
+    system.supports = {{.points = {0}, .displacement = along_x(formula_of(d))}};
+    system.forces = {Springs{.pairs = {{0, 1}}, .stiffness = rate * rate, .rest_length = 0.0}};
+    Simulation simulation(system, options);
+    const double x = integrate([&](double t) { return rate * std::sin(rate * (end - t)) * d.value(t); }, end, d);
+    const double v = integrate([&](double t) { return rate * rate * std::cos(rate * (end - t)) * d.value(t); }, end, d);
+    return compare(&simulation, end, x, v, 1.0, std::max(1.0, rate), describe("a support, moved by", d), periods);
+  }
+  // A point goes round on a rod, or a sphere, whose length is 1 + g: length^2 angle' is constant.
+  const double height = shape == Shape::Wave ? 0.3 * width / end : 0.3;  // else it runs, in and out, too fast to turn
+  const Unseen g(has_corners ? Shape::Pulse : shape, height, center, width);
+  const double at_start = 1.0 + g.value(0.0);
+  System system;
+  system.positions = {0.0, 0.0, 0.0, at_start, 0.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0, g.slope(0.0), rate, 0.0};
+  system.masses = {1.0, 1.0};
+  system.supports = {{.points = {0}, .displacement = {}}};
+  const ScalarFunction length = ScalarFunction::formula("1 + " + g.text());
+  if (kind == 6)
+    system.constraints = {Rods{.pairs = {{0, 1}}, .length = length}};
+  else
+    system.constraints = {UserConstraints{
+        .tuples = {{1}}, .kernel = formula_constraint("x1^2 + y1^2 + z1^2 - (1 + " + g.text() + ")^2", 1)}};
+  Simulation simulation(system, options);
+  const double angle =
+      integrate([&](double t) { return at_start * rate / ((1.0 + g.value(t)) * (1.0 + g.value(t))); }, end, g);
+  const double at_end = 1.0 + g.value(end), turn = at_start * rate / (at_end * at_end);
+  const double x = at_end * std::cos(angle);
+  const double v = g.slope(end) * std::cos(angle) - at_end * turn * std::sin(angle);
+  const double size = std::max(1.0, angle);
+  return compare(&simulation, end, x, v, size, size * std::max(rate, height / width),
+                 describe("a rod as long as 1 +", g), periods);
+}
+
+/// Fewer with TANOR_DRAWS=100, where they are slow.
+TEST(Unseen, RandomPulsesAreSeenByEveryMethod) {
+  const char* const asked = std::getenv("TANOR_DRAWS");
+  const int count = asked != nullptr ? std::atoi(asked) : 1000;
+  double worst = 0.0;
+  int told = 0, missed = 0;
+  for (int k = 0; k < count; ++k) {
+    const Result result = draw_one(static_cast<unsigned>(k));
+    if (result.is_told) ++told;
+    if (result.is_told) std::printf("told: %s\n", result.scene.c_str());
+    if (!result.is_told) worst = std::max(worst, result.miss * 100.0 / result.allowed);
+    if (result.is_told || result.miss <= result.allowed) continue;
+    ++missed;
+    ADD_FAILURE() << result.scene << ": off by " << result.miss << " tolerances";
+  }
+  EXPECT_EQ(missed, 0);
+  EXPECT_LE(told, count / 100);
+  std::printf("%d draws, %d told, worst miss %.3g tolerances\n", count, told, worst);
+}
+
+}  // namespace
+}  // namespace tanor
