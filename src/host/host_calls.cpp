@@ -185,7 +185,10 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
                                             " depends on other rows: S has no logarithm of its determinant"};
     return result;
   }
-  if (with_gradient) determinant->write_gradient(blocks, sums.lengths().data(), eta.data());
+  if (!with_gradient) return result;
+  determinant->write_gradient(blocks, sums.lengths().data(), eta.data());
+  const auto is_finite = [](double x) { return std::isfinite(x); };
+  if (!std::ranges::all_of(eta, is_finite)) result.outcome = model.not_finite(time);  // rods of lengths next to zero
   return result;
 }
 

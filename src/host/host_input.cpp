@@ -151,6 +151,7 @@ void check_mass(double mass, std::optional<double> before, std::size_t point) {
   constexpr double infinite = HostPoints::infinite_mass;
   const std::string where = "/masses/" + std::to_string(point);
   if (mass != infinite) check_number(mass, ValueRange::positive, where, "mass");
+  if (!is_in_range(1.0 / mass)) throw InputError(where, "mass " + text(mass) + " is below 1e-100");
   if (before && (mass == infinite) != (*before == infinite))
     throw InputError(where, mass == infinite ? "a point that moves does not become a support"
                                              : "a support has an infinite mass, and keeps it");

@@ -16,9 +16,11 @@ Lattice::Lattice(const PeriodicCell& cell) : repeats_(cell.repeats) {
   for (std::size_t k = 0; k < 3; ++k) edge_[k] = make_vec3(cell.edges[k]);
   const double volume = dot(edge_[0], cross(edge_[1], edge_[2]));
   const double largest = norm(edge_[0]) * norm(edge_[1]) * norm(edge_[2]);
-  if (!(std::abs(volume) > 1e-10 * largest) || !std::isfinite(volume))
-    throw InputError("/cell", "the three edges of a cell are finite and span space, also those that do not repeat");
   for (std::size_t k = 0; k < 3; ++k) reciprocal_[k] = (1.0 / volume) * cross(edge_[(k + 1) % 3], edge_[(k + 2) % 3]);
+  // Edges of 1e-320 span space, but have no reciprocal ones.
+  const double sizes = volume + norm(reciprocal_[0]) + norm(reciprocal_[1]) + norm(reciprocal_[2]);
+  if (!(std::abs(volume) > 1e-10 * largest) || !std::isfinite(sizes))
+    throw InputError("/cell", "the three edges of a cell are finite and span space, also those that do not repeat");
 }
 
 Vec3 Lattice::round(Vec3 fraction) const {

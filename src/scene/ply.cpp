@@ -185,8 +185,8 @@ class PlyReader {
   }
 
   /// Counts are believed only where the file has room for what they count.
-  void check_room(const Numbers& numbers, std::size_t count, std::size_t size, const std::string& what) const {
-    if (size == 0 || count > numbers.room(size))
+  void check_room(const Numbers& numbers, double count, std::size_t size, const std::string& what) const {
+    if (size == 0 || count > static_cast<double>(numbers.room(size)))
       complain(numbers, fmt::format("found {}, wanted no more than the rest of the file holds", what));
   }
 
@@ -201,7 +201,8 @@ class PlyReader {
     for (const Property& each : element.properties)
       size += sizes[static_cast<std::size_t>(each.count.value_or(each.type))];
     if (element.count > 0)
-      check_room(*numbers, element.count, size, fmt::format("{} elements {}", element.count, element.name));
+      check_room(*numbers, static_cast<double>(element.count), size,
+                 fmt::format("{} elements {}", element.count, element.name));
     if (is_vertex) check_vertex(element, *numbers);
     for (std::size_t k = 0; k < element.count; ++k) {
       if (is_vertex) data_.positions.emplace_back();
@@ -233,7 +234,7 @@ class PlyReader {
     if (!(count >= 0.0) || count != std::floor(count))
       complain(*numbers,
                fmt::format("found a list of {} entries in {} {}, wanted a count", count, element.name, index));
-    check_room(*numbers, static_cast<std::size_t>(count), sizes[static_cast<std::size_t>(property.type)],
+    check_room(*numbers, count, sizes[static_cast<std::size_t>(property.type)],
                fmt::format("a list of {} entries in {} {}", count, element.name, index));
     std::vector<double> entries;
     for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)

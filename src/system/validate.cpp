@@ -89,6 +89,8 @@ class Validation {
       const double mass = system_.masses[i];
       const bool is_right = is_in_range(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
       if (!is_right) check_number(mass, ValueRange::positive, element("/points/masses", i), "mass");
+      if (mass > 0.0 && !is_in_range(1.0 / mass) && !is_support(static_cast<Index>(i)))
+        throw InputError(element("/points/masses", i), "mass " + text(mass) + " is below 1e-100");
     }
   }
 

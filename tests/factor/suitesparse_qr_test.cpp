@@ -5,10 +5,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
-#include <string>
-
 #include "factor/multifrontal_qr.hpp"
 #include "factor/rank_solver.hpp"
 #include "molecule.hpp"
@@ -73,19 +69,10 @@ RC_GTEST_PROP(SuiteSparseQr, FindsTheRankAndTheRedundantRodsThatFrontsFind, ()) 
   RC_ASSERT(largest_coefficient(theirs) <= 2.0 + 1e-6);
 }
 
-/// The path of BPTI's file, which is fetched where it is not there; empty: it is not to be had.
-std::string fetch_protein() {
-  std::string path;
-  FILE* const answer = popen(TANOR_FETCH_EXAMPLES " protein 2>/dev/null", "r");
-  for (int c = std::fgetc(answer); c != EOF && c != '\n'; c = std::fgetc(answer)) path += static_cast<char>(c);
-  return pclose(answer) == 0 ? path : "";
-}
-
+#ifdef TANOR_PROTEIN  // its file could be fetched
 // 892 atoms, 906 bonds and 1626 angles; a dense singular value decomposition finds the rank with a gap of 3e8.
 TEST(SuiteSparseQr, NamesTheSame173RedundantRowsOfBptiAsFronts) {
-  const std::string path = fetch_protein();
-  if (path.empty() && std::getenv("CI") == nullptr) GTEST_SKIP() << "the protein is not to be had";
-  const SparseColumns C = gradients_of(scene::read_lammps_data(path, scene::read_text(path)));
+  const SparseColumns C = gradients_of(scene::read_lammps_data(TANOR_PROTEIN, scene::read_text(TANOR_PROTEIN)));
 
   const RankSolver ours(C, 0.0, factorize_by_fronts), theirs(C, 0.0, factorize_with_suitesparse);
 
@@ -95,6 +82,7 @@ TEST(SuiteSparseQr, NamesTheSame173RedundantRowsOfBptiAsFronts) {
   EXPECT_EQ(names_of(ours), names_of(theirs));
   EXPECT_EQ(ours.unique(), theirs.unique());
 }
+#endif
 
 TEST(SuiteSparseQr, FillsNoLessThanFronts) {
   for (const Rods& rods : {make_net(60, 60), make_lattice(10), make_protein(200, 3)}) {

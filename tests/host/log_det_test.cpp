@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "errors.hpp"
 #include "host/velocity_verlet.hpp"
 
@@ -54,6 +56,18 @@ TEST(LogDet, OfRowsThatDependIsSingularAndNamesOne) {
 
   EXPECT_EQ(outcome.status, Status::Singular);
   EXPECT_EQ(outcome.what.substr(0, 5), "rods[");
+}
+
+// The gradient has 2/length.
+TEST(LogDet, OfARodNextToNoLengthHasNoGradient) {
+  const std::vector<double> r{0, 0, 0, 1, 0, 0};
+  const double least = std::numeric_limits<double>::denorm_min();
+  std::vector<double> gradient(6, 7.0);
+  Constrainer constrainer(std::vector{1.0, 2.0}, {Rods{"rods", {{0, 1}}, std::vector{least}, {}}}, r);
+
+  EXPECT_EQ(constrainer.log_det(r, gradient).outcome.status, Status::NotFinite);
+
+  EXPECT_EQ(gradient, std::vector<double>(6, 7.0));
 }
 
 TEST(LogDet, KnowsTheGradientOfRodsAlone) {

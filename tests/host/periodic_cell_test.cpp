@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 
 #include "errors.hpp"
 #include "host/velocity_verlet.hpp"
@@ -237,6 +238,10 @@ TEST(PeriodicCellErrors, NameWhatDoesNotGo) {
       "the rods join");
   EXPECT_NE(error_with(ring.rods, {.cell = {Edges{Vector3{1, 0, 0}, {2, 0, 0}, {0, 0, 1}}}}).find("span space"),
             std::string::npos);
+  const double least = std::numeric_limits<double>::denorm_min();  // 1/least is no number
+  for (const Edges& edges :
+       {Edges{Vector3{least, 0, 0}, {0, 10, 0}, {0, 0, 10}}, Edges{Vector3{10, 0, 0}, {0, least, 0}, {0.1, 2, 10}}})
+    EXPECT_NE(error_with(ring.rods, {.cell = {edges}}).find("span space"), std::string::npos);
   EXPECT_EQ(error_with(ring.shifted(4.0), {.cell = ring.cell}),
             "/cell: ring has offsets; in a cell rods have images instead");
   EXPECT_EQ(error_with(ring.rods, {.cell = ring.cell, .images = {{0, 0, 0}}}),

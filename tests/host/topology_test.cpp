@@ -358,6 +358,8 @@ TEST(TopologyErrors, ChangeNothing) {
   EXPECT_NE(error([&] { constrainer.set_masses(second, infinite); }).find("become a support"), std::string::npos);
   EXPECT_NE(error([&] { constrainer.set_masses(first, length); }).find("infinite mass"), std::string::npos);
   EXPECT_NE(error([&] { constrainer.set_masses(second, wrong); }).find("not positive"), std::string::npos);
+  const std::vector<double> least{5e-324};
+  EXPECT_EQ(error([&] { constrainer.set_masses(second, least); }), "/masses/1: mass 5e-324 is below 1e-100");
   EXPECT_NE(error([&] { constrainer.set_masses(none, length); }).find("no point 8"), std::string::npos);
   EXPECT_NE(error([&] { (void)constrainer.add(Rods{"rods", {{0, 2}}, {}, {}}); }).find("used once"), std::string::npos);
   EXPECT_NE(error([&] {

@@ -45,6 +45,16 @@ TEST(HostileInput, WordsWithoutABeginningAreCut) {
   expect_short(error_of(R"({"tanor_scene": )" + word));
 }
 
+// What stands behind the end of a document stands nowhere in it.
+TEST(HostileInput, NumbersBehindTheEndAreNoPartOfTheScene) {
+  for (const std::string& rest : {"nan", "1e999", "\"a b nan", "[nan]"}) {
+    const std::string error = error_of("{\"tanor_scene\": 1} " + rest);
+    EXPECT_EQ(error.find("scene.json: line 1, column "), 0u) << error;
+    EXPECT_NE(error.find("not JSON: "), std::string::npos) << error;
+    expect_short(error);
+  }
+}
+
 TEST(HostileInput, FormulasAreQuotedInPart) {
   for (const std::string& formula :
        {repeat("x+", megabyte / 2), repeat("(", megabyte), repeat("1", megabyte) + "e999", std::string(megabyte, 'a'),

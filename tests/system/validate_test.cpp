@@ -98,6 +98,7 @@ TEST(Validate, SquaresOfDerivativesStayFinite) {
 TEST(Validate, MassesOfPointsThatMoveArePositive) {
   EXPECT_EQ(error_after([](System& s) { s.masses[4] = 0; }), "/points/masses/4: mass 0 is not positive");
   EXPECT_EQ(error_after([](System& s) { s.masses[4] = -1; }), "/points/masses/4: mass -1 is not positive");
+  EXPECT_EQ(error_after([](System& s) { s.masses[4] = 5e-324; }), "/points/masses/4: mass 5e-324 is below 1e-100");
   EXPECT_EQ(error_after([](System& s) { s.masses[4] = infinity; }), "/points/masses/4: mass inf is not finite");
 }
 
