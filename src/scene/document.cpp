@@ -89,10 +89,12 @@ class Document::Builder {
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) {
     constexpr int number_overflow = 406;
-    std::string_view message = error.what();  // "[json.exception…] parse error at line 1, column 2: syntax error …"
+    // "[json.exception…] parse error at line 1, column 2: syntax error while parsing … - …; last read: '…'"
+    std::string_view message = error.what();
     // Behind the end of the document there is no place that a pointer could name.
     const bool is_inside = !containers_.empty() || document_.tape_.empty();
-    const bool is_value = is_inside && message.find("while parsing value") != std::string_view::npos;
+    const bool is_value =
+        is_inside && message.substr(0, message.find(" - ")).find("while parsing value") != std::string_view::npos;
     const std::string_view word = word_at(text_, position);
     if (error.id == number_overflow || (is_value && spells_not_finite(word)))
       throw InputError(document_.where(document_.pointer(static_cast<Node>(document_.tape_.size()))),

@@ -55,6 +55,12 @@ TEST(HostileInput, NumbersBehindTheEndAreNoPartOfTheScene) {
   }
 }
 
+/// What the parser says quotes the text, which may read like words of its own.
+TEST(HostileInput, WordsOfTheParserAreNoneOfItsMessages) {
+  const std::string error = error_of("{ \"while parsing value}nan");
+  EXPECT_NE(error.find("not JSON: syntax error while parsing object key"), std::string::npos) << error;
+}
+
 TEST(HostileInput, FormulasAreQuotedInPart) {
   for (const std::string& formula :
        {repeat("x+", megabyte / 2), repeat("(", megabyte), repeat("1", megabyte) + "e999", std::string(megabyte, 'a'),
