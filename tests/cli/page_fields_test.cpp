@@ -22,8 +22,8 @@ using nlohmann::json;
 /// The only entry of a table's probe, such as {"kind": "rod", "?": 0}, and the list that it stands in.
 std::pair<std::string, json> entry_of(const Table& table) {
   const json probe = json::parse(table.probe);
-  const auto& [list, value] = *probe.items().begin();
-  return {list, value.is_array() ? value[0] : value};
+  const json& value = *probe.begin();
+  return {probe.begin().key(), value.is_array() ? value[0] : value};
 }
 
 const Table& table_of(const std::vector<Table>& tables, const std::string& list, std::string_view kind) {

@@ -47,8 +47,8 @@ TEST(HostileInput, WordsWithoutABeginningAreCut) {
 
 // What stands behind the end of a document stands nowhere in it.
 TEST(HostileInput, NumbersBehindTheEndAreNoPartOfTheScene) {
-  for (const std::string& rest : {"nan", "1e999", "\"a b nan", "[nan]"}) {
-    const std::string error = error_of("{\"tanor_scene\": 1} " + rest);
+  for (const char* rest : {"nan", "1e999", "\"a b nan", "[nan]"}) {
+    const std::string error = error_of(std::string("{\"tanor_scene\": 1} ") + rest);
     EXPECT_EQ(error.find("scene.json: line 1, column "), 0u) << error;
     EXPECT_NE(error.find("not JSON: "), std::string::npos) << error;
     expect_short(error);
