@@ -9,6 +9,8 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 import host_runs  # noqa: E402
 
+sys.path.pop(0)  # beside it lies a folder openmm, which is not the module
+
 try:
     import numpy as np
     import openmm
