@@ -98,6 +98,7 @@ void RunFolder::require_folder(const std::string& file) const {
 }
 
 void RunFolder::show(const Simulation& simulation) {
+  require_folder(report::html_page_name);
   const auto begin = RunPlan::Clock::now();
   facts_.wall = measure_wall();
   report::write_running_page(directory_, facts_, simulation, *recording_);
