@@ -91,13 +91,17 @@ void RunFolder::write_frame(Simulation& simulation) {
   output_ += seconds_since(begin);
 }
 
+bool RunFolder::is_in_place() const {
+  return lock_ == nullptr || lock_->is_in_place();
+}
+
 /// A folder that somebody has put in the place of ours stays as it is.
 void RunFolder::require_folder(const std::string& file) const {
-  if (lock_ != nullptr && !lock_->is_in_place())
-    throw report::WriteError((directory_ / file).string(), "its folder is gone");
+  if (!is_in_place()) throw report::WriteError((directory_ / file).string(), "its folder is gone");
 }
 
 void RunFolder::show(const Simulation& simulation) {
+  require_folder(report::html_page_name);
   const auto begin = RunPlan::Clock::now();
   facts_.wall = measure_wall();
   report::write_running_page(directory_, facts_, simulation, *recording_);
@@ -156,7 +160,10 @@ void RunFolder::publish(const Simulation& simulation) {
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();
+    require_folder("checkpoint");  // the disk takes its time
     report::write_checkpoint(directory_, checkpoint_, wait);
+    if (!is_in_place()) std::filesystem::remove(directory_ / "checkpoint");  // it went into a strange one just now
+    require_folder("checkpoint");
   }
   last_frame_.reset();
   const auto end = RunPlan::Clock::now();

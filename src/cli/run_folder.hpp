@@ -54,6 +54,7 @@ class RunFolder {
   std::string finish(Simulation& simulation, bool can_go_on);
 
  private:
+  bool is_in_place() const;
   void require_folder(const std::string& file) const;
   /// Replaces the checkpoint.
   void publish(const Simulation& simulation);

@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace tanor {
 
@@ -15,19 +17,22 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 struct RigidFields {
   RigidFields(const std::vector<int>& island, const double* r);
 
-  std::vector<double> count;                 // [island] its points
+  std::vector<double> count, radius;         // [island] its points, and how far they stand from their centre
+  std::vector<Vec3> centre;                  // [island]
   std::array<std::vector<double>, 6> moves;  // [3 points]
 };
 
-RigidFields::RigidFields(const std::vector<int>& island, const double* r) : count(island.size(), 0.0) {
-  std::vector<Vec3> centre(island.size());
-  std::vector<double> radius(island.size(), 0.0);
+RigidFields::RigidFields(const std::vector<int>& island, const double* r)
+    : count(island.size(), 0.0), radius(island.size(), 0.0), centre(island.size()) {
   const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island[i]); };
   for (std::size_t i = 0; i < island.size(); ++i) {
     centre[own(i)] = centre[own(i)] + load(r, i);
     count[own(i)] += 1.0;
   }
-  const auto arm = [&](std::size_t i) { return load(r, i) - (1.0 / count[own(i)]) * centre[own(i)]; };
+  for (std::size_t k = 0; k < centre.size(); ++k) {
+    if (count[k] > 0.0) centre[k] = (1.0 / count[k]) * centre[k];
+  }
+  const auto arm = [&](std::size_t i) { return load(r, i) - centre[own(i)]; };
   for (std::size_t i = 0; i < island.size(); ++i) radius[own(i)] = std::max(radius[own(i)], norm(arm(i)));
   constexpr std::array<Vec3, 3> axes{Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}};
   for (std::size_t k = 0; k < 6; ++k) {
@@ -49,8 +54,8 @@ void add_products(Matrix6* to, const Product& product) {
   }
 }
 
-/// Dimension of the combinations that move points, and that nothing answers to.
-std::size_t count_unanswered(const Matrix6& moves, const Matrix6& answers, double nothing) {
+/// Combinations that move points, by 1 m on an average of squares, and that nothing answers to, by columns.
+Eigen::MatrixXd find_unanswered(const Matrix6& moves, const Matrix6& answers, double nothing) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(moves);
   Eigen::MatrixXd basis(6, 0);
   for (int k = 0; k < 6; ++k) {
@@ -58,9 +63,80 @@ std::size_t count_unanswered(const Matrix6& moves, const Matrix6& answers, doubl
     basis.conservativeResize(6, basis.cols() + 1);
     basis.rightCols(1) = eigen.eigenvectors().col(k) / std::sqrt(eigen.eigenvalues()[k]);
   }
-  const Eigen::MatrixXd answer = basis.transpose() * answers * basis;
-  return static_cast<std::size_t>(
-      (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(answer).eigenvalues().array() < nothing).count());
+  if (basis.cols() == 0) return basis;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> answer(basis.transpose() * answers * basis);
+  return basis * answer.eigenvectors().leftCols((answer.eigenvalues().array() < nothing).count());
+}
+
+/// Where u(x) = shift + turn x (x - c) carries a point within 1 s (exponential of a twist).
+class Screw {
+ public:
+  Screw(Vec3 shift, Vec3 turn) : turn_(turn) {
+    const double angle = norm(turn);
+    if (angle > 1e-4) {
+      first_ = std::sin(angle) / angle;
+      second_ = (1.0 - std::cos(angle)) / (angle * angle);
+      third_ = (1.0 - first_) / (angle * angle);
+    }
+    shift_ = shift + second_ * cross(turn, shift) + third_ * cross(turn, cross(turn, shift));
+  }
+  Vec3 rotate(Vec3 a) const { return a + first_ * cross(turn_, a) + second_ * cross(turn_, cross(turn_, a)); }
+  Vec3 carry(Vec3 arm) const { return rotate(arm) + shift_; }
+
+ private:
+  Vec3 turn_, shift_;
+  double first_ = 1.0, second_ = 0.5, third_ = 1.0 / 6.0;
+};
+
+/// How many of the motions of each island, by columns of `motions`, leave its forces as they are on a finite way too:
+/// at the top of -x^4 nothing answers to a small one.
+std::size_t count_free(const EquilibriumEquations& equations, const std::vector<double>& r,
+                       const std::vector<int>& island, const RigidFields& fields,
+                       const std::vector<Eigen::MatrixXd>& motions) {
+  constexpr double part = 0.1, digits = 1e-7;
+  const Model& model = equations.model();
+  const std::vector<double> at_rest(r.size(), 0.0);
+  const auto forces_at = [&](const std::vector<double>& at) {
+    std::vector<double> f(at.size(), 0.0);
+    equations.work().forces.evaluate(model.parallel, equations.time(), at.data(), at_rest.data(), f.data());
+    return f;
+  };
+  const std::vector<double> before = forces_at(r);
+  std::size_t result = 0;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    std::vector<double> moved = r;
+    std::vector<std::optional<Screw>> screws(island.size());
+    std::vector<double> size(island.size(), 0.0), largest(island.size(), 0.0);
+    for (std::size_t own = 0; own < island.size(); ++own) {
+      if (k >= motions[own].cols()) continue;
+      size[own] = part * std::max(fields.radius[own], model.smallest_length);
+      const double turn = fields.radius[own] > 0.0 ? size[own] / fields.radius[own] : 0.0;
+      const auto c = motions[own].col(k);
+      screws[own].emplace(size[own] * Vec3{c[0], c[1], c[2]}, turn * Vec3{c[3], c[4], c[5]});
+    }
+    const auto screw_of = [&](std::size_t i) -> const std::optional<Screw>& {
+      return screws[static_cast<std::size_t>(island[i])];
+    };
+    for (std::size_t i = 0; i < island.size(); ++i) {
+      const Vec3 centre = fields.centre[static_cast<std::size_t>(island[i])];
+      if (screw_of(i)) store(moved.data(), i, centre + screw_of(i)->carry(load(r.data(), i) - centre));
+    }
+    const std::vector<double> after = forces_at(moved);
+    std::vector<double> change(island.size(), 0.0);
+    for (std::size_t i = 0; i < island.size(); ++i) {
+      if (!screw_of(i)) continue;
+      const auto own = static_cast<std::size_t>(island[i]);
+      const Vec3 was = load(before.data(), i);
+      change[own] = larger(change[own], norm(load(after.data(), i) - screw_of(i)->rotate(was)));
+      largest[own] = larger(largest[own], norm(was));
+    }
+    for (std::size_t own = 0; own < island.size(); ++own) {
+      const double scale = largest[own] + equations.stiffness().largest() * size[own];
+      if (screws[own] && change[own] <= digits * scale) ++result;
+    }
+  }
+  (void)forces_at(r);  // which others may read on
+  return result;
 }
 
 }  // namespace
@@ -104,7 +180,7 @@ std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::
     equations.apply_transposed(fields.moves[k].data(), rows[k].data());
   }
   // u'u, and what answers to u: W u and K'u.
-  const double stiffness = std::max(equations.stiffness().largest(), 1e-300);
+  const double stiffness = std::max(equations.stiffness().largest(), 1e-150);  // whose square is a number
   std::vector<Matrix6> moves(n, Matrix6::Zero()), answers(n, Matrix6::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     const auto own = static_cast<std::size_t>(island[i]);
@@ -126,11 +202,11 @@ std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::
                  [&](std::size_t a, std::size_t b) { return rows[a][row] * rows[b][row]; });
   }
   constexpr double nothing = 1e-14;  // of squares
-  std::size_t result = 0;
+  std::vector<Eigen::MatrixXd> motions(n);
   for (std::size_t own = 0; own < n; ++own) {
-    if (fields.count[own] > 0.0) result += count_unanswered(moves[own], answers[own], nothing * fields.count[own]);
+    if (fields.count[own] > 0.0) motions[own] = find_unanswered(moves[own], answers[own], nothing * fields.count[own]);
   }
-  return result;
+  return count_free(equations, r, island, fields, motions);
 }
 
 }  // namespace tanor

@@ -75,14 +75,14 @@ TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
 
     EXPECT_EQ(ended.code, 4) << trouble << ": " << ended.err;
     EXPECT_TRUE(contains(ended.err, "tanor: stopped at t = ")) << trouble << ": " << ended.err;
-    EXPECT_TRUE(contains(ended.err, "cannot write o/")) << trouble << ": " << ended.err;
+    EXPECT_TRUE(contains(ended.err, "cannot write o")) << trouble << ": " << ended.err;
     if (trouble.starts_with("rm")) {
       EXPECT_FALSE(std::filesystem::exists(folder / "o")) << "it is not made anew";
     } else {
       EXPECT_GE(read_xyz(folder / "elsewhere/trajectory.xyz").size(), 5u) << "what was written stays whole";
     }
     if (trouble.ends_with("mkdir o")) {
-      EXPECT_TRUE(list_names(folder / "o").empty()) << "a strange folder stays empty";
+      EXPECT_EQ(list_names(folder / "o"), Words{}) << "a strange folder stays empty";
     }
   }
 }

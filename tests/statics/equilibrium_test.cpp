@@ -197,6 +197,37 @@ System make_bead_on_ellipsoid(Vector3 start) {
   return system;
 }
 
+/// Nothing answers to a small move along x, but a large one meets a force: no motion of the point as a whole.
+TEST(Equilibrium, WhereTheSecondOrderSaysNothingIsMarginal) {
+  for (const char* energy : {"x1^4+y1^2+z1^2", "-x1^4+y1^2+z1^2", "x1^3+y1^2+z1^2", "y1^2+z1^2"}) {
+    System system;
+    system.positions = {0.0, 0.0, 0.0};
+    system.masses = {2.0};
+    system.forces = {Potential{"valley", {{0}}, formula_potential(energy, 1), {}}};
+
+    const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.zero_modes, 1u) << energy;
+    const bool is_free = std::string(energy) == "y1^2+z1^2";
+    EXPECT_EQ(found.rigid_zero_modes, is_free ? 1u : 0u) << energy;
+    EXPECT_EQ(found.status, is_free ? Stability::Stable : Stability::Marginal) << energy;
+  }
+}
+
+TEST(Equilibrium, OfAFreeTriangleHasSixRigidZeroModes) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.3, 0.8, 0.0};
+  system.masses = {1.0, 2.0, 3.0};
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}, {2, 0}}}};
+
+  const EquilibriumResult found = find_equilibrium(system);
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.status, Stability::Stable);
+  EXPECT_EQ(found.rigid_zero_modes, 6u);
+}
+
 TEST(Equilibrium, OnAnEllipsoidIsTheOnlyMinimumFromAnywhere) {
   for (const Vector3& start : {Vector3{-1.4, 0.1, 0.3}, {0.0, -1.0, 0.1}, {0.2, 0.1, -0.7}, {2.0, 2.0, 2.0}}) {
     const EquilibriumResult found = find_equilibrium(make_bead_on_ellipsoid(start));
