@@ -30,7 +30,7 @@ ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
                            0.0);
 }
 
-/// What the iterations have come to.
+/// This is what the iterations have come to.
 struct Projector::Progress {
   double before = infinity, left_before = infinity;  // violation one iteration ago, and what of it was no rounding
   bool stalls = false, stands = false;               // the violation hardly falls; it does not fall at all

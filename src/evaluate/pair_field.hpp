@@ -89,7 +89,7 @@ class PairField {
   Feeling feel_logarithm(std::size_t i) const;
   template <class Visit>
   void for_each_range_of_others(std::size_t i, const Visit& visit) const;
-  // What the constructor consists of.
+  // The constructor takes these steps in turn.
   std::vector<Index> number_points(const PairForces& pairs, const Numbering& numbering, Which which);
   void read_charges(const PairForces& pairs, const Numbering& numbering);
   using Pairs = std::vector<std::array<Index, 2>>;

@@ -77,7 +77,7 @@ struct RodPath {
   Index left_support = -1, right_support = -1;
   bool is_ring = false;  ///< row `end` joins the last point and the first one
 
-  /// Of its moving points.
+  /// Its moving points are these.
   std::size_t first_point() const { return first + static_cast<std::size_t>(shift) + (left_support >= 0 ? 1 : 0); }
   std::size_t end_point() const { return end + static_cast<std::size_t>(shift) + (right_support >= 0 ? 0 : 1); }
 

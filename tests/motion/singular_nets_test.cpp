@@ -6,20 +6,10 @@
 #include <tanor/motion.hpp>
 
 #include "base/parallel.hpp"
+#include "motion/method_options.hpp"
 
 namespace tanor {
 namespace {
-
-MotionOptions with(Method method, double step) {
-  MotionOptions options;
-  options.method = method;
-  if (method == Method::Dopri5) {
-    options.rtol = options.atol = 1e-12;
-  } else {
-    options.step = step;
-  }
-  return options;
-}
 
 /// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
 System make_net_on_adjacent_corners() {

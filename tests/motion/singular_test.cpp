@@ -6,23 +6,13 @@
 #include <tanor/motion.hpp>
 
 #include "base/parallel.hpp"
+#include "motion/method_options.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
 using scenes::make_four_bar;
-
-MotionOptions with(Method method, double step) {
-  MotionOptions options;
-  options.method = method;
-  if (method == Method::Dopri5) {
-    options.rtol = options.atol = 1e-12;
-  } else {
-    options.step = step;
-  }
-  return options;
-}
 
 /// Three parallel cranks of length 1 that carry rods 3-4, 4-5 and 3-5 in a line: one rod too many (case 18a).
 System make_parallelogram() {
