@@ -170,12 +170,12 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   const auto move = [&](const std::vector<const std::vector<double>*>& read,
                         const std::vector<std::vector<double>*>& written) {
     model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
-      const Index* const host = model.numbering.user_point.data();
+      const Index* const user_point = model.numbering.user_point.data();
       for (std::size_t k = 0; k < read.size(); ++k) {
-        for (std::size_t i = begin; i < end; ++i) store(moved[k].data(), i, load(read[k]->data(), host[i]));
+        for (std::size_t i = begin; i < end; ++i) store(moved[k].data(), i, load(read[k]->data(), user_point[i]));
       }
       for (std::size_t k = 0; k < written.size(); ++k) {
-        for (std::size_t i = begin; i < end; ++i) store(written[k]->data(), host[i], load(moved[k].data(), i));
+        for (std::size_t i = begin; i < end; ++i) store(written[k]->data(), user_point[i], load(moved[k].data(), i));
       }
     });
   };
