@@ -57,8 +57,8 @@ class TANOR_API Ranks {
 /// What a rank knows about its part of a system, beside the part itself.
 ///
 /// Every point that moves has one rank, its owner. The System of a rank has the points that it owns, the supports that
-/// these need, and guests: points of others that equations join to its own ones. Guests are listed as supports; their
-/// motion comes from their owners.
+/// these need, and guests: points of others that equations or forces join to its own ones. Guests are listed as
+/// supports; their motion comes from their owners.
 struct Part {
   Ranks* ranks = nullptr;       ///< outlives the simulation; null: all of the system is here
   std::vector<Index> guests{};  ///< of the rank's System
@@ -79,14 +79,19 @@ struct Part {
   std::vector<SharedRow> shared_rows{};
   std::size_t num_shared_rows = 0;  ///< of all ranks
 
+  /// Forces of this System that join own points and guests and whose energies another rank counts. Every rank that owns
+  /// one of their points has them, for what they do to its own.
+  std::vector<std::size_t> energies_counted_elsewhere{};
+  std::size_t num_shared_tuples = 0;  ///< of all ranks: springs, bonds, formulas … between their points
+
   /// [point] The number of the island or neighbourhood, of those that lie on several ranks, which a point belongs to;
   /// -1: of none. Empty: there are none.
   std::vector<Index> shared_neighbourhood{};
   std::size_t num_shared_neighbourhoods = 0;
 
   bool is_whole() const { return ranks == nullptr || ranks->size() == 1; }
-  /// Equations reach from rank to rank, here or elsewhere.
-  bool is_cut() const { return num_shared_rows > 0; }
+  /// Equations or forces reach from rank to rank, here or elsewhere.
+  bool is_cut() const { return num_shared_rows + num_shared_tuples > 0; }
 };
 
 /// A rank's part of a system that all ranks know.

@@ -61,7 +61,7 @@ class PointForm : public EquationsOfMotion {
   void fetch_guests(double*, double*) override {}
   void prescribe(double t, double* r, double* v) final { work_.prescribe(t, r, v); }
   std::size_t rank() const final { return work_.rank; }
-  Energy energy(double t, const double* r, const double* v) final { return work_.energy(t, r, v); }
+  Energy energy(double t, const double* r, const double* v) override { return work_.energy(t, r, v); }
 
   ForcePassages* force_passages() final {
     return work_.may_be_passed(work_.constraint_passages) ? &passages_ : nullptr;

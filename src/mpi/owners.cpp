@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -32,21 +33,27 @@ struct Cluster {
   }
 };
 
-/// visit(points, rows) of everything that joins points, rows 0 where it is no constraint; `all` [n] are the points.
+/// visit(points, rows) of what joins points and may be cut: members of constraints, tuples of forces, these without
+/// rows.
 template <class Visit>
-void for_each_tie(const System& system, std::span<const Index> all, const Visit& visit) {
-  for_each_member(system, [&](std::span<const Index> points, int rows) { visit(points, rows); });
+void for_each_link(const System& system, const Visit& visit) {
+  for_each_member(system, visit);
+  for_each_tuple(system, [&](std::span<const Index> points) { visit(points, 0); });
+}
+
+/// visit(points) of what joins points that one rank must have; `all` [n] are the points.
+template <class Visit>
+void for_each_bundle(const System& system, std::span<const Index> all, const Visit& visit) {
+  for (const Force& force : system.forces) {
+    if (const auto* const pairs = std::get_if<PairForces>(&force))
+      visit(pairs->points.empty() ? all : std::span<const Index>(pairs->points));
+  }
   const auto visit_group = [&]<class Group>(const Group& group) {
     if constexpr (requires { KindOf<Group>::tied_points(group); }) {
       const std::vector<Index> points = KindOf<Group>::tied_points(group);
-      visit(std::span<const Index>(points), 0);
-    } else if constexpr (std::is_same_v<Group, PairForces>) {
-      visit(group.points.empty() ? all : std::span<const Index>(group.points), 0);
-    } else if constexpr (requires { KindOf<Group>::members; }) {
-      for (std::size_t k = 0; k < num_members(group); ++k) visit(member_points(group, k), 0);
+      visit(std::span<const Index>(points));
     }
   };
-  for (const Force& force : system.forces) std::visit(visit_group, force);
   for (const Coordinates& coordinates : system.coordinates) std::visit(visit_group, coordinates);
 }
 
@@ -58,9 +65,16 @@ class Clusters {
       for (const Index point : support.points) root_[static_cast<std::size_t>(point)] = nobody;
     std::vector<Index> all(system.num_points());
     std::iota(all.begin(), all.end(), 0);
-    for_each_tie(system, all, [&](std::span<const Index> points, int) { join(points); });
+    for_each_link(system, [&](std::span<const Index> points, int) { join(points); });
+    for_each_bundle(system, all, [&](std::span<const Index> points) { join(points); });
     number();
-    for_each_tie(system, all, [&](std::span<const Index> points, int rows) { note(points, rows); });
+    for_each_link(system, [&](std::span<const Index> points, int rows) {
+      if (Cluster* const cluster = find_cluster(points)) cluster->rows += rows;
+    });
+    for_each_bundle(system, all, [&](std::span<const Index> points) {
+      if (Cluster* const cluster = find_cluster(points); cluster != nullptr && points.size() > 1)
+        cluster->may_be_cut = false;
+    });
     if (!system.friction.empty())
       for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
   }
@@ -74,7 +88,7 @@ class Clusters {
       place_[static_cast<std::size_t>(cluster.points[k])] = static_cast<idx_t>(k);
     const auto is_here = [&](Index point) { return of_point(point) == of_point(cluster.points.front()); };
     const Groups<idx_t> neighbours(cluster.points.size(), [&](const auto& add) {
-      for_each_member(system_, [&](std::span<const Index> points, int) {
+      for_each_link(system_, [&](std::span<const Index> points, int) {
         for (const Index a : points) {
           for (const Index b : points)
             if (a != b && is_here(a) && is_here(b))
@@ -123,14 +137,11 @@ class Clusters {
     }
   }
   int of_point(Index point) const { return cluster_of_[static_cast<std::size_t>(point)]; }
-  void note(std::span<const Index> points, int rows) {
-    for (const Index point : points) {
-      if (of_point(point) == nobody) continue;
-      Cluster& cluster = clusters_[static_cast<std::size_t>(of_point(point))];
-      cluster.rows += rows;
-      if (rows == 0 && points.size() > 1) cluster.may_be_cut = false;
-      return;
-    }
+  /// Null: all are supports.
+  Cluster* find_cluster(std::span<const Index> points) {
+    for (const Index point : points)
+      if (of_point(point) != nobody) return &clusters_[static_cast<std::size_t>(of_point(point))];
+    return nullptr;
   }
 
   const System& system_;
@@ -139,6 +150,29 @@ class Clusters {
   std::vector<Cluster> clusters_;
   std::vector<idx_t> place_;
 };
+
+/// Lets one rank have all points of a force that joins them to a support: what the support carries is counted there.
+void join_at_supports(const System& system, std::vector<int>* owner) {
+  bool has_changed = true;
+  while (has_changed) {
+    has_changed = false;
+    for_each_tuple(system, [&](std::span<const Index> points) {
+      int first = std::numeric_limits<int>::max();
+      bool has_support = false;
+      for (const Index point : points) {
+        const int own = (*owner)[static_cast<std::size_t>(point)];
+        has_support = has_support || own == nobody;
+        if (own != nobody) first = std::min(first, own);
+      }
+      for (const Index point : points) {
+        int& own = (*owner)[static_cast<std::size_t>(point)];
+        if (!has_support || own == nobody || own == first) continue;
+        own = first;
+        has_changed = true;
+      }
+    });
+  }
+}
 
 /// Loads of ranks; the next piece goes to the one with the least.
 class Loads {
@@ -192,6 +226,7 @@ std::vector<int> assign_owners(const System& system, int num_ranks) {
   }
   for (const Support& support : system.supports)
     for (const Index point : support.points) owner[static_cast<std::size_t>(point)] = nobody;
+  join_at_supports(system, &owner);
   require_all(owner, num_ranks);
   for (int& rank : owner) rank = std::max(rank, 0);
   return owner;

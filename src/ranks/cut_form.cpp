@@ -31,6 +31,12 @@ CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part
       dw_(3 * model_.num_points()),
       move_(3 * model_.num_points()) {
   measure_neighbourhoods();
+  if (!part.energies_counted_elsewhere.empty()) {
+    System others = model_.system;
+    others.forces.clear();
+    for (const std::size_t f : part.energies_counted_elsewhere) others.forces.push_back(model_.system.forces[f]);
+    counted_elsewhere_ = std::make_unique<Forces>(others, model_.numbering);
+  }
   for (const Part::SharedRow& shared : part.shared_rows) work_.rank -= shared.is_counted ? 0 : 1;
 }
 
@@ -197,17 +203,38 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
   return {};
 }
 
-/// Of this rank's own points: reactions carry what supports do from rank to rank, also to ranks without any that move.
+/// Of this rank's own points: reactions carry what supports do from rank to rank, also to ranks without any that move,
+/// and so do forces; what these do to guests is no work of a support.
 Power CutForm::find_power(const Kinematics& at) {
   Power result;
   if (is_rheonomic_) {
-    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, at.v) +
+    std::vector<double> v(at.v, at.v + size());
+    clear_guests(v.data());
+    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, v.data()) +
                       model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
                         return model_.mass[i] * dot(load(dw_.data(), i), load(at.v, i));
                       });
   }
-  if (work_.forces.has_work()) result.forces = work_.forces.power(model_.parallel, at.x, at.v);
+  if (work_.forces.has_work()) {
+    result.forces = work_.forces.power(model_.parallel, at.x, at.v);
+    result.potentials = work_.forces.energies().explicit_rate(model_.parallel);
+  }
+  if (counted_elsewhere_ && counted_elsewhere_->has_work()) {
+    counted_elsewhere_->evaluate_powers(model_.parallel, at.t, at.x, at.v);
+    result.potentials -= counted_elsewhere_->energies().explicit_rate(model_.parallel);
+  }
   return result;
+}
+
+Energy CutForm::energy(double t, const double* r, const double* v) {
+  Energy result = work_.energy(t, r, v);
+  if (counted_elsewhere_) result.potential -= counted_elsewhere_->potential(model_.parallel, t, r);
+  return result;
+}
+
+void CutForm::clear_guests(double* points) const {
+  for (const Index guest : part_.guests)
+    store(points, model_.numbering.inner_point[static_cast<std::size_t>(guest)], Vec3{});
 }
 
 Outcome CutForm::free_accelerations(const Kinematics& at, const Request&, double* a) {
@@ -299,8 +326,7 @@ ProjectionReport CutForm::project_velocities(double t, const double* r, double* 
 ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   const auto take = [&](const double* from, std::vector<double>* own) {
     own->assign(from, from + size());
-    for (const Index guest : part_.guests)
-      store(own->data(), model_.numbering.inner_point[static_cast<std::size_t>(guest)], Vec3{});
+    clear_guests(own->data());
     return own->data();
   };
   StepErrors own = errors;

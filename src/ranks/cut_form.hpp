@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ class CutForm final : public PointForm, private StepProjector, private RankMonit
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   void exchange_memory(Memory& memory) override;
+  Energy energy(double t, const double* r, const double* v) override;
 
   StepProjector* step_projector() override { return this; }
   InexactSolves* inexact_solves() override { return nullptr; }
@@ -72,6 +74,7 @@ class CutForm final : public PointForm, private StepProjector, private RankMonit
   Outcome factorize(double t);
   double evaluate_free(const Kinematics& at, double* w);
   Power find_power(const Kinematics& at);
+  void clear_guests(double* points) const;
   void solve(const double* b, double* x, double* dw);
   int refine(const double* b, double scale, double good_enough, double* residual);
   double evaluate_values(const double* r) {
@@ -84,6 +87,7 @@ class CutForm final : public PointForm, private StepProjector, private RankMonit
   Agreement agreement_;
   Guests guests_;
   Part part_;
+  std::unique_ptr<Forces> counted_elsewhere_;  // whose energies other ranks count; null: none
   CutSolver solver_;
   std::vector<double> blocks_;  // K
   bool has_factor_ = false, has_constant_gradients_, is_rheonomic_;

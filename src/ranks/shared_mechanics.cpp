@@ -8,9 +8,9 @@
 namespace tanor {
 
 Power sum_powers(Ranks& ranks, const Power& own) {
-  std::array<double, 3> all{own.supports, own.forces, own.friction};
+  std::array<double, 4> all{own.supports, own.forces, own.potentials, own.friction};
   ranks.sum(all);
-  return {all[0], all[1], all[2]};
+  return {.supports = all[0], .forces = all[1], .potentials = all[2], .friction = all[3]};
 }
 
 SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)

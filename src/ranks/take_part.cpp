@@ -55,7 +55,19 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
   return result;
 }
 
-/// visit(points) for all members of a group; a list of single points that is empty stands for all.
+/// A force with some of its tuples and all that belongs to these.
+template <class Force>
+Force with_tuples(const Force& force, const std::vector<std::size_t>& chosen) {
+  if constexpr (requires { force.tuples; }) {
+    Force result = force;
+    select(chosen, force.tuples.size(), &result.tuples);
+    return result;
+  } else {
+    return with_members(force, chosen);
+  }
+}
+
+/// A list of single points that is empty stands for all.
 template <class Group>
 bool means_all_points(const Group& group) {
   if constexpr (requires { KindOf<Group>::members; }) {
@@ -141,6 +153,9 @@ class PartTaker {
         if constexpr (requires { KindOf<Group>::members; }) {
           for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
         }
+        if constexpr (requires { group.tuples; }) {
+          for (const std::vector<Index>& points : group.tuples) visit_member(points);
+        }
       };
       std::visit(visit_group, force);
     }
@@ -165,6 +180,9 @@ class PartTaker {
   template <class Group>
   Group with_local_points(Group group) const {
     const auto rename = [&](Index& point) { point = local(point); };
+    if constexpr (requires { group.tuples; }) {
+      for (std::vector<Index>& points : group.tuples) std::ranges::for_each(points, rename);
+    }
     for (auto& member : group.*KindOf<Group>::members) {
       if constexpr (has_single_points<Group>)
         rename(member);
@@ -218,16 +236,14 @@ class PartTaker {
     if constexpr (std::is_same_v<Group, PairForces>) require_one_owner(group, where);
     Group own = group;
     own.name = force_name(whole_, f);
+    if constexpr (joins_points<Group>()) {
+      if (!has_single_points<Group> || !tuples_of(group).empty()) return take_tuples(own, where);
+    }
     if constexpr (requires { KindOf<Group>::members; }) {
       if (!is_on_all) {
         std::vector<std::size_t> members;
-        for (std::size_t k = 0; k < num_members(group); ++k) {
-          const std::vector<int> owners = owners_of(member_points(group, k));
-          if (owners.size() > 1)
-            throw InputError(
-                where, force_name(whole_, f) + "[" + text(k) + "] joins points of several ranks; only constraints may");
-          if (has(owners)) members.push_back(k);
-        }
+        for (std::size_t k = 0; k < num_members(group); ++k)
+          if (has(owners_of(member_points(group, k)))) members.push_back(k);
         if (members.empty()) return;
         own = with_local_points(with_members(own, members));
       } else if constexpr (has_single_points<Group>) {
@@ -238,6 +254,35 @@ class PartTaker {
         }
       }
     }
+    result_.system.forces.emplace_back(std::move(own));
+  }
+
+  /// Tuples with own points. Where other ranks have some, too, the first of them counts the energy.
+  template <class Group>
+  void take_tuples(const Group& group, const std::string& where) {
+    std::vector<std::size_t> counted_here, counted_elsewhere;
+    for (std::size_t k = 0; k < tuples_of(group).size(); ++k) {
+      const std::span<const Index> points(tuples_of(group)[k]);
+      const std::vector<int> owners = owners_of(points);
+      if (owners.size() > 1) {
+        ++result_.part.num_shared_tuples;
+        if (std::ranges::any_of(points, [&](Index point) { return owner(point) == nobody; }))
+          throw InputError(where, group.name + "[" + text(k) + "] joins a support to points of several ranks");
+      }
+      if (!has(owners)) continue;
+      const bool is_first = owners.empty() || owners.front() == rank();
+      (is_first ? counted_here : counted_elsewhere).push_back(k);
+    }
+    add_tuples(group, group.name, counted_here);
+    if (counted_elsewhere.empty()) return;
+    result_.part.energies_counted_elsewhere.push_back(result_.system.forces.size());
+    add_tuples(group, group.name + " (to other ranks)", counted_elsewhere);
+  }
+  template <class Group>
+  void add_tuples(const Group& group, const std::string& name, const std::vector<std::size_t>& chosen) {
+    if (chosen.empty()) return;
+    Group own = with_local_points(with_tuples(group, chosen));
+    own.name = name;
     result_.system.forces.emplace_back(std::move(own));
   }
 

@@ -76,6 +76,35 @@ void for_each_member(const System& system, const Visit& visit) {
   }
 }
 
+/// The tuples of points that a force joins; of forces on single points there are none.
+template <class Force>
+const auto& tuples_of(const Force& force) {
+  if constexpr (requires { force.tuples; })
+    return force.tuples;
+  else
+    return list_of(force);
+}
+template <class Force>
+constexpr bool joins_points() {
+  if constexpr (requires(const Force& force) { force.tuples; }) return true;
+  if constexpr (requires { KindOf<Force>::members; }) return !has_single_points<Force>;
+  return false;
+}
+
+/// visit(points) for every tuple of points that a force joins, pair forces apart.
+template <class Visit>
+void for_each_tuple(const System& system, const Visit& visit) {
+  for (const Force& force : system.forces) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (joins_points<Group>()) {
+            for (const auto& points : tuples_of(group)) visit(std::span<const Index>(points));
+          }
+        },
+        force);
+  }
+}
+
 /// A group has so many members, each with so many equations.
 struct GroupShape {
   std::size_t members, rows_per_member;

@@ -193,6 +193,50 @@ TEST(CutIslands, DrivenChainsMoveAsOnOneRank) {
   }
 }
 
+/// Springs, bendings, energies of time and forces of tuples between points of several ranks.
+TEST(CutIslands, ForcesReachFromRankToRank) {
+  const std::size_t count = 9;
+  System damped = scenes::make_damped_chain(count), bent = scenes::make_shaken_chain(count), pulled = make_chain(count),
+         loose = make_net(5, 4);
+  Bendings bendings{.name = "bendings", .triples = {}, .law = BendingLaw::Cosine, .stiffness = 0.02};
+  Potential potential{.name = "energies",
+                      .points = {},
+                      .kernel = formula_potential("(1 + 0.5*sin(9*t))*((x2 - x1)^2 + (y2 - y1)^2 + (z2 - z1)^2)", 2)};
+  FormulaForce formula{.name = "twists",
+                       .points = {},
+                       .kernel = formula_tuple_force(
+                           std::vector<std::string>{"0", "0.1*(z2 - z1)", "0.05*vx2", "0.02*x1", "0", "-0.03*vz1"}),
+                       .tuples = {}};
+  for (Index k = 1; k + 2 <= static_cast<Index>(count); ++k) {
+    bendings.triples.push_back({k, k + 1, k + 2});
+    potential.points.push_back({k, k + 2});
+    formula.tuples.push_back({k, k + 1});
+  }
+  bent.forces.push_back(bendings);
+  pulled.forces.push_back(potential);
+  pulled.forces.push_back(formula);
+  const Rods rods = std::get<Rods>(loose.constraints[0]);
+  loose.constraints.clear();  // springs alone
+  loose.forces.push_back(Springs{"springs", rods.pairs, 40.0, 0.3, 0.1});
+  for (const System& system : {damped, bent, pulled, loose}) {
+    const MotionOptions options = options_of(Method::Dop853);
+    const Ending one = run_whole(system, options, 0.2);
+    ASSERT_TRUE(one.outcome.ok()) << one.outcome.what;
+    for (const int num_ranks : {2, 3}) {
+      const Ending many = run_on_ranks(system, cut_along(system, 0, num_ranks), num_ranks, options, 0.2);
+      ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
+      EXPECT_NEAR(static_cast<double>(many.report.steps), static_cast<double>(one.report.steps), 1.0);
+      EXPECT_LE(difference(many.positions, one.positions), 1e-8);
+      EXPECT_LE(difference(many.accelerations, one.accelerations), 1e-7);
+      const EnergyReport &a = one.report.energy, &b = many.report.energy;
+      EXPECT_NEAR(b.now, a.now, 1e-8 * a.scale);
+      EXPECT_NEAR(b.work_of_supports, a.work_of_supports, 1e-7 * a.scale);
+      EXPECT_NEAR(b.work_of_forces, a.work_of_forces, 1e-7 * a.scale);
+      EXPECT_NEAR(b.work_of_potentials, a.work_of_potentials, 1e-7 * a.scale);
+    }
+  }
+}
+
 TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
   System flat = scenes::make_grid({6, 6, 1});  // a straight row of rods between two supports is redundant
   flat.supports = {{"ends", {0, 5}, {}}};
@@ -202,11 +246,13 @@ TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
 }
 
 TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
-  const System springs = scenes::make_damped_chain(6);
+  System held = make_chain(6);  // what the support carries would be counted twice
+  held.forces.push_back(
+      Bendings{.name = "bendings", .triples = {{0, 2, 3}}, .law = BendingLaw::Cosine, .stiffness = 1});
   const auto take = [](const System& system) {
     ThreadWorld(2).run([&](Ranks& ranks) { (void)take_part(system, cut_along(system, 0, 2), ranks); });
   };
-  EXPECT_THROW(take(springs), InputError);
+  EXPECT_THROW(take(held), InputError);
   EXPECT_THROW(take(scenes::make_melt(4)), InputError);
 }
 
