@@ -5,13 +5,28 @@
 
 namespace tanor {
 
+namespace {
+
+/// Behind those of constraints, those of forces, whose blocks begin at `first_force`.
+std::vector<Incidence> join(std::vector<Incidence> constraints, const std::vector<Incidence>& forces,
+                            std::size_t first_force) {
+  for (Incidence incidence : forces) {
+    incidence.block += static_cast<Index>(first_force);
+    constraints.push_back(incidence);
+  }
+  return constraints;
+}
+
+}  // namespace
+
 MotionSeries::MotionSeries(const Workspace& work)
     : model_(work.model()),
       constraints_(model_.system, model_.numbering, model_.incidences, work.time()),
       forces_(model_.system, model_.numbering, work.time()),
-      gather_forces_(forces_.incidences(), model_.num_points()),
-      force_blocks_(3 * forces_.num_blocks()),
-      constraint_blocks_(3 * work.constraints.num_blocks(), 0.0),
+      gather_(join(constraints_.turning(model_.incidences), forces_.incidences(), work.constraints.num_blocks()),
+              model_.num_points()),
+      first_force_(work.constraints.num_blocks()),
+      blocks_(3 * (first_force_ + forces_.num_blocks()), 0.0),
       ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0) {
   for (const tanor::Support& support : model_.system.supports) {
     if (support.displacement.is_constant()) continue;
@@ -58,16 +73,13 @@ void MotionSeries::begin(double t, std::span<double* const> coefficients) {
 
 void MotionSeries::advance(int k, std::span<double* const> coefficients, const double* last_lambda, double* rows) {
   const Parallel& parallel = model_.parallel;
-  constraints_.advance(parallel, k, coefficients, last_lambda, constraint_blocks_.data(), rows);
-  if (forces_.num_blocks() > 0) forces_.advance(parallel, k, coefficients, force_blocks_.data());
+  constraints_.advance(parallel, k, coefficients, last_lambda, blocks_.data(), rows);
+  if (forces_.num_blocks() > 0) forces_.advance(parallel, k, coefficients, blocks_.data() + 3 * first_force_);
   if (k == 0) return;
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
   double* const next = coefficients[static_cast<std::size_t>(k) + 2];
   const std::size_t moving = model_.num_moving();
-  model_.gather.write_scaled(parallel, constraint_blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving,
-                             next);
-  if (forces_.num_blocks() > 0)
-    gather_forces_.add_scaled(parallel, force_blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
+  gather_.write_scaled(parallel, blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
   const double factor = 1.0 / ((k + 1.0) * (k + 2.0));
   parallel.for_ranges(3 * moving, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) next[i] *= factor;

@@ -38,7 +38,7 @@ class MotionSeries {
   const Model& model_;
   ConstraintSeries constraints_;
   ForceSeries forces_;
-  ReactionGather gather_forces_;
+  ReactionGather gather_;  // blocks of constraints, those of forces behind them
   struct Support {
     VectorFunction displacement;
     std::vector<Index> points;  // inner
@@ -46,7 +46,8 @@ class MotionSeries {
   std::vector<Support> supports_;
   std::string obstacle_;
   double smooth_until_ = 0.0;
-  std::vector<double> force_blocks_, constraint_blocks_, ones_;
+  std::size_t first_force_;  // block
+  std::vector<double> blocks_, ones_;
 };
 
 }  // namespace tanor

@@ -145,11 +145,11 @@ void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G
   SeriesProgram program(recorded->expression, !is_linear);
   Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
               .is_linear = is_linear,
-              .is_still = is_linear,
               .turning = turning};
+  bool is_still = is_linear;
   std::vector<std::size_t> slots;
   const auto add = [&](const ScalarFunction& function) {
-    group.is_still = group.is_still && function.is_constant();
+    is_still = is_still && function.is_constant();
     slots.push_back(table_.add(function));
   };
   for (const ScalarFunction& function : recorded->functions) add(function);
@@ -164,7 +164,32 @@ void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G
     group.rows.push_back(row);
     for (const Index point : points) group.blocks.push_back(source.places.find(row, point));
   }
-  groups_.push_back(std::move(group));
+  if (!is_still) {
+    groups_.push_back(std::move(group));
+    return;
+  }
+  for (const Index row : group.rows) {
+    for (std::size_t m = 0; m < group.family.program().num_results(); ++m)
+      still_rows_.push_back(row + static_cast<Index>(m));
+  }
+}
+
+std::vector<Incidence> ConstraintSeries::turning(std::span<const Incidence> incidences) const {
+  std::vector<char> turns;
+  const auto mark = [&](Index block) {
+    turns.resize(std::max(turns.size(), static_cast<std::size_t>(block) + 1), 0);
+    turns[static_cast<std::size_t>(block)] = 1;
+  };
+  distances_.for_each_block(mark);
+  for (const Group& group : groups_) {
+    if (!group.is_linear) std::for_each(group.blocks.begin(), group.blocks.end(), mark);
+  }
+  std::vector<Incidence> result;
+  for (const Incidence& incidence : incidences) {
+    const auto block = static_cast<std::size_t>(incidence.block);
+    if (block < turns.size() && turns[block] != 0) result.push_back(incidence);
+  }
+  return result;
 }
 
 void ConstraintSeries::begin(double t, int order) {
@@ -179,20 +204,16 @@ void ConstraintSeries::begin(double t, int order) {
   }
 }
 
-void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients,
-                                     const double* last, double* blocks, double* rows) {
+template <class Lane>
+void ConstraintSeries::advance_chunk(Group& group, Lane* lanes, std::size_t chunk, int k,
+                                     std::span<double* const> coefficients, const double* last, double* blocks,
+                                     double* rows) {
   ProgramFamily& family = group.family;
   const SeriesProgram& program = family.program();
-  if (group.is_still) {
-    for (std::size_t n = chunk * series_width; n < std::min((chunk + 1) * series_width, family.size()); ++n)
-      std::fill_n(rows + group.rows[n], program.num_results(), 0.0);
-    return;
-  }
   const int order = family.order();
-  SeriesLane* const lanes = family.lanes(chunk);
   // What became known: coefficient k + 1 of the points, k - 1 of lambda. Then the next ones as far as they are known.
   const auto evaluate = [&](int coefficient, bool points_known) {
-    family.load(chunk, coefficient, coefficients, table_, points_known);
+    family.load(lanes, chunk, coefficient, coefficients, table_, points_known);
     program.evaluate(lanes, order, coefficient);
   };
   if (k == 0) evaluate(0, true);
@@ -202,26 +223,27 @@ void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std
   const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
   const std::size_t p = family.points_per_member();
   for (std::size_t m = 0; m < program.num_results(); ++m) {
-    const SeriesLane& xi = program.result(lanes, order, m)[k + 2];
-    for (std::size_t lane = 0; lane < count; ++lane) rows[group.rows[first + lane] + static_cast<Index>(m)] = xi[lane];
+    const Lane& xi = program.result(lanes, order, m)[k + 2];
+    for (std::size_t lane = 0; lane < count; ++lane)
+      rows[group.rows[first + lane] + static_cast<Index>(m)] = member_of(xi, lane);
   }
   if (group.is_linear) return;
-  SeriesLane zero[2]{};
+  Lane zero[2]{};
   if (k > 0) {
-    SeriesLane seeds[2]{};
+    Lane seeds[2]{};
     for (std::size_t m = 0; m < program.num_results(); ++m) {
-      for (std::size_t lane = 0; lane < series_width; ++lane)
-        seeds[m][lane] = last[group.rows[family.member(chunk, lane)] + static_cast<Index>(m)];
+      for (std::size_t lane = 0; lane < width_of<Lane>; ++lane)
+        member_of(seeds[m], lane) = last[group.rows[family.member(chunk, lane)] + static_cast<Index>(m)];
     }
     program.differentiate(lanes, order, k - 1, seeds);
     program.differentiate(lanes, order, k, zero);
   }
   for (std::size_t i = 0; i < p; ++i) {
-    const SeriesLane* gradient[3];
+    const Lane* gradient[3];
     for (std::size_t c = 0; c < 3; ++c) gradient[c] = program.adjoint(lanes, order, 3 * i + c) + k;
     for (std::size_t lane = 0; lane < count; ++lane) {
       Vec3 force{};
-      if (k > 0) force = {(*gradient[0])[lane], (*gradient[1])[lane], (*gradient[2])[lane]};
+      if (k > 0) force = {member_of(*gradient[0], lane), member_of(*gradient[1], lane), member_of(*gradient[2], lane)};
       store(blocks, group.blocks[(first + lane) * p + i], force);
     }
   }
@@ -229,14 +251,17 @@ void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std
 
 void ConstraintSeries::advance(const Parallel& parallel, int k, std::span<double* const> coefficients,
                                const double* last, double* blocks, double* rows) {
+  for (const Index row : still_rows_) rows[row] = 0.0;
   if (distances_.size() > 0) distances_.advance(parallel, k, coefficients, table_, last, blocks, rows);
   for (Group& group : groups_) {
     if (!group.takes_part) continue;
     parallel.for_ranges(
         group.family.num_chunks(),
         [&](std::size_t begin, std::size_t end) {
-          for (std::size_t chunk = begin; chunk < end; ++chunk)
-            advance_chunk(group, chunk, k, coefficients, last, blocks, rows);
+          for (std::size_t chunk = begin; chunk < end; ++chunk) {
+            group.family.with_lanes(
+                chunk, [&](auto* lanes) { advance_chunk(group, lanes, chunk, k, coefficients, last, blocks, rows); });
+          }
         },
         16);
   }

@@ -27,6 +27,9 @@ class ConstraintSeries {
 
   /// Begins at t with series up to `order`.
   void begin(double t, int order);
+  /// Those incidences whose blocks `advance` writes. What the others add to K lambda is K_0 lambda_k alone: their
+  /// gradients do not turn.
+  std::vector<Incidence> turning(std::span<const Incidence> incidences) const;
   /// s: the series of the functions of time hold up to there.
   double smooth_until() const { return table_.smooth_until(); }
 
@@ -45,7 +48,6 @@ class ConstraintSeries {
   struct Group {
     ProgramFamily family;
     bool is_linear = false;
-    bool is_still = false;             // linear, and nothing in it depends on time: no coefficient but K_0'r_{k+2}
     std::vector<Index> rows{};         // [member] its first inner row
     std::vector<Index> blocks{};       // [member][point] of its first row
     std::optional<Turning> turning{};  // of lines that turn
@@ -59,12 +61,14 @@ class ConstraintSeries {
   template <class G>
   void add_recorded(const Source& source, std::size_t g, const G& given, std::size_t first_member,
                     std::optional<Turning> turning);
-  void advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients, const double* last,
-                     double* blocks, double* rows);
+  template <class Lane>
+  void advance_chunk(Group& group, Lane* lanes, std::size_t chunk, int k, std::span<double* const> coefficients,
+                     const double* last, double* blocks, double* rows);
 
   TimeSeriesTable table_;
   DistanceSeries distances_;
   std::vector<Group> groups_;
+  std::vector<Index> still_rows_;  // linear, and nothing in them depends on time: no coefficient but K_0'r_{k+2}
   std::string obstacle_;
 };
 

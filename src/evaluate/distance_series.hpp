@@ -32,6 +32,11 @@ class DistanceSeries {
   };
   void append(const Member& member, const Extra& extra);
   std::size_t size() const { return members_.size(); }
+  /// visit(block) for the block of each member.
+  template <class Visit>
+  void for_each_block(const Visit& visit) const {
+    for (const Member& member : members_) visit(member.block);
+  }
 
   void resize(int order);
 

@@ -1,5 +1,6 @@
 #include "evaluate/force_series.hpp"
 
+#include <type_traits>
 #include <variant>
 
 #include "base/text.hpp"
@@ -180,8 +181,7 @@ ForceSeries::ForceSeries(const System& system, const Numbering& numbering, doubl
     if (std::visit([&](const auto& given) { return reader.add(given); }, force)) continue;
     const bool is_pairs = std::holds_alternative<PairForces>(force);
     obstacle_ = "forces[" + text(g) + "] cannot be expanded in time: " +
-                (is_pairs ? "pair forces have no series"
-                          : "it is known as a function alone");
+                (is_pairs ? "pair forces have no series" : "it is known as a function alone");
   }
   if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a force is known as a function of time alone";
   std::erase_if(groups_, [](const Group& group) { return group.family.size() == 0; });
@@ -192,41 +192,43 @@ void ForceSeries::begin(double t, int order) {
   for (Group& group : groups_) group.family.resize(order);
 }
 
+template <class Lane>
+void ForceSeries::write_forces(const Group& group, const Lane* lanes, std::size_t chunk, int k, double* blocks) {
+  const ProgramFamily& family = group.family;
+  const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
+  const std::size_t blocks_of_member = group.blocks_of_member;
+  const auto force = [&](std::size_t i, std::size_t m) {
+    const SeriesProgram& program = family.program();
+    return group.is_energy ? -member_of(program.adjoint(lanes, family.order(), i)[k], m)
+                           : member_of(program.result(lanes, family.order(), i)[k], m);
+  };
+  for (std::size_t m = 0; m < count; ++m) {
+    for (std::size_t i = 0; i < blocks_of_member; ++i) {
+      store(blocks, static_cast<std::size_t>(group.first_block) + (first + m) * blocks_of_member + i,
+            {force(3 * i, m), force(3 * i + 1, m), force(3 * i + 2, m)});
+    }
+  }
+}
+
 void ForceSeries::advance(const Parallel& parallel, int k, std::span<double* const> coefficients, double* blocks) {
   for (Group& group : groups_) {
     ProgramFamily& family = group.family;
     const SeriesProgram& program = family.program();
-    const SeriesLane seed = SeriesLane{} + (k == 0 ? 1.0 : 0.0);
+    const auto advance_chunk = [&](std::size_t chunk, auto* lanes) {
+      using Lane = std::remove_pointer_t<decltype(lanes)>;
+      const Lane seed = Lane{} + (k == 0 ? 1.0 : 0.0);
+      family.load(lanes, chunk, k, coefficients, table_);
+      program.evaluate(lanes, family.order(), k);
+      if (group.is_energy) program.differentiate(lanes, family.order(), k, &seed);
+      write_forces(group, lanes, chunk, k, blocks);
+    };
     parallel.for_ranges(
         family.num_chunks(),
         [&](std::size_t begin, std::size_t end) {
-          for (std::size_t chunk = begin; chunk < end; ++chunk) {
-            family.load(chunk, k, coefficients, table_);
-            SeriesLane* const lanes = family.lanes(chunk);
-            program.evaluate(lanes, family.order(), k);
-            if (group.is_energy) program.differentiate(lanes, family.order(), k, &seed);
-            write_forces(group, chunk, k, blocks);
-          }
+          for (std::size_t chunk = begin; chunk < end; ++chunk)
+            family.with_lanes(chunk, [&](auto* lanes) { advance_chunk(chunk, lanes); });
         },
         16);
-  }
-}
-
-void ForceSeries::write_forces(const Group& group, std::size_t chunk, int k, double* blocks) {
-  const ProgramFamily& family = group.family;
-  const SeriesLane* const lanes = family.lanes(chunk);
-  const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
-  const std::size_t blocks_of_member = group.blocks_of_member;
-  const auto force = [&](std::size_t i, std::size_t lane) {
-    const SeriesProgram& program = family.program();
-    return group.is_energy ? -program.adjoint(lanes, family.order(), i)[k][lane]
-                           : program.result(lanes, family.order(), i)[k][lane];
-  };
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    for (std::size_t i = 0; i < blocks_of_member; ++i) {
-      store(blocks, static_cast<std::size_t>(group.first_block) + (first + lane) * blocks_of_member + i,
-            {force(3 * i, lane), force(3 * i + 1, lane), force(3 * i + 2, lane)});
-    }
   }
 }
 

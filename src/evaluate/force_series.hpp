@@ -42,7 +42,8 @@ class ForceSeries {
     std::size_t blocks_of_member;
   };
   class Reader;
-  static void write_forces(const Group& group, std::size_t chunk, int k, double* blocks);
+  template <class Lane>
+  static void write_forces(const Group& group, const Lane* lanes, std::size_t chunk, int k, double* blocks);
   void append(const std::vector<Index>& points, Index block, bool is_pair);
 
   Vec3 gravity_{};

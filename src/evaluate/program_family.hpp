@@ -47,47 +47,51 @@ class ProgramFamily {
   void resize(int order) {
     order_ = order;
     lanes_per_chunk_ = program_.num_lanes(order);
-    lanes_.resize(num_chunks() * lanes_per_chunk_ * series_width);
+    lanes_.resize(num_chunks() * lanes_per_chunk_ * (is_alone() ? 1 : series_width));
   }
 
   int order() const { return order_; }
-  SeriesLane* lanes(std::size_t chunk) {
-    return reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_;
-  }
-  const SeriesLane* lanes(std::size_t chunk) const {
-    return reinterpret_cast<const SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_;
+  /// body(lanes) with those of a chunk; a member that is alone has plain numbers, an eighth of the memory.
+  template <class Body>
+  void with_lanes(std::size_t chunk, const Body& body) {
+    if (is_alone())
+      body(lanes_.data());
+    else
+      body(reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_);
   }
   /// Member in a lane; the last chunk repeats the last one.
   std::size_t member(std::size_t chunk, std::size_t lane) const {
     return std::min(chunk * series_width + lane, size_ - 1);
   }
 
-  /// Coefficient k of the variables of a chunk; with `points_known` false that of the points is taken as 0.
-  void load(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
+  /// Coefficient k of the variables of a chunk, into its lanes; with `points_known` false that of the points is taken
+  /// as 0.
+  template <class Lane>
+  void load(Lane* base, std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
             bool points_known = true) {
-    SeriesLane* const base = lanes(chunk);
     const std::size_t count = std::min(series_width, size_ - chunk * series_width);
     for (std::size_t i = 0; i < variables_.size(); ++i) {
       const SeriesVariable& variable = variables_[i];
-      SeriesLane& lane_values = program_.variable(base, order_, i)[k];
+      Lane& values = program_.variable(base, order_, i)[k];
       if (variable.source != SeriesVariable::Source::Time && !points_known) {
-        lane_values = SeriesLane{};
+        values = Lane{};
         continue;
       }
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::size_t m = member(chunk, lane);
         if (variable.source == SeriesVariable::Source::Time) {
           const std::size_t slot = functions_[m * functions_per_member_ + static_cast<std::size_t>(variable.function)];
-          lane_values[lane] = table[slot][k];
+          member_of(values, lane) = table[slot][k];
           continue;
         }
         // v = r': v_k = (k + 1) r_{k+1}
         const bool is_position = variable.source == SeriesVariable::Source::Position;
         const double* const from = coefficients[static_cast<std::size_t>(is_position ? k : k + 1)];
         const std::size_t place = 3 * point(m, variable.point) + static_cast<std::size_t>(variable.component);
-        lane_values[lane] = is_position ? from[place] : (k + 1) * from[place];
+        member_of(values, lane) = is_position ? from[place] : (k + 1) * from[place];
       }
-      for (std::size_t lane = count; lane < series_width; ++lane) lane_values[lane] = lane_values[count - 1];
+      for (std::size_t lane = count; lane < width_of<Lane>; ++lane)
+        member_of(values, lane) = member_of(values, count - 1);
     }
   }
 
@@ -97,12 +101,14 @@ class ProgramFamily {
   const std::vector<SeriesVariable>& variables() const { return variables_; }
 
  private:
+  bool is_alone() const { return size_ == 1; }
+
   SeriesProgram program_;
   std::vector<SeriesVariable> variables_;
   std::size_t points_per_member_, functions_per_member_, size_ = 0;
   std::vector<int> points_;             // [member][point], inner
   std::vector<std::size_t> functions_;  // [member][function]
-  std::vector<double> lanes_;           // [chunk][…][series_width]
+  std::vector<double> lanes_;           // [chunk][…][series_width or 1]
   std::size_t lanes_per_chunk_ = 0;
   int order_ = 0;
 };

@@ -10,15 +10,25 @@ namespace tanor {
 namespace {
 
 using Operation = Expression::Operation;
-using Lane = SeriesLane;
 
 /// sum over j = first … last of a_j b_{k-j}
+template <class Lane>
 [[gnu::always_inline]] inline void add_products(const Lane* a, const Lane* b, int k, int first, int last, Lane* sum) {
   Lane s = *sum;
   for (int j = first; j <= last; ++j) s += a[j] * b[k - j];
   *sum = s;
 }
+/// sum over j = first … k - first of a_j a_{k-j}, each pair once
+template <class Lane>
+[[gnu::always_inline]] inline void add_squares(const Lane* a, int k, int first, Lane* sum) {
+  Lane half{};
+  int j = first;
+  for (; 2 * j < k; ++j) half += a[j] * a[k - j];
+  *sum += 2.0 * half;
+  if (2 * j == k) *sum += a[j] * a[j];
+}
 /// sum over j = first … last of j a_j b_{k-j}
+template <class Lane>
 [[gnu::always_inline]] inline void add_weighted(const Lane* a, const Lane* b, int k, int first, int last, Lane* sum) {
   Lane s = *sum;
   for (int j = first; j <= last; ++j) s += static_cast<double>(j) * a[j] * b[k - j];
@@ -78,14 +88,16 @@ bool SeriesProgram::is_linear_in(const std::vector<char>& counts) const {
 namespace {
 
 /// The series that an instruction reads, and the one that it writes.
+template <class Lane>
 struct Operands {
   const Lane *a, *b, *c;
   Lane *r, *after;  // `after`: of the next instruction, which is the cosine of a sine
 };
 
 /// Coefficient k of sums, products and choices; false: it is another function.
+template <class Lane>
 [[gnu::always_inline]] inline bool evaluate_arithmetic(const Expression::Instruction& instruction,
-                                                       const Operands& operands, int k) {
+                                                       const Operands<Lane>& operands, int k) {
   const auto& [a, b, c, r, after] = operands;
   Lane sum{};
   switch (instruction.operation) {
@@ -108,7 +120,10 @@ struct Operands {
       return true;
     case Operation::Multiply:
       // r_k = sum over j = 0 … k of a_j b_{k-j}
-      add_products(a, b, k, 0, k, &sum);
+      if (a == b)
+        add_squares(a, k, 0, &sum);
+      else
+        add_products(a, b, k, 0, k, &sum);
       r[k] = sum;
       return true;
     case Operation::Divide:
@@ -119,11 +134,12 @@ struct Operands {
     case Operation::Abs:
     case Operation::Min:
     case Operation::Max:
-      for (std::size_t lane = 0; lane < series_width; ++lane) {
+      for (std::size_t m = 0; m < width_of<Lane>; ++m) {
         const bool is_abs = instruction.operation == Operation::Abs;
-        const double x = a[k][lane], y = is_abs ? -x : b[k][lane], p = a[0][lane], q = is_abs ? 0.0 : b[0][lane];
+        const double x = member_of(a[k], m), y = is_abs ? -x : member_of(b[k], m);
+        const double p = member_of(a[0], m), q = is_abs ? 0.0 : member_of(b[0], m);
         const bool takes_y = instruction.operation == Operation::Min ? q < p : p < q;
-        r[k][lane] = takes_y ? y : x;
+        member_of(r[k], m) = takes_y ? y : x;
       }
       return true;
     default:
@@ -132,37 +148,39 @@ struct Operands {
 }
 
 /// Coefficient 0 of a function: its value.
-[[gnu::always_inline]] inline void evaluate_value(Operation operation, const Operands& operands) {
+template <class Lane>
+[[gnu::always_inline]] inline void evaluate_value(Operation operation, const Operands<Lane>& operands) {
   const auto& [a, b, c, r, after] = operands;
-  for (std::size_t lane = 0; lane < series_width; ++lane) {
-    const double x = a[0][lane];
-    double y = r[0][lane];
+  for (std::size_t m = 0; m < width_of<Lane>; ++m) {
+    const double x = member_of(a[0], m);
+    double y = member_of(r[0], m);
     // clang-format off
     switch (operation) {
       case Operation::Sqrt: y = std::sqrt(x); break;
       case Operation::Exp: y = std::exp(x); break;
       case Operation::Log: y = std::log(x); break;
-      case Operation::Sin: y = std::sin(x); after[0][lane] = std::cos(x); break;
-      case Operation::Sinh: y = std::sinh(x); after[0][lane] = std::cosh(x); break;
+      case Operation::Sin: y = std::sin(x); member_of(after[0], m) = std::cos(x); break;
+      case Operation::Sinh: y = std::sinh(x); member_of(after[0], m) = std::cosh(x); break;
       case Operation::Asin: y = std::asin(x); break;
       case Operation::Atan: y = std::atan(x); break;
-      case Operation::Atan2: y = std::atan2(x, b[0][lane]); break;
+      case Operation::Atan2: y = std::atan2(x, member_of(b[0], m)); break;
       default: break;
     }
     // clang-format on
-    r[0][lane] = y;
+    member_of(r[0], m) = y;
   }
 }
 
 /// Coefficient k > 0 of a function, from the differential equation that it solves.
-[[gnu::always_inline]] inline void evaluate_function(Operation operation, const Operands& operands, int k) {
+template <class Lane>
+[[gnu::always_inline]] inline void evaluate_function(Operation operation, const Operands<Lane>& operands, int k) {
   const auto& [a, b, c, r, after] = operands;
   const double inverse = 1.0 / k;
   Lane sum{}, other{}, last{};
   switch (operation) {
     case Operation::Sqrt:
       // r^2 = a
-      add_products(r, r, k, 1, k - 1, &sum);
+      add_squares(r, k, 1, &sum);
       r[k] = (a[k] - sum) / (2.0 * r[0]);
       break;
     case Operation::Exp:
@@ -201,6 +219,7 @@ struct Operands {
   }
 }
 
+template <class Lane>
 void evaluate_coefficient(const std::vector<Expression::Instruction>& instructions, Lane* lanes, std::size_t length,
                           int k) {
   dispatch([=, &instructions] {
@@ -208,7 +227,7 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
     for (std::size_t i = 0; i < instructions.size(); ++i) {
       const Expression::Instruction& instruction = instructions[i];
       Lane* const r = lanes + i * length;
-      const Operands operands{series(instruction.a), series(instruction.b), series(instruction.c), r, r + length};
+      const Operands<Lane> operands{series(instruction.a), series(instruction.b), series(instruction.c), r, r + length};
       if (evaluate_arithmetic(instruction, operands, k)) continue;
       if (k == 0)
         evaluate_value(instruction.operation, operands);
@@ -219,14 +238,16 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
 }
 
 /// The series of an instruction and of its operands, and where the adjoints of these gather.
+template <class Lane>
 struct Adjoints {
   const Lane *a, *b, *c, *r, *self;
   Lane *to_a, *to_b, *q;  // q: a quotient of series
 };
 
 /// What the adjoint of a sum, product or choice adds to those of its operands; false: it is another function.
+template <class Lane>
 [[gnu::always_inline]] inline bool differentiate_arithmetic(const Expression::Instruction& instruction,
-                                                            const Adjoints& of, int k) {
+                                                            const Adjoints<Lane>& of, int k) {
   Lane sum{}, other{};
   switch (instruction.operation) {
     case Operation::Variable:
@@ -248,21 +269,24 @@ struct Adjoints {
       return true;
     case Operation::Multiply:
       add_products(of.b, of.self, k, 0, k, &sum);
-      *of.to_a += sum;
+      *of.to_a += of.a == of.b ? 2.0 * sum : sum;
+      if (of.a == of.b) return true;
       add_products(of.a, of.self, k, 0, k, &other);
       *of.to_b += other;
       return true;
     case Operation::Abs:
-      for (std::size_t lane = 0; lane < series_width; ++lane)
-        (*of.to_a)[lane] += of.a[0][lane] < 0.0 ? -of.self[k][lane] : of.self[k][lane];
+      for (std::size_t m = 0; m < width_of<Lane>; ++m) {
+        const double self = member_of(of.self[k], m);
+        member_of(*of.to_a, m) += member_of(of.a[0], m) < 0.0 ? -self : self;
+      }
       return true;
     case Operation::Min:
-      for (std::size_t lane = 0; lane < series_width; ++lane)
-        (of.b[0][lane] < of.a[0][lane] ? *of.to_b : *of.to_a)[lane] += of.self[k][lane];
+      for (std::size_t m = 0; m < width_of<Lane>; ++m)
+        member_of(member_of(of.b[0], m) < member_of(of.a[0], m) ? *of.to_b : *of.to_a, m) += member_of(of.self[k], m);
       return true;
     case Operation::Max:
-      for (std::size_t lane = 0; lane < series_width; ++lane)
-        (of.a[0][lane] < of.b[0][lane] ? *of.to_b : *of.to_a)[lane] += of.self[k][lane];
+      for (std::size_t m = 0; m < width_of<Lane>; ++m)
+        member_of(member_of(of.a[0], m) < member_of(of.b[0], m) ? *of.to_b : *of.to_a, m) += member_of(of.self[k], m);
       return true;
     default:
       return false;
@@ -270,7 +294,8 @@ struct Adjoints {
 }
 
 /// The same of a function.
-[[gnu::always_inline]] inline void differentiate_function(Operation operation, const Adjoints& of, int k) {
+template <class Lane>
+[[gnu::always_inline]] inline void differentiate_function(Operation operation, const Adjoints<Lane>& of, int k) {
   // q = self/divisor
   const auto divide = [&](const Lane* divisor) __attribute__((always_inline)) {
     Lane s{};
@@ -312,7 +337,8 @@ struct Adjoints {
 }
 
 /// The same of sines and cosines; `length` lies between the series of a pair.
-[[gnu::always_inline]] inline void differentiate_pair(Operation operation, const Adjoints& of, std::size_t length,
+template <class Lane>
+[[gnu::always_inline]] inline void differentiate_pair(Operation operation, const Adjoints<Lane>& of, std::size_t length,
                                                       int k) {
   const bool is_first = operation == Operation::Sin || operation == Operation::Sinh;
   if (!is_first && operation != Operation::Cos && operation != Operation::Cosh) return;
@@ -324,6 +350,7 @@ struct Adjoints {
     *of.to_a += sum;
 }
 
+template <class Lane>
 void differentiate_coefficient(const Expression& expression, const std::vector<int>& quotient, Lane* lanes,
                                std::size_t length, int k, const Lane* seeds) {
   dispatch([=, &expression, &quotient] {
@@ -340,7 +367,7 @@ void differentiate_coefficient(const Expression& expression, const std::vector<i
     for (std::size_t i = count; i-- > 0;) {
       const Expression::Instruction& instruction = expression.instructions[i];
       Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
-      const Adjoints of{
+      const Adjoints<Lane> of{
           series(instruction.a), series(instruction.b),      series(instruction.c),      lanes + i * length,
           adjoints + i * length, adjoint(instruction.a) + k, adjoint(instruction.b) + k, q};
       if (differentiate_arithmetic(instruction, of, k)) continue;
@@ -352,12 +379,19 @@ void differentiate_coefficient(const Expression& expression, const std::vector<i
 
 }  // namespace
 
-void SeriesProgram::evaluate(SeriesLane* lanes, int order, int k) const {
+template <class Lane>
+void SeriesProgram::evaluate(Lane* lanes, int order, int k) const {
   evaluate_coefficient(expression_.instructions, lanes, stride(order), k);
 }
 
-void SeriesProgram::differentiate(SeriesLane* lanes, int order, int k, const SeriesLane* seeds) const {
+template <class Lane>
+void SeriesProgram::differentiate(Lane* lanes, int order, int k, const Lane* seeds) const {
   differentiate_coefficient(expression_, quotient_, lanes, stride(order), k, seeds);
 }
+
+template void SeriesProgram::evaluate(SeriesLane*, int, int) const;
+template void SeriesProgram::evaluate(double*, int, int) const;
+template void SeriesProgram::differentiate(SeriesLane*, int, int, const SeriesLane*) const;
+template void SeriesProgram::differentiate(double*, int, int, const double*) const;
 
 }  // namespace tanor

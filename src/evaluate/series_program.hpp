@@ -12,11 +12,28 @@ inline constexpr std::size_t series_width = 8;
 using SeriesLane =
     double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
 
+/// Members in a lane: a plain double holds one.
+template <class Lane>
+inline constexpr std::size_t width_of = sizeof(Lane) / sizeof(double);
+inline double& member_of(SeriesLane& lane, std::size_t m) {
+  return reinterpret_cast<double*>(&lane)[m];
+}
+inline double member_of(const SeriesLane& lane, std::size_t m) {
+  return lane[m];
+}
+inline double& member_of(double& lane, std::size_t) {
+  return lane;
+}
+inline double member_of(const double& lane, std::size_t) {
+  return lane;
+}
+
 /// An expression run on series in time, coefficient by coefficient, `series_width` members at once: coefficient k of
 /// every instruction follows from the coefficients up to k of those before it (Griewank & Walther, table 13.2), and
 /// coefficient k of every adjoint from the coefficients up to k of the values and of the adjoints behind it.
 ///
-/// One member's O(order) numbers of each instruction are kept by the caller: `num_lanes(order)` lanes.
+/// One member's O(order) numbers of each instruction are kept by the caller: `num_lanes(order)` lanes, which are
+/// SeriesLane, or double for a member that is alone.
 class SeriesProgram {
  public:
   SeriesProgram() = default;
@@ -32,21 +49,26 @@ class SeriesProgram {
   }
 
   /// Coefficients 0 … order of variable i, and of result m.
-  SeriesLane* variable(SeriesLane* lanes, int order, std::size_t i) const {
+  template <class Lane>
+  Lane* variable(Lane* lanes, int order, std::size_t i) const {
     return lanes + number(expression_.variables[i]) * stride(order);
   }
-  const SeriesLane* result(const SeriesLane* lanes, int order, std::size_t m) const {
+  template <class Lane>
+  const Lane* result(const Lane* lanes, int order, std::size_t m) const {
     return lanes + number(expression_.results[m]) * stride(order);
   }
   /// Adjoint of variable i: sum over the results of (d result/d variable) seed.
-  const SeriesLane* adjoint(const SeriesLane* lanes, int order, std::size_t i) const {
+  template <class Lane>
+  const Lane* adjoint(const Lane* lanes, int order, std::size_t i) const {
     return lanes + (num_instructions() + number(expression_.variables[i])) * stride(order);
   }
 
   /// Coefficient k of everything, from that of the variables.
-  void evaluate(SeriesLane* lanes, int order, int k) const;
+  template <class Lane>
+  void evaluate(Lane* lanes, int order, int k) const;
   /// Coefficient k of all adjoints, from that of the seeds, one for each result. Values are known up to k.
-  void differentiate(SeriesLane* lanes, int order, int k, const SeriesLane* seeds) const;
+  template <class Lane>
+  void differentiate(Lane* lanes, int order, int k, const Lane* seeds) const;
 
  private:
   static std::size_t number(int instruction) { return static_cast<std::size_t>(instruction); }

@@ -201,10 +201,10 @@ void Cholesky::Implementation::solve_simplicial(double* x) const {
     const double xj = x[j];
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) x[rows[k]] -= u[k] * xj;
   }
-  // (L D^-1)' x = D^-2 y
+  // (L D^-1)' x = D^-2 y, last rows first: only the last subtraction waits for the number found just before.
   for (std::size_t j = n; j-- > 0;) {
     double sum = x[j] * inverse_pivots[j];
-    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) sum -= u[k] * x[rows[k]];
+    for (int k = start[j] + count[j]; --k > start[j];) sum -= u[k] * x[rows[k]];
     x[j] = sum;
   }
 }

@@ -154,9 +154,20 @@ Parameter Context::parameter(const Cursor& cursor, std::size_t num_members, Para
 }
 
 Parameter Context::constant_parameter(const Cursor& cursor, std::size_t num_members) const {
-  Parameter parameter = this->parameter(cursor, num_members);
-  if (!parameter.functions.empty()) cursor.fail(R"("initial", a number or a list of numbers)");
-  return parameter;
+  if (cursor.says("initial")) return {};
+  if (!cursor.is_number() && !cursor.is_list()) cursor.fail(R"("initial", a number or a list of numbers)");
+  Parameter result;
+  result.constants = numbers(cursor, num_members);
+  return result;
+}
+
+std::vector<double> Context::numbers(const Cursor& cursor, std::size_t num_members) const {
+  if (cursor.is_number()) return {cursor.number()};
+  const Cursor::List list = cursor.list("a number or a list of numbers");
+  if (list.size() != num_members) cursor.fail(fmt::format("one number, or a list of {}", num_members));
+  std::vector<double> result;
+  for (const Cursor entry : list) result.push_back(entry.number());
+  return result;
 }
 
 std::vector<Vector3> Context::vectors(const Cursor& cursor) const {

@@ -49,6 +49,8 @@ struct Context {
   Parameter parameter(const Cursor& cursor, std::size_t num_members, Parameter otherwise = {}) const;
   /// The same without functions of time.
   Parameter constant_parameter(const Cursor& cursor, std::size_t num_members) const;
+  /// A number for all members, or a list of one for each.
+  std::vector<double> numbers(const Cursor& cursor, std::size_t num_members) const;
   std::vector<Vector3> vectors(const Cursor& cursor) const;
 };
 

@@ -23,7 +23,7 @@ Vector3 read_box(const Cursor& box, const Context& context) {
 
 }  // namespace
 
-/// Lists of points of one size, 1 to `most` of them.
+/// One list of points or more, all of one size, 1 to `most`.
 std::vector<std::vector<Index>> read_tuples(const Cursor& list, const Context& context, std::size_t most) {
   std::vector<std::vector<Index>> tuples;
   std::string wanted = fmt::format("a list of 1 to {} points", most);
@@ -36,6 +36,7 @@ std::vector<std::vector<Index>> read_tuples(const Cursor& list, const Context& c
       tuple.fail(wanted);
     tuples.push_back(std::move(points));
   }
+  if (tuples.empty()) list.fail("one list of points or more");
   return tuples;
 }
 
@@ -58,12 +59,15 @@ struct Extra<FormulaForce> {
     if (has_tuples) {
       force->tuples = read_tuples(entry["tuples"], context, ForceKernel::most_points);
       if (entry["points"]) entry["points"].complain("found beside \"tuples\"; one of both is right");
-      const std::size_t p = force->tuples.empty() ? 1 : force->tuples[0].size();
+      const std::size_t p = force->tuples[0].size();
       components.assign(tuple_components.begin(), tuple_components.begin() + static_cast<long>(3 * p));
     } else {
       force->points = context.points(entry["points"]);
     }
     refuse_other_components(entry, components, has_tuples);
+    if (std::ranges::none_of(components, [&](std::string_view key) { return static_cast<bool>(entry[key]); }))
+      entry.complain(fmt::format("found no component of the force, wanted one of {} to {} or more", components[0],
+                                 components.back()));
     std::vector<std::string> texts;
     for (const std::string_view component : components) texts.push_back(entry[component].string("0"));
     try {
@@ -137,9 +141,7 @@ struct Extra<PairForces> {
   }
   static std::vector<double> read_charges(const Cursor& charges, const Context& context, const PairForces& pairs) {
     const std::size_t num_points = pairs.points.empty() ? context.num_points : pairs.points.size();
-    const std::vector<double> numbers = context.constant_parameter(charges, num_points).constants;
-    if (numbers.empty()) charges.fail("a number, or one a point");
-    return numbers;
+    return context.numbers(charges, num_points);
   }
 };
 
@@ -153,11 +155,10 @@ struct Extra<Potential> {
     if (entry["constants"]) {
       for (const auto& [name, value] : entry["constants"].members("an object of numbers by name")) {
         names.emplace_back(name);
-        potential->constants.push_back(context.constant_parameter(value, potential->points.size()).constants);
-        if (potential->constants.back().empty()) value.fail("a number or a list of numbers");
+        potential->constants.push_back(context.numbers(value, potential->points.size()));
       }
     }
-    const int num_points = potential->points.empty() ? 1 : static_cast<int>(potential->points[0].size());
+    const int num_points = static_cast<int>(potential->points[0].size());
     const Cursor energy = entry["energy"];
     const std::string& text = energy.string();
     potential->kernel = energy.locate([&] { return formula_potential(text, num_points, context.parameters, names); });
@@ -166,11 +167,12 @@ struct Extra<Potential> {
  private:
   /// Lists of points of one size; of single points "all" or a range, too.
   static void read_tuples(const Cursor& list, const Context& context, Potential* potential) {
-    if (!list.is_list()) {
+    if (list.is_list()) {
+      potential->points = scene::read_tuples(list, context, PotentialKernel::most_points);
+    } else {
       for (const Index point : context.points(list)) potential->points.push_back({point});
-      return;
+      if (potential->points.empty()) list.complain("found no point, wanted one or more");
     }
-    potential->points = scene::read_tuples(list, context, PotentialKernel::most_points);
   }
 };
 

@@ -58,6 +58,17 @@ inline double read_number(const Cursor& cursor, const ValueRange& range) {
   return cursor.number();
 }
 
+/// Whether "initial" says a number of a group: where an energy's law reads it, for some alone.
+template <class Group>
+bool may_be_initial([[maybe_unused]] const Group& group, [[maybe_unused]] std::string_view field) {
+  if constexpr (HasEnergy<Group>) {
+    for (const LawNumber& number : KindOf<Group>::law_numbers(group)) {
+      if (number.name == field) return number.may_be_initial;
+    }
+  }
+  return true;
+}
+
 /// One field of a group whose members are known; an absent one keeps the value of its struct.
 template <class Group, class Value>
 void read_field(const Cursor& cursor, const Context& context, const FieldOf<Group, Value>& field, Group* group) {
@@ -66,7 +77,11 @@ void read_field(const Cursor& cursor, const Context& context, const FieldOf<Grou
   if (!cursor && !data.is_required) return;
   if constexpr (std::is_same_v<Value, Parameter>) {
     const std::size_t num_members = (group->*KindOf<Group>::members).size();
-    value = data.is_constant ? context.constant_parameter(cursor, num_members) : context.parameter(cursor, num_members);
+    if (!may_be_initial(*group, field.name))
+      value.constants = context.numbers(cursor, num_members);
+    else
+      value =
+          data.is_constant ? context.constant_parameter(cursor, num_members) : context.parameter(cursor, num_members);
   } else if constexpr (std::is_same_v<Value, VectorFunction>) {
     value = context.vector_function(cursor);
   } else if constexpr (std::is_same_v<Value, Vector3>) {

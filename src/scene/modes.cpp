@@ -1,5 +1,6 @@
 #include "scene/modes.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace tanor::scene {
@@ -32,8 +33,12 @@ void read_modes(const Cursor& modes, Scene* scene) {
   if (buckling.is_string()) {
     scene->buckling_loads = {name_of_load(buckling, scene->system)};
   } else {
-    for (const Cursor& load : buckling.optional_list("the name of a force, or a list of names"))
-      scene->buckling_loads.push_back(name_of_load(load, scene->system));
+    for (const Cursor& load : buckling.optional_list("the name of a force, or a list of names")) {
+      const std::string name = name_of_load(load, scene->system);
+      if (std::ranges::find(scene->buckling_loads, name) != scene->buckling_loads.end())
+        load.complain("found \"" + name + "\" a second time, wanted each load once");
+      scene->buckling_loads.push_back(name);
+    }
   }
 }
 

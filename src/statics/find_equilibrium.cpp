@@ -246,6 +246,7 @@ void Search::describe() {
     result_.multipliers_unique = rank.multipliers_unique;
     for (const RowDependence& dependence : rank.dependences) result_.dependences.push_back(dependence.what);
     result_.self_stress_states = rank.dependences.size() - (model_.num_rows() - model_.numbering.first_idle_row());
+    note_useless_prestress(prestress_, result_.self_stress_states, &result_.left_out);
     if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest}).force <=
                                               std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale))
       state_.lambda = std::move(smallest);

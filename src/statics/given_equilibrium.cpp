@@ -20,6 +20,15 @@ constexpr double allowed_change = 1e-8;
 
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
 
+/// "a; b; c; and 9 more"
+std::string name_some(const std::vector<std::string>& all) {
+  constexpr std::size_t most = 3;
+  std::string names;
+  for (std::size_t k = 0; k < std::min(most, all.size()); ++k) names += (k > 0 ? "; " : "") + all[k];
+  if (all.size() > most) names += "; and " + std::to_string(all.size() - most) + " more";
+  return names;
+}
+
 void check_size(std::size_t found, std::size_t wanted, const char* name) {
   if (found != wanted) {
     throw InputError("", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) +
@@ -73,6 +82,7 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   if (!lambda_.empty()) {
     if (Outcome outcome = smallest_.find(r_, prestress, &lambda_); !outcome.ok()) throw InputError("", outcome.what);
     if (model().may_lose_rank) rank_ = smallest_.rank(r_);
+    note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
   }
   if (given.empty()) return;
   check_size(given.size(), numbering.num_user_rows, "multipliers");
@@ -144,10 +154,10 @@ std::vector<std::vector<double>> GivenEquilibrium::random_moves(std::size_t coun
 }
 
 std::string GivenEquilibrium::find_ambiguous_stiffness() {
-  std::string names;
+  std::vector<std::string> found;
   if (std::ranges::all_of(rank_.dependences, [](const RowDependence& each) { return each.terms.empty(); }) ||
       degrees_of_freedom() == 0)
-    return names;
+    return {};
   const std::vector<std::vector<double>> moves = random_moves(2);
   std::vector<double> with(equations_.size()), without(equations_.size());
   equations_.stiffness().multiply(moves[0].data(), without.data());
@@ -159,11 +169,10 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
     equations_.stiffness().multiply(moves[0].data(), with.data());
     // y'(W(lambda + nu) - W(lambda))z
     for (std::size_t i = 0; i < with.size(); ++i) with[i] -= without[i];
-    if (std::abs(dot(moves[1], with)) > allowed_change * std::sqrt(dot(with, with)))
-      names += (names.empty() ? "" : "; ") + dependence.what;
+    if (std::abs(dot(moves[1], with)) > allowed_change * std::sqrt(dot(with, with))) found.push_back(dependence.what);
   }
   linearise(lambda_);
-  return names;
+  return name_some(found);
 }
 
 }  // namespace tanor

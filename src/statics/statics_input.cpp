@@ -105,6 +105,13 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
   prestress = read_prestress(system, options.prestress);
 }
 
+void note_useless_prestress(const std::vector<double>& prestress, std::size_t self_stress_states,
+                            std::vector<std::string>* left_out) {
+  const bool is_given = std::ranges::any_of(prestress, [](double tension) { return tension != 0.0; });
+  if (is_given && self_stress_states == 0)
+    left_out->push_back("prestress: the rods cannot pull against each other, the forces alone decide their tensions");
+}
+
 std::string describe_rigid_points(const std::vector<Index>& points) {
   return text_of_count(points.size(), "point") + " from point " + std::to_string(std::ranges::min(points)) +
          " on: held rigid by prestress between supports, the tension of their rods is not determined";

@@ -17,6 +17,10 @@ struct StaticsInput {
   std::vector<std::string> left_out;  ///< by name
 };
 
+/// Says where tensions were asked for, multipliers that are not 0, and nothing is free to have them.
+void note_useless_prestress(const std::vector<double>& prestress, std::size_t self_stress_states,
+                            std::vector<std::string>* left_out);
+
 /// "3 points from point 7 on: held rigid by prestress …"
 std::string describe_rigid_points(const std::vector<Index>& points);
 

@@ -260,10 +260,14 @@ class Validation {
       for (const auto& each : group.constants) numbers.push_back(each[each.size() == 1 ? 0 : k]);
       double energy = 0.0;
       kernel.evaluate(kernel.context.get(), {1, t_, r.data(), numbers.data(), &energy, gradient.data()});
-      if (!is_in_range(energy)) fail_member(group, k, where, "the energy is " + text(energy) + " at the start");
+      // The text of the energy, which all tuples share, is what may be wrong: its entry is the place.
+      const auto fail = [&](const std::string& problem) {
+        throw InputError(where,
+                         name_member(group, k) + ": " + problem + " at the start; finite, at most 1e100, is right");
+      };
+      if (!is_in_range(energy)) fail("the energy is " + text(energy));
       for (const double slope : gradient) {
-        if (!is_in_range(slope))
-          fail_member(group, k, where, "the gradient of the energy has the component " + text(slope) + " at the start");
+        if (!is_in_range(slope)) fail("the gradient of the energy has the component " + text(slope));
       }
     }
   }
@@ -346,13 +350,16 @@ class Validation {
                          (num_points() == 1 ? ", 0" : ", 0 to " + text(num_points() - 1)));
   }
 
-  /// "[4, 5]: …" or "point 4: …"
+  /// "[4, 5]" or "point 4"
   template <class Group>
-  [[noreturn]] void fail_member(const Group& group, std::size_t k, const std::string& where,
-                                const std::string& problem) const {
+  static std::string name_member(const Group& group, std::size_t k) {
     const std::span<const Index> points = member_points(group, k);
-    const std::string member = points.size() == 1 ? "point " + text(points[0]) : text(points);
-    throw InputError(element(where + "/" + list_name<Group>(), k), member + ": " + problem);
+    return points.size() == 1 ? "point " + text(points[0]) : text(points);
+  }
+  template <class Group>
+  [[noreturn]] static void fail_member(const Group& group, std::size_t k, const std::string& where,
+                                       const std::string& problem) {
+    throw InputError(element(where + "/" + list_name<Group>(), k), name_member(group, k) + ": " + problem);
   }
 
   // ---- names ----

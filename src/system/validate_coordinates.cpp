@@ -71,10 +71,14 @@ class CoordinateValidation {
     // The point farthest from the first one, and the farthest from the line through both
     const Vec3 first = position(body.points[0]);
     Vec3 along{};
+    Index farthest = body.points.back();
     double size = norm(first);
     for (const Index point : body.points) {
       const Vec3 arm = position(point) - first;
-      if (norm(arm) > norm(along)) along = arm;
+      if (norm(arm) > norm(along)) {
+        along = arm;
+        farthest = point;
+      }
       size = std::max(size, norm(position(point)));
     }
     double height = 0.0;
@@ -83,8 +87,9 @@ class CoordinateValidation {
     }
     constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
     if (!(height > rounding * size * norm(along))) {
-      throw InputError(where + "/points",
-                       "all " + text(body.points.size()) + " points are on one line; a rigid body needs one beside it");
+      throw InputError(where + "/points", "all " + text(body.points.size()) +
+                                              " points are on one line, through points " + text(body.points.front()) +
+                                              " and " + text(farthest) + "; a rigid body needs one beside it");
     }
   }
 

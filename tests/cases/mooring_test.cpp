@@ -73,6 +73,16 @@ TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
     ASSERT_TRUE(rested.found.outcome.ok()) << rested.found.outcome.what;
     EXPECT_EQ(rested.on_floor, each.at("last_bead_on_floor").get<std::size_t>());
     EXPECT_NEAR(rested.horizontal(), number(each.at("H")), 1e-9 * number(each.at("H")));
+    const double top = number(each.at("V_top_rod"));
+    EXPECT_NEAR(-rested.vertical_at(static_cast<std::size_t>(line.rods)), top, 1e-9 * top);
+    // The floor carries what the first rod that is lifted does not.
+    const std::size_t touching = static_cast<std::size_t>(line.rods) + rested.on_floor - 1;
+    const double floor = number(each.at("floor_reaction_on_it"));
+    EXPECT_NEAR(rested.found.multipliers[touching], floor, 1e-9 * number(each.at("H")));
+    if (!each.contains("tensions")) continue;
+    const std::vector<double> tensions = numbers(each.at("tensions"));
+    for (std::size_t i = 0; i < tensions.size(); ++i)
+      EXPECT_NEAR(-rested.found.multipliers[i], tensions[i], 1e-9 * tensions[i]) << i;
     if (!each.contains("nodes")) continue;
     for (std::size_t i = 0; i < each.at("nodes").size(); ++i) {
       EXPECT_NEAR(rested.found.positions[3 * (i + 1)], number(each.at("nodes")[i][0]), 1e-8);
@@ -95,10 +105,14 @@ TEST(MooringLine, OfManyRodsHasTheForcesOfMoorPy) {
     ASSERT_TRUE(rested.found.outcome.ok()) << rested.found.outcome.what;
     const double bead = line.weight * line.length / line.rods, H = -moorpy[2].get<double>(),
                  V = -moorpy[3].get<double>();
-    EXPECT_NEAR(rested.horizontal(), H, 1e-6 * H) << "case " << k + 1;
+    EXPECT_NEAR(rested.horizontal(), H, 6e-7 * H) << "case " << k + 1;
     // The support carries half of a rod that no bead has.
     const double top = rested.vertical_at(static_cast<std::size_t>(line.rods));
-    EXPECT_NEAR(-top + 0.5 * bead, V, 1e-6 * V) << "case " << k + 1;
+    EXPECT_NEAR(-top + 0.5 * bead, V, 6e-7 * V) << "case " << k + 1;
+    const nlohmann::json& limit = each.at("inextensible");
+    const double H_limit = number(limit.at("H")), V_limit = number(limit.at(k == 3 ? "V_B" : "V_top"));
+    EXPECT_NEAR(rested.horizontal(), H_limit, 2e-7 * H_limit) << "case " << k + 1;
+    EXPECT_NEAR(-top + 0.5 * bead, V_limit, 2e-7 * V_limit) << "case " << k + 1;
     const double lying = line.length / line.rods * static_cast<double>(rested.on_floor);
     EXPECT_NEAR(lying, moorpy[4].get<double>(), line.length / line.rods) << "case " << k + 1;
   }

@@ -1,7 +1,10 @@
-/// Where chains and nets rest, with published digits: an uneven catenary of 100 rods (B1), a net of ropes between four
-/// corners (B2).
+/// Where systems rest, with published digits: uneven catenaries (B1), a net of ropes between four corners (B2), a chain
+/// that is pushed (B4), a bead on an ellipsoid (B5), charges on a sphere (B6).
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <tanor/equilibrium.hpp>
@@ -29,22 +32,60 @@ System make_system(const nlohmann::json& scene) {
   return system;
 }
 
-TEST(UnevenCatenary, Of100RodsRestsAsItsClosedForm) {
-  const nlohmann::json file = read_case("B1_catenary_uneven_N100");
-  const System system = make_system(file.at("scene"));
-
-  const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-12});
-
-  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-  EXPECT_EQ(found.status, Stability::Stable);
-  for (std::size_t i = 0; i < file.at("nodes").size(); ++i) {
-    for (std::size_t axis = 0; axis < 2; ++axis)
-      EXPECT_NEAR(found.positions[3 * (i + 1) + axis], number(file.at("nodes")[i][axis]), 1e-12) << i;
+void expect_places(const EquilibriumResult& found, std::size_t first, const nlohmann::json& nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (std::size_t axis = 0; axis < nodes[i].size(); ++axis)
+      EXPECT_NEAR(found.positions[3 * (i + first) + axis], number(nodes[i][axis]), 1e-12) << i;
   }
-  const std::vector<double> tensions = numbers(file.at("tensions"));
-  for (std::size_t k = 0; k < tensions.size(); ++k)
-    EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * tensions[k]) << k;
 }
+
+void expect_tensions(const EquilibriumResult& found, const nlohmann::json& wanted) {
+  const std::vector<double> tensions = numbers(wanted);
+  for (std::size_t k = 0; k < tensions.size(); ++k)
+    EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * std::abs(tensions[k])) << k;
+}
+
+void expect_omega(const Modes& found, std::vector<double> wanted) {
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  std::ranges::sort(wanted);
+  ASSERT_EQ(found.count(), wanted.size());
+  for (std::size_t k = 0; k < wanted.size(); ++k) EXPECT_NEAR(found.omega[k], wanted[k], 1e-10 * wanted[k]) << k;
+}
+
+class UnevenCatenary : public testing::TestWithParam<const char*> {};
+
+/// From a sagging start, and from the straight line between its supports, where its rods have other lengths.
+TEST_P(UnevenCatenary, RestsAsItsClosedForm) {
+  const nlohmann::json file = read_case(GetParam());
+  System system = make_system(file.at("scene"));
+  for (const bool is_straight : {false, true}) {
+    const std::size_t last = system.num_points() - 1;
+    for (std::size_t i = 3; i < 3 * last && is_straight; ++i)
+      system.positions[i] = system.positions[3 * last + i % 3] * static_cast<double>(i / 3) / static_cast<double>(last);
+
+    const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-12});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable);
+    expect_places(found, 1, file.at("nodes"));
+    expect_tensions(found, file.at("tensions"));
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      // The file has what the supports do to the chain.
+      const double first = -number(file.at("support_forces").at("point 0")[axis]),
+                   second = -number(file.at("support_forces").at("last")[axis]);
+      EXPECT_NEAR(found.support_forces[axis], first, 1e-11 * std::abs(first));
+      EXPECT_NEAR(found.support_forces[3 * last + axis], second, 1e-11 * std::abs(second));
+    }
+    if (!file.contains("omega_in_plane")) continue;
+    std::vector<double> omega = numbers(file.at("omega_in_plane"));
+    const std::vector<double> across = numbers(file.at("omega_out_of_plane"));
+    omega.insert(omega.end(), across.begin(), across.end());
+    expect_omega(modes(system, found.positions, {.count = ModesOptions::all}), omega);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rods, UnevenCatenary, testing::Values("B1_catenary_uneven_N10", "B1_catenary_uneven_N100"),
+                         [](const auto& file) { return std::string(file.param).substr(20); });
 
 TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
   const nlohmann::json file = read_case("B2_hanging_net_5x5");
@@ -64,14 +105,147 @@ TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
         EXPECT_NEAR(found.positions[3 * moving[i].get<std::size_t>() + axis],
                     number(file.at("positions_of_moving_points")[i][axis]), 1e-12);
     }
-    const std::vector<double> tensions = numbers(file.at("tensions"));
-    for (std::size_t k = 0; k < tensions.size(); ++k)
-      EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * tensions[k]) << k;
+    expect_tensions(found, file.at("tensions"));
+    const double energy = number(file.at("potential_energy_of_moving_points"));
+    EXPECT_NEAR(found.energy, energy, 1e-13 * std::abs(energy));
+    expect_omega(modes(system, found.positions, {.count = ModesOptions::all}), numbers(file.at("omega")));
+  }
+}
+
+/// Six rods that bend, pushed beyond what the straight chain carries; in the plane.
+System make_pushed_chain(const nlohmann::json& file) {
+  System system;
+  Rods rods{"rods", {}, number(file.at("l"))};
+  Bendings bendings{"bending", {}, BendingLaw::Cosine, number(file.at("kappa")), {}};
+  for (Index i = 0; i <= 6; ++i) {
+    system.positions.insert(system.positions.end(), {0.2 * i, 0.0, 0.0});
+    system.masses.push_back(number(file.at("mass_each_for_modes")));
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+    if (i > 1) bendings.triples.push_back({i - 2, i - 1, i});
+  }
+  system.supports = {Support{"", {0}}};
+  system.constraints = {rods, Planes{"paper", {1, 2, 3, 4, 5}, Vector3{0, 0, 1}, 0.0},
+                        Lines{"guide", {6}, Vector3{0, 0, 0}, Vector3{1, 0, 0}}};
+  system.forces = {bendings, ConstantForce{"push", {6}, Vector3{-number(file.at("push")), 0, 0}}};
+  return system;
+}
+
+TEST(PushedChain, BendsAsItsDigitsAndToTheSideWhereItBegins) {
+  const nlohmann::json file = read_case("B4_buckled_chain_N6");
+  for (const double side : {1.0, -1.0}) {
+    System system = make_pushed_chain(file);
+    for (std::size_t i = 1; i < 6; ++i) system.positions[3 * i + 1] = side * 0.05 * std::sin(i * std::acos(-1.0) / 6.0);
+
+    const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-13});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable);
+    const nlohmann::json& nodes = file.at("nodes");
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      EXPECT_NEAR(found.positions[3 * i + 3], number(nodes[i][0]), 1e-12);
+      EXPECT_NEAR(found.positions[3 * i + 4], side * number(nodes[i][1]), 1e-12);
+    }
+    expect_tensions(found, file.at("tensions"));
+    // The guide of the end has rows 11 and 12, behind six rods and five planes.
+    for (const std::size_t row : {11u, 12u}) EXPECT_NEAR(found.multipliers[row], 0.0, 1e-12);
+  }
+}
+
+TEST(PushedChain, ThatIsStraightStandsUnstably) {
+  const nlohmann::json file = read_case("B4_buckled_chain_N6");
+  const System plane = make_pushed_chain(file);
+  System space = plane;
+  space.constraints.erase(space.constraints.begin() + 1);
+  for (const System& system : {plane, space}) {
+    const EquilibriumResult found =
+        find_equilibrium(system, {.method = EquilibriumMethod::Newton, .accept = AcceptedEquilibria::Any});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.positions, system.positions);
+    EXPECT_EQ(found.status, Stability::Unstable);
+    EXPECT_EQ(found.unstable_directions, system.constraints.size() == 3 ? 1u : 2u);
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found.multipliers[k], number(file.at("push")), 1e-12);
+  }
+}
+
+/// Both equilibria of a bead on an ellipsoid: where it is, what carries it, its energy and vibrations.
+TEST(BeadOnAnEllipsoid, RestsAndSwingsWithItsDigits) {
+  const nlohmann::json file = read_case("B5_ellipsoid_equilibria");
+  for (const nlohmann::json& each : file.at("equilibria")) {
+    const std::vector<double> place = numbers(each.at("position")), omega2 = numbers(each.at("omega2"));
+    System system;
+    system.positions = {place[0] + 1e-3, place[1] - 2e-3, place[2] + 1e-3};
+    system.masses = {number(file.at("m"))};
+    system.constraints = {UserConstraints{
+        "ellipsoid", {{0}}, formula_constraint(file.at("constraint").at("equation").get<std::string>(), 1)}};
+    system.forces = {Gravity{"", {0, 0, -9.81}},
+                     Potential{"spring", {{0}}, formula_potential("20*((x1-0.5)^2+(y1-0.3)^2+(z1-0.6)^2)", 1), {}}};
+    const bool is_stable = each.at("unstable_directions").get<int>() == 0;
+    // The descent leaves a maximum, so the start is the maximum itself.
+    if (!is_stable) system.positions = place;
+
+    const EquilibriumResult found =
+        find_equilibrium(system, {.method = EquilibriumMethod::Newton,
+                                  .force_tolerance = 1e-14,
+                                  .accept = is_stable ? AcceptedEquilibria::Stable : AcceptedEquilibria::Any});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.unstable_directions, each.at("unstable_directions").get<std::size_t>());
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(found.positions[axis], place[axis], 1e-13);
+    const double lambda = number(each.at("lambda (for xi as written)")),
+                 normal = number(each.at("normal_force (lambda |grad|)")), energy = number(each.at("energy"));
+    EXPECT_NEAR(found.multipliers[0], lambda, 1e-12 * lambda);
+    EXPECT_NEAR(std::hypot(found.reactions[0], found.reactions[1], found.reactions[2]), normal, 1e-12 * normal);
+    EXPECT_NEAR(found.energy, energy, 1e-12 * energy);
     const Modes vibrations = modes(system, found.positions, {.count = ModesOptions::all});
     ASSERT_TRUE(vibrations.outcome.ok()) << vibrations.outcome.what;
-    const std::vector<double> omega = numbers(file.at("omega"));
-    ASSERT_EQ(vibrations.count(), omega.size());
-    for (std::size_t k = 0; k < omega.size(); ++k) EXPECT_NEAR(vibrations.omega[k], omega[k], 1e-10 * omega[k]);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double omega = std::copysign(std::sqrt(std::abs(omega2[k])), omega2[k]);
+      EXPECT_NEAR(vibrations.omega[k], omega, 1e-10 * std::abs(omega));
+    }
+  }
+}
+
+/// Thomson's problem, from places pushed away from the minimum: unique but for a rotation.
+TEST(ChargesOnASphere, RestWithTheEnergyTheForcesAndTheDistancesOfTheirMinimum) {
+  const nlohmann::json reference = read_case("B6_thomson");
+  for (const nlohmann::json& each : reference.at("cases")) {
+    System system;
+    Spheres sphere{"sphere", {}, Vector3{0, 0, 0}, 1.0};
+    std::vector<double> places;
+    for (const nlohmann::json& point : each.at("positions")) {
+      for (const double x : numbers(point)) places.push_back(x);
+      sphere.points.push_back(static_cast<Index>(system.masses.size()));
+      system.masses.push_back(1.0);
+    }
+    system.positions = places;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      system.positions[i] += 0.03 * std::sin(1.0 + 2.3 * static_cast<double>(i));
+    system.constraints = {sphere};
+    system.forces = {PairForces{.law = PairLaw::Coulomb, .strength = 1.0, .charges = {1.0}}};
+
+    const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-13});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable);
+    EXPECT_EQ(found.zero_modes, 3u);
+    const double energy = number(each.at("energy"));
+    EXPECT_NEAR(found.energy, energy, 1e-13 * energy);
+    std::vector<double> lambda = numbers(each.at("lambda")), multipliers = found.multipliers;
+    std::ranges::sort(lambda);
+    std::ranges::sort(multipliers);
+    EXPECT_NEAR(std::reduce(multipliers.begin(), multipliers.end()), -energy, 1e-11 * energy);
+    for (std::size_t k = 0; k < lambda.size(); ++k) EXPECT_NEAR(multipliers[k], lambda[k], 1e-10 * -lambda[k]);
+    const auto distances = [](const std::vector<double>& r) {
+      std::vector<double> result;
+      for (std::size_t i = 0; i < r.size(); i += 3)
+        for (std::size_t j = 0; j < i; j += 3)
+          result.push_back(std::hypot(r[i] - r[j], r[i + 1] - r[j + 1], r[i + 2] - r[j + 2]));
+      std::ranges::sort(result);
+      return result;
+    };
+    const std::vector<double> wanted = distances(places), given = distances(found.positions);
+    for (std::size_t k = 0; k < wanted.size(); ++k) EXPECT_NEAR(given[k], wanted[k], 1e-10);
   }
 }
 

@@ -110,6 +110,7 @@ TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
   expect_refused(R"({"damped": 1})", "/modes/damped");
   expect_refused(R"({"buckling": "wind"})", "/modes/buckling");
   expect_refused(R"({"buckling": ["weight", "wind"]})", "/modes/buckling/1");
+  expect_refused(R"({"buckling": ["weight", "weight"]})", "/modes/buckling/1");
   expect_refused(R"([])", "/modes");
 }
 

@@ -154,6 +154,22 @@ std::string default_of(const std::vector<Table>& tables, const std::string& obje
   return row_of(tables, object, "", key)["default"];
 }
 
+/// Masses below or above have no inverse whose square is a number.
+TEST(SceneFormatPage, MassesHaveTheRangeThatIsTaken) {
+  const auto is_taken = [](double mass) {
+    try {
+      (void)Dynamics(System{.positions = {0.0, 0.0, 0.0}, .masses = {mass}});
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  const std::string what = row_of(find_tables("keys of "), "points", "", "masses")["what"];
+  EXPECT_TRUE(contains(what, "> 0 and from 1e-100 to 1e100")) << what;
+  EXPECT_TRUE(is_taken(1.1e-100) && is_taken(0.9e100));
+  EXPECT_FALSE(is_taken(0.9e-100) || is_taken(1.1e100) || is_taken(0.0));
+}
+
 TEST(SceneFormatPage, OptionsHaveTheDefaultsOfTheirStructs) {
   const std::vector<Table> tables = find_tables("keys of ");
   const auto expect_number = [&](const std::string& object, const std::string& key, double value) {

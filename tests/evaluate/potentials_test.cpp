@@ -284,7 +284,7 @@ TEST(EnergyKernelTest, WhatIsUndefinedIsNamed) {
             "bending0: [0, 1, 2]: its angle is straight, where the force of law harmonic has no direction unless all "
             "rest at pi");
   EXPECT_EQ(find(Torsions{"", {{0, 1, 2, 3}}, TorsionLaw::Opls, {1, 0, 0, 0}, {}, 1, {}, {}}, line),
-            "torsion0: [0, 1, 2, 3]: three of its points are on one line: there is no dihedral");
+            "torsion0: [0, 1, 2, 3]: its first three points are on a straight line: there is no dihedral");
   EXPECT_EQ(find(Potential{"u", {{0, 1}}, formula_potential("log(x1 - x2)", 2), {}}, line),
             "u: [0, 1]: the energy or its gradient is not finite");
 }

@@ -127,9 +127,9 @@ const Rule rules[] = {
     {"TuplesOfTwoSizes", R"({"kind": "potential", "points": [[0,1],[0,1,2]], "energy": "x1"})",
      R"json(/forces/0/points/1: found a list of 3, wanted 2 points, as in the first tuple)json"},
     {"EnergyIsNoNumber", R"json({"kind": "potential", "points": [[0,1],[1,3]], "energy": "1/(y1 - y2)"})json",
-     R"json(/forces/0/points/1: [1, 3]: the energy is inf at the start)json"},
+     R"json(/forces/0: [1, 3]: the energy is inf at the start; finite, at most 1e100, is right)json"},
     {"GradientIsNoNumber", R"json({"kind": "potential", "points": [[0,1]], "energy": "sqrt(x1)"})json",
-     R"json(/forces/0/points/0: [0, 1]: the gradient of the energy has the component inf at the start)json"},
+     R"json(/forces/0: [0, 1]: the gradient of the energy has the component inf at the start; finite, at most 1e100, is right)json"},
     {"ConstantsForOtherTuples", R"({"kind": "potential", "points": [[0,1]], "energy": "c*x1", "constants": {"c": [1, 2]}})",
      R"json(/forces/0/constants/c: found a list of 2, wanted one number, or a list of 1)json"},
     {"EnergyMissing", R"({"kind": "potential", "points": [[0,1]]})",
@@ -199,7 +199,29 @@ const Rule rules[] = {
     {"AngleOfZero", R"({"kind": "bending", "law": "harmonic", "triples": [[4,0,2]], "stiffness": 1, "rest": 3.141592653589793})",
      R"json(/forces/0/triples/0: [4, 0, 2]: its angle is 0, where the force of law harmonic has no direction)json"},
     {"TorsionInLine", R"({"kind": "torsion", "law": "opls", "quadruples": [[0,2,4,1]], "coefficients": [1,0,0,0]})",
-     R"json(/forces/0/quadruples/0: [0, 2, 4, 1]: three of its points are on one line: there is no dihedral)json"},
+     R"json(/forces/0/quadruples/0: [0, 2, 4, 1]: its first three points are on a straight line: there is no dihedral)json"},
+    {"TorsionWhoseEndIsInLine", R"({"kind": "torsion", "law": "opls", "quadruples": [[1,0,2,4]], "coefficients": [1,0,0,0]})",
+     R"json(/forces/0/quadruples/0: [1, 0, 2, 4]: its last three points are on a straight line: there is no dihedral)json"},
+    {"RestThatIsInitial", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": "initial"})",
+     R"json(/forces/0/rest: found string "initial", wanted a number or a list of numbers)json"},
+    {"StiffnessThatIsAWord", R"({"kind": "bending", "law": "cosine", "triples": [[0,1,2]], "stiffness": "a"})",
+     R"json(/forces/0/stiffness: found string "a", wanted a number or a list of numbers)json"},
+    {"StiffnessesOfOtherMembers", R"({"kind": "bond", "law": "harmonic", "pairs": [[0,2]], "stiffness": [1, 2]})",
+     R"json(/forces/0/stiffness: found a list of 2, wanted one number, or a list of 1)json"},
+    {"RestLengthThatIsAWord", R"({"kind": "bond", "law": "harmonic", "pairs": [[0,2]], "stiffness": 1, "rest_length": "a"})",
+     R"json(/forces/0/rest_length: found string "a", wanted "initial", a number or a list of numbers)json"},
+    {"ChargesThatAreAWord", R"({"kind": "pair", "law": "coulomb", "strength": 1, "charges": "a"})",
+     R"json(/forces/0/charges: found string "a", wanted a number or a list of numbers)json"},
+    {"ConstantThatIsAWord", R"({"kind": "potential", "points": [[0]], "energy": "c*x1", "constants": {"c": "a"}})",
+     R"json(/forces/0/constants/c: found string "a", wanted a number or a list of numbers)json"},
+    {"NoTuple", R"({"kind": "potential", "points": [], "energy": "x1"})",
+     R"json(/forces/0/points: found a list of 0, wanted one list of points or more)json"},
+    {"NoPointOfARange", R"({"kind": "potential", "points": {"first": 0, "count": 0}, "energy": "x1"})",
+     R"json(/forces/0/points: found no point, wanted one or more)json"},
+    {"ForceOnNoTuple", R"({"kind": "formula", "tuples": [], "x1": "1"})",
+     R"json(/forces/0/tuples: found a list of 0, wanted one list of points or more)json"},
+    {"ForceWithoutAComponent", R"({"kind": "formula", "tuples": [[0,1]]})",
+     R"json(/forces/0: found no component of the force, wanted one of x1 to z2 or more)json"},
     {"ThreeCoefficients", R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0]})",
      R"json(/forces/0/coefficients: 3 coefficients; law opls has four)json"},
     {"NegativeMultiplicity", R"({"kind": "torsion", "law": "periodic", "quadruples": [[0,1,2,3]], "stiffness": 1, "phase": 0, "multiplicity": -1})",
@@ -237,6 +259,17 @@ const Rule rules[] = {
 };
 // clang-format on
 
+/// However many digits of pi a file has, angles that rest there are smooth through the straight line.
+TEST(Energies, AnAngleOfRoundedPiRestsStraight) {
+  for (const char* pi : {"3.14159265", "3.14159265359", "3.1415926535897936", "3.141592654"}) {
+    const auto bendings = read_energy<Bendings>(
+        std::string(R"({"kind": "bending", "law": "harmonic", "triples": [[0,2,4]], "stiffness": 1, "rest": )") + pi +
+        "}");
+    EXPECT_TRUE(KindOf<Bendings>::is_straight(bendings)) << pi;
+  }
+  EXPECT_FALSE(KindOf<Bendings>::is_straight({.law = BendingLaw::Harmonic, .rest = 3.1415926}));
+}
+
 /// Where points are at one place: both are named, whatever joins them.
 TEST(EnergyRulesAtOnePlace, NameTheTuple) {
   const std::string points = R"({"positions": [[0,0,0],[0,0,0],[1,0,0],[2,1,0]]})";
@@ -256,8 +289,8 @@ TEST(EnergyRulesAtOnePlace, NameTheTuple) {
   EXPECT_EQ(told(R"({"kind": "bending", "law": "cosine", "triples": [[0,1,2]], "stiffness": 1})"),
             "scene.json: /forces/0/triples/0: [0, 1, 2]: two of its points are at one place: there is no angle");
   EXPECT_EQ(told(R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0,0]})"),
-            "scene.json: /forces/0/quadruples/0: [0, 1, 2, 3]: three of its points are on one line: there is no "
-            "dihedral");
+            "scene.json: /forces/0/quadruples/0: [0, 1, 2, 3]: its first three points are on a straight line: there is "
+            "no dihedral");
 }
 
 INSTANTIATE_TEST_SUITE_P(Scene, EnergyRules, testing::ValuesIn(rules),

@@ -30,8 +30,10 @@ struct Bendings {
 template <>
 struct KindOf<Bendings> {
   static constexpr double pi = 3.14159265358979323846;
+  /// An angle this near pi is pi, however many digits it is written with.
+  static constexpr double rounding_of_pi = 1e-8;
   static constexpr ValueRange angle_range = {[](double x) -> const char* {
-    if (0.0 <= x && x <= pi) return nullptr;
+    if (0.0 <= x && x <= pi + rounding_of_pi) return nullptr;
     return x > 6.4 ? "is not between 0 and pi: rad, not degrees?" : "is not between 0 and pi";
   }};
 
@@ -48,7 +50,10 @@ struct KindOf<Bendings> {
   }
   static constexpr int most_numbers = 2;
   /// All rest at pi.
-  static bool is_straight(const Bendings& bendings) { return bendings.rest.constants == std::vector{pi}; }
+  static bool is_straight(const Bendings& bendings) {
+    const std::vector<double>& rest = bendings.rest.constants;
+    return rest.size() == 1 && std::abs(rest[0] - pi) <= rounding_of_pi;
+  }
 
   template <class T>
   struct Definition {

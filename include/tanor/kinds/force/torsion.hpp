@@ -98,8 +98,10 @@ struct KindOf<Torsions> {
     const auto is_straight = [](const TripleOf<double>& a, const TripleOf<double>& b) {
       return !(norm(cross(a, b)) >= least_sine * norm(a) * norm(b)) || !(norm(a) * norm(b) > 0.0);
     };
-    if (is_straight(b1, b2) || is_straight(b2, b3)) return "three of its points are on one line: there is no dihedral";
-    return {};
+    const bool at_first = is_straight(b1, b2);
+    if (!at_first && !is_straight(b2, b3)) return {};
+    return std::string("its ") + (at_first ? "first" : "last") +
+           " three points are on a straight line: there is no dihedral";
   }
 };
 
