@@ -31,7 +31,8 @@ std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod met
 }
 
 std::string MultiplierForm::find_undetermined_reaction() const {
-  return contact_state_->find_undetermined_reaction(linearization_.blocks(), linearization_.rank_factor().redundancy());
+  return contact_state_->find_undetermined_reaction(linearization_.blocks(),
+                                                    linearization_.rank_factor().redundancy());
 }
 
 double MultiplierForm::predicted_flops() const {
@@ -126,6 +127,20 @@ void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
   steps_.forget_steps();
   work_.counters = counters;
   work_.times = times;
+}
+
+Roles MultiplierForm::roles() {
+  Roles roles = common_roles();
+  roles.step_projector = &steps_;
+  roles.inexact_solves = linearization_.reuse();
+  if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
+  if (friction_ == nullptr) {
+    // Friction remembers what it was asked last: there nobody asks for more.
+    roles.rounding_groups = rounding();
+    roles.implicit_formulation = &implicit_;
+  }
+  if (contacts_ != nullptr && contacts_->num_events() > 0) roles.events = contacts_.get();
+  return roles;
 }
 
 SeriesExpansion* MultiplierForm::series() {

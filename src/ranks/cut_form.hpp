@@ -31,14 +31,14 @@ class CutForm final : public PointForm, private StepProjector, private RankMonit
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   void exchange_memory(Memory& memory) override;
 
-  StepProjector* step_projector() override { return this; }
-  InexactSolves* inexact_solves() override { return nullptr; }
-  RankMonitor* rank_monitor() override { return this; }
-  RoundingGroups* rounding_groups() override { return nullptr; }
+  Roles roles() override {
+    Roles roles = common_roles();
+    roles.step_projector = this;
+    roles.rank_monitor = this;
+    return roles;
+  }
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "islands lie on several ranks"; }
-  EventFunctions* events() override { return nullptr; }
-  ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
