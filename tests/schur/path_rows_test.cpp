@@ -67,7 +67,7 @@ struct Rows {
 
   explicit Rows(const System& system, int threads = 1, double t = 0.3)
       : work(system, {.threads = threads}, t),
-        solver(make_composite_solver(
+        solver(*make_composite_solver(
             {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass, {}},
             {.linear_solver = LinearSolver::Paths})),
         r(3 * model.num_points()),
