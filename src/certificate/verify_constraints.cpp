@@ -159,7 +159,7 @@ Verifier::Vector Verifier::project_onto_tangent(const Vector& u) {
   const Vector& K = forms_.normal->linearization().blocks();
   repeat(most_passes(rcond_of_S_), [&] {
     work_.constraints.apply_transposed(model_.parallel, K.data(), result.data(), nullptr, rows.data());
-    forms_.normal->linearization().solve_negative(rows.data());
+    forms_.normal->linearization().solve_negative(rows.data(), rows.data());
     model_.gather.write_scaled(model_.parallel, K.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
                                change.data());
     for (std::size_t i = 0; i < moving_; ++i) result[i] += change[i];
@@ -204,7 +204,7 @@ void Verifier::verify_split() {
   }
   // S x = -phi; w_N = M^-1 K x, since K Gamma^-1 = K (m S)^-1
   Vector x = inner_rows(phi_), w_N(n_, 0.0), w_T(n_, 0.0);
-  forms_.normal->linearization().solve_negative(x.data());
+  forms_.normal->linearization().solve_negative(x.data(), x.data());
   model_.gather.add_scaled(model_.parallel, forms_.normal->linearization().blocks().data(), x.data(),
                            model_.inverse_mass.data(), model_.num_moving(), w_N.data());
   for (std::size_t i = 0; i < moving_; ++i) w_T[i] = answer_.w[i] - w_N[i];

@@ -116,7 +116,7 @@ Outcome ContactModes::switch_equations(double t, const double* r, double* v, std
 /// more contacts, that all stick but `releases`, is where the search begins.
 Outcome ContactModes::choose(ModeSwitch at) {
   work_of_rest_ = {};
-  const bool was_compliant = sharing_.is_compliant();
+  const bool shared_loads = state_.shares_loads;
   sharing_.forget();
   if (at.num_at_rest() > 0) {
     if (Outcome outcome = put_to_rest(&at); !outcome.ok()) return outcome;
@@ -124,7 +124,7 @@ Outcome ContactModes::choose(ModeSwitch at) {
   forget_slow_directions(at);
   state_.laws.keep_slip_directions(at.v);
   std::vector<char> are_counted(at.has_changed.size(), 0);
-  if (Outcome outcome = search(at, was_compliant, &are_counted); !outcome.ok()) return outcome;
+  if (Outcome outcome = search(at, shared_loads, &are_counted); !outcome.ok()) return outcome;
   return finish(at, are_counted);
 }
 
@@ -247,14 +247,9 @@ Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactCho
   return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
 }
 
-Outcome ContactModes::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
-                             const std::vector<char>& are_counted) {
-  return pivoting_.settle(at, choices, friction_.islands(), are_counted);
-}
-
 /// Where the search leads nowhere, what was counted stands as it is; then islands of many contacts are solved as a
 /// whole, too. `are_counted` [island]: all of its motions are known.
-Outcome ContactModes::search(const ModeSwitch& at, bool was_compliant, std::vector<char>* are_counted) {
+Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted) {
   std::vector<ContactChoice> choices;
   Outcome found = count_islands(at, &choices);
   const bool are_listed = found.ok();
@@ -262,15 +257,15 @@ Outcome ContactModes::search(const ModeSwitch& at, bool was_compliant, std::vect
     for (const ContactChoice& choice : choices) (*are_counted)[choice.island] = 1;
     for (const std::size_t c : at.releases) {
       const bool is_counted = (*are_counted)[friction_.islands().of_contact[c]] != 0;
-      if (!is_counted && !was_compliant) state_.release(c, system_.lambda().data());
+      if (!is_counted && !shared_loads) state_.release(c, system_.lambda().data());
     }
-    found = settle(at, choices, *are_counted);
+    found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
   }
   const auto may_go_on = [&] { return !found.ok() && found.status != Status::NotUnique; };
   const auto has_more = [](const ContactChoice& choice) { return choice.has_solution() && !choice.has_shared; };
   if (may_go_on() && are_listed && std::any_of(choices.begin(), choices.end(), has_more)) {
     found = choices_.take(at, true, &choices);
-    if (found.ok()) found = settle(at, choices, *are_counted);
+    if (found.ok()) found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
   }
   if (may_go_on() && at.num_at_rest() > most_contacts_counted) {
     for (std::size_t c = 0; c < state_.size(); ++c) state_.tangents.set_stick(c, at.at_rest[c] != 0);
@@ -279,7 +274,8 @@ Outcome ContactModes::search(const ModeSwitch& at, bool was_compliant, std::vect
       wanted[island] = at.has_changed[island] && !(*are_counted)[island];
     const std::size_t before = choices.size();
     const Outcome outcome = count(at, wanted, unlimited, true, &choices);
-    if (outcome.ok() && choices.size() > before) found = settle(at, choices, *are_counted);
+    if (outcome.ok() && choices.size() > before)
+      found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
   }
   return found;
 }
@@ -340,18 +336,18 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
 void ContactModes::accept(double t, const double* r, const double* v) {
   if (num_events() > 0) {
     state_.places.accept(t);
-    if (sharing_.is_compliant() || system_.redundancy().is_found()) state_.places.give_way(r);
+    if (state_.shares_loads || system_.redundancy().is_found()) state_.places.give_way(r);
   }
   state_.set_sliding_speeds();
   state_.laws.keep_slip_directions(v);
 }
 
 void ContactModes::exchange_memory(Memory& memory) {
-  bool is_compliant = sharing_.is_compliant();
-  memory.exchange(is_compliant, state_.verdict.uniqueness);
+  bool shares_loads = state_.shares_loads;
+  memory.exchange(shares_loads, state_.verdict.uniqueness);
   if (memory.reads()) {
     sharing_.forget();
-    if (is_compliant) (void)sharing_.make_compliant();
+    if (shares_loads) (void)sharing_.begin();
   }
   state_.places.exchange_memory(memory);
   friction_.exchange_memory(memory);

@@ -46,8 +46,7 @@ class ContactModes final : public EventFunctions {
   Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
                 std::vector<ContactChoice>* choices);
   Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);
-  Outcome search(const ModeSwitch& at, bool was_compliant, std::vector<char>* are_counted);
-  Outcome settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices, const std::vector<char>& are_counted);
+  Outcome search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted);
   Outcome finish(const ModeSwitch& at, const std::vector<char>& are_counted);
   Outcome check_rest(const ModeSwitch& at) const;
   std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;

@@ -45,6 +45,7 @@ struct ContactState {
   std::size_t num_switches = 0;  ///< contacts that may stick
   std::vector<int> softness;     ///< [contact] 0: softest; empty: all are alike
   std::vector<char> overloads;   ///< [contact] held until `overload` above its limit; empty: none is
+  bool shares_loads = false;     ///< those that stick depend on constraints, or on each other; see LoadSharing
   ContactVerdict verdict;
 
   std::size_t size() const { return tangents.size(); }

@@ -26,7 +26,7 @@ void Drives::load_state(const Program& each, const Place& place, SeriesLane* lan
 /// Writes values_ [value][time]; returns |gradient| of constraints where the step begins, else 1.
 double Drives::run(const Program& each, const Place& place) {
   const SeriesProgram& program = each.program;
-  const std::size_t num_times = times_.size(), num_values = each.num_values();
+  const std::size_t num_times = samples_.times().size(), num_values = each.num_values();
   lanes_.resize(program.num_lanes(0) * series_width);
   auto* const lanes = reinterpret_cast<SeriesLane*>(lanes_.data());
   load_state(each, place, lanes);
@@ -36,7 +36,8 @@ double Drives::run(const Program& each, const Place& place) {
   for (std::size_t first = 0; first < num_times; first += series_width) {
     const std::size_t count = std::min(series_width, num_times - first);
     SeriesLane& t = *program.variable(lanes, 0, program.num_variables() - 1);
-    for (std::size_t lane = 0; lane < series_width; ++lane) t[lane] = times_[first + std::min(lane, count - 1)];
+    for (std::size_t lane = 0; lane < series_width; ++lane)
+      t[lane] = samples_.times()[first + std::min(lane, count - 1)];
     program.evaluate(lanes, 0, 0);
     const bool is_energy = each.as == Program::As::AnEnergy;
     if (is_energy) program.differentiate(lanes, 0, 0, &one);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/drive_samples.hpp"
 #include "dynamics/mechanics.hpp"
 #include "dynamics/scales.hpp"
 #include "evaluate/series_program.hpp"
@@ -15,13 +16,10 @@ namespace tanor {
 /// guides along themselves) and positions (lengths, directions, displacements of supports). Formulas of state and time
 /// are functions of time at the state where a step begins.
 ///
-/// A scheme of order p follows an acceleration g inside a step as a polynomial does. What it does not see of g is
-///
-///   e = g - (the polynomial of degree p through g at the p + 1 Chebyshev points of the step)
-///
-/// and velocities and positions miss the integrals of e over the step; for given velocities and positions the
-/// polynomial has one degree or two more. Other places are looked at between the Chebyshev points, no further apart
-/// than asked: whatever is wider than that is found with certainty.
+/// A scheme follows an acceleration inside a step as a polynomial does. What it does not see of it is found between the
+/// places that this polynomial goes through (see DriveSamples), and velocities and positions miss the integrals of that
+/// over the step. The places that are looked at are no further apart than asked: whatever is wider than that is found
+/// with certainty.
 class Drives {
  public:
   /// `t`: where the system is checked.
@@ -40,11 +38,10 @@ class Drives {
   const std::string& name(std::size_t drive) const { return names_[drive]; }
 
  private:
-  enum class Level { Acceleration, Velocity, Position };
   /// scale times a number of time.
   struct Function {
     ScalarFunction function;
-    Level level;
+    DriveLevel level;
     double scale;
     std::vector<Index> points;  // that it moves, or some of them; inner
     std::size_t name;
@@ -64,8 +61,8 @@ class Drives {
     std::size_t num_values() const { return as == As::AnEnergy ? 3 * points.size() : program.num_results(); }
   };
 
-  void add(const ScalarFunction& function, Level level, double scale, std::span<const Index> users_points);
-  void add(const VectorFunction& function, Level level, double scale, std::span<const Index> users_points);
+  void add(const ScalarFunction& function, DriveLevel level, double scale, std::span<const Index> users_points);
+  void add(const VectorFunction& function, DriveLevel level, double scale, std::span<const Index> users_points);
   template <class Group>
   void add(const Parameter& parameter, double scale, const Group& group);
   void add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
@@ -78,21 +75,10 @@ class Drives {
   /// How far a turning direction moves what it guides, over its change; m.
   double lever(const VectorFunction& direction, double t) const;
 
-  void place_samples(const DrivenStep& step, Level level, const ScalarFunction* function);
   double run(const Program& program, const Place& place);
   void load_state(const Program& program, const Place& place, SeriesLane* lanes) const;
-  void silence_rounding(const DrivenStep& step, const double* samples, double largest);
-  /// Of x and v; and how far the function moves them.
-  struct Misses {
-    double x = 0.0, v = 0.0, x_done = 0.0, v_done = 0.0;
-  };
-  Misses measure_misses(const DrivenStep& step, Level level, const double* samples, double range) const;
-  int count_pieces(Level level, const double* samples, double range, double largest) const;
-  void judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
-             const double* values, std::size_t name, DriveReport* report);
-  void deviate(const double* values);
-  void deviate_by_weights(const double* values);
-  void choose_weights();
+  void assess(const DrivenStep& step, const Place& place, std::span<const Index> points, DriveLevel level, double scale,
+              const double* values, std::size_t name, DriveReport* report);
 
   const Numbering& numbering_;
   const double scene_size_;
@@ -101,17 +87,9 @@ class Drives {
   std::vector<Program> programs_;
   std::vector<std::string> names_;
 
-  // Of one look: the Chebyshev points, then the samples, in units of the step and of time; the widths of the samples'
-  // pieces.
-  std::size_t num_nodes_ = 0, num_samples_ = 0;
-  bool has_equal_pieces_ = false;
-  std::vector<double> fractions_, widths_, times_, values_, lanes_, knots_;
-  std::vector<double> cosines_, chebyshev_, next_, after_next_;  // for polynomials at all samples
-  std::vector<double> missed_;                                   // e at the samples
-  // Where as many samples as nodes lie evenly, p at each sample from the values at the nodes: of each number of nodes
-  // [sample][node]; and those of this look, or null.
-  std::vector<std::vector<double>> all_weights_;
-  const std::vector<double>* weights_ = nullptr;
+  DriveSamples samples_;        // of one look
+  std::vector<double> values_;  // [value][instant]
+  std::vector<double> lanes_;   // scratch of programs
 };
 
 }  // namespace tanor

@@ -29,7 +29,7 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   Outcome outcome = find(at, request, are_counted, to.a);
   if (to.report != nullptr) {
     *to.report = report_;
-    to.report->reciprocal_condition = linearization_.reciprocal_condition();
+    to.report->reciprocal_condition = linearization_.factor().reciprocal_condition();
   }
   if (to.power != nullptr && outcome.ok()) *to.power = find_power(at);
   if (to.reactions != nullptr && outcome.ok()) {
@@ -45,17 +45,17 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
   work_.set_time(at.t);
   ++work_.counters.evaluations;
   exact_ = request.exact;
-  FactorReuse* const reuse = linearization_.reuse();
+  FactorReuse* const reuse = linearization_.factor().reuse();
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();
   // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
   if (auto found = solve_at_once(at, request, w)) return *std::move(found);
 
-  const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
+  const bool is_new = request.gradients == Gradients::Evaluate && linearization_.factor().is_needed();
   evaluate(at, request, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
   if (!std::isfinite(problem_.scale)) return work_.not_finite(at.t, at.x);
   if (model_.num_rows() == 0) return {};
-  if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
+  if (is_new && linearization_.factor().solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
     add_reactions(w);
     return check_idle_rows(at.t);
   }
@@ -126,7 +126,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   refine();
   report_.refinements = std::max(report_.refinements, found->refinements);
   if (!(report_.residual <= doubtful_above)) {
-    if (gradients == Gradients::Evaluate) linearization_.refuse();
+    if (gradients == Gradients::Evaluate) linearization_.factor().refuse();
     return std::nullopt;
   }
   add_reactions(w);
@@ -176,7 +176,7 @@ void ForwardDynamics::find_multipliers() {
   {
     const Stopwatch watch(&work_.times.solve);
     ++work_.counters.solves;
-    linearization_.solve_negative(b_.data(), lambda_.data());  // (31)
+    linearization_.apply_factor(b_.data(), lambda_.data());  // (31)
     linearization_.write_reactions(lambda_.data(), dw_.data());
   }
   refine();
@@ -187,7 +187,7 @@ void ForwardDynamics::find_multipliers() {
 /// Refinement in w: rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Reports |rho| over its
 /// scale.
 void ForwardDynamics::refine() {
-  const RankRevealingFactor& factor = linearization_.rank_factor();
+  const RankRevealingFactor& factor = linearization_.factor().all_rows();
   double largest = 0.0;
   const auto measure = [&] {
     largest = linearization_.apply_transposed(dw_.data(), b_.data(), rows_.data());
@@ -202,8 +202,7 @@ void ForwardDynamics::refine() {
     const bool is_little = largest <= good_enough() * problem_.scale && residual <= little;
     return is_little || residual <= good_enough();
   };
-  const RefinementLimits limits = factor.is_compliant() ? RefinementLimits{50, 5} : RefinementLimits{5};
-  report_.refinements = refine_solution(limits, measure, is_enough, [&](int pass) {
+  report_.refinements = refine_solution(linearization_.acceleration_limits(), measure, is_enough, [&](int pass) {
     linearization_.correct_conjugately(pass == 0, rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
   });
@@ -238,7 +237,7 @@ Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessChe
   contacts_->restore_slip_directions(r, v);
   contacts_->set_sliding_speeds();
   // The null space turns with K.
-  if (!work_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
+  if (!work_.constraints.gradients_are_constant()) (void)linearization_.factor().decide_rank_again(r);
   friction_->set_accelerations(residuals_.accelerations());
   Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
   report_.friction = friction_->report();
@@ -261,12 +260,12 @@ void ForwardDynamics::improve_friction(double* w) {
     friction_->measure(lambda_.data());
   }
   report_.friction = friction_->report();
-  report_.friction.sticking_is_indeterminate = linearization_.rank_factor().is_compliant();
+  report_.friction.sticking_is_indeterminate = contacts_->shares_loads;
 }
 
 /// One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
 Outcome ForwardDynamics::verify_friction(double t) {
-  contacts_->add_verdict(linearization_.blocks(), linearization_.rank_factor().redundancy(), &report_.friction);
+  contacts_->add_verdict(linearization_.blocks(), linearization_.factor().all_rows().redundancy(), &report_.friction);
   constexpr double largest_miss = 1e-4;
   const FrictionReport& friction = report_.friction;
   if (friction.uniqueness != Uniqueness::Proven || friction.residual <= largest_miss) return {};
@@ -291,11 +290,11 @@ Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
 Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   /// On the way to xi = 0 and back, by how much K may differ from the one there, for each unit of violation.
   constexpr double spread = 1e3, rounding = doubtful_above;
-  if (linearization_.make_compliant()) {
+  if (linearization_.factor().share_loads()) {
     find_multipliers();
     if (report_.residual <= rounding) return {};
   }
-  const RankRevealingFactor& factor = linearization_.rank_factor();
+  const RankRevealingFactor& factor = linearization_.factor().all_rows();
   std::vector<double> xi(model_.num_rows());
   const double violation = work_.constraints.evaluate_values(model_.parallel, r, xi.data());
   const double allowed = std::max(rounding, spread * violation);
@@ -306,7 +305,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   };
   if (are_fine()) return {};
 
-  if (linearization_.decide_rank_again(r)) {
+  if (linearization_.factor().decide_rank_again(r)) {
     find_multipliers();
     if (are_fine()) return {};
   }
@@ -315,7 +314,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
     if (!outcome.ok()) return outcome;
   }
   if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
-  linearization_.decide_rank_of_poor_parts(r, rows_, accelerations, rounding);
+  linearization_.factor().decide_rank_of_poor_parts(r, rows_, accelerations, rounding);
   find_multipliers();
   return {};
 }

@@ -20,7 +20,7 @@ std::size_t GradientRank::user_row(std::size_t row) const {
 }
 
 std::vector<RowDependence> GradientRank::list_dependences() const {
-  const RankRevealingFactor& factor = linearization_.rank_factor();
+  const RankRevealingFactor& factor = linearization_.factor().all_rows();
   std::vector<RowDependence> result;
   for (const Redundancy::Found& found : factor.redundancy().list()) {
     if (depends_on_contacts(found)) continue;
@@ -38,8 +38,8 @@ std::vector<RowDependence> GradientRank::list_dependences() const {
 
 RankReport GradientRank::report(const double* r, bool thoroughly) {
   const std::size_t num_rows = model_.num_rows(), num_user_rows = model_.numbering.num_user_rows;
-  if (thoroughly && num_rows > 0) (void)linearization_.decide_whole_rank(r);
-  const Redundancy& redundancy = linearization_.rank_factor().redundancy();
+  if (thoroughly && num_rows > 0) (void)linearization_.factor().decide_whole_rank(r);
+  const Redundancy& redundancy = linearization_.factor().all_rows().redundancy();
   RankReport report;
   report.dependences = list_dependences();
   std::vector<bool> unique(num_rows, true);
@@ -55,7 +55,7 @@ RankReport GradientRank::report(const double* r, bool thoroughly) {
 }
 
 void GradientRank::remember_gradients() {
-  if (!linearization_.rank_factor().redundancy().is_found())
+  if (!linearization_.factor().all_rows().redundancy().is_found())
     before_ = linearization_.blocks();
   else
     before_.clear();
@@ -65,8 +65,8 @@ void GradientRank::remember_gradients() {
 /// s_0 to s_1 is an eigenvalue s_0/s_1 of it: that of the largest one of 1 - C, found by power iteration.
 double GradientRank::compare_gradients() {
   if (before_.empty()) return 1.0;
-  const RankRevealingFactor& factor = linearization_.rank_factor();
-  if (factor.redundancy().is_found() || factor.is_compliant()) return 0.0;
+  const RankRevealingFactor& factor = linearization_.factor().all_rows();
+  if (!factor.has_independent_rows()) return 0.0;
   const Stopwatch watch(&work_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;
   constexpr double hopeless = 0.7;
@@ -88,7 +88,7 @@ double GradientRank::compare_gradients() {
                                model_.num_moving(), move_.data());
     linearization_.apply_transposed(move_.data(), nullptr, y_.data());
     ++work_.counters.solves;
-    linearization_.solve_negative(y_.data(), y_.data());
+    linearization_.apply_factor(y_.data(), y_.data());
     double along = 0.0, before = 0.0, after = 0.0;
     for (std::size_t a = 0; a < x_.size(); ++a) {
       y_[a] += x_[a];

@@ -31,12 +31,8 @@ ImplicitForm::ImplicitForm(Workspace& work)
       reactions_(3 * model_.num_points(), 0.0),
       product_(3 * model_.num_points()),
       spring_residuals_(springs_.size()),
-      point_positions_(model_.num_moving()),
-      point_velocities_(model_.num_moving()),
-      coupling_positions_(num_springs_ + work.constraints.list_rods().size()),
-      coupling_velocities_(coupling_positions_.size()),
-      influence_positions_(work.forces.list_influences().size()),
-      influence_velocities_(influence_positions_.size()) {}
+      derivatives_(model_.num_moving(), num_springs_ + work.constraints.list_rods().size(),
+                   work.forces.list_influences().size()) {}
 
 /// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
 NewtonPlan ImplicitForm::make_plan() const {
@@ -126,16 +122,18 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   work_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
   work_.forces.springs().evaluate_compliant(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
                                             spring_residuals_.data());
-  work_.forces.evaluate_derivatives(
-      parallel, t, r, v, tau,
-      {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data(),
-       influence_positions_.data(), influence_velocities_.data()});
-  work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
+  work_.forces.evaluate_derivatives(parallel, t, r, v, tau, derivatives_);
+  work_.constraints.evaluate_rod_derivatives(parallel, r, lambda,
+                                             derivatives_.coupling_positions.data() + num_springs_);
 }
 
 NewtonPlan::Values ImplicitForm::values() const {
-  return {point_positions_.data(),     point_velocities_.data(),    coupling_positions_.data(),
-          coupling_velocities_.data(), influence_positions_.data(), influence_velocities_.data(),
+  return {derivatives_.point_positions.data(),
+          derivatives_.point_velocities.data(),
+          derivatives_.coupling_positions.data(),
+          derivatives_.coupling_velocities.data(),
+          derivatives_.influence_positions.data(),
+          derivatives_.influence_velocities.data(),
           linearised_blocks_.data()};
 }
 

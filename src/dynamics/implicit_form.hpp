@@ -76,8 +76,7 @@ class ImplicitForm final : public ImplicitEquations {
   std::vector<double> linearised_blocks_;    // … and of both at the last `linearise`
   std::vector<double> reactions_, product_;  // [3n] M^-1 K lambda of constraints; scratch
   std::vector<double> spring_residuals_;     // scratch
-  std::vector<Block3> point_positions_, point_velocities_, coupling_positions_, coupling_velocities_,
-      influence_positions_, influence_velocities_;
+  DerivativeBlocks derivatives_;             // of forces and of rods, at the last `linearise`
   Place linearised_at_;
   Factor<double> real_;
   Factor<std::complex<double>> complex_;

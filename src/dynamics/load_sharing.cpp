@@ -7,13 +7,13 @@
 namespace tanor {
 
 void LoadSharing::forget() {
-  is_compliant_ = false;
+  state_.shares_loads = false;
   S_.set_compliance(0.0);
 }
 
-bool LoadSharing::make_compliant() {
-  if (is_compliant_ || state_.tangents.num_sticking() == 0) return false;
-  is_compliant_ = true;
+bool LoadSharing::begin() {
+  if (state_.shares_loads || state_.tangents.num_sticking() == 0) return false;
+  state_.shares_loads = true;
   const Numbering& numbering = state_.model.numbering;
   std::vector<double> weights(state_.model.num_rows() - numbering.num_user_rows, 1.0);
   for (std::size_t c = 0; c < state_.size() && !state_.softness.empty(); ++c) {

@@ -15,10 +15,9 @@ class LoadSharing {
   /// Both must outlive it.
   LoadSharing(ContactState& state, GramSolver& S) : state_(state), S_(S) {}
 
-  /// Contacts that stick depend on constraints, or on each other: their rows are compliant in the factor of S.
-  bool is_compliant() const { return is_compliant_; }
-  /// Returns whether S is to be factorized anew: false where nothing sticks, or rows are compliant already.
-  bool make_compliant();
+  /// Contacts that stick depend on constraints, or on each other: from now on their rows are compliant in the factor of
+  /// S. Returns whether S is to be factorized anew: false where nothing sticks, or rows are compliant already.
+  bool begin();
   /// The set of contacts that stick has changed, or their shares: check again whether they hold too much.
   void forget();
 
@@ -33,7 +32,6 @@ class LoadSharing {
 
   ContactState& state_;
   GramSolver& S_;
-  bool is_compliant_ = false;
 };
 
 }  // namespace tanor

@@ -86,17 +86,21 @@ class Mechanics {
   /// solves start from, charts, the last multipliers.
   virtual void exchange_memory(Memory& memory) = 0;
 
-  // Roles, null where the mechanics has none. They stay the same during a motion.
-  virtual StepProjector* step_projector() = 0;
-  virtual InexactSolves* inexact_solves() = 0;
-  virtual RankMonitor* rank_monitor() = 0;
-  virtual RoundingGroups* rounding_groups() = 0;
-  virtual ForcePassages* force_passages() = 0;
+  /// They stay the same during a motion.
+  virtual Roles roles() = 0;
+  /// The motion as a power series, which may be prepared by this call; null: see `why_no_series`.
   virtual SeriesExpansion* series() = 0;
   virtual std::string why_no_series() const = 0;  ///< empty where `series` is there
-  virtual DriveMonitor* drives() = 0;
-  virtual EventFunctions* events() = 0;
-  virtual ImplicitFormulation* implicit_formulation() = 0;
+
+  // Each role by its name.
+  StepProjector* step_projector() { return roles().step_projector; }
+  InexactSolves* inexact_solves() { return roles().inexact_solves; }
+  RankMonitor* rank_monitor() { return roles().rank_monitor; }
+  RoundingGroups* rounding_groups() { return roles().rounding_groups; }
+  ForcePassages* force_passages() { return roles().force_passages; }
+  DriveMonitor* drives() { return roles().drives; }
+  EventFunctions* events() { return roles().events; }
+  ImplicitFormulation* implicit_formulation() { return roles().implicit_formulation; }
 };
 
 }  // namespace tanor

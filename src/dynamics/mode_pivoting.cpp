@@ -50,8 +50,8 @@ ModePivoting::Search ModePivoting::begin(const ModeSwitch& at, const std::vector
   return search;
 }
 
-Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
-                             const ContactIslands& islands, std::span<const char> are_counted) {
+Outcome ModePivoting::find_complementary_modes(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
+                                               const ContactIslands& islands, std::span<const char> are_counted) {
   constexpr std::size_t most_passes = 40;
   Search search = begin(at, choices, islands);
   Request on_the_way = at.request;
@@ -144,7 +144,7 @@ bool ModePivoting::share_otherwise(Search* search) {
   constexpr double enough_to_spare = 0.9;
   const double* const lambda = system_.lambda().data();
   double worst_load = -1.0;
-  for (std::size_t c = 0; sharing_.is_compliant() && c < state_.size(); ++c) {
+  for (std::size_t c = 0; state_.shares_loads && c < state_.size(); ++c) {
     const bool counts = search->may_share[c] != 0 && state_.tangents.sticks(c);
     const double limit = counts ? static_limit(state_.laws, c, lambda) : 0.0;
     search->loads[c] = !counts ? -1.0 : limit > 0.0 ? state_.held(c, lambda) / limit : 1.0;
@@ -165,7 +165,7 @@ bool ModePivoting::share_otherwise(Search* search) {
 
 /// No share leaves those that share a load anything to spare.
 void ModePivoting::give_way_together(Search* search) {
-  const bool may_give_way = sharing_.is_compliant() && !search->has_given_way && !search->at.releases.empty();
+  const bool may_give_way = state_.shares_loads && !search->has_given_way && !search->at.releases.empty();
   for (std::size_t c = 0; may_give_way && c < state_.size(); ++c) {
     if (search->loads[c] < 1.0 - 1e-8) continue;
     release(c);

@@ -16,10 +16,12 @@ class ModePivoting {
   ModePivoting(ContactState& state, ConstrainedSystem& system, LoadSharing& sharing, ContactChoices& choices)
       : state_(state), system_(system), sharing_(sharing), choices_(choices) {}
 
-  /// Searches the islands that have changed. `choices`: those that were solved as a whole; what has shared a load
-  /// stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in `at.to`.
-  Outcome settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices, const ContactIslands& islands,
-                 std::span<const char> are_counted);
+  /// Searches the islands that have changed for modes whose forces and accelerations are complementary: what sticks
+  /// holds no more than it can, what slides off does not come back. `choices`: those that were solved as a whole; what
+  /// has shared a load stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in
+  /// `at.to`.
+  Outcome find_complementary_modes(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
+                                   const ContactIslands& islands, std::span<const char> are_counted);
 
  private:
   struct Search;

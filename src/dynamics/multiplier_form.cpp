@@ -21,7 +21,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       rows_(model_.num_rows()),
       system_(linearization_, residuals_, projector_, dynamics_, response_) {
   if (friction_ == nullptr) return;
-  LoadSharing& sharing = linearization_.rank_factor().sharing();
+  LoadSharing& sharing = linearization_.factor().all_rows().sharing();
   contacts_ = std::make_unique<ContactModes>(*contact_state_, sharing, *friction_, system_);
 }
 
@@ -31,13 +31,14 @@ std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod met
 }
 
 std::string MultiplierForm::find_undetermined_reaction() const {
-  return contact_state_->find_undetermined_reaction(linearization_.blocks(), linearization_.rank_factor().redundancy());
+  return contact_state_->find_undetermined_reaction(linearization_.blocks(),
+                                                    linearization_.factor().all_rows().redundancy());
 }
 
 double MultiplierForm::predicted_flops() const {
   constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
   PlanSummary plan;
-  linearization_.describe(&plan);
+  linearization_.factor().describe(&plan);
   return plan.factor_flops + 4.0 * static_cast<double>(plan.factor_nonzeros) +
          flops_an_entry * static_cast<double>(plan.pattern_nonzeros) +
          flops_a_row * static_cast<double>(model_.num_rows());
@@ -45,12 +46,12 @@ double MultiplierForm::predicted_flops() const {
 
 std::vector<Ordering> MultiplierForm::orderings() const {
   PlanSummary plan;
-  linearization_.describe(&plan);
+  linearization_.factor().describe(&plan);
   return plan.orderings;
 }
 
 void MultiplierForm::describe(PlanSummary* plan) const {
-  linearization_.describe(plan);
+  linearization_.factor().describe(plan);
   auto& left_out = plan->left_out;
   if (model_.num_rows() == 0)
     left_out.push_back("factorization: no constraints");
@@ -126,6 +127,20 @@ void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
   steps_.forget_steps();
   work_.counters = counters;
   work_.times = times;
+}
+
+Roles MultiplierForm::roles() {
+  Roles roles = common_roles();
+  roles.step_projector = &steps_;
+  roles.inexact_solves = linearization_.factor().reuse();
+  if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
+  if (friction_ == nullptr) {
+    // Friction remembers what it was asked last: there nobody asks for more.
+    roles.rounding_groups = rounding();
+    roles.implicit_formulation = &implicit_;
+  }
+  if (contacts_ != nullptr && contacts_->num_events() > 0) roles.events = contacts_.get();
+  return roles;
 }
 
 SeriesExpansion* MultiplierForm::series() {

@@ -28,7 +28,7 @@ class MultiplierForm final : public PointForm {
 
   bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
-  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
+  double reciprocal_condition() const override { return linearization_.factor().reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, to);
   }
@@ -42,19 +42,11 @@ class MultiplierForm final : public PointForm {
   Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
-  StepProjector* step_projector() override { return &steps_; }
-  InexactSolves* inexact_solves() override { return linearization_.reuse(); }
-  RankMonitor* rank_monitor() override { return model_.may_lose_rank ? &gradient_rank_ : nullptr; }
-  /// Friction remembers what it was asked last: there nobody asks for more.
-  RoundingGroups* rounding_groups() override { return friction_ == nullptr ? rounding() : nullptr; }
+  Roles roles() override;
   SeriesExpansion* series() override;
   std::string why_no_series() const override {
     return series_ != nullptr ? series_->obstacle() : MultiplierSeries::find_obstacle(work_);
   }
-  EventFunctions* events() override {
-    return contacts_ != nullptr && contacts_->num_events() > 0 ? contacts_.get() : nullptr;
-  }
-  ImplicitFormulation* implicit_formulation() override { return friction_ == nullptr ? &implicit_ : nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

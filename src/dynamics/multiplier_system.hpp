@@ -15,8 +15,6 @@ class LinearizedResponse final : public ContactResponse {
   LinearizedResponse(Workspace& work, Linearization& linearization) : work_(work), linearization_(linearization) {}
 
   void solve_once(const double* b, double* x) override {
-    // A compliant factor alone is no answer.
-    if (linearization_.rank_factor().is_compliant()) return solve_refined(b, x, nullptr);
     ++work_.counters.solves;
     linearization_.solve_negative(b, x);
   }
@@ -61,7 +59,7 @@ class MultiplierSystem final : public ConstrainedSystem {
   }
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
-  const Redundancy& redundancy() const override { return linearization_.rank_factor().redundancy(); }
+  const Redundancy& redundancy() const override { return linearization_.factor().all_rows().redundancy(); }
 
  private:
   Linearization& linearization_;

@@ -63,11 +63,6 @@ class PointForm : public EquationsOfMotion {
   std::size_t rank() const final { return work_.rank; }
   Energy energy(double t, const double* r, const double* v) override { return work_.energy(t, r, v); }
 
-  ForcePassages* force_passages() final {
-    return work_.may_be_passed(work_.constraint_passages) ? &passages_ : nullptr;
-  }
-  DriveMonitor* drives() final { return !work_.drives.empty() ? &drives_ : nullptr; }
-
   Outcome set_state(double, const double* r, const double* v, double* x, double* x_dot) final {
     std::copy(r, r + size(), x);
     std::copy(v, v + size(), x_dot);
@@ -83,6 +78,11 @@ class PointForm : public EquationsOfMotion {
  protected:
   explicit PointForm(Workspace& work)
       : work_(work), model_(work.model()), passages_(work), drives_(work), rounding_(work) {}
+  /// Those that all such forms have.
+  Roles common_roles() {
+    return {.force_passages = work_.may_be_passed(work_.constraint_passages) ? &passages_ : nullptr,
+            .drives = !work_.drives.empty() ? &drives_ : nullptr};
+  }
   RoundingGroups* rounding() { return &rounding_; }
 
   Workspace& work_;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "dynamics/chord_iteration.hpp"
 #include "dynamics/contact_state.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
@@ -12,7 +13,7 @@ namespace tanor {
 
 /// Projections onto xi = 0 and onto K'v + xi_t = 0 along M^-1 K, which is orthogonal in the M-norm: chord iterations
 /// with the factor of S that stands.
-class Projector {
+class Projector final : private ChordEquations {
  public:
   /// `contacts`: what sticks, and where it is held; null where constraints are ideal.
   Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts = nullptr);
@@ -33,14 +34,17 @@ class Projector {
  private:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
-  struct Progress;
   ProjectionReport iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
                                      double tolerance);
-  bool is_rounding(const double* r, double violation, double target, Progress* progress);
-  bool decide_rank_again(const double* r, Progress* progress);
-  void add_rows_to(double* sum) const;
-  double evaluate_values(const double* r);
-  Outcome explain_stall(double t, double violation) const;
+  // ChordEquations
+  double evaluate_values(const double* r) override;
+  double beyond_rounding(const double* r, double violation, double allowed, double times) override {
+    return residuals_.beyond_rounding(r, violation, allowed, times);
+  }
+  Outcome linearise_at(double t, const double* r) override { return linearization_.update(t, r); }
+  void correct_positions(double* r, double* sum) override;
+  bool decide_rank_again(const double* r) override { return linearization_.factor().decide_rank_again(r); }
+  Outcome explain_stall(double t, double violation) const override;
 
   Workspace& work_;
   const Model& model_;

@@ -22,6 +22,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, con
       model_(work.model()),
       ordering_(ordering),
       blocks_(blocks),
+      contacts_(contacts),
       redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
       suspect_below_(first_suspicion) {
   if (contacts != nullptr) sharing_.emplace(*contacts, gram());
@@ -52,7 +53,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && sharing_ && sharing_->has_references();
-  if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_rows();
+  if ((!is_fine() || is_hidden) && share_loads()) quality = factorize_rows();
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
@@ -168,7 +169,7 @@ void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::
     const auto is_poor = [&](double value) { return !(std::abs(value) <= allowed * unit); };
     if (std::none_of(rows.begin() + part.first, rows.begin() + part.second, is_poor)) continue;
     (void)redundancy_.decide(blocks_of_constraints().data(), part, work_.rank_tolerances(r));
-    if (!is_compliant()) redundancy_.take_qr(part);
+    if (!contacts_share_loads()) redundancy_.take_qr(part);
   }
   gram().set_active(redundancy_.rows_for_gram());
   factorize_again();

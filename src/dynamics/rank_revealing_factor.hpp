@@ -51,6 +51,8 @@ class RankRevealingFactor final : public SchurFactor {
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
   double reciprocal_condition() const { return reciprocal_condition_; }
   const Redundancy& redundancy() const { return redundancy_; }
+  /// No row is known to depend on others, nor any contact that sticks.
+  bool has_independent_rows() const { return !redundancy_.is_found() && !contacts_share_loads(); }
   /// Decides again which rows depend at r, if some do. Returns whether they changed; S is then factorized without them.
   bool decide_rank_again(const double* r);
   /// Decides for all rows, suspected or not. Returns whether S was factorized again.
@@ -73,13 +75,13 @@ class RankRevealingFactor final : public SchurFactor {
   // ---- contacts that share a load ----
 
   LoadSharing& sharing() { return *sharing_; }
-  bool is_compliant() const { return sharing_ && sharing_->is_compliant(); }
-  /// Returns whether S is to be factorized anew.
-  bool make_compliant() { return sharing_ && sharing_->make_compliant(); }
+  /// Returns whether S is to be factorized anew, see LoadSharing::begin.
+  bool share_loads() { return sharing_ && sharing_->begin(); }
 
   void exchange_memory(Memory& memory) { memory.exchange(suspect_below_); }
 
  private:
+  bool contacts_share_loads() const { return contacts_ != nullptr && contacts_->shares_loads; }
   GramSolver::Quality factorize_rows();
   Outcome decide_rank(double t, const double* r);
   void leave_out_dependent_rows(bool has_changed);
@@ -90,6 +92,7 @@ class RankRevealingFactor final : public SchurFactor {
   const Model& model_;
   const Ordering ordering_;
   const std::vector<double>& blocks_;
+  const ContactState* contacts_;  // null where none may stick
   double reciprocal_condition_ = 1.0;
   std::unique_ptr<GramSolver> gram_;
   std::optional<LoadSharing> sharing_;  // none: constraints are ideal

@@ -10,8 +10,7 @@
 #include "base/point_path.hpp"
 #include "dynamics/instant.hpp"
 
-/// \file What a mechanics may be beside its core. A scheme asks for each role by a pointer (see Mechanics); null: the
-/// mechanics has nothing of that kind. In all roles x and v have `Mechanics::size()` numbers.
+/// \file What a mechanics may be beside its core. In all roles x and v have `Mechanics::size()` numbers.
 namespace tanor {
 
 /// A step of length h from x and v that may miss v and x at its end by atol + rtol |.|.
@@ -183,6 +182,20 @@ class EventFunctions {
 
  protected:
   ~EventFunctions() = default;
+};
+
+class ImplicitFormulation;
+
+/// The roles that a mechanics has; null: it has nothing of that kind.
+struct Roles {
+  StepProjector* step_projector = nullptr;
+  InexactSolves* inexact_solves = nullptr;
+  RankMonitor* rank_monitor = nullptr;
+  RoundingGroups* rounding_groups = nullptr;
+  ForcePassages* force_passages = nullptr;
+  DriveMonitor* drives = nullptr;
+  EventFunctions* events = nullptr;
+  ImplicitFormulation* implicit_formulation = nullptr;
 };
 
 }  // namespace tanor

@@ -29,6 +29,13 @@ void TangentForm::describe(PlanSummary* plan) const {
   if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 
+Roles TangentForm::roles() {
+  return {.rank_monitor = &rank_,
+          .force_passages = work_.may_be_passed(work_.coordinate_passages) ? &passages_ : nullptr,
+          .drives = !work_.drives.empty() ? &drives_ : nullptr,
+          .events = events_.has_some() ? &events_ : nullptr};
+}
+
 Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,
                            const AccelerationOutput& to) {
   if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {

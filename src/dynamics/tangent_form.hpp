@@ -43,18 +43,9 @@ class TangentForm final : public EquationsOfMotion {
   Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
-  StepProjector* step_projector() override { return nullptr; }
-  InexactSolves* inexact_solves() override { return nullptr; }
-  RankMonitor* rank_monitor() override { return &rank_; }
-  RoundingGroups* rounding_groups() override { return nullptr; }
-  ForcePassages* force_passages() override {
-    return work_.may_be_passed(work_.coordinate_passages) ? &passages_ : nullptr;
-  }
+  Roles roles() override;
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "the motion in coordinates is not expanded in time"; }
-  DriveMonitor* drives() override { return !work_.drives.empty() ? &drives_ : nullptr; }
-  EventFunctions* events() override { return events_.has_some() ? &events_ : nullptr; }
-  ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

@@ -17,22 +17,17 @@ EnergyForces::EnergyForces(const Numbering& numbering, std::vector<EnergyGroup> 
 }
 
 void EnergyForces::list_slots() {
-  std::vector<std::pair<Index, Index>> slots;
   std::size_t num_tuples = 0;
   for (const PotentialFamily& family : families_) {
     for (std::size_t i = 0; i < family.points_per_member(); ++i) {
-      for (std::size_t k = 0; k < family.size(); ++k) {
-        points_.push_back(family.point(k, i));
-        slots.push_back({family.point(k, i), static_cast<Index>(slots.size())});
-      }
+      for (std::size_t k = 0; k < family.size(); ++k) points_.push_back(family.point(k, i));
     }
     num_tuples += family.size();
     depends_on_time_ = depends_on_time_ || family.depends_on_time();
   }
   energies_.resize(num_tuples);
   rates_.resize(num_tuples);
-  force_.resize(3 * slots.size());
-  slots_ = {num_points_, slots};
+  on_points_ = {num_points_, points_};
 }
 
 /// Families of which stiffness is wanted, in the order of their blocks and influences.
@@ -59,7 +54,7 @@ void EnergyForces::list_own_blocks() {
 void EnergyForces::evaluate(const Parallel& parallel, double t, const double* r) {
   std::size_t first_slot = 0, first_member = 0;
   for (const PotentialFamily& family : families_) {
-    family.evaluate_forces(parallel, t, r, force_.data() + 3 * first_slot, rates_.data() + first_member);
+    family.evaluate_forces(parallel, t, r, on_points_.slot(first_slot), rates_.data() + first_member);
     first_slot += family.size() * family.points_per_member();
     first_member += family.size();
   }
@@ -68,7 +63,7 @@ void EnergyForces::evaluate(const Parallel& parallel, double t, const double* r)
 void EnergyForces::write_forces(double* f) const {
   for (std::size_t i = 0; i < num_points_; ++i) {
     Vec3 sum{};
-    for_each_force_on(i, [&](Vec3 force) { sum = sum + force; });
+    on_points_.for_each_on(i, [&](Vec3 force) { sum = sum + force; });
     store(f, i, sum);
   }
 }
@@ -91,7 +86,7 @@ double EnergyForces::power_of_supports(const Parallel& parallel, const double* v
   // The support does the work -(force on it).velocity on the energy.
   return parallel.sum(points_.size(), [&](std::size_t slot) {
     const Index point = points_[slot];
-    return moves(point) ? 0.0 : -dot(load(force_.data(), slot), load(v, point));
+    return moves(point) ? 0.0 : -dot(on_points_[slot], load(v, point));
   });
 }
 

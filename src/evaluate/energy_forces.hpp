@@ -4,16 +4,15 @@
 #include <vector>
 
 #include "base/parallel.hpp"
-#include "evaluate/by_point.hpp"
 #include "evaluate/force_derivatives.hpp"
+#include "evaluate/forces_on_points.hpp"
 #include "evaluate/potential_family.hpp"
 
 namespace tanor {
 
 /// Forces of tuples of points that have an energy: bonds, angles, torsions, a user's own.
 ///
-/// Each tuple writes the forces on its points; then each point gathers them in a fixed order. The stiffness of smooth
-/// pair forces, whose forces are found elsewhere (`PairField`), is known here too.
+/// The stiffness of smooth pair forces, whose forces are found elsewhere (`PairField`), is known here too.
 class EnergyForces {
  public:
   EnergyForces() = default;
@@ -25,11 +24,8 @@ class EnergyForces {
 
   /// Forces and the explicit dU/dt.
   void evaluate(const Parallel& parallel, double t, const double* r);
-  /// visit(force of one tuple) for all that act on a point at the last `evaluate`, N.
-  template <class Visit>
-  void for_each_force_on(std::size_t point, const Visit& visit) const {
-    for (const Index slot : slots_[point]) visit(load(force_.data(), slot));
-  }
+  /// The forces of the last `evaluate`.
+  const ForcesOnPoints& on_points() const { return on_points_; }
   /// What all tuples do to each point at the last `evaluate`, N [3n].
   void write_forces(double* f) const;
 
@@ -56,9 +52,8 @@ class EnergyForces {
 
   std::size_t num_points_ = 0, num_moving_ = 0;
   std::vector<PotentialFamily> families_, pair_families_;
-  ByPoint<Index> slots_;                  // in force_
   std::vector<Index> points_;             // [slot] its point
-  std::vector<double> force_;             // family by family, tuple by tuple, 3 numbers a point
+  ForcesOnPoints on_points_;              // family by family, point by point of all its tuples
   std::vector<double> energies_, rates_;  // [tuple] U, and its explicit dU/dt at the last `evaluate`
   std::vector<Block3> stiffness_;         // [tuple][p][p]; made by the first call that wants it
   ByPoint<Index> own_blocks_;             // in stiffness_

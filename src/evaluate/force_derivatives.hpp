@@ -15,6 +15,24 @@ struct ForceDerivatives {
   Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
 };
 
+/// Room for all of them.
+struct DerivativeBlocks {
+  std::vector<Block3> point_positions, point_velocities, coupling_positions, coupling_velocities, influence_positions,
+      influence_velocities;
+
+  DerivativeBlocks(std::size_t num_points, std::size_t num_couplings, std::size_t num_influences)
+      : point_positions(num_points),
+        point_velocities(num_points),
+        coupling_positions(num_couplings),
+        coupling_velocities(num_couplings),
+        influence_positions(num_influences),
+        influence_velocities(num_influences) {}
+  operator ForceDerivatives() {  // NOLINT(google-explicit-constructor): where they are written
+    return {point_positions.data(),     point_velocities.data(),    coupling_positions.data(),
+            coupling_velocities.data(), influence_positions.data(), influence_velocities.data()};
+  }
+};
+
 /// point(k, i) on point(k, j) for all i != j of each tuple k of p points.
 template <class Point>
 void append_influences(std::size_t size, std::size_t p, const Point& point, std::vector<Influence>* list) {

@@ -138,15 +138,15 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = i < num_moving_ ? mass_[i] * gravity_ : Vec3{};
       const auto add = [&](const Vec3& force, bool = false) { sum = sum + force; };
-      sum = springs_.add_to(sum, i);
+      springs_.on_points().for_each_on(i, add);
       given_.for_each_force_on(i, add);
       // -c1 v - c2 |v| v
       for (const DragNumbers& drag : drags_[i]) {
         const Vec3 b = load(v, i);
         sum = sum - drag.over_speed(norm(b)) * b;
       }
-      formulas_.for_each_force_on(i, add);
-      energies_.for_each_force_on(i, add);
+      formulas_.on_points().for_each_on(i, add);
+      energies_.on_points().for_each_on(i, add);
       store(f, i, sum);
     }
   });
@@ -159,10 +159,10 @@ double Forces::largest_single(const Parallel& parallel, const double* r) {
   const auto look = [&](const Vec3& force, bool = false) { largest = larger(largest, norm(force)); };
   for (std::size_t i = 0; i < num_moving_; ++i) {
     look(mass_[i] * gravity_);
-    springs_.for_each_force_on(i, look);
+    springs_.on_points().for_each_on(i, look);
     given_.for_each_force_on(i, look);
-    formulas_.for_each_force_on(i, look);
-    energies_.for_each_force_on(i, look);
+    formulas_.on_points().for_each_on(i, look);
+    energies_.on_points().for_each_on(i, look);
   }
   for (std::vector<PairField>* fields : {&pairs_, &pairs_of_supports_}) {
     for (PairField& pairs : *fields) {
@@ -219,7 +219,7 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
       given_.for_each_force_on(i, [&](const Vec3& force, bool is_constant) {
         if (!is_constant) power += dot(force, b);
       });
-      formulas_.for_each_force_on(i, [&](const Vec3& force) { power += dot(force, b); });
+      formulas_.on_points().for_each_on(i, [&](const Vec3& force) { power += dot(force, b); });
       return power;
     });
   }

@@ -28,13 +28,12 @@ FormulaGroup::FormulaGroup(const FormulaForce& formula, const Numbering& numberi
 
 FormulaForces::FormulaForces(const Numbering& numbering, std::vector<FormulaGroup> groups)
     : num_moving_(numbering.num_moving), groups_(std::move(groups)) {
-  std::vector<std::pair<Index, Index>> slots;
+  std::vector<Index> points;
   for (const FormulaGroup& group : groups_) {
     depends_on_velocity_ = depends_on_velocity_ || group.kernel.depends_on_velocity;
-    for (const Index point : group.points) slots.push_back({point, static_cast<Index>(slots.size())});
+    points.insert(points.end(), group.points.begin(), group.points.end());
   }
-  force_.resize(3 * slots.size());
-  slots_ = {numbering.num_points(), slots};
+  on_points_ = {numbering.num_points(), points};
 }
 
 /// In chunks: gather, call the kernel, which writes into the slots.
@@ -50,7 +49,7 @@ void FormulaForces::evaluate(const Parallel& parallel, double t, const double* r
                    store(r_chunk.data(), n, load(r, group.points[first * p + n]));
                    store(v_chunk.data(), n, load(v, group.points[first * p + n]));
                  }
-                 double* const f = force_.data() + 3 * (first_slot + first * p);
+                 double* const f = on_points_.slot(first_slot + first * p);
                  group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
                });
     first_slot += group.points.size();

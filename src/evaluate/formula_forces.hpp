@@ -5,8 +5,8 @@
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
-#include "evaluate/by_point.hpp"
 #include "evaluate/force_derivatives.hpp"
+#include "evaluate/forces_on_points.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -22,8 +22,6 @@ struct FormulaGroup {
 };
 
 /// Forces that a user gives by functions of r, v and t, on single points or on the points of tuples.
-///
-/// Each member writes the forces on its points; then each point gathers them in a fixed order.
 class FormulaForces {
  public:
   FormulaForces() = default;
@@ -33,11 +31,8 @@ class FormulaForces {
   bool depends_on_velocity() const { return depends_on_velocity_; }
 
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v);
-  /// visit(force of one member) for all that act on a point at the last `evaluate`, N.
-  template <class Visit>
-  void for_each_force_on(std::size_t point, const Visit& visit) const {
-    for (const Index slot : slots_[point]) visit(load(force_.data(), slot));
-  }
+  /// The forces of the last `evaluate`.
+  const ForcesOnPoints& on_points() const { return on_points_; }
 
   void append_influences(std::vector<Influence>* list) const;
   /// Adds to the blocks of points; writes influences from `first_influence` on.
@@ -50,8 +45,7 @@ class FormulaForces {
 
   std::size_t num_moving_ = 0;
   std::vector<FormulaGroup> groups_;
-  std::vector<double> force_;  // group by group, 3 numbers a point
-  ByPoint<Index> slots_;       // in force_
+  ForcesOnPoints on_points_;  // group by group, point by point of each member
   bool depends_on_velocity_ = false;
 };
 

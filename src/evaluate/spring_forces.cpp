@@ -3,7 +3,7 @@
 namespace tanor {
 
 SpringForces::SpringForces(const Numbering& numbering, std::vector<Spring> springs)
-    : num_moving_(numbering.num_moving), springs_(std::move(springs)), force_(3 * springs_.size()) {
+    : num_moving_(numbering.num_moving), springs_(std::move(springs)) {
   std::vector<std::pair<Index, Index>> ends;
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     const Spring& spring = springs_[k];
@@ -14,7 +14,7 @@ SpringForces::SpringForces(const Numbering& numbering, std::vector<Spring> sprin
     ends.push_back({spring.j, number});
     has_damping_ = has_damping_ || spring.damping > 0.0;
   }
-  ends_ = {numbering.num_points(), ends};
+  on_points_ = {numbering.num_points(), springs_.size(), ends};
 }
 
 /// On point j: -(k (L - rest) + c dL/dt) u, u from i to j.
@@ -34,7 +34,7 @@ void SpringForces::evaluate(const Parallel& parallel, const double* r, const dou
   parallel.for_ranges(springs_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const bool counts = with_compliant || compliant_number_[k] < 0;
-      store(force_.data(), k, counts ? force_of(springs_[k], r, v, Part::Both) : Vec3{});
+      store(on_points_.slot(k), 0, counts ? force_of(springs_[k], r, v, Part::Both) : Vec3{});
     }
   });
 }
@@ -102,7 +102,7 @@ void SpringForces::add_compliant_forces(const Parallel& parallel, const double* 
   parallel.for_ranges(num_moving_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = load(y, i);
-      for (const Index end_of_spring : ends_[i]) {
+      for (const Index end_of_spring : on_points_.slots_of(i)) {
         const bool is_last = end_of_spring >= 0;
         const Index k = compliant_number_[is_last ? end_of_spring : ~end_of_spring];
         if (k >= 0) sum = sum + (is_last ? scale[i] : -scale[i]) * tau[k] * load(units, k);

@@ -5,7 +5,7 @@
 
 #include "base/block3.hpp"
 #include "base/parallel.hpp"
-#include "evaluate/by_point.hpp"
+#include "evaluate/forces_on_points.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -19,10 +19,7 @@ struct Spring {
   bool is_compliant() const { return rest_length > 0.0 && (stiffness > 0.0 || damping > 0.0); }
 };
 
-/// All springs of a system.
-///
-/// Each is evaluated once; then each point gathers what acts on it in a fixed order, so any number of threads gives the
-/// same bits.
+/// All springs of a system. Each is evaluated once.
 class SpringForces {
  public:
   SpringForces() = default;
@@ -33,16 +30,8 @@ class SpringForces {
 
   /// Finds the force of each spring; compliant ones may be left out.
   void evaluate(const Parallel& parallel, const double* r, const double* v, bool with_compliant);
-  /// sum + what the springs do to a point at the last `evaluate`, N.
-  Vec3 add_to(Vec3 sum, std::size_t point) const {
-    for (const Index k : ends_[point]) sum = k >= 0 ? sum + load(force_.data(), k) : sum - load(force_.data(), ~k);
-    return sum;
-  }
-  /// visit(force of one spring) for all that act on a point at the last `evaluate`, whatever their sign.
-  template <class Visit>
-  void for_each_force_on(std::size_t point, const Visit& visit) const {
-    for (const Index k : ends_[point]) visit(load(force_.data(), k >= 0 ? k : ~k));
-  }
+  /// The forces of the last `evaluate`.
+  const ForcesOnPoints& on_points() const { return on_points_; }
 
   /// sum k (L - rest)^2/2, J.
   double energy(const Parallel& parallel, const double* r) const;
@@ -77,8 +66,7 @@ class SpringForces {
   std::vector<Spring> springs_;
   std::vector<Index> compliant_;         // numbers in springs_
   std::vector<Index> compliant_number_;  // [spring] its number among those, or -1
-  ByPoint<Index> ends_;                  // k, or ~k where the point is the spring's point i
-  std::vector<double> force_;            // [spring] on its point j
+  ForcesOnPoints on_points_;             // [spring] on its point j
   bool has_damping_ = false;
 };
 

@@ -80,6 +80,42 @@ template <class Body>
   body(std::integral_constant<std::size_t, 1>{});
 }
 
+/// y -= C x of neighbouring columns, rows [first, end) in whole lanes.
+template <std::size_t columns>
+[[gnu::always_inline]] inline void subtract_columns(const double* c, std::size_t stride, std::size_t first,
+                                                    std::size_t end, const double* x, double* y) {
+  for (std::size_t i = first; i < end; i += front_width) {
+    Eight sum = eight_at(y + i);
+    for (std::size_t q = 0; q < columns; ++q) sum -= x[q] * eight_at(c + q * stride + i);
+    eight_to(y + i) = sum;
+  }
+}
+
+/// sums = C'y of the same.
+template <std::size_t columns>
+[[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
+                                                    std::size_t end, const double* y, double* sums) {
+  Eight sum[columns]{};
+  for (std::size_t i = first; i < end; i += front_width) {
+    const Eight y_i = eight_at(y + i);
+    for (std::size_t q = 0; q < columns; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
+  }
+  for (std::size_t q = 0; q < columns; ++q) sums[q] = sum_of(sum[q]);
+}
+
+/// Calls work(j, count) for columns [j, j + count) of a panel, some at a time, while it fetches those after the next.
+template <class Work>
+[[gnu::always_inline]] inline void for_columns_of(const double* panel, std::size_t columns, std::size_t rows,
+                                                  std::size_t stride, const Work& work) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          for (std::size_t q = 0; q < count; ++q) fetch(panel + (j + 2 * tile + q) * stride, rows);
+          work(j, count);
+        });
+  }
+}
+
 /// c -= a a' in the first columns of a lower triangle, of `some` terms.
 template <bool fresh>
 [[gnu::always_inline]] inline void subtract_terms(std::size_t rows, std::size_t columns, std::size_t some,
@@ -275,37 +311,20 @@ void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, cons
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
                       double* y) {
   dispatch([=] {
-    for (std::size_t j = 0; j < columns; j += tile) {
-      with_columns(
-          columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
-            for (std::size_t i = 0; i < rows; i += front_width) {
-              Eight sum = eight_at(y + i);
-              for (std::size_t q = 0; q < count; ++q) sum -= x[j + q] * eight_at(c + q * stride + i);
-              eight_to(y + i) = sum;
-            }
-          });
-    }
+    for_columns_of(
+        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
+          subtract_columns<count>(panel + j * stride, stride, 0, rows, x + j, y);
+        });
   });
 }
 
 void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
                    double* sums) {
   dispatch([=] {
-    for (std::size_t j = 0; j < columns; j += tile) {
-      with_columns(
-          columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            for (std::size_t q = 0; q < count; ++q) fetch(c + (2 * tile + q) * stride, rows);
-            Eight sum[count]{};
-            for (std::size_t i = 0; i < rows; i += front_width) {
-              const Eight y_i = eight_at(y + i);
-              for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
-            }
-            for (std::size_t q = 0; q < count; ++q) sums[j + q] = sum_of(sum[q]);
-          });
-    }
+    for_columns_of(
+        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
+          multiply_columns<count>(panel + j * stride, stride, 0, rows, y, sums + j);
+        });
   });
 }
 
@@ -323,11 +342,7 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
               for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
               x[q] *= inverse_pivots[j + q];
             }
-            for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
-              Eight sum = eight_at(y + i);
-              for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-              eight_to(y + i) = sum;
-            }
+            subtract_columns<count>(c, stride, lanes_of(j), rows, x, y);
             for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
           });
     }
@@ -347,13 +362,10 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
               x[q] = y[j + q];
               y[j + q] = 0.0;
             }
-            Eight sum[count]{};
-            for (std::size_t i = lanes_of(j); i < rows; i += front_width) {
-              const Eight y_i = eight_at(y + i);
-              for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
-            }
+            double sums[count];
+            multiply_columns<count>(c, stride, lanes_of(j), rows, y, sums);
             for (std::size_t q = count; q-- > 0;) {
-              x[q] -= sum_of(sum[q]);
+              x[q] -= sums[q];
               for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
               x[q] *= inverse_pivots[j + q];
             }

@@ -67,174 +67,204 @@ TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntr
   return pattern;
 }
 
-class FrontalQr {
+/// Which columns and which rows of C meet in which front, and in which order: all that its pattern says.
+struct FrontPlan {
+  std::size_t num_columns;
+  std::vector<int> order;  // [place in the elimination] -> column of C
+  Groups<RowEntry> by_row;
+  Supernodes supernodes;
+  Groups<int> by_first_column;    // rows of C
+  std::vector<int> supernode_of;  // [place in the elimination]
+
+  explicit FrontPlan(const SparseColumns& C)
+      : num_columns(C.num_columns()),
+        order(find_order(C)),
+        by_row(group_by_row(C, order)),
+        supernodes(find_supernodes(join_first_columns(num_columns, by_row))),
+        by_first_column(num_columns,
+                        [&](const auto& add) {
+                          for (std::size_t row = 0; row < by_row.size(); ++row)
+                            if (!by_row[row].empty()) add(by_row[row].front().column, static_cast<int>(row));
+                        }),
+        supernode_of(num_columns) {
+    check_count(supernodes.num_stored(), "C of " + std::to_string(num_columns) + " columns", "nonzeros of R");
+    for (std::size_t s = 0; s < supernodes.size(); ++s)
+      std::fill(supernode_of.begin() + supernodes.first_column[s],
+                supernode_of.begin() + supernodes.first_column[s + 1], static_cast<int>(s));
+  }
+
+  /// The front's own columns, then those that its rows have besides.
+  std::span<const int> columns(std::size_t s) const {
+    const std::size_t first = supernodes.rows_start[s];
+    return std::span(supernodes.rows).subspan(first, supernodes.rows_start[s + 1] - first);
+  }
+  std::size_t num_own(std::size_t s) const {
+    return static_cast<std::size_t>(supernodes.first_column[s + 1] - supernodes.first_column[s]);
+  }
+  std::span<const int> columns_of_rest(std::size_t s) const { return columns(s).subspan(num_own(s)); }
+};
+
+/// Rows that a front leaves over: a trapezoid over its columns behind its own ones.
+struct Rest {
+  std::vector<std::size_t> first;  // [row] the column at which it begins, among those of the rest; increasing
+  std::vector<double> values;      // column by column, first.size() each
+};
+
+/// The rests that wait for the parents of their fronts.
+class Rests {
  public:
-  FrontalQr(const SparseColumns& C, double tolerance)
-      : tolerance_(std::max(tolerance, 0.0)),
-        num_columns_(C.num_columns()),
-        order_(find_order(C)),
-        by_row_(group_by_row(C, order_)),
-        supernodes_(find_supernodes(join_first_columns(num_columns_, by_row_))),
-        place_(num_columns_),
-        first_child_(supernodes_.size(), -1),
-        next_sibling_(supernodes_.size(), -1),
-        rests_(supernodes_.size()) {
-    check_count(supernodes_.num_stored(), "C of " + std::to_string(num_columns_) + " columns", "nonzeros of R");
-    by_first_column_ = Groups<int>(num_columns_, [&](const auto& add) {
-      for (std::size_t row = 0; row < by_row_.size(); ++row)
-        if (!by_row_[row].empty()) add(by_row_[row].front().column, static_cast<int>(row));
-    });
-    supernode_of_.resize(num_columns_);
-    for (std::size_t s = 0; s < supernodes_.size(); ++s)
-      std::fill(supernode_of_.begin() + supernodes_.first_column[s],
-                supernode_of_.begin() + supernodes_.first_column[s + 1], static_cast<int>(s));
-  }
-
-  TriangularFactor factorize() {
-    for (std::size_t s = 0; s < supernodes_.size(); ++s) {
-      columns_ = std::span(supernodes_.rows)
-                     .subspan(supernodes_.rows_start[s], supernodes_.rows_start[s + 1] - supernodes_.rows_start[s]);
-      own_ = static_cast<std::size_t>(supernodes_.first_column[s + 1] - supernodes_.first_column[s]);
-      for (std::size_t k = 0; k < columns_.size(); ++k) place_[static_cast<std::size_t>(columns_[k])] = k;
-      sort_rows(s);
-      fill_front(s);
-      scratch_.resize(4 * front_.stride);
-      row_at_.resize(columns_.size());
-      const std::size_t end = kernels::reduce_rows(front_, own_, tolerance_, scratch_.data(), row_at_.data());
-      const std::size_t rank = append_rows();
-      if (end > rank) keep_rest(s, rank, end);
-    }
-    std::ranges::sort(R_.dependent);
-    rows_.write_columns(num_columns_, &R_);
-    return std::move(R_);
-  }
-
- private:
-  /// Rows that a front leaves over: a trapezoid over its columns behind its own ones.
-  struct Rest {
-    std::vector<std::size_t> first;  // [row] the column at which it begins, among those of the rest; increasing
-    std::vector<double> values;      // column by column, first.size() each
-  };
-
-  std::span<const int> columns_of_rest(std::size_t s) const {
-    const auto own = static_cast<std::size_t>(supernodes_.first_column[s + 1] - supernodes_.first_column[s]);
-    return std::span(supernodes_.rows)
-        .subspan(supernodes_.rows_start[s] + own, supernodes_.rows_start[s + 1] - supernodes_.rows_start[s] - own);
-  }
+  explicit Rests(std::size_t num_supernodes)
+      : first_child_(num_supernodes, -1), next_sibling_(num_supernodes, -1), rests_(num_supernodes) {}
 
   template <class Visit>
   void for_each_child(std::size_t s, const Visit& visit) const {
     for (int child = first_child_[s]; child >= 0; child = next_sibling_[static_cast<std::size_t>(child)])
       visit(static_cast<std::size_t>(child));
   }
-
-  /// Calls visit(place) with the front's column at which each row begins, always in the same order.
-  template <class Visit>
-  void for_each_first_place(std::size_t s, const Visit& visit) const {
-    for (std::size_t k = 0; k < own_; ++k) {
-      const auto column = static_cast<std::size_t>(columns_[k]);
-      for (std::size_t i = 0; i < by_first_column_[column].size(); ++i) visit(k);
-    }
-    for_each_child(s, [&](std::size_t child) {
-      const std::span<const int> columns = columns_of_rest(child);
-      for (const std::size_t first : rests_[child].first) visit(place_[static_cast<std::size_t>(columns[first])]);
-    });
+  const Rest& operator[](std::size_t s) const { return rests_[s]; }
+  void keep(std::size_t s, Rest rest, int parent) {
+    rests_[s] = std::move(rest);
+    next_sibling_[s] = std::exchange(first_child_[static_cast<std::size_t>(parent)], static_cast<int>(s));
   }
+  Rest take(std::size_t s) { return std::exchange(rests_[s], {}); }
 
-  /// Finds where the rows stand that begin at each column.
-  void sort_rows(std::size_t s) {
-    height_.assign(columns_.size(), 0);
-    for_each_first_place(s, [&](std::size_t place) { ++height_[place]; });
-    std::partial_sum(height_.begin(), height_.end(), height_.begin());
-    next_row_.assign(columns_.size(), 0);
-    std::copy(height_.begin(), height_.end() - 1, next_row_.begin() + 1);
-  }
+ private:
+  std::vector<int> first_child_, next_sibling_;  // [supernode]
+  std::vector<Rest> rests_;                      // [supernode]
+};
 
-  void fill_front(std::size_t s) {
+/// The front at hand: rows of C and of rests, gathered and reduced. It keeps its memory from one to the next.
+class GatheredFront {
+ public:
+  explicit GatheredFront(const FrontPlan& plan) : plan_(plan), place_(plan.num_columns) {}
+
+  /// Takes the rests of its children.
+  void fill(std::size_t s, Rests* rests) {
+    columns_ = plan_.columns(s);
+    own_ = plan_.num_own(s);
+    for (std::size_t k = 0; k < columns_.size(); ++k) place_[static_cast<std::size_t>(columns_[k])] = k;
+    sort_rows(s, *rests);
     const std::size_t rows = height_.back(), stride = rows + kernels::rows_read_beyond;
     values_.assign(stride * columns_.size(), 0.0);
     front_ = {rows, columns_.size(), stride, values_.data(), height_.data()};
-    for (std::size_t k = 0; k < own_; ++k) {
-      for (const int row : by_first_column_[static_cast<std::size_t>(columns_[k])]) {
-        double* const to = values_.data() + next_row_[k]++;
-        for (const auto& [column, value] : by_row_[static_cast<std::size_t>(row)])
-          to[place_[static_cast<std::size_t>(column)] * stride] = value;
-      }
-    }
-    for_each_child(s, [&](std::size_t child) {
-      Rest& rest = rests_[child];
-      const std::span<const int> columns = columns_of_rest(child);
-      target_.clear();
-      for (const std::size_t first : rest.first)
-        target_.push_back(next_row_[place_[static_cast<std::size_t>(columns[first])]]++);
-      std::size_t begun = 0;
-      for (std::size_t k = 0; k < columns.size(); ++k) {
-        while (begun < target_.size() && rest.first[begun] <= k) ++begun;
-        const double* const from = rest.values.data() + k * target_.size();
-        double* const to = values_.data() + place_[static_cast<std::size_t>(columns[k])] * stride;
-        for (std::size_t i = 0; i < begun; ++i) to[target_[i]] = from[i];
-      }
-      rest = {};
-    });
+    fill_own_rows();
+    rests->for_each_child(s, [&](std::size_t child) { fill_rest(plan_.columns_of_rest(child), rests->take(child)); });
+  }
+
+  /// Makes it a trapezoid. Returns the row after its last one.
+  std::size_t reduce(double tolerance) {
+    scratch_.resize(4 * front_.stride);
+    row_at_.resize(columns_.size());
+    return kernels::reduce_rows(front_, own_, tolerance, scratch_.data(), row_at_.data());
   }
 
   /// Appends the rows that begin at the front's own columns to R. Returns how many there are.
-  std::size_t append_rows() {
+  std::size_t append_rows(TriangularFactor* R, TriangularRows* rows) const {
     std::size_t rank = 0;
     for (std::size_t c = 0; c < own_; ++c) {
-      const int column = order_[static_cast<std::size_t>(columns_[c])];
+      const int column = plan_.order[static_cast<std::size_t>(columns_[c])];
       if (row_at_[c] < 0) {
-        R_.dependent.push_back(column);
+        R->dependent.push_back(column);
         continue;
       }
       ++rank;
-      R_.independent.push_back(column);
+      R->independent.push_back(column);
       for (std::size_t k = c; k < columns_.size(); ++k) {
         const double value = values_[k * front_.stride + static_cast<std::size_t>(row_at_[c])];
-        if (value != 0.0) rows_.append(order_[static_cast<std::size_t>(columns_[k])], value);
+        if (value != 0.0) rows->append(plan_.order[static_cast<std::size_t>(columns_[k])], value);
       }
-      rows_.end_row();
+      rows->end_row();
     }
     return rank;
   }
 
-  void keep_rest(std::size_t s, std::size_t rank, std::size_t end) {
-    Rest& rest = rests_[s];
+  /// Rows [rank, end), which begin behind its own columns.
+  Rest rest(std::size_t rank, std::size_t end) const {
+    Rest rest;
     for (std::size_t c = own_; c < columns_.size(); ++c) {
       if (row_at_[c] >= 0) rest.first.push_back(c - own_);
       const double* const from = values_.data() + c * front_.stride;
       rest.values.insert(rest.values.end(), from + rank, from + end);
     }
-    const auto parent = static_cast<std::size_t>(supernode_of_[static_cast<std::size_t>(columns_[own_])]);
-    next_sibling_[s] = std::exchange(first_child_[parent], static_cast<int>(s));
+    return rest;
+  }
+  /// The front that takes it.
+  int parent() const { return plan_.supernode_of[static_cast<std::size_t>(columns_[own_])]; }
+
+ private:
+  /// Calls visit(place) with the front's column at which each row begins, always in the same order.
+  template <class Visit>
+  void for_each_first_place(std::size_t s, const Rests& rests, const Visit& visit) const {
+    for (std::size_t k = 0; k < own_; ++k) {
+      const auto column = static_cast<std::size_t>(columns_[k]);
+      for (std::size_t i = 0; i < plan_.by_first_column[column].size(); ++i) visit(k);
+    }
+    rests.for_each_child(s, [&](std::size_t child) {
+      const std::span<const int> columns = plan_.columns_of_rest(child);
+      for (const std::size_t first : rests[child].first) visit(place_[static_cast<std::size_t>(columns[first])]);
+    });
   }
 
-  const double tolerance_;
-  const std::size_t num_columns_;
-  const std::vector<int> order_;  // [place in the elimination] -> column of C
-  const Groups<RowEntry> by_row_;
-  const Supernodes supernodes_;
-  Groups<int> by_first_column_;                  // rows of C
-  std::vector<int> supernode_of_;                // [place in the elimination]
-  std::vector<std::size_t> place_;               // place in the elimination -> column of the front at hand
-  std::vector<int> first_child_, next_sibling_;  // of supernodes whose rests wait
-  std::vector<Rest> rests_;                      // [supernode]
-  TriangularFactor R_;
-  TriangularRows rows_;
+  /// Finds where the rows stand that begin at each column.
+  void sort_rows(std::size_t s, const Rests& rests) {
+    height_.assign(columns_.size(), 0);
+    for_each_first_place(s, rests, [&](std::size_t place) { ++height_[place]; });
+    std::partial_sum(height_.begin(), height_.end(), height_.begin());
+    next_row_.assign(columns_.size(), 0);
+    std::copy(height_.begin(), height_.end() - 1, next_row_.begin() + 1);
+  }
 
-  // The front at hand.
+  void fill_own_rows() {
+    for (std::size_t k = 0; k < own_; ++k) {
+      for (const int row : plan_.by_first_column[static_cast<std::size_t>(columns_[k])]) {
+        double* const to = values_.data() + next_row_[k]++;
+        for (const auto& [column, value] : plan_.by_row[static_cast<std::size_t>(row)])
+          to[place_[static_cast<std::size_t>(column)] * front_.stride] = value;
+      }
+    }
+  }
+
+  void fill_rest(std::span<const int> columns, const Rest& rest) {
+    target_.clear();
+    for (const std::size_t first : rest.first)
+      target_.push_back(next_row_[place_[static_cast<std::size_t>(columns[first])]]++);
+    std::size_t begun = 0;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      while (begun < target_.size() && rest.first[begun] <= k) ++begun;
+      const double* const from = rest.values.data() + k * target_.size();
+      double* const to = values_.data() + place_[static_cast<std::size_t>(columns[k])] * front_.stride;
+      for (std::size_t i = 0; i < begun; ++i) to[target_[i]] = from[i];
+    }
+  }
+
+  const FrontPlan& plan_;
   std::span<const int> columns_;
-  std::size_t own_ = 0;
+  std::size_t own_ = 0;             // the first columns
+  std::vector<std::size_t> place_;  // place in the elimination -> column of the front
   kernels::RowFront front_;
   std::vector<double> values_, scratch_;
-  std::vector<std::size_t> height_, next_row_, target_;
-  std::vector<int> row_at_;
+  std::vector<std::size_t> height_, next_row_;  // [column]
+  std::vector<std::size_t> target_;             // [row of a rest]
+  std::vector<int> row_at_;                     // [column] the row that begins there, or -1
 };
 
 }  // namespace
 
 TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
-  return FrontalQr(C, tolerance).factorize();
+  const FrontPlan plan(C);
+  Rests rests(plan.supernodes.size());
+  GatheredFront front(plan);
+  TriangularFactor R;
+  TriangularRows rows;
+  for (std::size_t s = 0; s < plan.supernodes.size(); ++s) {
+    front.fill(s, &rests);
+    const std::size_t end = front.reduce(std::max(tolerance, 0.0));
+    const std::size_t rank = front.append_rows(&R, &rows);
+    if (end > rank) rests.keep(s, front.rest(rank, end), front.parent());
+  }
+  std::ranges::sort(R.dependent);
+  rows.write_columns(plan.num_columns, &R);
+  return R;
 }
 
 }  // namespace tanor

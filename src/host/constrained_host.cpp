@@ -66,7 +66,7 @@ bool ConstrainedHost::find_place(const ConstPointArray& positions, double t, con
     images->unwrap(model.parallel, Lattice(place.cell), place.host.data(), place.r.data());
   }
   const bool is_other_time = t != std::exchange(place.time, t) && work.constraints.depends_on_time();
-  place.stands = place.stands && !is_elsewhere && !is_other_time && linearization.has_factor();
+  place.stands = place.stands && !is_elsewhere && !is_other_time && linearization.factor().is_fresh();
   return place.stands;
 }
 
@@ -135,7 +135,7 @@ ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   } else {
     incoming.copy(step.positions, r.data());
   }
-  has_moved_velocities = step.velocities && linearization.rank_factor().redundancy().is_found();
+  has_moved_velocities = step.velocities && linearization.factor().all_rows().redundancy().is_found();
   if (has_moved_velocities) transfer.gather(step.velocities, v.data());
   return form.steps().project_step(step.time, step.step, r.data(), images ? nullptr : &incoming,
                                    has_moved_velocities ? v.data() : nullptr, step.tolerance);

@@ -16,20 +16,16 @@ namespace tanor {
 
 CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part)
     : PointForm(work),
-      agreement_(*part.ranks),
-      guests_(part, work.model().numbering),
       part_(part),
-      solver_(work.model(), part, options.ordering),
-      blocks_(3 * work.constraints.num_blocks()),
-      has_constant_gradients_(agreement_.all(work.constraints.gradients_are_constant())),
+      linearization_(work, part, options.ordering),
+      agreement_(linearization_.agreement()),
+      projector_(work, linearization_),
       is_rheonomic_(agreement_.any(model_.is_rheonomic())),
-      mass_ratio_(agreement_.largest(model_.mass_ratio)),
+      rank_(agreement_.largest(model_.mass_ratio)),
       lambda_(model_.num_rows()),
       b_(model_.num_rows()),
       rows_(model_.num_rows()),
-      right_side_(model_.num_rows()),
-      dw_(3 * model_.num_points()),
-      move_(3 * model_.num_points()) {
+      dw_(3 * model_.num_points()) {
   measure_neighbourhoods();
   if (!part.energies_counted_elsewhere.empty()) {
     System others = model_.system;
@@ -38,6 +34,13 @@ CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part
     counted_elsewhere_ = std::make_unique<Forces>(others, model_.numbering);
   }
   for (const Part::SharedRow& shared : part.shared_rows) work_.rank -= shared.is_counted ? 0 : 1;
+}
+
+Roles CutForm::roles() {
+  Roles roles = common_roles();
+  roles.step_projector = &projector_;
+  roles.rank_monitor = &rank_;
+  return roles;
 }
 
 // ---- scales ----
@@ -89,111 +92,54 @@ void CutForm::share_speeds() {
   for_shared([](double all, double& here) { here = all; });
   own.back() = work_.velocity_scale = speeds.back();
   work_.scales.set_speeds(own);
-  least_speed_ = agreement_.smallest(work_.scales.least_speed());
-}
-
-// ---- the configuration ----
-
-Outcome CutForm::linearise(double t, const double* r) {
-  work_.set_time(t);
-  if (has_factor_ && has_constant_gradients_) return {};
-  work_.constraints.choose_frames();
-  {
-    const Stopwatch watch(&work_.times.evaluate);
-    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
-  }
-  return factorize(t);
-}
-
-Outcome CutForm::factorize(double t) {
-  const Stopwatch watch(&work_.times.factor);
-  ++work_.counters.factorizations;
-  const CutSolver::Quality quality = solver_.factorize(blocks_.data());
-  reciprocal_condition_ = quality.reciprocal_condition;
-  // Nobody decides ranks here. S of rows that depend leaves pivots of some roundings.
-  constexpr double poor = 1e-12;
-  const bool is_singular = quality.reciprocal_condition <= poor;
-  Outcome outcome;
-  if (!quality.own_is_definite || (quality.shared_is_definite && is_singular)) {
-    outcome = {Status::Singular, work_.name_row(quality.weakest_row) + " depends on other constraints at t = " +
-                                     text(t) + "; islands that lie on several ranks must not have such"};
-  } else if (!quality.shared_is_definite) {
-    outcome = {Status::Singular, "constraints between ranks depend on others at t = " + text(t) +
-                                     "; islands that lie on several ranks must not have such"};
-  }
-  outcome = agreement_.agree(std::move(outcome));
-  has_factor_ = outcome.ok();
-  return outcome;
+  projector_.set_least_speed(agreement_.smallest(work_.scales.least_speed()));
 }
 
 // ---- accelerations ----
-
-/// w0 = M^-1 f, of guests as well; returns the largest of all ranks.
-double CutForm::evaluate_free(const Kinematics& at, double* w) {
-  const double largest = work_.evaluate_free(at.t, at.x, at.v, w);
-  guests_.fetch(w);
-  return largest;
-}
-
-/// x = -S^-1 b, dw = M^-1 K x; the two may share nothing with b but x itself.
-void CutForm::solve(const double* b, double* x, double* dw) {
-  ++work_.counters.solves;
-  std::fill(x + model_.numbering.first_idle_row(), x + model_.num_rows(), 0.0);
-  solver_.solve_negative(b, x);
-  std::fill(dw + 3 * model_.num_moving(), dw + 3 * model_.num_points(), 0.0);
-  model_.gather.write_scaled(model_.parallel, blocks_.data(), x, model_.inverse_mass.data(), model_.num_moving(), dw);
-  guests_.fetch(dw);
-}
 
 /// rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
 int CutForm::refine(const double* b, double scale, double good_enough, double* residual) {
   return refine_solution(
       RefinementLimits{5},
       [&] {
-        const double largest = agreement_.largest(
-            work_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw_.data(), b, rows_.data()));
+        const double largest = agreement_.largest(work_.constraints.apply_transposed(
+            model_.parallel, linearization_.blocks().data(), dw_.data(), b, rows_.data()));
         return *residual = largest / (scale > 0.0 ? scale : 1.0);
       },
       [&](double left) { return left <= good_enough; },
       [&](int) {
-        correct(dw_.data());
+        linearization_.correct(rows_.data(), dw_.data());
         for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
       });
-}
-
-void CutForm::correct(double* points) {
-  right_side_.swap(rows_);
-  solve(right_side_.data(), rows_.data(), move_.data());
-  for (std::size_t i = 0; i < move_.size(); ++i) points[i] += move_[i];
 }
 
 Outcome CutForm::accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
   work_.set_time(at.t);
   ++work_.counters.evaluations;
-  const bool is_new = request.gradients == Gradients::Evaluate && !(has_factor_ && has_constant_gradients_);
+  const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
   double* const w = to.a;
   double scale = 0.0;
   {
     const Stopwatch watch(&work_.times.evaluate);
     if (is_new) work_.constraints.choose_frames();
-    scale = evaluate_free(at, w);
+    scale = projector_.evaluate_free(at, w);
     scale = larger(scale, work_.constraints.evaluate_right_side(model_.parallel, at.x, at.v, w, b_.data(),
-                                                                is_new ? blocks_.data() : nullptr));
+                                                                is_new ? linearization_.blocks().data() : nullptr));
   }
   scale = agreement_.largest(scale);
   if (!std::isfinite(scale)) return model_.not_finite(at.t);
   if (is_new) {
-    if (Outcome outcome = factorize(at.t); !outcome.ok()) return outcome;
+    if (Outcome outcome = linearization_.factorize(at.t); !outcome.ok()) return outcome;
   }
   SolveReport report;
   {
     const Stopwatch watch(&work_.times.solve);
-    solve(b_.data(), lambda_.data(), dw_.data());
+    linearization_.solve(b_.data(), lambda_.data(), dw_.data());
     report.refinements = refine(b_.data(), scale, request.exact ? 1e-15 : 1e-12, &report.residual);
   }
   if (!std::isfinite(report.residual)) return model_.not_finite(at.t);
   for (std::size_t i = 0; i < dw_.size(); ++i) w[i] += dw_[i];
-  report.reciprocal_condition = reciprocal_condition_;
+  report.reciprocal_condition = linearization_.reciprocal_condition();
   if (to.report != nullptr) *to.report = report;
   if (to.power != nullptr) *to.power = find_power(at);
   if (to.reactions != nullptr) {
@@ -208,9 +154,9 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
 Power CutForm::find_power(const Kinematics& at) {
   Power result;
   if (is_rheonomic_) {
-    std::vector<double> v(at.v, at.v + size());
-    clear_guests(v.data());
-    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, v.data()) +
+    own_v_.assign(at.v, at.v + size());
+    clear_guests(own_v_.data());
+    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, own_v_.data()) +
                       model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
                         return model_.mass[i] * dot(load(dw_.data(), i), load(at.v, i));
                       });
@@ -237,91 +183,6 @@ void CutForm::clear_guests(double* points) const {
     store(points, model_.numbering.inner_point[static_cast<std::size_t>(guest)], Vec3{});
 }
 
-Outcome CutForm::free_accelerations(const Kinematics& at, const Request&, double* a) {
-  const double largest = agreement_.largest(evaluate_free(at, a));
-  return std::isfinite(largest) ? Outcome{} : model_.not_finite(at.t);
-}
-
-// ---- projections ----
-
-ProjectionReport CutForm::project_positions(double t, double* r, Turn) {
-  return iterate_positions(t, r, nullptr);
-}
-
-/// Chord iterations; where they stall, one linearisation anew. `sum` [d], the multipliers' sum of a step, keeps to the
-/// K that stands.
-ProjectionReport CutForm::iterate_positions(double t, double* r, double* sum) {
-  constexpr double target = 1e-13, largest_left = 1e-12;
-  constexpr int most_iterations = 100;
-  work_.set_time(t);
-  ProjectionReport report;
-  double before = std::numeric_limits<double>::infinity();
-  bool linearised_here = false;
-  for (;; ++report.iterations) {
-    report.violation = evaluate_values(r);
-    if (!std::isfinite(report.violation)) {
-      report.outcome = model_.not_finite(t);
-      return report;
-    }
-    if (report.violation <= target) return report;
-    const bool stalls = report.violation > 0.3 * before, stands = report.violation > 0.99 * before;
-    if (stalls) {
-      const double own = 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
-      const double rounding = agreement_.largest(own);
-      if (report.violation <= std::max(target, rounding)) return report;
-      const bool is_hopeless = stands && (linearised_here || sum != nullptr);
-      if (is_hopeless || report.iterations >= most_iterations) {
-        if (report.violation > std::max(largest_left, 2.0 * rounding))
-          report.outcome = {Status::NotConverged, "projection onto the constraints stalls at t = " + text(t) +
-                                                      ", violation " + text(report.violation)};
-        return report;
-      }
-      if (sum == nullptr) {
-        if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
-        linearised_here = true;
-        (void)evaluate_values(r);
-      }
-    }
-    before = report.violation;
-    correct(r);  // S mu = -xi, r += M^-1 K mu
-    for (std::size_t a = 0; sum != nullptr && a < rows_.size(); ++a) sum[a] += rows_[a];
-  }
-}
-
-/// Along the gradients of the step's beginning; the velocity takes the same multipliers.
-ProjectionReport CutForm::project_step(double t, double h, double* x, double* step_velocity) {
-  step_sum_.assign(model_.num_rows(), 0.0);
-  ProjectionReport report = iterate_positions(t, x, step_sum_.data());
-  if (!report.outcome.ok() || step_velocity == nullptr) return report;
-  std::fill(move_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()), move_.end(), 0.0);
-  model_.gather.write_scaled(model_.parallel, blocks_.data(), step_sum_.data(), model_.inverse_mass.data(),
-                             model_.num_moving(), move_.data());
-  guests_.fetch(move_.data());
-  for (std::size_t i = 0; i < move_.size(); ++i) step_velocity[i] += move_[i] / h;
-  return report;
-}
-
-ProjectionReport CutForm::project_velocities(double t, const double* r, double* v) {
-  constexpr double target = 1e-13;
-  constexpr int most_iterations = 4;
-  work_.set_time(t);
-  ProjectionReport report;
-  double before = std::numeric_limits<double>::infinity();
-  for (;; ++report.iterations) {
-    const double rate = agreement_.largest(work_.constraints.evaluate_rates(model_.parallel, r, v, rows_.data()));
-    report.violation = rate / least_speed_;
-    if (!std::isfinite(rate)) {
-      report.outcome = model_.not_finite(t);
-      return report;
-    }
-    // Linear in v: one solve is exact up to rounding, more only refine.
-    const bool stands = !(report.violation < 0.5 * before);
-    if (report.violation <= target || report.iterations == most_iterations || stands) return report;
-    before = report.violation;
-    correct(v);  // S nu = -(K'v + xi_t), v += M^-1 K nu
-  }
-}
-
 /// Errors of guests count where they are at home.
 ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   const auto take = [&](const double* from, std::vector<double>* own) {
@@ -330,8 +191,8 @@ ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol,
     return own->data();
   };
   StepErrors own = errors;
-  own.x = take(errors.x, &move_);
-  own.v = take(errors.v, &dw_);
+  own.x = take(errors.x, &own_x_);
+  own.v = take(errors.v, &own_v_);
   return work_.error_ratios(own, atol, rtol);
 }
 
@@ -396,13 +257,14 @@ void CutForm::resume(const Counters& counters, const PhaseTimes& times) {
 }
 
 void CutForm::fetch_guests(double* r, double* v) {
-  guests_.fetch(r);
-  guests_.fetch(v);
+  linearization_.guests().fetch(r);
+  linearization_.guests().fetch(v);
 }
 
 void CutForm::exchange_memory(Memory& memory) {
   work_.exchange_memory(memory);
-  memory.exchange(lambda_, least_speed_);
+  memory.exchange(lambda_);
+  projector_.exchange_memory(memory);
 }
 
 Reactions CutForm::no_reactions() const {
@@ -412,7 +274,7 @@ Reactions CutForm::no_reactions() const {
 }
 
 void CutForm::write_reactions(const Kinematics&, const Reactions& found, double* eta) {
-  model_.gather.reactions(model_.parallel, blocks_.data(), found.lambda.data(), eta);
+  model_.gather.reactions(model_.parallel, linearization_.blocks().data(), found.lambda.data(), eta);
 }
 
 void CutForm::write_friction(const Reactions&, double* tau) const {
@@ -420,12 +282,7 @@ void CutForm::write_friction(const Reactions&, double* tau) const {
 }
 
 void CutForm::describe(PlanSummary* plan) const {
-  plan->linear_solvers = {LinearSolver::General};
-  plan->linear_solver_reason = text(solver_.num_all_shared()) + " equations are shared by several ranks";
-  plan->parts = 1;
-  plan->pattern_nonzeros = solver_.pattern_nonzeros();
-  plan->factor_nonzeros = static_cast<std::size_t>(solver_.num_stored());
-  plan->factorizations = {Factorization::Multifrontal};
+  linearization_.describe(plan);
 }
 
 }  // namespace tanor

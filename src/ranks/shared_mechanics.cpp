@@ -36,26 +36,18 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
 
 SharedMechanics::~SharedMechanics() = default;
 
-StepProjector* SharedMechanics::step_projector() {
-  return projector_.get();
+Roles SharedMechanics::roles() {
+  return {.step_projector = projector_.get(),
+          .inexact_solves = own_.inexact_solves(),
+          .rank_monitor = monitor_.get(),
+          .rounding_groups = rounding_.get(),
+          .force_passages = passages_.get(),
+          .drives = drives_.get(),
+          .events = events_.get()};
 }
-RankMonitor* SharedMechanics::rank_monitor() {
-  return monitor_.get();
-}
-RoundingGroups* SharedMechanics::rounding_groups() {
-  return rounding_.get();
-}
-ForcePassages* SharedMechanics::force_passages() {
-  return passages_.get();
-}
+
 SeriesExpansion* SharedMechanics::series() {
   return series_.get();
-}
-DriveMonitor* SharedMechanics::drives() {
-  return drives_.get();
-}
-EventFunctions* SharedMechanics::events() {
-  return events_.get();
 }
 
 // ---- what all ranks say ----

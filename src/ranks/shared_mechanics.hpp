@@ -41,16 +41,9 @@ class SharedMechanics final : public EquationsOfMotion {
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   void exchange_memory(Memory& memory) override { own_.exchange_memory(memory); }
 
-  StepProjector* step_projector() override;
-  InexactSolves* inexact_solves() override { return own_.inexact_solves(); }
-  RankMonitor* rank_monitor() override;
-  RoundingGroups* rounding_groups() override;
-  ForcePassages* force_passages() override;
+  Roles roles() override;
   SeriesExpansion* series() override;
   std::string why_no_series() const override { return why_no_series_; }
-  DriveMonitor* drives() override;
-  EventFunctions* events() override;
-  ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

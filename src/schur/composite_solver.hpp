@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,11 +12,8 @@ namespace tanor {
 /// Islands of several kinds, each kind with its own solver.
 class CompositeSolver final : public SchurSolver {
  public:
-  CompositeSolver() = default;
+  /// At least one.
   explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers);
-
-  /// It serves no island.
-  bool empty() const { return solvers_.empty(); }
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
                     double* lambda, double* w) override;
@@ -46,6 +44,6 @@ class CompositeSolver final : public SchurSolver {
 
 /// The solvers that serve all rows of a system together; none where the sparse factor of all rows is as good or better.
 /// Throws InputError where `wanted` does not serve.
-CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
+std::optional<CompositeSolver> make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
 }  // namespace tanor

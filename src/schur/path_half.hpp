@@ -2,28 +2,75 @@
 
 #include <algorithm>
 
-#include "schur/path_solver.hpp"
+#include "schur/path_kernels.hpp"
+#include "schur/schur_solver.hpp"
 
-namespace tanor {
+/// \file What is known of the halves of a path on the way to its middle row and back.
+namespace tanor::paths {
+
+/// From the left end of a path to its middle row, from the right end, or both.
+enum class Halves { Both, Left, Right };
+inline bool includes(Halves halves, Halves one) {
+  return halves == Halves::Both || halves == one;
+}
+
+/// This was found in some rows.
+struct Findings {
+  double smallest_ratio = 1.0, largest_ratio = 1.0;  ///< S_aa/pivot
+  double right_side = 0.0, residual = 0.0;           ///< largest |b| and |K'dw + b|
+  double own_residual = 0.0;                         ///< the largest of any path over its own |b|
+
+  void include(const Findings& other) {
+    smallest_ratio = std::min(smallest_ratio, other.smallest_ratio);
+    largest_ratio = larger(largest_ratio, other.largest_ratio);
+    right_side = larger(right_side, other.right_side);
+    residual = larger(residual, other.residual);
+    own_residual = larger(own_residual, other.own_residual);
+  }
+  /// Scaled to a unit diagonal, pivots lie between 1/largest_ratio and 1.
+  double reciprocal_condition() const {
+    return smallest_ratio > 0.0 && largest_ratio > 0.0 ? 1.0 / largest_ratio : 0.0;
+  }
+};
+
+/// What a half hands to the row in the middle; an empty one nothing.
+struct Eliminated {
+  Vec3 g{};
+  double inverse_pivot = 0.0, y = 0.0, spike = 0.0;
+  double closing_pivot = 0.0, closing_y = 0.0;  ///< what its rows take from those of the closing row
+  Findings findings;
+};
+/// What it leaves beside the middle row and the closing one: dw of the points, and the residual of its own rows.
+struct Accelerated {
+  Vec3 dw{}, end_dw{};
+  double residual = 0.0;
+};
+
+/// What a thread knows of the path at hand.
+struct PathWork {
+  Eliminated left_end, right_end;
+  Accelerated left, right;
+  Findings findings;
+  Projection projection;  ///< of all paths of a group
+};
 
 /// One of the two halves of a path on its way to the middle.
-struct PathSolver::Half {
-  paths::Towards towards;
+struct Half {
+  Towards towards;
   std::size_t next, rows_left;  ///< the right half counts down: its next chunk ends at `next`
   std::size_t first = 0;        ///< row of the chunk
-  paths::Chunk chunk;
-  paths::Determinants determinants{};
-  paths::PivotRange pivots{};
+  Chunk chunk;
+  Determinants determinants{};
+  PivotRange pivots{};
   double largest = 0.0;
   Eliminated end{};       ///< of the last row so far
   double coupling = 0.0;  ///< of the outermost row with the one that closes a ring
 
-  Half(paths::Towards direction, std::size_t start, std::size_t rows)
-      : towards(direction), next(start), rows_left(rows) {}
+  Half(Towards direction, std::size_t start, std::size_t rows) : towards(direction), next(start), rows_left(rows) {}
 
-  bool is_rightwards() const { return towards == paths::Towards::Right; }
+  bool is_rightwards() const { return towards == Towards::Right; }
   void advance() {
-    chunk.count = std::min(rows_left, paths::chunk_size);
+    chunk.count = std::min(rows_left, chunk_size);
     rows_left -= chunk.count;
     first = is_rightwards() ? next : next - chunk.count;
     next = is_rightwards() ? next + chunk.count : first;
@@ -33,7 +80,7 @@ struct PathSolver::Half {
     chunk.inverse_pivot[slot] = end.inverse_pivot;
   }
   /// Rows of the chunk after this one.
-  std::size_t next_count() const { return std::min(rows_left, paths::chunk_size); }
+  std::size_t next_count() const { return std::min(rows_left, chunk_size); }
   std::size_t next_first() const { return is_rightwards() ? next : next - next_count(); }
   void remember_last_row() {
     if (chunk.count == 0) return;
@@ -43,4 +90,4 @@ struct PathSolver::Half {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::paths

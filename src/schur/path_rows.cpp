@@ -1,26 +1,45 @@
+#include "schur/path_rows.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "plan/thresholds.hpp"
-
-#include "schur/path_solver.hpp"
-
-/// \file What the rows of PathSolver say at given places: rods between moving points some at a time, those to supports
-/// one by one.
+/// \file Rods between moving points are evaluated some at a time, those to supports one by one.
 namespace tanor {
 
 using paths::chunk_size;
 
-// ---- one row ----
-
-/// r_right - r_left + offset
-Vec3 PathSolver::distance(const Path& path, std::size_t row, const double* r) const {
-  const Vec3 a = load(r, path.right_point(row)) - load(r, path.left_point(row));
-  return offset_.empty() ? a : a + offset_[row];
+PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : inverse_mass(problem.inverse_mass) {
+  const Numbering& numbering = problem.numbering;
+  RodRows rods(problem.constraints, numbering.num_rows());
+  sign.assign(numbering.num_rows(), 1);
+  std::erase_if(*islands, [&](Index island) {
+    const std::optional<RodPath> path = find_path(rods.ends, numbering, island);
+    if (!path) return false;
+    for (std::size_t row = path->first; row < path->first + path->num_rows(); ++row)
+      sign[row] = rods.ends[row][0] == static_cast<Index>(path->left_point(row)) ? 1 : -1;
+    paths.push_back(*path);
+    if (path->is_ring) ++num_rings;
+    return true;
+  });
+  if (paths.empty()) return;
+  offset = std::move(rods.offset);
+  for (std::size_t row = 0; row < offset.size(); ++row) offset[row] = sign[row] * offset[row];
+  length = std::move(rods.constant_length);
+  moving_lengths = std::move(rods.lengths);
+  first_block = rods.block[0];
+  bool follow_rows = true;
+  for (std::size_t row = 0; row < num_rows(); ++row) follow_rows = follow_rows && rods.block[row] == first_block + row;
+  if (!follow_rows) block_numbers = std::move(rods.block);
 }
 
-/// phi + K'w0 with phi = rho'' - l''
-double PathSolver::right_side(const Path& path, std::size_t row, const FreeMotion& motion) const {
+// ---- one row ----
+
+Vec3 PathRows::distance(const RodPath& path, std::size_t row, const double* r) const {
+  const Vec3 a = load(r, path.right_point(row)) - load(r, path.left_point(row));
+  return offset.empty() ? a : a + offset[row];
+}
+
+double PathRows::right_side(const RodPath& path, std::size_t row, const FreeMotion& motion) const {
   const double *const r = motion.r, *const v = motion.v, *const w0 = motion.w0;
   const Vec3* const uniform = motion.uniform;
   const std::size_t i = path.left_point(row), j = path.right_point(row);
@@ -32,63 +51,36 @@ double PathSolver::right_side(const Path& path, std::size_t row, const FreeMotio
   return b;
 }
 
-/// Along the path.
-Vec3 PathSolver::direction(const Path& path, std::size_t row, const Numbers& numbers) const {
-  if (numbers.motion == nullptr) return direction(numbers.given_blocks, row);
-  const Vec3 a = distance(path, row, numbers.motion->r);
-  return (1.0 / norm(a)) * a;
-}
+// ---- rods between moving points ----
 
-/// Its block and b; returns its direction along the path.
-Vec3 PathSolver::evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const {
-  const Vec3 g = direction(path, row, numbers);
-  if (numbers.motion == nullptr) return g;
-  if (numbers.b != nullptr) numbers.b[row] = right_side(path, row, *numbers.motion);
-  store(numbers.blocks, block(row), sign_[row] * g);
-  return g;
-}
-
-// ---- rows [begin, end) of one path, whose rods join moving points ----
-
-paths::Rods PathSolver::rods_between(const Path& path, std::size_t begin, std::size_t end,
-                                     const FreeMotion& motion) const {
+paths::Rods PathRows::rods_between(const RodPath& path, std::size_t begin, std::size_t end,
+                                   const FreeMotion& motion) const {
   const std::size_t point = 3 * path.left_point(begin);
   return {.r = motion.r + point,
           .v = motion.v == nullptr ? nullptr : motion.v + point,
           .w0 = motion.uniform != nullptr || motion.w0 == nullptr ? nullptr : motion.w0 + point,
-          .offset = offset_.empty() ? nullptr : &offset_[begin].x,
-          .sign = &sign_[begin],
+          .offset = offset.empty() ? nullptr : &offset[begin].x,
+          .sign = &sign[begin],
           .count = end - begin};
 }
 
-/// A derivative of the lengths that move, from `rows`, which begin with row `begin`.
-void PathSolver::subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const {
-  for (auto l = std::lower_bound(lengths_.begin(), lengths_.end(),
+void PathRows::subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const {
+  for (auto l = std::lower_bound(moving_lengths.begin(), moving_lengths.end(),
                                  std::pair<std::size_t, const MovingScalar*>(begin, nullptr));
-       l != lengths_.end() && l->first < end; ++l)
+       l != moving_lengths.end() && l->first < end; ++l)
     rows[l->first - begin] -= l->second->*part;
 }
 
 // ---- all rows ----
 
-/// The largest one of what find(begin, end) returns. Rows are taken in the same chunks whatever the number of threads:
-/// a chunk belongs to the range that it begins in.
-template <class Find>
-double PathSolver::largest_of_ranges(const Parallel& parallel, const Find& find) const {
-  const std::size_t first = paths_.front().first, num_rows = paths_.back().first + paths_.back().num_rows() - first;
-  return parallel.max_over_ranges(
-      num_rows, [&](std::size_t begin, std::size_t end) { return find(first + begin, first + end); },
-      plan::rows_worth_a_thread);
-}
-
 /// The largest one of what `between(path, begin, end)` and `alone(path, row)` return.
 template <class Between, class Alone>
-double PathSolver::largest_of_rows(std::size_t range_begin, std::size_t range_end, const Between& between,
-                                   const Alone& alone) const {
+double PathRows::largest_of_rows(std::size_t range_begin, std::size_t range_end, const Between& between,
+                                 const Alone& alone) const {
   double largest = 0.0;
-  const auto is_before = [&](const Path& path) { return path.first + path.num_rows() <= range_begin; };
-  for (auto path = std::partition_point(paths_.begin(), paths_.end(), is_before);
-       path != paths_.end() && path->first < range_end; ++path) {
+  const auto is_before = [&](const RodPath& path) { return path.first + path.num_rows() <= range_begin; };
+  for (auto path = std::partition_point(paths.begin(), paths.end(), is_before);
+       path != paths.end() && path->first < range_end; ++path) {
     const std::size_t skipped = range_begin > path->first ? range_begin - path->first : 0;
     std::size_t row = path->first + (skipped + chunk_size - 1) / chunk_size * chunk_size;
     for (std::size_t last = row; row < std::min(path->end, range_end); row = last) {
@@ -104,33 +96,33 @@ double PathSolver::largest_of_rows(std::size_t range_begin, std::size_t range_en
   return largest;
 }
 
-void PathSolver::take_lengths() {
-  for (const auto& [row, length] : lengths_) length_[row] = length->value;
+void PathRows::take_lengths() {
+  for (const auto& [row, moving] : moving_lengths) length[row] = moving->value;
 }
 
-double PathSolver::find_values(std::size_t first, std::size_t last, const double* r, double* xi) const {
+double PathRows::find_values(std::size_t first, std::size_t last, const double* r, double* xi) const {
   return largest_of_rows(
       first, last,
-      [&](const Path& path, std::size_t begin, std::size_t end) {
-        return paths::evaluate_values(rods_between(path, begin, end, {r, nullptr, nullptr}), &length_[begin],
+      [&](const RodPath& path, std::size_t begin, std::size_t end) {
+        return paths::evaluate_values(rods_between(path, begin, end, {r, nullptr, nullptr}), &length[begin],
                                       xi + begin);
       },
-      [&](const Path& path, std::size_t row) {
-        xi[row] = norm(distance(path, row, r)) - length_[row];
-        return std::abs(xi[row]) / length_[row];
+      [&](const RodPath& path, std::size_t row) {
+        xi[row] = norm(distance(path, row, r)) - length[row];
+        return std::abs(xi[row]) / length[row];
       });
 }
 
-double PathSolver::find_rates(std::size_t first, std::size_t last, const double* r, const double* v,
-                              double* rates) const {
+double PathRows::find_rates(std::size_t first, std::size_t last, const double* r, const double* v,
+                            double* rates) const {
   return largest_of_rows(
       first, last,
-      [&](const Path& path, std::size_t begin, std::size_t end) {
+      [&](const RodPath& path, std::size_t begin, std::size_t end) {
         paths::evaluate_rates(rods_between(path, begin, end, {r, v, nullptr}), rates + begin);
         subtract_moving(begin, end, &MovingScalar::first, rates + begin);
         return paths::largest_magnitude(rates + begin, end - begin, 0.0);
       },
-      [&](const Path& path, std::size_t row) {
+      [&](const RodPath& path, std::size_t row) {
         const Vec3 velocity = load(v, path.right_point(row)) - load(v, path.left_point(row));
         rates[row] = Distance(distance(path, row, r), velocity).first;
         subtract_moving(row, row + 1, &MovingScalar::first, rates + row);
@@ -138,28 +130,15 @@ double PathSolver::find_rates(std::size_t first, std::size_t last, const double*
       });
 }
 
-double PathSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  take_lengths();
-  return largest_of_ranges(parallel,
-                           [&](std::size_t begin, std::size_t end) { return find_values(begin, end, r, xi); });
-}
-
-double PathSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  return largest_of_ranges(parallel,
-                           [&](std::size_t begin, std::size_t end) { return find_rates(begin, end, r, v, rates); });
-}
-
-double PathSolver::evaluate_right_side(const Parallel& parallel, const FreeMotion& motion, double* b) const {
-  return largest_of_ranges(parallel, [&](std::size_t first, std::size_t last) {
-    return largest_of_rows(
-        first, last,
-        [&](const Path& path, std::size_t begin, std::size_t end) {
-          paths::evaluate_right_side(rods_between(path, begin, end, motion), b + begin);
-          subtract_moving(begin, end, &MovingScalar::second, b + begin);
-          return paths::largest_magnitude(b + begin, end - begin, 0.0);
-        },
-        [&](const Path& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
-  });
+double PathRows::find_right_sides(std::size_t first, std::size_t last, const FreeMotion& motion, double* b) const {
+  return largest_of_rows(
+      first, last,
+      [&](const RodPath& path, std::size_t begin, std::size_t end) {
+        paths::evaluate_right_side(rods_between(path, begin, end, motion), b + begin);
+        subtract_moving(begin, end, &MovingScalar::second, b + begin);
+        return paths::largest_magnitude(b + begin, end - begin, 0.0);
+      },
+      [&](const RodPath& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
 }
 
 }  // namespace tanor

@@ -3,21 +3,18 @@
 #include <algorithm>
 
 #include "schur/batch_kernels.hpp"
-#include "schur/tree_solver.hpp"
+#include "schur/schur_solver.hpp"
+#include "schur/tree_branches.hpp"
 
-/// \file What TreeSolver does batch by batch and island by island.
+/// \file What TreeSolver does with branches, batch by batch.
 namespace tanor {
 
 /// One batch in the lanes of a workspace.
-class TreeSolver::Lanes {
+class TreeBranches::Lanes {
  public:
-  Lanes(TreeSolver* solver, std::size_t batch, Workspace* work)
-      : solver_(*solver), number_(batch), batch_(solver->branches_.batches[batch]), work_(*work) {}
+  Lanes(TreeBranches* all, std::size_t batch, TreePoints* joints, Workspace* work)
+      : all_(*all), number_(batch), batch_(all->plan_.batches[batch]), joints_(*joints), work_(*work) {}
 
-  void bring_points(const PointSource* source) const {
-    for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
-      source->bring(static_cast<std::size_t>(batch_.first_point[lane]), shape_.num_points());
-  }
   /// r, v and w0 of the points, l'' of the rods.
   trees::BranchMotion read_motion(const FreeMotion& motion) {
     read_points(motion.r, &work_.r);
@@ -41,19 +38,19 @@ class TreeSolver::Lanes {
     note_right_side(right_side);
   }
   void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
-  /// With what pulls at the roots in dw_, which becomes their dw.
+  /// With what pulls at the roots in their dw's place, which becomes their dw.
   void substitute_down() {
     std::fill_n(work_.dw.begin(), shape_.num_points(), Eight3{});
     Eight3& pull = work_.dw[shape_.num_rods];
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&pull, lane, load(solver_.dw_.data(), root(lane)));
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&pull, lane, load(joints_.dw.data(), root(lane)));
     trees::substitute_down(shape_, masses(), rods(), rows(), work_.dw.data());
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      store(solver_.dw_.data(), root(lane), {pull.x[lane], pull.y[lane], pull.z[lane]});
+      store(joints_.dw.data(), root(lane), {pull.x[lane], pull.y[lane], pull.z[lane]});
   }
   void find_residual() {
     Largest residual;
     trees::find_residual(shape_, rods(), rows(), work_.dw.data(), &residual);
-    eight_to(&solver_.branch_residual_[number_ * num_lanes]) = residual.value + residual.zero;
+    eight_to(&all_.residual_[number_ * num_lanes]) = residual.value + residual.zero;
   }
 
   /// points += M^-1 K rows
@@ -65,7 +62,7 @@ class TreeSolver::Lanes {
   /// What is violated at places or velocities that `read` or `add_accelerations` left behind.
   void evaluate_values() {
     Largest largest;
-    trees::evaluate_values(shape_, work_.dw.data(), offsets(), &solver_.branch_length_.data()[batch_.first_rod], rows(),
+    trees::evaluate_values(shape_, work_.dw.data(), offsets(), &all_.length_.data()[batch_.first_rod], rows(),
                            &largest);
     note_right_side(largest);
   }
@@ -103,12 +100,12 @@ class TreeSolver::Lanes {
   void hand_over_mobilities() {
     const trees::Mobility<Eight3>& W = work_.mobility[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      solver_.mobility_[root(lane)] = {W.xx[lane], W.xy[lane], W.xz[lane], W.yy[lane], W.yz[lane], W.zz[lane]};
+      joints_.mobility[root(lane)] = {W.xx[lane], W.xy[lane], W.xz[lane], W.yy[lane], W.yz[lane], W.zz[lane]};
   }
   void hand_over_answers() {
     const Eight3& s = work_.s[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      store(solver_.s_.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
+      store(joints_.s.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
   }
   /// w := w0 + dw
   void write_accelerations(Vec3 w0, double* w) {
@@ -123,19 +120,17 @@ class TreeSolver::Lanes {
   }
 
  private:
-  trees::BranchRod* rods() { return &solver_.branch_rods_[batch_.first_rod]; }
-  trees::BranchRow* rows() { return &solver_.branch_rows_[batch_.first_rod]; }
-  const Eight3* offsets() const {
-    return solver_.branch_offsets_.empty() ? nullptr : &solver_.branch_offsets_[batch_.first_rod];
-  }
-  const Eight* masses() { return solver_.branch_masses_.data() + batch_.first_place; }
-  const Index* block_numbers() const { return &solver_.branch_blocks_[batch_.first_rod * num_lanes]; }
+  trees::BranchRod* rods() { return &all_.rods_[batch_.first_rod]; }
+  trees::BranchRow* rows() { return &all_.rows_[batch_.first_rod]; }
+  const Eight3* offsets() const { return all_.offsets_.empty() ? nullptr : &all_.offsets_[batch_.first_rod]; }
+  const Eight* masses() { return all_.inverse_mass_.data() + batch_.first_place; }
+  const Index* block_numbers() const { return &all_.blocks_[batch_.first_rod * num_lanes]; }
   trees::BranchPoints points() { return {masses(), work_.mobility.data(), work_.s.data()}; }
   std::size_t root(std::size_t lane) const {
     return static_cast<std::size_t>(batch_.first_point[lane]) + shape_.num_rods;
   }
   void note_right_side(const Largest& found) {
-    eight_to(&solver_.branch_right_side_[number_ * num_lanes]) = found.value + found.zero;
+    eight_to(&all_.right_side_[number_ * num_lanes]) = found.value + found.zero;
   }
 
   void read_points(const double* from, std::vector<Eight3>* to) const {
@@ -145,38 +140,30 @@ class TreeSolver::Lanes {
     scatter_sequences(&work_.dw.data()->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
   }
   const Eight* read_length_seconds() {
-    if (solver_.branch_lengths_.empty()) return nullptr;
+    if (all_.moving_lengths_.empty()) return nullptr;
     for (std::size_t k = 0; k < shape_.num_rods; ++k) {
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        const MovingScalar* const length = solver_.branch_lengths_[(batch_.first_rod + k) * num_lanes + lane];
+        const MovingScalar* const length = all_.moving_lengths_[(batch_.first_rod + k) * num_lanes + lane];
         work_.length_second.data()[k][lane] = length != nullptr ? length->second : 0.0;
       }
     }
     return work_.length_second.data();
   }
 
-  TreeSolver& solver_;
+  TreeBranches& all_;
   std::size_t number_;
   const BranchBatch& batch_;
+  TreePoints& joints_;
   Workspace& work_;
-  trees::Shape shape_ = solver_.branches_.shape(batch_);
+  trees::Shape shape_ = all_.plan_.shape(batch_);
 };
 
-/// work(lanes), some batches a thread.
 template <class Work>
-void TreeSolver::for_each_batch(const Parallel& parallel, const Work& work) {
-  const std::size_t shares = workspaces_.size(), count = branches_.batches.size();
+void TreeBranches::for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work) {
+  const std::size_t shares = workspaces_.size(), count = plan_.batches.size();
   parallel.for_tasks(shares, [&](std::size_t k) {
     for (std::size_t batch = count * k / shares; batch < count * (k + 1) / shares; ++batch)
-      work(Lanes(this, batch, &workspaces_[k]));
-  });
-}
-
-/// work(island, found), some islands a thread.
-template <class Work>
-void TreeSolver::for_each_island(const Parallel& parallel, const Work& work) {
-  parallel.for_tasks(found_.size(), [&](std::size_t group) {
-    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) work(islands_[k], &found_[group]);
+      work(Lanes(this, batch, points, &workspaces_[k]));
   });
 }
 

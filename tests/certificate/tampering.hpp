@@ -25,18 +25,18 @@ struct Tampering {
     (void)solver.factorize(Parallel(1));
   }
   static GramSolver& S(const Forms& forms) {
-    return forms.normal->linearization_.factor_.gram();
+    return forms.normal->linearization_.factor_.all_rows_.gram();
   }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
   /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the
   /// system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    Linearization& linearization = forms.normal->linearization_;
-    if (linearization.state_ != FactorState::Composite) return false;
+    StandingFactor& factor = forms.normal->linearization_.factor_;
+    if (!factor.is_of_composite()) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)linearization.composite_.factorize(Parallel(1), blocks.data());
+    (void)factor.composite_->factorize(Parallel(1), blocks.data());
     return true;
   }
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.

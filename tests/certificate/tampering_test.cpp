@@ -109,7 +109,7 @@ TEST(TamperedCertificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
     const Model& model = solved.forms.model;
     std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
     rows[a] = 1e-6;
-    solved.forms.normal->linearization().solve_negative(rows.data());
+    solved.forms.normal->linearization().solve_negative(rows.data(), rows.data());
     model.gather.add_scaled(model.parallel, Tampering::K(solved.forms).data(), rows.data(), model.inverse_mass.data(),
                             model.num_moving(), change.data());
     for (std::size_t i = 0; i < change.size(); ++i) {

@@ -51,16 +51,9 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   void remember_gradients() override {}
   double compare_gradients() override { return 1.0; }
 
-  StepProjector* step_projector() override { return this; }
-  InexactSolves* inexact_solves() override { return nullptr; }
-  RankMonitor* rank_monitor() override { return this; }
-  RoundingGroups* rounding_groups() override { return nullptr; }
-  ForcePassages* force_passages() override { return nullptr; }
+  Roles roles() override { return {.step_projector = this, .rank_monitor = this}; }
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "toys have none"; }
-  DriveMonitor* drives() override { return nullptr; }
-  EventFunctions* events() override { return nullptr; }
-  ImplicitFormulation* implicit_formulation() override { return nullptr; }
   /// Moves nothing, but is held to the K of the step's beginning as every mechanics is.
   ProjectionReport project_step(double t, double h, double*, double*) override {
     ProjectionReport report;
@@ -94,7 +87,11 @@ class SwitchingToy : public Toy, private EventFunctions {
  public:
   using Toy::Toy;
 
-  EventFunctions* events() override { return this; }
+  Roles roles() override {
+    Roles roles = Toy::roles();
+    roles.events = this;
+    return roles;
+  }
   void shape_events(const Reactions&, const double* values, double* shapes) const override {
     std::copy_n(values, num_events(), shapes);
   }

@@ -88,7 +88,7 @@ def compare(name, scene, allowed):
         check_certificate(f"{name} on {ranks} ranks", found["certificate"])
         scale = max(1.0, abs(wanted["energy"]["end"]))
         for key in ["end"] + [key for key in wanted["energy"] if key.startswith("work")]:
-            error = abs(found["energy"][key] - wanted["energy"][key])
+            error = abs((found["energy"][key] or 0.0) - (wanted["energy"][key] or 0.0))
             expect(error <= allowed * scale, f"{name} on {ranks} ranks: energy {key} differs by {error}")
     return path, wanted
 

@@ -7,9 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/multiplier_form.hpp"
-#include "schur/answers.hpp"
-#include "schur/composite_solver.hpp"
+#include "schur/solver_at_place.hpp"
 
 namespace tanor {
 namespace {
@@ -52,32 +50,19 @@ System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt199
     }
   }
   std::shuffle(rods.pairs.begin(), rods.pairs.end(), *random);
-  if (kind == Kind::Timed) rods.length = ScalarFunction::formula("0.6 + 0.1*sin(3*t)");
+  for (std::size_t k = 0; kind == Kind::Timed && k < rods.pairs.size(); ++k) {
+    // as drawn at t = 0.3
+    const auto& [i, j] = rods.pairs[k];
+    const double length = norm(load(system.positions.data(), j) - load(system.positions.data(), i));
+    rods.length.functions.push_back(ScalarFunction::formula(std::to_string(length) + " + 0.1*sin(3*t - 0.9)"));
+  }
   system.constraints = {rods};
   system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
   return system;
 }
 
-/// One place with the general solver and along paths.
-struct Rows {
-  Workspace work;
-  const Model& model{work.model()};
-  CompositeSolver solver;
-  std::vector<double> r, v, here, there;
-
-  explicit Rows(const System& system, int threads = 1, double t = 0.3)
-      : work(system, {.threads = threads}, t),
-        solver(make_composite_solver(
-            {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass, {}},
-            {.linear_solver = LinearSolver::Paths})),
-        r(3 * model.num_points()),
-        v(r.size()),
-        here(model.num_rows()),
-        there(model.num_rows()) {
-    model.numbering.gather_points(system.positions, r);
-    model.numbering.gather_points(system.velocities, v);
-    work.prescribe_all(t, r.data(), v.data());
-  }
+struct Rows : SolverAtPlace {
+  explicit Rows(const System& system, int threads = 1) : SolverAtPlace(system, LinearSolver::Paths, threads) {}
 };
 
 const std::vector<std::vector<std::size_t>> shapes = {{1},      {2},           {3, 1, 2},          {127}, {128}, {129},
@@ -160,45 +145,18 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
   for (const std::vector<double>& each : found) EXPECT_TRUE(each == found.front());
 }
 
-/// What projections moved is M^-1 K times the sums that they return, and nothing is violated where they end.
 TEST_P(PathRows, ManyAreProjectedAlongTheirGradients) {
   std::mt19937 random(34);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const System system = make_paths({1, 2, 3, 127, 128, 129, 130, 257, 10, 700, 5, 4}, GetParam(), &random);
-  std::vector<std::vector<double>> found;
-  for (const int threads : {1, 3}) {
-    Rows rows(system, threads);
-    const Model& model = rows.model;
-    const std::size_t num_moving = 3 * model.num_moving();
-    std::vector<double> blocks(3 * rows.work.constraints.num_blocks()), sum(model.num_rows());
-    (void)rows.solver.linearise(model.parallel, rows.r.data(), nullptr, blocks.data());
-    const auto project = [&](double guess, std::vector<double>* points, const auto& solve) {
-      random.seed(36);
-      for (double& each : sum) each = guess * unit(random);
-      for (std::size_t i = 0; i < num_moving; ++i) (*points)[i] += 1e-4 * unit(random);
-      std::vector<double> moved = *points;
-      const Projection projection = solve(points->data());
-      EXPECT_LE(projection.violation, 1e-12);
-      EXPECT_GT(projection.iterations, 0);
-      model.gather.add_scaled(model.parallel, blocks.data(), sum.data(), model.inverse_mass.data(), model.num_moving(),
-                              moved.data());
-      EXPECT_LE(largest_difference(moved, *points), 1e-12);
-      found.push_back(*points);
-      found.push_back(sum);
-    };
-    project(0.0, &rows.v, [&](double* v) {
-      return rows.solver.project_velocities(model.parallel, blocks.data(), 1e-13, rows.r.data(), v, sum.data());
-    });
-    EXPECT_LE(rows.work.constraints.evaluate_rates(model.parallel, rows.r.data(), rows.v.data(), rows.there.data()),
-              1e-12);
-    if (GetParam() == Kind::Timed) continue;  // lengths are not those of these places
-    project(1e-4, &rows.r, [&](double* r) {
-      return rows.solver.project_positions(model.parallel, blocks.data(), 1e-13, r, nullptr, sum.data());
-    });
-    EXPECT_LE(rows.work.constraints.evaluate_values(model.parallel, rows.r.data(), rows.there.data()), 1e-12);
+  expect_projections_along_gradients(system, LinearSolver::Paths);
+}
+
+TEST_P(PathRows, FewAreProjectedAlongTheirGradients) {
+  std::mt19937 random(37);
+  for (const std::vector<std::size_t>& lengths : {std::vector<std::size_t>{9}, {300, 7}, {3, 1000}}) {
+    const System system = make_paths(lengths, GetParam(), &random);
+    expect_projections_along_gradients(system, LinearSolver::Paths);
   }
-  const std::size_t half = found.size() / 2;
-  for (std::size_t k = 0; k < half; ++k) EXPECT_TRUE(found[k] == found[half + k]) << k;
 }
 
 TEST(PathRows, PointsThatCoincideMakeNoFactor) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "schur/answers.hpp"
+#include "schur/solver_at_place.hpp"
 
 namespace tanor {
 namespace {
@@ -160,7 +161,10 @@ System make_comb(int teeth, const std::vector<int>& parents, bool with_extras, A
   if (with_extras) {
     Rods one{"one", {rods.pairs.back()}, {}, {}};
     rods.pairs.pop_back();
-    one.length = ScalarFunction::formula("2 + 0.3*sin(t)");
+    // as drawn at t = 0.3
+    const auto& [i, j] = one.pairs[0];
+    const double length = norm(load(system.positions.data(), j) - load(system.positions.data(), i));
+    one.length = ScalarFunction::formula(std::to_string(length) + " + 0.3*sin(t - 0.3)");
     for (std::size_t k = 0; k < rods.pairs.size(); ++k)
       rods.offsets.push_back(k % 5 == 0 ? Vector3{1.0, -2.0, 0.5} : Vector3{});
     system.constraints = {rods, one};
@@ -246,6 +250,31 @@ TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
     EXPECT_LE(trees.report().position_violation, 1e-12);
     EXPECT_LE(trees.report().velocity_violation, 1e-12);
   }
+}
+
+/// Branches in lanes and trunks, trunks alone, and trees of which supports hold leaves, roots of branches and points
+/// inside of them.
+TEST(Trees, AreProjectedAlongTheirGradients) {
+  AnyNumbers any(14);
+  System held = make_comb(20, binary_tree(4), false, &any);
+  for (const Index point : {3, 100, 200}) {
+    held.supports.push_back({"", {point}, VectorFunction(0.0, 0.0, 0.0)});
+    std::fill_n(held.velocities.begin() + 3 * point, 3, 0.0);
+  }
+  const std::vector<int> lopsided{-1, 0, 1, 0, 3, 3, 5, 5, 5};
+  for (const System& system : {make_comb(13, lopsided, false, &any), make_comb(40, binary_tree(5), false, &any), held,
+                               make_tree({60, 1, 3}, &any), make_tree({300, 2, 1 << 30}, &any)})
+    expect_projections_along_gradients(system, LinearSolver::Trees);
+}
+
+/// The shifts of images are a part of what is violated; lengths that move are known to the families alone.
+TEST(Trees, WithShiftsAndMovingLengthsAreProjectedAlongTheirGradients) {
+  AnyNumbers any(15);
+  System system = make_comb(13, binary_tree(4), true, &any);
+  system.forces = {};
+  expect_projections_along_gradients(system, LinearSolver::Trees);
+  system.constraints.pop_back();  // the rod whose length moves
+  expect_projections_along_gradients(system, LinearSolver::Trees);
 }
 
 /// The plan says how many rods have lanes: of 63 a tooth all but the one that hangs on the backbone.

@@ -1,0 +1,128 @@
+#include "dynamics/standing_factor.hpp"
+
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "schur/condition.hpp"
+
+namespace tanor {
+
+namespace {
+
+SchurProblem problem_of(const Workspace& work) {
+  const Model& model = work.model();
+  return {work.constraints, model.gather,       model.incidences,
+          model.numbering,  model.inverse_mass, model.system.positions};
+}
+
+}  // namespace
+
+StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, std::vector<double>& blocks,
+                               ContactState* contacts)
+    : work_(work),
+      model_(work.model()),
+      blocks_(blocks),
+      composite_(make_composite_solver(problem_of(work), options)),
+      all_rows_(work, options.ordering, blocks, contacts) {
+  if (!composite_.has_value()) {
+    GramSolver& S = all_rows_.gram();
+    if (options.reuse) reuse_ = FactorReuse::make(work, S);
+  }
+  PlanSummary plan;
+  describe(&plan);
+  is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
+}
+
+// ---- to make one ----
+
+/// A factor of the composite that looks singular is none: the factor of all rows decides.
+bool StandingFactor::note_composite(double reciprocal_condition) {
+  reciprocal_condition_ = reciprocal_condition;
+  const bool is_fine = reciprocal_condition > all_rows_.suspect_below();
+  state_ = is_fine ? State::Composite : State::None;
+  return is_fine;
+}
+
+/// Returns what it is given: whether the factor of all rows was made anew.
+bool StandingFactor::note_sparse(bool is_factorized) {
+  if (!is_factorized) return false;
+  state_ = State::Sparse;
+  reciprocal_condition_ = all_rows_.reciprocal_condition();
+  if (reuse_ != nullptr) reuse_->note_factor();
+  return true;
+}
+
+bool StandingFactor::linearise_by_composite(const double* r, const PointSource* source) {
+  const Stopwatch watch(&work_.times.factor);
+  ++work_.counters.factorizations;
+  return note_composite(composite_->linearise(model_.parallel, r, source, blocks_.data()).reciprocal_condition);
+}
+
+std::optional<Elimination> StandingFactor::solve_by_composite(const FreeMotion& motion, FactorUse use, double* b,
+                                                              double* lambda, double* w) {
+  const Stopwatch watch(&work_.times.solve);
+  const bool renews = use == FactorUse::Renew;
+  if (renews && is_needed()) ++work_.counters.factorizations;
+  ++work_.counters.solves;
+  const Elimination found = composite_->solve(model_.parallel, motion, use, blocks_.data(), b, lambda, w);
+  work_.counters.solves += static_cast<std::size_t>(found.refinements);
+  if (renews) reciprocal_condition_ = found.reciprocal_condition;
+  if (std::isfinite(found.largest_right_side) && !note_composite(reciprocal_condition_)) return std::nullopt;
+  return found;
+}
+
+Outcome StandingFactor::factorize(double t, const double* r) {
+  Outcome outcome = all_rows_.factorize(t, r);
+  (void)note_sparse(true);
+  if (!outcome.ok()) state_ = State::None;
+  return outcome;
+}
+
+void StandingFactor::freshen() {
+  if (state_ != State::Stale) return;
+  all_rows_.factorize_again();
+  (void)note_sparse(true);
+}
+
+bool StandingFactor::share_loads() {
+  if (!all_rows_.share_loads()) return false;
+  all_rows_.factorize_again();
+  return note_sparse(true);
+}
+
+// ---- to use one of another configuration ----
+
+bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw) {
+  const bool serves = reuse_ != nullptr && state_ != State::None && !all_rows_.redundancy().is_found() &&
+                      reuse_->serves(reciprocal_condition_);
+  if (!serves) return false;
+  if (!reuse_->solve(t, state_ == State::Sparse, blocks_.data(), b, lambda, dw)) return false;
+  state_ = State::Stale;
+  return true;
+}
+
+// ---- what it costs ----
+
+void StandingFactor::describe(PlanSummary* plan) const {
+  if (!composite_.has_value()) return describe_factor(all_rows_.summary(), plan);
+  const SchurSolver::Summary& summary = composite_->summary();
+  plan->linear_solvers = summary.solvers;
+  plan->linear_solver_reason = summary.reason;
+  plan->orderings = summary.orderings;
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = summary.factor_nonzeros;
+  plan->factor_flops = summary.flops;
+}
+
+double StandingFactor::estimate_reciprocal_condition() {
+  if (!is_of_composite()) return all_rows_.gram().estimate_reciprocal_condition();
+  return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), *composite_);
+}
+
+void StandingFactor::exchange_memory(Memory& memory) {
+  all_rows_.exchange_memory(memory);
+  if (reuse_ != nullptr) reuse_->exchange_memory(memory);
+}
+
+}  // namespace tanor

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "schur/path_half.hpp"
+#include "schur/path_rows.hpp"
+
+namespace tanor {
+
+/// What an elimination of rows of paths reads and writes: K, b = phi + K'w0 and y = L^-1 b. Without `motion` the blocks
+/// of K are given, without b there is no right side, and of the motion r is enough.
+struct PathEquations {
+  const PathRows& rows;
+  const FreeMotion* motion;
+  const double* given_blocks;
+  double *blocks, *b, *y;
+  const PointSource* source = nullptr;  ///< of the points that each half brings
+
+  /// Along the path.
+  Vec3 direction(const RodPath& path, std::size_t row) const;
+  /// The block of a row and its b; returns its direction along the path.
+  Vec3 evaluate_row(const RodPath& path, std::size_t row) const;
+  /// Directions, b and S of the chunk that a half has come to.
+  void take_rows(const RodPath& path, paths::Half* half) const;
+  /// The points of that chunk which those before it have not brought.
+  void bring_rows(const RodPath& path, const paths::Half& half) const;
+  /// The ends of a path that is its middle row on that side: no half brings them.
+  void bring_middle(const RodPath& path, paths::Halves halves) const;
+};
+
+}  // namespace tanor

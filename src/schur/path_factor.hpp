@@ -1,0 +1,57 @@
+#pragma once
+
+#include <vector>
+
+#include "schur/path_equations.hpp"
+#include "schur/path_half.hpp"
+#include "schur/path_reactions.hpp"
+
+namespace tanor {
+
+/// S of paths, which is tridiagonal, eliminated from both ends at once (a twisted factorization) up to the row in the
+/// middle. The row that closes a ring is eliminated last of all; its couplings e with the first and the last row of the
+/// path spread inwards to a spike, L^-1 e.
+///
+/// Halves of one path may be worked on by two threads, each with its own side of the work.
+class PathFactor {
+ public:
+  explicit PathFactor(const PathRows& rows);
+
+  // ---- the factor, and y = L^-1 b beside it ----
+
+  void eliminate_halves(std::size_t p, const PathEquations& equations, paths::Halves halves, paths::PathWork* work);
+  /// The middle row and the one that closes a ring.
+  void eliminate_middle(std::size_t p, const PathEquations& equations, paths::PathWork* work);
+
+  // ---- y = L^-1 b of one more right side; y may be b ----
+
+  void substitute_halves_inwards(std::size_t p, paths::Halves halves, const double* b, double* y,
+                                 paths::PathWork* work) const;
+  void substitute_middle(std::size_t p, const double* b, double* y, const paths::PathWork& work) const;
+
+  // ---- lambda in y's place ----
+
+  /// Of the row that closes a ring and of the middle one.
+  void begin_outwards(std::size_t p, double* y) const;
+  void substitute_halves_outwards(std::size_t p, paths::Halves halves, double* y) const;
+  /// The same, with what the multipliers do to the points.
+  void substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda, paths::Halves halves,
+                                 paths::PathWork* work) const;
+
+ private:
+  /// What the elimination of rows [first, first + count) will read and write, and what the way back will.
+  void list_upcoming(const RodPath& path, const PathEquations& equations, std::size_t first, std::size_t count,
+                     paths::Upcoming* upcoming) const;
+  void list_upcoming(const RodPath& path, const PathReactions& reactions, std::size_t first, std::size_t count,
+                     paths::Upcoming* upcoming) const;
+  void spread_spikes(const RodPath& path, const PathEquations& equations, paths::Half* left, paths::Half* right);
+  void eliminate_closing_row(std::size_t p, const PathEquations& equations, paths::PathWork* work);
+  void substitute_closing_row(const RodPath& path, const double* b, double* y, const paths::PathWork& work) const;
+
+  const PathRows& rows_;
+  std::vector<double> inverse_pivot_, factor_;  // [row]; of a middle row: with its left one …
+  std::vector<double> right_factor_;            // … and with its right one [path]
+  std::vector<double> spike_;                   // [row]; empty: no path is a ring
+};
+
+}  // namespace tanor

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "schur/path_half.hpp"
+#include "schur/path_rows.hpp"
+
+namespace tanor {
+
+/// What multipliers do to the points of paths: dw = M^-1 K lambda, w := w0 + dw, and what K'dw + b leaves over. Without
+/// `uniform` w holds w0; without b nothing is said about what is left over.
+struct PathReactions {
+  const PathRows& rows;
+  const Vec3* uniform;
+  const double *blocks, *b;
+  const double* lambda;
+  double* w;
+
+  /// The points between `count` + 1 rows from `first` on.
+  paths::Ends accelerate(const RodPath& path, std::size_t first, std::size_t count, double* residual) const;
+  /// A free end: dw = K lambda/m of its only rod, or of that and the one that closes the ring.
+  Vec3 accelerate_end(const RodPath& path, std::size_t row, std::size_t point, double sense) const;
+  /// The outermost point of one of the halves; `dw_next` is that of the point beside it.
+  paths::Accelerated accelerate_outermost(const RodPath& path, paths::Halves half, std::size_t row, Vec3 dw_next,
+                                          paths::Accelerated found) const;
+  /// All points of a path.
+  void accelerate_all(const RodPath& path) const;
+  /// |K'dw + b| of one row.
+  double residual_of(std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
+  /// Likewise of a whole path, of whose halves that is known.
+  void include_residual(const RodPath& path, paths::PathWork* work) const;
+};
+
+}  // namespace tanor

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/eight.hpp"
+#include "base/parallel.hpp"
+#include "schur/equal_branches.hpp"
+#include "schur/tree_kernels.hpp"
+#include "schur/tree_points.hpp"
+
+namespace tanor {
+
+/// The equal branches of trees, eight side by side in the lanes of a vector: their rods, and the factor and the right
+/// sides of these.
+class TreeBranches {
+ public:
+  /// `inverse_mass` [inner point].
+  TreeBranches(std::span<const RodTree> trees, const RodRows& given, std::span<const double> inverse_mass, int threads);
+
+  const EqualBranches& plan() const { return plan_; }
+  std::size_t num_rods() const { return plan_.num_rods() * num_lanes; }
+  bool has_moving_lengths() const { return !moving_lengths_.empty(); }
+
+  class Lanes;
+  /// work(lanes) for each batch, some batches a thread.
+  template <class Work>
+  void for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work);
+
+  // What lanes found in each branch since `forget_findings`:
+  void forget_findings();
+  /// The largest |b|, or the largest of what is violated.
+  double right_side(std::size_t batch, std::size_t lane) const { return right_side_[batch * num_lanes + lane]; }
+  double residual(std::size_t batch, std::size_t lane) const { return residual_[batch * num_lanes + lane]; }
+  trees::LargestInverse largest_inverse() const;
+
+ private:
+  /// Of one thread, [point of a branch] or [rod of a branch].
+  struct Workspace {
+    std::vector<Eight3> r, v, w, s, dw, u;
+    std::vector<trees::Mobility<Eight3>> mobility;
+    Eights rows, length_second;
+    trees::LargestInverse largest_inverse;
+  };
+
+  void read_rods(const RodRows& given, std::span<const double> inverse_mass);
+  void prepare_workspaces(int threads);
+
+  EqualBranches plan_;
+  std::vector<Index> blocks_;                        // [rod][lane]; ~block where the rod is given the other way
+  std::vector<Eight3> offsets_;                      // [rod]; empty: none
+  Eights length_;                                    // [rod]
+  std::vector<const MovingScalar*> moving_lengths_;  // [rod][lane]; null: constant; empty: all are
+  Eights inverse_mass_;                              // [point]
+  std::vector<trees::BranchRod> rods_;               // [rod]
+  std::vector<trees::BranchRow> rows_;               // [rod]
+  std::vector<double> right_side_, residual_;        // [batch][lane] the largest
+  std::vector<Workspace> workspaces_;                // [share of the batches]
+};
+
+}  // namespace tanor

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "schur/schur_solver.hpp"
+#include "schur/tree_branches.hpp"
+
+namespace tanor {
+
+/// What a task found in the trees that it went through.
+struct TreeFindings {
+  trees::LargestInverse largest_inverse;
+  double right_side = 0.0, residual = 0.0, own_residual = 0.0;
+
+  void include(const TreeFindings& other);
+};
+
+/// The trunks of trees: the rods that are in none of the equal branches, and what these hang on. They are eliminated
+/// rod by rod, after the branches, and their multipliers are found before those of the branches.
+class TreeTrunks {
+ public:
+  /// `inverse_mass` [inner point], kept; points from `num_moving` on are supports.
+  TreeTrunks(std::span<const RodTree> trees, const EqualBranches& branches, const RodRows& given,
+             std::span<const double> inverse_mass, std::size_t num_moving);
+
+  std::size_t size() const { return trunks_.size(); }
+  std::size_t num_rods() const { return rods_.size(); }
+  std::size_t num_rods_of(std::size_t trunk) const { return trunks_[trunk].end_rod - trunks_[trunk].first_rod; }
+  bool has_moving_lengths() const { return !moving_lengths_.empty(); }
+  /// Takes l'' of the lengths that move.
+  void take_lengths() {
+    for (const auto& [rod, length] : moving_lengths_) length_second_[rod] = length->second;
+  }
+
+  // ---- the factor: each of these goes from the leaves of a trunk to its root ----
+
+  void read_directions(std::size_t trunk, const double* blocks);
+  void eliminate(std::size_t trunk, TreePoints* points, TreeFindings* found);
+  /// From b [row] to z [row], which may be b.
+  void substitute_up(std::size_t trunk, const double* b, TreePoints* points, double* z);
+  /// The directions, `blocks` and b = phi + K'w0, then `eliminate` and `substitute_up`, or that alone.
+  void solve_up(std::size_t trunk, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
+                TreePoints* points, double* z, TreeFindings* found);
+  /// From the root: lambda in z's place; what pulls at the roots of branches and dw of other points in points.dw.
+  void substitute_down(std::size_t trunk, TreePoints* points, double* z);
+
+  // ---- what is done with dw ----
+
+  /// to += dw
+  void move(std::size_t trunk, const TreePoints& points, double* to) const;
+  /// w := w0 + dw; without `uniform` w holds w0.
+  void accelerate(std::size_t trunk, const TreePoints& points, const Vec3* uniform, double* w) const;
+  /// |K'dw + b| of the rods, and what the branches found.
+  void find_residual(std::size_t trunk, const TreePoints& points, const double* b, const TreeBranches& branches,
+                     TreeFindings* found) const;
+  /// points += M^-1 K rows
+  void add_reactions(std::size_t trunk, const double* rows, double* points) const;
+
+  // ---- what is violated, lengths being constant; the branches' largest is included ----
+
+  void find_values(std::size_t trunk, const double* r, double* xi, const TreeBranches& branches,
+                   TreeFindings* found) const;
+  void find_rates(std::size_t trunk, const double* r, const double* v, double* rates, const TreeBranches& branches,
+                  TreeFindings* found) const;
+  void add_rows(std::size_t trunk, const double* rows, double* sum) const;
+
+ private:
+  /// Of a tree, [first, end) of the lists below.
+  struct Trunk {
+    std::size_t first_rod, end_rod, first_point, end_point, first_root, end_root;
+  };
+  struct Branch {
+    std::size_t batch, lane;
+    Index root;
+  };
+
+  void list_trunks(std::span<const RodTree> trees, const EqualBranches& branches);
+  void read_rods(const RodRows& given);
+  trees::Tree tree(const Trunk& trunk);
+  void forget_rods(const Trunk& trunk, TreePoints* points) const;
+  void clear(const Trunk& trunk, std::vector<double>* points) const;
+  void include_branches(const Trunk& trunk, const TreeBranches& branches, TreeFindings* found) const;
+  Vec3 distance(std::size_t rod, const double* r) const;
+
+  std::span<const double> inverse_mass_;
+  Index num_moving_;
+  std::vector<Trunk> trunks_;
+  std::vector<Index> points_;  // but the roots of branches
+  std::vector<Branch> roots_;
+
+  // [rod]
+  std::vector<trees::Rod> rods_;
+  std::vector<signed char> sign_;  // of its block, from the child to the parent
+  std::vector<std::size_t> block_;
+  std::vector<Vec3> offset_;  // from the child to the parent; empty: none
+  std::vector<double> length_;
+  std::vector<double> length_second_;                                        // l''; empty: all 0
+  std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // that depend on time, by rod
+  std::vector<Vec3> u_, h_;                                                  // the factor, as trees::Tree
+  std::vector<double> inverse_pivot_;
+};
+
+}  // namespace tanor
