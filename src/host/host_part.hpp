@@ -31,6 +31,7 @@ struct HostPart {
   std::vector<ConstraintId> members;     ///< its constraints
   std::vector<MultiplierGuess> guesses;  ///< until there is a plan
   std::unique_ptr<ConstrainedHost> host;
+  bool has_own_threads = false;  ///< else it shares them with other parts
 
   Index key() const { return islands.front().key; }
   /// The plan's rows := the host's numbers of them, which have changed.

@@ -93,7 +93,7 @@ void HostParts::read_positions() {
 void HostParts::set_cell(const PeriodicCell& cell) {
   (void)plan();
   const auto set = [&](const PeriodicCell& now) {
-    for (const auto& part : parts()) part->host->images->set_cell(now);
+    for (const auto& part : parts()) part->host->place.images->set_cell(now);
   };
   const PeriodicCell old = *cell_;
   set(cell);
@@ -107,7 +107,7 @@ void HostParts::set_cell(const PeriodicCell& cell) {
   }
   cell_ = cell;
   for (const auto& part : parts()) {
-    if (!part->host->images->close_ways()) continue;
+    if (!part->host->place.images->close_ways()) continue;
     partition_.touch(part->key());
     has_changed_ = true;
   }
@@ -189,7 +189,7 @@ void HostParts::summarise() {
   sum.equations = inventory_.num_rows();
   for (std::size_t k = 0; k < parts().size(); ++k) {
     const ConstrainedHost& host = *parts()[k]->host;
-    (host.options.threads == 1 ? small_ : large_).push_back(k);
+    (parts()[k]->has_own_threads ? large_ : small_).push_back(k);
     const PlanSummary& own = host.forms.plan;
     if (k == 0) {
       sum.linear_solvers.clear();
@@ -221,8 +221,8 @@ Counters HostParts::counters() const {
 }
 
 bool HostParts::closes_ways() const {
-  return std::ranges::any_of(parts(),
-                             [](const auto& part) { return part->host->images && part->host->images->close_ways(); });
+  return std::ranges::any_of(
+      parts(), [](const auto& part) { return part->host->place.images && part->host->place.images->close_ways(); });
 }
 
 RankReport HostParts::find_rank(const ConstPointArray& positions, double time) {

@@ -30,6 +30,7 @@ std::unique_ptr<ConstrainedHost> PartBuilder::make_host(HostPart* part) {
   std::int64_t weight = 0;
   for (const HostIsland& island : part->islands) weight += island.weight;
   if (weight < least_for_threads) options.threads = 1;
+  part->has_own_threads = options.threads != 1;
   std::unique_ptr<PeriodicImages> images;
   if (cell_) {
     images = std::make_unique<PeriodicImages>(system, Periodicity{points_.cell, inventory_.take_images(part->members)});

@@ -28,13 +28,13 @@ void add_up(const Counters& more, Counters* sum) {
 
 void PartHistory::read_positions(HostPart* part) {
   ConstrainedHost* const host = part->host.get();
-  if (host == nullptr || !std::exchange(host->was_called, false)) return;
-  const std::vector<double>& from = host->images ? host->place.host : host->place.r;
+  if (host == nullptr || !std::exchange(host->place.was_called, false)) return;
+  const std::vector<double>& from = host->place.images ? host->place.host : host->place.r;
   for (std::size_t i = 0; i < part->places.size(); ++i) {
     const auto inner = static_cast<std::size_t>(host->model.numbering.inner_point[i]);
     std::copy_n(&from[3 * inner], 3, &points_.positions[3 * static_cast<std::size_t>(part->places[i])]);
   }
-  if (host->images) points_.cell = host->place.cell;
+  if (host->place.images) points_.cell = host->place.cell;
 }
 
 void PartHistory::read(HostPart* part) {
