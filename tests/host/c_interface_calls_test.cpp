@@ -193,12 +193,20 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
     ASSERT_EQ(tn_row_name(handle.get(), row, name.data(), name.size()), TN_OK);
     EXPECT_STREQ(name.data(), wanted);
   }
+  // What a member has of its own keeps nothing apart, and rods may be as long as they are.
+  const std::array<std::int32_t, 4> pairs{0, 3, 1, 3};
+  const std::array<double, 2> lengths{2, 3};
+  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_row_name(handle.get(), 8, name.data(), name.size()), TN_OK);
+  EXPECT_STREQ(name.data(), "rod3[1]");
+  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 1, pairs.data(), nullptr, ids.data()), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_remove(handle.get(), 1, ids.data()), TN_OK);
   // The first group was added before the second one was refused.
   const std::array<double, 8> wrong{0, 0, 1, 0, 0, 0, 0, 0}, none{0, 0, 1, 0, nan, 0, 1, 0};
   for (const auto& each : {wrong, none}) {
     EXPECT_EQ(tn_add(handle.get(), TN_PLANE, 2, points.data(), each.data(), nullptr), TN_EINVAL);
     EXPECT_NE(error_of(handle).find("normal"), std::string::npos) << error_of(handle);
-    EXPECT_EQ(tn_num_rows(handle.get()), 7U);
+    EXPECT_EQ(tn_num_rows(handle.get()), 9U);
   }
 }
 
@@ -269,33 +277,45 @@ TEST(CCalls, RenumberedPointsAreWhereTheHostSays) {
   EXPECT_LT(report.violation, 1e-15);
 }
 
-/// The cell repeats itself along a alone: a rod that crosses most of it along b is as long as it looks.
+/// The cell repeats itself along a alone, from the second one on: a rod that crosses most of it along b is as long as
+/// it looks. The old cell is that of one step.
 TEST(CCalls, CellsRepeatWhereTheFlagsSay) {
-  const std::array<double, 9> cell{10, 0, 0, 0.5, 4, 0, 0, 0, 5}, larger{11, 0, 0, 0.55, 4.4, 0, 0, 0, 5.5};
+  const std::array<double, 9> wide{10, 0, 0, 0.5, 40, 0, 0, 0, 50}, cell{10, 0, 0, 0.5, 4, 0, 0, 0, 5},
+      larger{11, 0, 0, 0.55, 4.4, 0, 0, 0, 5.5};
+  const auto cell_of = [](const std::array<double, 9>& c, bool is_wide = false) {
+    return PeriodicCell{{Vector3{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}, {true, is_wide, is_wide}};
+  };
   const std::array<int, 3> along_a{1, 0, 0};
-  const std::vector<double> masses(2, 1.0), old{9.8, 0.2, 1, 0.4, 3.6, 1};
+  const std::vector<double> masses{1.0, 3.0};
   const std::array<std::int32_t, 2> pair{0, 1};
+  std::vector<double> old{9.8, 0.2, 1, 0.4, 3.6, 1};
+  Constrainer constrainer(masses, {Rods{{}, {{0, 1}}}}, old, Periodicity{cell_of(wide, true), {}});
   tn_system* system = nullptr;
   ASSERT_EQ(tn_create(&system, 2, masses.data(), read_of(old), nullptr), TN_OK);
   const Handle handle(system);
-  ASSERT_EQ(tn_set_box(system, cell.data(), along_a.data()), TN_OK);
+  ASSERT_EQ(tn_set_box(system, wide.data(), nullptr), TN_OK);
   ASSERT_EQ(tn_add_rods(system, 1, pair.data(), nullptr, nullptr, nullptr), TN_OK) << error_of(handle);
-  std::vector<double> r = old;
-  for (double& x : r) x *= 1.1;
   ASSERT_EQ(tn_set_box(system, larger.data(), along_a.data()), TN_OK);
+  constrainer.set_cell(cell_of(larger));
   ASSERT_EQ(tn_set_old_box(system, cell.data()), TN_OK);
+  PeriodicCell old_cell = cell_of(cell);
 
-  const double length = std::hypot(0.6, 3.4);
-  const auto measure = [&] { return std::hypot(r[3] + 11 - r[0], r[4] - r[1], r[5] - r[2]); };
-  ASSERT_EQ(tn_constrain_positions(system, 0.1, read_of(old), write_to(r), {}, nullptr, nullptr), TN_OK)
-      << error_of(handle);
-  EXPECT_NEAR(measure(), length, 1e-13);
+  for (const int step : {0, 1}) {
+    std::vector<double> r = old, c_r;
+    for (std::size_t k = 0; k < 6; ++k) r[k] = 1.05 * r[k] + (k == 1 ? 0.3 : 0.0);
+    c_r = r;
+    ASSERT_TRUE(
+        constrainer
+            .constrain_positions(
+                {.step = 0.1, .old_positions = old, .positions = r, .old_cell = step == 0 ? &old_cell : nullptr})
+            .outcome.ok());
+    ASSERT_EQ(tn_constrain_positions(system, 0.1, read_of(old), write_to(c_r), {}, nullptr, nullptr), TN_OK)
+        << error_of(handle);
 
-  // The old cell was that of one call.
-  const std::vector<double> now = r;
-  ASSERT_EQ(tn_constrain_positions(system, 0.1, read_of(now), write_to(r), {}, nullptr, nullptr), TN_OK)
-      << error_of(handle);
-  EXPECT_NEAR(measure(), length, 1e-13);
+    EXPECT_EQ(c_r, r);
+    EXPECT_NEAR(std::hypot(r[3] + 11 - r[0], r[4] - r[1], r[5] - r[2]), std::hypot(0.6, 3.4), 1e-13);
+    old = r;
+  }
 }
 
 TEST(CCalls, ImagesAreCountedAlongEachEdge) {
