@@ -19,7 +19,8 @@ struct PartReport : ConstraintReport {
 
 /// Some islands of a host, planned together: everything in the inner order, and what is known from call to call. A call
 /// is made of `find_…`, which writes nothing of the host's, and `write_…`, which follows where all parts have
-/// succeeded. At supports, which several parts may share, `reactions.add_to_supports` adds to what the host's arrays hold.
+/// succeeded. At supports, which several parts may share, `reactions.add_to_supports` adds to what the host's arrays
+/// hold.
 struct ConstrainedHost {
   Forms forms;
   Workspace& work = forms.work;

@@ -169,6 +169,12 @@ TEST(ImportPly, NamesWhatIsWrong) {
               "a.ply, line 7: found vertex " + wrong + " in edge 0, wanted one from 0 on");
   EXPECT_EQ(error("element edge 1\nproperty double vertex1\nend_header\n1\n"),
             "a.ply, line 6: found vertex -1 in edge 0, wanted one from 0 on");
+  EXPECT_EQ(error(vertex +
+                  "element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 0 0\n0 5\n0 1\n"),
+            "a.ply: found vertex 5 in an edge or face, wanted one from 0 to 1");
+  // A number takes a digit and a blank.
+  EXPECT_EQ(error("element face 4\nproperty uchar a\nend_header\n1 1\n"),
+            "a.ply, line 6: found 4 elements face, wanted no more than the rest of the file holds");
   EXPECT_EQ(error("element vertex 1\nend_header\n"),
             "a.ply, line 5: found 1 elements vertex, wanted no more than the rest of the file holds");
 }
