@@ -20,6 +20,8 @@
 
 #include <tanor/motion.hpp>
 
+#include "scenes.hpp"
+
 namespace {
 
 using namespace tanor;
@@ -57,28 +59,6 @@ bool repeat(const char* what, std::size_t count, const std::function<void()>& on
   return more <= allowed_heap && more_resident <= allowed_resident;
 }
 
-/// Hangs straight down from a row of supports and swings a little out of its plane: no cell folds, however long.
-System make_net(int columns, int rows) {
-  System net;
-  Rods rods;
-  Support row{"row", {}, {}};
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      const Index point = y * columns + x;
-      net.positions.insert(net.positions.end(), {0.1 * x, 0.0, -0.1 * y});
-      net.velocities.insert(net.velocities.end(), {0.0, y > 0 ? 0.1 * std::sin(x + y) : 0.0, 0.0});
-      net.masses.push_back(0.1);
-      if (y == 0) row.points.push_back(point);
-      if (x > 0 && y > 0) rods.pairs.push_back({point - 1, point});
-      if (y > 0) rods.pairs.push_back({point - columns, point});
-    }
-  }
-  net.supports.push_back(row);
-  net.constraints.emplace_back(rods);
-  net.forces.emplace_back(Gravity{.name = "g", .acceleration = {0.0, 0.0, -9.81}});
-  return net;
-}
-
 /// Beads that slip and stick on a floor that swings.
 System make_rough_floor() {
   System floor;
@@ -113,7 +93,7 @@ bool soak_motion(const char* what, System system, MotionOptions options, double 
 }
 
 bool soak_solves(std::size_t count) {
-  const System net = make_net(5, 5);
+  const System net = scenes::make_curtain(5, 5);
   Dynamics dynamics(net, {.threads = 1});
   std::vector<double> r = net.positions, v(r.size());
   constexpr std::size_t across = 3 * 7 + 1;  // the plane, of a bead
@@ -159,10 +139,10 @@ int main(int argc, char** argv) {
       argc > 1 ? " " : "", argc > 1 ? argv[1] : "");
   std::printf("| what | times | s of the processor | heap after a tenth, kB | more at the end, kB | resident, kB |\n");
   std::printf("|---|--:|--:|--:|--:|--:|\n");
-  bool stands = soak_motion("steps of a net of 25 beads, rattle", make_net(5, 5),
+  bool stands = soak_motion("steps of a net of 25 beads, rattle", scenes::make_curtain(5, 5),
                             {.method = Method::Rattle, .step = 1e-3}, 1e-3, part(million));
-  stands &= soak_motion("steps of a net of 9 beads, taylor", make_net(3, 3), {.method = Method::Taylor, .rtol = 1e-6},
-                        1e-3, part(million));
+  stands &= soak_motion("steps of a net of 9 beads, taylor", scenes::make_curtain(3, 3),
+                        {.method = Method::Taylor, .rtol = 1e-6}, 1e-3, part(million));
   stands &= soak_motion("steps of 3 beads that slip and stick, dop853", make_rough_floor(),
                         {.method = Method::Dop853, .rtol = 1e-6}, 1e-3, part(million));
   stands &= soak_solves(part(million));

@@ -87,6 +87,19 @@ inline System make_chain(std::size_t count, bool anchored = true) {
   return system;
 }
 
+/// `count` rods from the origin, each as long as `step` and along it; free, and without forces.
+inline System make_chain_along(int count, const Vector3& step, double bead = mass) {
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  for (int k = 0; k <= count; ++k) {
+    const Index i = add_point({k * step[0], k * step[1], k * step[2]}, &system);
+    if (k > 0) rods.pairs.push_back({i - 1, i});
+  }
+  std::ranges::fill(system.masses, bead);
+  system.constraints = {rods};
+  return system;
+}
+
 /// A pendulum of one rod, at rest and horizontal.
 inline System make_pendulum() {
   return make_chain(1);
@@ -142,6 +155,27 @@ inline System make_grid(const std::array<int, 3>& size) {
 inline System make_net(int columns, int rows) {
   System system = make_grid({columns, rows, 1});
   system.supports = {{"corners", {0, static_cast<Index>(columns * rows - 1)}, {}}};
+  system.forces = {gravity};
+  return system;
+}
+
+/// A net that hangs straight down from a row of supports and swings a little out of its plane: no cell folds, however
+/// long.
+inline System make_curtain(int columns, int rows) {
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  Support row{"row", {}, {}};
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const Index point = add_point({spacing * x, 0.0, -spacing * y}, &system);
+      if (y == 0) row.points.push_back(point);
+      if (y > 0) system.velocities[3 * static_cast<std::size_t>(point) + 1] = 0.1 * std::sin(x + y);
+      if (x > 0 && y > 0) rods.pairs.push_back({point - 1, point});
+      if (y > 0) rods.pairs.push_back({point - columns, point});
+    }
+  }
+  system.supports = {row};
+  system.constraints = {rods};
   system.forces = {gravity};
   return system;
 }

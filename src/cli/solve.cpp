@@ -18,13 +18,13 @@ void write(const SolveOptions& options, const report::Solution& solution) {
 }
 
 void add_split(const Split& split, bool has_friction, report::Solution* solution) {
-  solution->tangent_accelerations = split.tangent_accelerations;
-  solution->normal_accelerations = split.normal_accelerations;
-  solution->mass_coupling = split.mass_coupling;
-  solution->tangent_forces = split.tangent_forces;
-  solution->normal_forces = split.normal_forces;
-  if (has_friction) solution->tangent_friction = split.tangent_friction;
-  if (has_friction) solution->normal_friction = split.normal_friction;
+  solution->split.tangent_accelerations = split.tangent_accelerations;
+  solution->split.normal_accelerations = split.normal_accelerations;
+  solution->split.mass_coupling = split.mass_coupling;
+  solution->split.tangent_forces = split.tangent_forces;
+  solution->split.normal_forces = split.normal_forces;
+  if (has_friction) solution->split.tangent_friction = split.tangent_friction;
+  if (has_friction) solution->split.normal_friction = split.normal_friction;
 }
 
 }  // namespace

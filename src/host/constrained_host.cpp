@@ -20,26 +20,23 @@ SolverOptions without_reuse(SolverOptions options) {
 
 }  // namespace
 
-ConstrainedHost::ConstrainedHost(System system, const SolverOptions& given)
-    : forms(std::move(system), without_reuse(given)), options(given) {
-  for (std::vector<double>* array : {&place.r, &r, &v, &f, &w, &eta}) array->resize(3 * num_points());
+ConstrainedHost::ConstrainedHost(System system, const SolverOptions& options)
+    : forms(std::move(system), without_reuse(options)) {
+  for (std::vector<double>* array : {&v, &f, &w}) array->resize(3 * num_points());
   for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
-  host_row = model.numbering.user_row;
 }
 
 // ---- the cell ----
 
 void ConstrainedHost::set_images(std::unique_ptr<PeriodicImages> given) {
-  images = std::move(given);
-  place.host.resize(3 * num_points());
-  before.resize(3 * num_points());
+  place.set_images(std::move(given));
   check_cell();
 }
 
 /// Nearest images are unique for rods that are shorter than half of the cell.
 void ConstrainedHost::check_cell() {
-  if (!images->are_nearest()) return;
-  const double height = images->lattice().smallest_height();
+  if (!place.images->are_nearest()) return;
+  const double height = place.images->lattice().smallest_height();
   const std::vector<double>& lengths = sums.lengths();
   for (const RodRow& rod : sums.rods()) {
     const auto row = static_cast<std::size_t>(rod.row);
@@ -48,40 +45,6 @@ void ConstrainedHost::check_cell() {
                                   ", no less than half of the cell, whose faces are " + text(height) +
                                   " apart; tell which images the rods join");
   }
-}
-
-/// `place` := the host's positions in a cell; null: in that of `place`, if these are its positions bit by bit, else in
-/// the present one. What has to be brought there is added to `incoming`. Returns whether K and the factor of S stand
-/// there already.
-bool ConstrainedHost::find_place(const ConstPointArray& positions, double t, const PeriodicCell* cell,
-                                 IncomingPoints* incoming) {
-  was_called = true;
-  bool is_elsewhere = transfer.differ(positions, images ? place.host.data() : place.r.data());
-  if (!images) {
-    if (is_elsewhere) incoming->copy(positions, place.r.data());
-  } else if (is_elsewhere || (cell != nullptr && *cell != place.cell)) {
-    is_elsewhere = true;
-    transfer.gather(positions, place.host.data());
-    place.cell = cell != nullptr ? *cell : images->cell();
-    images->unwrap(model.parallel, Lattice(place.cell), place.host.data(), place.r.data());
-  }
-  const bool is_other_time = t != std::exchange(place.time, t) && work.constraints.depends_on_time();
-  place.stands = place.stands && !is_elsewhere && !is_other_time && linearization.factor().is_fresh();
-  return place.stands;
-}
-
-/// K and the factor of S at the host's positions; what else is in `incoming` is brought, too.
-Outcome ConstrainedHost::stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell,
-                                  IncomingPoints* incoming) {
-  if (find_place(positions, t, cell, incoming)) {
-    bring(model.parallel, incoming, 0, num_points());
-    return {};
-  }
-  Outcome outcome = linearization.update(t, place.r.data(), incoming);
-  place.stands = outcome.ok();
-  const auto is_finite = [](double x) { return std::isfinite(x); };
-  if (!place.stands && !std::ranges::all_of(place.r, is_finite)) return model.not_finite(t);
-  return outcome;
 }
 
 /// A step from positions off the constraints would put its correction into the velocities.
@@ -106,38 +69,15 @@ Outcome ConstrainedHost::check_place(double h) {
                                     " of its length; project_positions puts them right, before the first forces"};
 }
 
-/// The host's positions into `r`, at the images that constraints mean.
-void ConstrainedHost::gather_moved(const ConstPointArray& positions) {
-  transfer.gather(positions, images ? f.data() : r.data());
-  if (!images) return;
-  images->unwrap(model.parallel, images->lattice(), f.data(), r.data());
-  before = r;
-}
-
-/// `r` into the host's positions: in a cell as moves, at whatever images they are.
-double ConstrainedHost::scatter_moved(const PointArray& positions) {
-  if (!images) return transfer.scatter(r.data(), model.num_moving(), positions);
-  model.parallel.for_ranges(before.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) before[k] = r[k] - before[k];
-  });
-  return transfer.add(before.data(), model.num_moving(), positions);
-}
-
-/// The host's positions into `r`, moved onto the constraints. Where rows depend on others the step may not be along K,
-/// and the velocities are moved with it; else they are when they are written.
+/// The host's positions into `moved`, put onto the constraints. Where rows depend on others the step may not be along
+/// K, and the velocities are moved with it; else they are when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
-  if (images) {
-    transfer.gather(step.positions, r.data());
-    images->follow(model.parallel, Lattice(place.cell), place.r.data(), r.data());
-    before = r;
-  } else {
-    incoming.copy(step.positions, r.data());
-  }
+  moved.follow(step.positions, &incoming);
   has_moved_velocities = step.velocities && linearization.factor().all_rows().redundancy().is_found();
   if (has_moved_velocities) transfer.gather(step.velocities, v.data());
-  return form.steps().project_step(step.time, step.step, r.data(), images ? nullptr : &incoming,
+  return form.steps().project_step(step.time, step.step, moved.r.data(), place.images ? nullptr : &incoming,
                                    has_moved_velocities ? v.data() : nullptr, step.tolerance);
 }
 
@@ -164,34 +104,6 @@ double ConstrainedHost::support_work(double h) {
   return -0.5 * h * model.parallel.sum(rows.size(), [&](std::size_t a) { return multipliers[a] * rows[a]; });
 }
 
-/// Writes what is wanted, but at supports, of the `multipliers` times `factor`, which belong to the K that stands.
-void ConstrainedHost::write(double factor, const ConstraintForces& wanted) {
-  const double* const blocks = linearization.blocks().data();
-  if (!wanted.multipliers.empty()) {
-    const Index* const row_of = host_row.data();
-    model.parallel.for_ranges(host_row.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[row_of[a]] = factor * multipliers[a];
-    });
-  }
-  if (wanted.forces) {
-    model.gather.reactions(model.parallel, blocks, multipliers, eta.data());
-    model.parallel.for_ranges(eta.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) eta[k] *= factor;
-    });
-    transfer.write(eta.data(), model.num_moving(), wanted.forces);
-  }
-  if (wanted.stress) {
-    stress.resize(9 * num_points());
-    sums.share_virial(multipliers, factor, blocks, place.r.data(), stress.data());
-    transfer.scatter_tensors(stress.data(), model.num_moving(), wanted.stress);
-  }
-}
-
-void ConstrainedHost::add_to_supports(const ConstraintForces& wanted) const {
-  if (wanted.forces) transfer.add_last(eta.data(), model.num_moving(), 3, wanted.forces);
-  if (wanted.stress) transfer.add_last(stress.data(), model.num_moving(), 9, wanted.stress);
-}
-
 void ConstrainedHost::note_worst(std::size_t row, double size, PartReport* report) const {
   report->worst_row = static_cast<std::size_t>(host_row[row]);
   report->worst = size;
@@ -199,23 +111,23 @@ void ConstrainedHost::note_worst(std::size_t row, double size, PartReport* repor
 
 void ConstrainedHost::note_worst_position(PartReport* report) {
   if (rows.empty()) return;
-  (void)linearization.evaluate_values(r.data(), rows.data());
+  (void)linearization.evaluate_values(moved.r.data(), rows.data());
   const std::size_t row = sums.worst_position_row(rows);
   note_worst(row, std::abs(rows[row]) / sums.lengths()[row], report);
 }
 
-/// What a step from `place` to `r` says beside the positions.
+/// What a step from `place` to `moved` says beside the positions.
 void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report) {
   note_worst_position(report);
   work.set_time(step.time - step.step);
   const double factor = 2.0 / step.step;
   const double* const blocks = linearization.blocks().data();
   report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
-  report->largest_turn = sums.largest_turn(blocks, place.r.data(), r.data());
+  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r.data());
   if (step.velocities) {
     transfer.gather_last(step.velocities, model.num_moving(), v.data());
   } else {
-    for (std::size_t k = 3 * model.num_moving(); k < v.size(); ++k) v[k] = (r[k] - place.r[k]) / step.step;
+    for (std::size_t k = 3 * model.num_moving(); k < v.size(); ++k) v[k] = (moved.r[k] - place.r[k]) / step.step;
   }
   report->work = factor * support_work(step.step);
 }

@@ -6,10 +6,8 @@
 #include <tanor/constrainer.hpp>
 
 #include "dynamics/forms.hpp"
-#include "host/incoming_points.hpp"
-#include "host/periodic_images.hpp"
-#include "host/point_transfer.hpp"
-#include "host/row_sums.hpp"
+#include "host/host_configuration.hpp"
+#include "host/reaction_writer.hpp"
 #include "host/schur_determinant.hpp"
 
 namespace tanor {
@@ -21,7 +19,8 @@ struct PartReport : ConstraintReport {
 
 /// Some islands of a host, planned together: everything in the inner order, and what is known from call to call. A call
 /// is made of `find_…`, which writes nothing of the host's, and `write_…`, which follows where all parts have
-/// succeeded. At supports, which several parts may share, `add_to_supports` adds to what the host's arrays hold.
+/// succeeded. At supports, which several parts may share, `reactions.add_to_supports` adds to what the host's arrays
+/// hold.
 struct ConstrainedHost {
   Forms forms;
   Workspace& work = forms.work;
@@ -30,27 +29,19 @@ struct ConstrainedHost {
   Linearization& linearization = form.linearization();
   PointTransfer transfer{model.numbering, model.parallel};
   RowSums sums{work};
-  const SolverOptions options;
-  /// Where K is, and the factor of S.
-  struct Place {
-    std::vector<double> r, host;  // [3n] positions; in a cell also as the host has them
-    PeriodicCell cell;            // of these
-    double time = 0.0;
-    bool stands = false;       // K and the factor are there
-    bool was_checked = false;  // the host's first positions were on the constraints
-  } place;
-  std::unique_ptr<PeriodicImages> images;  // null: there is no cell
-  std::vector<Index> host_row;             // [inner row] the host's number of it
-  // Scratch: [3n] each, then [d] each. `before`: in a cell, `r` before it moved.
-  std::vector<double> r, before, v, f, w, eta;
+  std::vector<Index> host_row = model.numbering.user_row;  // [inner row] the host's number of it
+  HostConfiguration place{work, linearization, transfer};
+  MovedPositions moved{place};
+  ReactionWriter reactions{work, linearization, transfer, sums, host_row};
+  // Scratch: [3n] each, then [d] each.
+  std::vector<double> v, f, w;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
   bool has_moved_velocities = false;              // `v` is what the step makes of them; else it is not read yet
-  std::vector<double> stress;                     // [9n], made where it is first wanted
-  std::unique_ptr<SchurDeterminant> determinant;  // likewise
-  bool was_called = false;                        // `place` holds the host's positions
+  std::unique_ptr<SchurDeterminant> determinant;  // made where it is first wanted
+  std::vector<double> gradient;                   // [3n] of its logarithm
 
-  ConstrainedHost(System system, const SolverOptions& given);
+  ConstrainedHost(System system, const SolverOptions& options);
 
   std::size_t num_points() const { return model.num_points(); }
   static bool wants_multipliers(const ConstraintForces& wanted) {
@@ -79,30 +70,15 @@ struct ConstrainedHost {
   void write_nearest(const PointArray& positions, PartReport* report);
   void find_violation(const ConstPointArray& positions, double time, PartReport* report);
   LogDeterminant find_log_det(const ConstPointArray& positions, bool with_gradient, double time);
-  void write_gradient(const PointArray& gradient);
+  void write_gradient(const PointArray& wanted);
   RankReport find_rank(const ConstPointArray& positions, double time);
-  void add_to_supports(const ConstraintForces& wanted) const;
-  void add_to_supports(const PointArray& gradient) const;
+  void add_gradient_to_supports(const PointArray& wanted) const;
 
-  // ---- the way in ----
+  // ---- parts of calls ----
 
-  const PeriodicCell* present_cell() const { return images ? &images->cell() : nullptr; }
-  bool find_place(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
-  Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell, IncomingPoints* incoming);
-  Outcome stand_at(const ConstPointArray& positions, double t) {
-    LargestSquare largest;
-    IncomingPoints incoming(transfer, &largest);
-    return stand_at(positions, t, present_cell(), &incoming);
-  }
   Outcome check_place(double h);
-  void gather_moved(const ConstPointArray& positions);
   ProjectionReport step_positions(const PositionStep& step);
-
-  // ---- the way out ----
-
-  double scatter_moved(const PointArray& positions);
   void write_step_velocities(const PointArray& velocities);
-  void write(double factor, const ConstraintForces& wanted);
   double support_work(double h);
   void measure_step(const PositionStep& step, PartReport* report);
   void note_worst(std::size_t row, double size, PartReport* report) const;

@@ -104,7 +104,7 @@ ConstraintReport Constrainer::Implementation::call(const Find& find, const Write
 void Constrainer::Implementation::write_supports(const ConstraintForces& wanted) {
   clear_supports(wanted.forces, 3);
   clear_supports(wanted.stress, 9);
-  for (std::size_t k = 0; k < size(); ++k) (*this)[k].add_to_supports(wanted);
+  for (std::size_t k = 0; k < size(); ++k) (*this)[k].reactions.add_to_supports(wanted);
 }
 
 // ---- life ----
@@ -341,7 +341,7 @@ LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradie
   for (std::size_t k = 0; k < self->size(); ++k) {
     ConstrainedHost& part = (*self)[k];
     part.write_gradient(gradient);
-    part.add_to_supports(gradient);
+    part.add_gradient_to_supports(gradient);
   }
   return sum;
 }

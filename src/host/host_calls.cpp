@@ -16,7 +16,7 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
   const double start = step.time - step.step;
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
-  report->outcome = stand_at(step.old_positions, start, step.old_cell, &incoming);
+  report->outcome = place.stand_at(step.old_positions, start, step.old_cell, &incoming);
   if (!report->outcome.ok()) return;
   if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
   ProjectionReport found = step_positions(step);
@@ -41,8 +41,8 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
 }
 
 void ConstrainedHost::write_positions(const PositionStep& step, PartReport* report) {
-  write(2.0 / step.step, step.wanted);  // the multipliers are a sum over h
-  report->correction = scatter_moved(step.positions);
+  reactions.write(multipliers, 2.0 / step.step, place.r.data(), step.wanted);  // the multipliers are a sum over h
+  report->correction = moved.scatter(step.positions);
   if (step.velocities) write_step_velocities(step.velocities);
 }
 
@@ -50,7 +50,7 @@ double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report)
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
   incoming.measure(step.velocities, v.data());
-  report->outcome = stand_at(step.positions, step.time, present_cell(), &incoming);
+  report->outcome = place.stand_at(step.positions, step.time, place.present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
   // Small is what is small beside the velocities of this call.
   const double speed = incoming.largest();
@@ -81,7 +81,7 @@ void ConstrainedHost::find_velocities(const VelocityStep& step, double speed, Pa
 }
 
 void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* report) {
-  write(step.step != 0.0 ? 2.0 / step.step : 1.0, step.wanted);
+  reactions.write(multipliers, step.step != 0.0 ? 2.0 / step.step : 1.0, place.r.data(), step.wanted);
   report->correction = transfer.scatter(v.data(), model.num_moving(), step.velocities);
 }
 
@@ -90,7 +90,7 @@ void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* rep
 void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report) {
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
-  const bool stood = find_place(at.positions, at.time, present_cell(), &incoming);
+  const bool stood = place.find(at.positions, at.time, place.present_cell(), &incoming);
   const double* velocities = transfer.straight(at.velocities);
   if (velocities == nullptr) incoming.copy(at.velocities, v.data());
   if (velocities == nullptr) velocities = v.data();
@@ -113,12 +113,12 @@ void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report
 
 void ConstrainedHost::write_accelerations(const HostState& at) {
   if (at.accelerations) transfer.write(w.data(), model.num_moving(), at.accelerations);
-  write(1.0, at.wanted);
+  reactions.write(multipliers, 1.0, place.r.data(), at.wanted);
 }
 
 void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
                                   PartReport* report) {
-  if (report->outcome = stand_at(positions, time); !report->outcome.ok()) return;
+  if (report->outcome = place.stand_at(positions, time); !report->outcome.ok()) return;
   transfer.gather(forces, f.data());
   const double scale = work.accelerate(f.data(), w.data());  // w = M^-1 f
   std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
@@ -151,9 +151,9 @@ void ConstrainedHost::write_forces(const PointArray& forces, PartReport* report)
 
 void ConstrainedHost::find_nearest(const PointArray& positions, double time, PartReport* report) {
   place.stands = false;
-  gather_moved(positions);
+  moved.gather(positions);
   NearestPoint nearest(work, linearization, form.projector());
-  ProjectionReport found = nearest.find(time, r.data());
+  ProjectionReport found = nearest.find(time, moved.r.data());
   report->outcome = std::move(found.outcome);
   report->iterations = found.iterations;
   report->violation = found.violation;
@@ -161,14 +161,14 @@ void ConstrainedHost::find_nearest(const PointArray& positions, double time, Par
 }
 
 void ConstrainedHost::write_nearest(const PointArray& positions, PartReport* report) {
-  report->correction = scatter_moved(positions);
+  report->correction = moved.scatter(positions);
 }
 
 // ---- questions ----
 
 void ConstrainedHost::find_violation(const ConstPointArray& positions, double time, PartReport* report) {
-  gather_moved(positions);
-  report->violation = work.position_violation(time, r.data());
+  moved.gather(positions);
+  report->violation = work.position_violation(time, moved.r.data());
   note_worst_position(report);
 }
 
@@ -177,7 +177,7 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
   if (with_gradient && !determinant->has_gradient())
     throw InputError("", "the gradient of log_det is known for rods alone; there are other constraints");
   LogDeterminant result;
-  if (result.outcome = stand_at(positions, time); !result.outcome.ok()) return result;
+  if (result.outcome = place.stand_at(positions, time); !result.outcome.ok()) return result;
   const double* const blocks = linearization.blocks().data();
   result.value = determinant->evaluate(blocks);
   if (!std::isfinite(result.value)) {
@@ -186,22 +186,24 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
     return result;
   }
   if (!with_gradient) return result;
-  determinant->write_gradient(blocks, sums.lengths().data(), eta.data());
+  gradient.resize(3 * num_points());
+  determinant->write_gradient(blocks, sums.lengths().data(), gradient.data());
   const auto is_finite = [](double x) { return std::isfinite(x); };
-  if (!std::ranges::all_of(eta, is_finite)) result.outcome = model.not_finite(time);  // rods of lengths next to zero
+  if (!std::ranges::all_of(gradient, is_finite))
+    result.outcome = model.not_finite(time);  // rods of lengths next to zero
   return result;
 }
 
-void ConstrainedHost::write_gradient(const PointArray& gradient) {
-  transfer.write(eta.data(), model.num_moving(), gradient);
+void ConstrainedHost::write_gradient(const PointArray& wanted) {
+  transfer.write(gradient.data(), model.num_moving(), wanted);
 }
 
-void ConstrainedHost::add_to_supports(const PointArray& gradient) const {
-  transfer.add_last(eta.data(), model.num_moving(), 3, gradient);
+void ConstrainedHost::add_gradient_to_supports(const PointArray& wanted) const {
+  transfer.add_last(gradient.data(), model.num_moving(), 3, wanted);
 }
 
 RankReport ConstrainedHost::find_rank(const ConstPointArray& positions, double time) {
-  (void)stand_at(positions, time);
+  (void)place.stand_at(positions, time);
   place.stands = false;
   return forms.rank(place.r.data(), true);
 }

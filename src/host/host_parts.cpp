@@ -1,116 +1,81 @@
 #include "host/host_parts.hpp"
 
 #include <algorithm>
-#include <map>
-#include <numeric>
 #include <utility>
 
-#include "base/disjoint_sets.hpp"
-#include "host/point_address.hpp"
+#include "host/group_names.hpp"
 
 namespace tanor {
 
 namespace {
 
-template <class Number>
-void append(const std::vector<Number>& from, std::vector<Number>* to) {
-  to->insert(to->end(), from.begin(), from.end());
+constexpr std::int64_t most_after_edits = 2048;  // points and rows of a part
+
+template <class Value>
+void unite(const std::vector<Value>& from, std::vector<Value>* to) {
+  for (const Value& value : from) {
+    if (std::ranges::find(*to, value) == to->end()) to->push_back(value);
+  }
 }
 
 }  // namespace
 
-void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to) {
-  for (std::size_t i = 0; i < number.size(); ++i)
-    std::ranges::copy(read_point(from, i), to + 3 * static_cast<std::size_t>(number[i]));
-}
-
 HostParts::HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options)
-    : points_(std::move(points)), cell_(cell), options_(options), parallel_(options.threads) {
+    : points_(std::move(points)),
+      cell_(cell),
+      parallel_(options.threads),
+      builder_(points_, inventory_, cell_, options),
+      supports_(points_.list_supports()) {
   if (cell_) points_.cell = *cell_;
-  list_points();
-  for (const Index point : points_.of_host) {
-    if (!points_.is_support(point)) new_points_.push_back(point);
-  }
 }
 
-/// After points have come or gone.
-void HostParts::list_points() {
-  supports_.clear();
-  for (const Index point : points_.of_host) {
-    if (points_.is_support(point)) supports_.push_back(point);
-  }
-  key_of_point_.resize(points_.size(), -1);
-  part_of_key_.resize(points_.size(), nullptr);
-  local_.resize(points_.size(), -1);
-  sums_.resize(points_.size());
+std::string HostParts::with_names(const HostPart& part, const std::string& text) const {
+  return with_host_names(inventory_, part.members, text);
 }
 
 // ---- edits ----
 
 ConstraintId HostParts::add(Constraint group, std::vector<std::array<int, 3>> images) {
   has_changed_ = true;
-  if (!images.empty() && !inventory_.has_images()) {  // all others have images too, from now on
-    for (const auto& part : parts_) touch(part->key());
-  }
+  if (!images.empty() && !inventory_.has_images()) partition_.touch_all();  // all others have images too, from now on
   return inventory_.add(std::move(group), std::move(images));
 }
 
 void HostParts::remove(std::span<const ConstraintId> ids) {
-  for (const ConstraintId id : ids) {
-    if (id < first_new_) touch(key_of(id));
-  }
+  for (const ConstraintId id : ids) partition_.touch_constraint(id);
   inventory_.remove(ids);
   has_changed_ = true;
 }
 
 void HostParts::set_length(ConstraintId id, double length, double rate) {
   const bool is_read = inventory_.set_length(id, length, rate);
-  if (id >= first_new_) return;
-  const Index key = key_of(id);
-  if (!is_read) return touch(key);
-  if (ConstrainedHost* const host = part_of(key)->host.get()) {
-    host->work.constraints.set_time(host->work.time());
-    host->place.stands = false;
+  if (!is_read) {
+    partition_.touch_constraint(id);
+    has_changed_ = true;
+    return;
   }
+  HostPart* const part = partition_.part_of(id);
+  if (part == nullptr || part->host == nullptr) return;  // the next plan reads it
+  part->host->work.constraints.set_time(part->host->work.time());
+  part->host->place.stands = false;
 }
 
 void HostParts::set_mass(Index point, double mass) {
   if (std::exchange(points_.mass[static_cast<std::size_t>(point)], mass) == mass || points_.is_support(point)) return;
-  if (const Index key = key_of_point_[static_cast<std::size_t>(point)]; key >= 0) touch(key);
+  partition_.touch_point(point);
+  has_changed_ = true;
 }
 
 void HostParts::renumber(std::vector<Index> of_host, std::span<const double> masses) {
-  std::vector<Index> host_point(points_.size(), -1);
+  points_.keep(of_host);
+  partition_.drop_left_points();
   for (std::size_t i = 0; i < of_host.size(); ++i) {
-    if (of_host[i] >= 0) host_point[static_cast<std::size_t>(of_host[i])] = static_cast<Index>(i);
+    if (of_host[i] >= 0) set_mass(of_host[i], masses[i]);
   }
-  for (std::size_t point = 0; point < host_point.size(); ++point) {
-    if (host_point[point] < 0 && key_of_point_[point] >= 0) touch(std::exchange(key_of_point_[point], -1));
-  }
-  auto free = host_point.begin();
-  for (std::size_t i = 0; i < of_host.size(); ++i) {
-    if (of_host[i] >= 0) {
-      set_mass(of_host[i], masses[i]);
-      continue;
-    }
-    const auto place = std::find(free, host_point.end(), -1);
-    of_host[i] = static_cast<Index>(place - host_point.begin());
-    const auto point = static_cast<std::size_t>(of_host[i]);
-    if (place == host_point.end()) {
-      host_point.push_back(-1);
-      points_.mass.push_back(0.0);
-      points_.positions.resize(points_.positions.size() + 3);
-    }
-    host_point[point] = static_cast<Index>(i);
-    free = host_point.begin() + of_host[i];
-    points_.mass[point] = masses[i];
-    if (!points_.is_support(of_host[i])) new_points_.push_back(of_host[i]);
-  }
-  points_.host_point = std::move(host_point);
-  points_.of_host = std::move(of_host);
-  list_points();
-  for (const auto& part : parts_) {
-    if (part->host != nullptr) set_host_points(*part);
+  partition_.add_points(points_.admit(std::move(of_host), masses));
+  supports_ = points_.list_supports();
+  for (const auto& part : parts()) {
+    if (part->host != nullptr) part->number_points(points_);
   }
   has_changed_ = true;
 }
@@ -122,17 +87,17 @@ void HostParts::set_positions(const ConstPointArray& at) {
 }
 
 void HostParts::read_positions() {
-  for (const auto& part : parts_) read_positions(part.get());
+  for (const auto& part : parts()) history_.read_positions(part.get());
 }
 
 void HostParts::set_cell(const PeriodicCell& cell) {
   (void)plan();
   const auto set = [&](const PeriodicCell& now) {
-    for (const auto& part : parts_) part->host->images->set_cell(now);
+    for (const auto& part : parts()) part->host->place.images->set_cell(now);
   };
   const PeriodicCell old = *cell_;
   set(cell);
-  for (const auto& part : parts_) {
+  for (const auto& part : parts()) {
     try {
       part->host->check_cell();
     } catch (const InputError& wrong) {
@@ -141,9 +106,45 @@ void HostParts::set_cell(const PeriodicCell& cell) {
     }
   }
   cell_ = cell;
-  for (const auto& part : parts_) {
-    if (part->host->images->close_ways()) touch(part->key());
+  for (const auto& part : parts()) {
+    if (!part->host->place.images->close_ways()) continue;
+    partition_.touch(part->key());
+    has_changed_ = true;
   }
+}
+
+/// All is planned anew in parts of no more than that.
+void HostParts::cut(std::int64_t most_of_part) {
+  if (most_of_part == partition_.most_of_part()) return;
+  partition_.cut(most_of_part);
+  has_changed_ = true;
+}
+
+void HostParts::expect_edits() {
+  cut(most_after_edits);
+}
+
+// ---- plans ----
+
+std::size_t HostParts::plan() {
+  if (partition_.has_edits()) expect_edits();
+  return plan_changes();
+}
+
+std::size_t HostParts::plan_changes() {
+  if (!has_changed_) return 0;
+  partition_.divide_changes(&history_);
+  std::size_t result = 0;
+  for (const auto& part : parts()) {
+    if (part->host != nullptr) continue;
+    builder_.build(part.get());
+    history_.hand_over(part.get());
+    result += part->islands.size();
+  }
+  for (const auto& part : parts()) part->number_rows(inventory_);
+  summarise();
+  has_changed_ = false;
+  return result;
 }
 
 void HostParts::exchange_memory(Memory& memory) {
@@ -152,11 +153,11 @@ void HostParts::exchange_memory(Memory& memory) {
   std::size_t size = points_.size();
   memory.exchange(size, of_host);
   if (memory.reads() && (of_host != points_.of_host || size != points_.size())) rename_points(of_host, size);
-  bool is_cut = most_of_part_ < no_limit;
+  bool is_cut = partition_.most_of_part() < IslandPartition::no_limit;
   memory.exchange(is_cut);
-  cut(is_cut ? most_after_edits : no_limit);
+  cut(is_cut ? most_after_edits : IslandPartition::no_limit);
   (void)plan_changes();
-  for (const auto& part : parts_) {
+  for (const auto& part : parts()) {
     part->host->form.exchange_memory(memory);
     part->host->place.stands = false;  // here and there the next call factorizes
   }
@@ -165,247 +166,93 @@ void HostParts::exchange_memory(Memory& memory) {
 /// All is planned anew.
 void HostParts::rename_points(const std::vector<Index>& of_host, std::size_t size) {
   read_positions();
-  HostPoints points{of_host, std::vector<Index>(size, -1), std::vector<double>(size), std::vector<double>(3 * size),
-                    points_.cell};
-  if (size < of_host.size()) Memory::refuse();
-  for (std::size_t i = 0; i < of_host.size(); ++i) {
-    const auto to = static_cast<std::size_t>(of_host[i]), from = static_cast<std::size_t>(points_.of_host[i]);
-    if (of_host[i] < 0 || to >= size || points.host_point[to] >= 0) Memory::refuse();
-    points.host_point[to] = static_cast<Index>(i);
-    points.mass[to] = points_.mass[from];
-    std::copy_n(&points_.positions[3 * from], 3, &points.positions[3 * to]);
-  }
+  HostPoints points = points_.renamed(of_host, size);
   inventory_.rename_points([&](Index point) {
     return of_host[static_cast<std::size_t>(points_.host_point[static_cast<std::size_t>(point)])];
   });
   points_ = std::move(points);
-  for (const auto& part : parts_) weigh(part->islands, -1);
-  parts_.clear();
-  key_of_point_.assign(points_.size(), -1);
-  part_of_key_.assign(points_.size(), nullptr);
-  list_points();
-  new_points_.clear();
-  for (const Index point : points_.of_host) {
-    if (!points_.is_support(point)) new_points_.push_back(point);
-  }
-  touched_.clear();
-  first_new_ = 0;
+  supports_ = points_.list_supports();
+  partition_.restart();
   has_changed_ = true;
   (void)plan();
 }
 
-// ---- which islands are together ----
+// ---- sums over the parts ----
 
-void HostParts::touch(Index key) {
-  touched_.insert(key);
-  has_changed_ = true;
-}
-
-/// All is planned anew in parts of no more than that.
-void HostParts::cut(std::int64_t most_of_part) {
-  if (most_of_part == most_of_part_) return;
-  for (const auto& part : parts_) {
-    weigh(part->islands, -1);
-    touch(part->key());
-  }
-  most_of_part_ = most_of_part;
-  for (const auto& part : parts_) weigh(part->islands, 1);
-}
-
-/// Constraints of supports alone are islands with the smallest of them as key.
-Index HostParts::key_of(ConstraintId id) const {
-  const std::span<const Index> points = inventory_.points(id);
-  for (const Index point : points) {
-    if (!points_.is_support(point)) return key_of_point_[static_cast<std::size_t>(point)];
-  }
-  return *std::ranges::min_element(points);
-}
-
-void HostParts::expect_edits() {
-  cut(most_after_edits);
-}
-
-std::size_t HostParts::plan() {
-  const bool has_edits = !touched_.empty() || !new_points_.empty() || first_new_ < inventory_.next_id();
-  if (first_new_ > 0 && has_edits) expect_edits();
-  return plan_changes();
-}
-
-std::size_t HostParts::plan_changes() {
-  if (!has_changed_) return 0;
-  Pool pool = collect_changes();
-  std::vector<Index> old_keys;
-  for (const Part* const part : pool.old) {
-    weigh(part->islands, -1);
-    for (const Island& island : part->islands) {
-      part_of_key_[static_cast<std::size_t>(island.key)] = nullptr;
-      old_keys.push_back(island.key);
+void HostParts::summarise() {
+  large_.clear();
+  small_.clear();
+  reports_.resize(parts().size());
+  PlanSummary sum;
+  sum.points = num_points();
+  sum.supports = supports_.size();
+  sum.equations = inventory_.num_rows();
+  for (std::size_t k = 0; k < parts().size(); ++k) {
+    const ConstrainedHost& host = *parts()[k]->host;
+    (parts()[k]->has_own_threads ? large_ : small_).push_back(k);
+    const PlanSummary& own = host.forms.plan;
+    if (k == 0) {
+      sum.linear_solvers.clear();
+      sum.linear_solver_reason = own.linear_solver_reason;
     }
+    sum.islands += own.islands;
+    sum.parts += own.parts;
+    sum.pattern_nonzeros += own.pattern_nonzeros;
+    sum.factor_nonzeros += own.factor_nonzeros;
+    sum.factor_flops += own.factor_flops;
+    sum.normal_flops += own.normal_flops;
+    unite(own.linear_solvers, &sum.linear_solvers);
+    unite(own.orderings, &sum.orderings);
+    unite(own.factorizations, &sum.factorizations);
+    unite(own.left_out, &sum.left_out);
+    const Numbering& numbering = host.model.numbering;
+    for (std::size_t a = numbering.first_idle_row(); a < numbering.num_rows(); ++a)
+      sum.idle_equations.push_back(static_cast<std::size_t>(host.host_row[a]));
   }
-  find_islands(&pool.all);
-  weigh(pool.all.islands, 1);
-  while (take_in_neighbours(&pool, old_keys)) {
-  }
-  divide(&pool);
-  std::size_t result = 0;
-  for (const auto& part : parts_) {
-    if (part->host != nullptr) continue;
-    build(part.get());
-    result += part->islands.size();
-  }
-  for (const auto& part : parts_) number_rows(part.get());
-  summarise();
-  has_changed_ = false;
-  return result;
+  summary_ = std::move(sum);
 }
 
-/// The parts of islands that have changed, and what is new.
-HostParts::Pool HostParts::collect_changes() {
-  Pool pool;
-  std::set<Part*> old;
-  const auto add = [&](Index key) {
-    if (key >= 0 && part_of(key) != nullptr) old.insert(part_of(key));
-  };
-  for (const Index key : std::exchange(touched_, {})) add(key);
-  for (ConstraintId id = first_new_; id < inventory_.next_id(); ++id) {
-    if (!inventory_.has(id)) continue;
-    pool.all.members.push_back(id);
-    add(key_of(id));
-    for (const Index point : inventory_.points(id)) add(key_of_point_[static_cast<std::size_t>(point)]);
+Counters HostParts::counters() const {
+  Counters sum = history_.counters();
+  for (const auto& part : parts()) {
+    if (part->host != nullptr) add_up(part->host->work.counters, &sum);
   }
-  append(std::exchange(new_points_, {}), &pool.all.moving);
-  first_new_ = inventory_.next_id();
-  for (Part* const part : old) take_in(part, &pool);
-  // A point may have left, and another one may have its number.
-  std::erase_if(pool.all.moving, [&](Index point) {
-    return points_.host_point[static_cast<std::size_t>(point)] < 0 || points_.is_support(point);
-  });
-  std::erase_if(pool.all.members, [&](ConstraintId id) { return !inventory_.has(id); });
-  pool.all.islands.clear();
-  return pool;
+  return sum;
 }
 
-void HostParts::take_in(Part* part, Pool* pool) {
-  read_positions(part);
-  read_guesses(part);
-  pool->old.push_back(part);
-  append(part->islands, &pool->all.islands);
-  append(part->moving, &pool->all.moving);
-  append(part->members, &pool->all.members);
-  append(part->guesses, &pool->all.guesses);
+bool HostParts::closes_ways() const {
+  return std::ranges::any_of(
+      parts(), [](const auto& part) { return part->host->place.images && part->host->place.images->close_ways(); });
 }
 
-/// Sorts points and members, and finds what they connect.
-void HostParts::find_islands(Part* all) {
-  std::ranges::sort(all->moving);
-  std::ranges::sort(all->members);
-  all->moving.erase(std::unique(all->moving.begin(), all->moving.end()), all->moving.end());
-  Index* const parent = key_of_point_.data();
-  for (const Index point : all->moving) parent[point] = point;
-  for (const ConstraintId id : all->members) {
-    Index first = -1;
-    for (const Index point : inventory_.points(id)) {
-      if (points_.is_support(point)) continue;
-      if (first < 0) first = point;
-      join_sets(parent, first, point);
+RankReport HostParts::find_rank(const ConstPointArray& positions, double time) {
+  RankReport sum;
+  sum.multipliers_unique.resize(inventory_.num_rows(), true);
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const auto& part : parts()) {
+    const RankReport own = part->host->find_rank(positions, time);
+    const std::vector<Index>& user_row = part->host->model.numbering.user_row;
+    std::vector<std::size_t> host_row(user_row.size());
+    for (std::size_t a = 0; a < user_row.size(); ++a)
+      host_row[static_cast<std::size_t>(user_row[a])] = static_cast<std::size_t>(part->host->host_row[a]);
+    sum.rank += own.rank;
+    sum.degrees_of_freedom += own.degrees_of_freedom;
+    for (const RowDependence& dependence : own.dependences) {
+      RowDependence& added = sum.dependences.emplace_back(dependence);
+      added.row = host_row[added.row];
+      for (RowDependence::Term& term : added.terms) term.row = host_row[term.row];
+      added.what = with_names(*part, added.what);
     }
-  }
-  std::map<Index, std::int64_t> without_points;
-  for (const Index point : all->moving) {
-    const Index key = parent[point] = parent[parent[point]];  // smaller ones know theirs
-    if (key == point) {
-      local_[static_cast<std::size_t>(key)] = static_cast<Index>(all->islands.size());
-      all->islands.push_back({key, 0});
+    for (std::size_t row = 0; row < host_row.size(); ++row)
+      sum.multipliers_unique[host_row[row]] = own.multipliers_unique[row];
+    for (const Index point : own.prestress_rigid_points) {
+      const auto place = static_cast<std::size_t>(part->places[static_cast<std::size_t>(point)]);
+      sum.prestress_rigid_points.push_back(points_.host_point[place]);
     }
-    ++all->islands[static_cast<std::size_t>(local_[static_cast<std::size_t>(key)])].weight;
+    if (own.smallest_singular_value > 0.0) smallest = std::min(smallest, own.smallest_singular_value);
   }
-  for (const ConstraintId id : all->members) {
-    const Index key = key_of(id);
-    const auto rows = static_cast<std::int64_t>(inventory_.num_rows(id));
-    if (points_.is_support(key))
-      without_points[key] += rows;
-    else
-      all->islands[static_cast<std::size_t>(local_[static_cast<std::size_t>(key)])].weight += rows;
-  }
-  for (const auto& [key, weight] : without_points) all->islands.push_back({key, weight});
-}
-
-void HostParts::weigh(const std::vector<Island>& islands, int sign) {
-  for (const Island& island : islands) {
-    if (island.weight <= most_of_part_) sums_.add(island.key, sign * island.weight);
-  }
-}
-
-/// Parts whose islands belong together with those of the pool, or with one another where those of the pool have been.
-/// Returns whether there are any.
-bool HostParts::take_in_neighbours(Pool* pool, const std::vector<Index>& keys) {
-  std::ranges::sort(pool->all.islands, {}, &Island::key);
-  bool result = false;
-  Index end = -1;
-  const std::vector<Island> islands = pool->all.islands;
-  for (const Island& island : islands) {
-    if (island.key < end || island.weight > most_of_part_) continue;
-    const DyadicSums::Interval interval = sums_.around(island.key, most_of_part_);
-    end = interval.end;
-    result |= take_in_interval(pool, interval, true);
-  }
-  for (const Index key : keys) result |= take_in_interval(pool, sums_.around(key, most_of_part_), false);
-  return result;
-}
-
-bool HostParts::take_in_interval(Pool* pool, DyadicSums::Interval interval, bool holds_pool) {
-  const auto is_small = [&](const Part& part) {
-    return part_of(part.key()) == &part &&
-           part.islands.front().weight <= most_of_part_;  // parts in the pool have no keys
-  };
-  auto part = std::ranges::lower_bound(parts_, interval.begin, {}, [](const auto& each) { return each->key(); });
-  while (part != parts_.begin() && !is_small(**std::prev(part))) --part;
-  if (part != parts_.begin() && (*std::prev(part))->islands.back().key >= interval.begin) --part;
-  std::vector<Part*> found;
-  for (; part != parts_.end() && (*part)->key() < interval.end; ++part) {
-    if (is_small(**part)) found.push_back(part->get());
-  }
-  if (found.empty() || (found.size() == 1 && !holds_pool)) return false;
-  for (Part* const each : found) {
-    take_in(each, pool);
-    for (const Island& island : each->islands) part_of_key_[static_cast<std::size_t>(island.key)] = nullptr;
-  }
-  return true;
-}
-
-/// The pool into new parts, which take the place of the old ones.
-void HostParts::divide(Pool* pool) {
-  std::ranges::sort(pool->old);
-  std::erase_if(parts_, [&](const auto& part) { return std::ranges::binary_search(pool->old, part.get()); });
-  Part& all = pool->all;
-  std::ranges::sort(all.islands, {}, &Island::key);
-  std::ranges::sort(all.moving);
-  std::ranges::sort(all.members);
-  Part* shared = nullptr;
-  Index end = -1;
-  const std::size_t num_kept = parts_.size();
-  for (const Island& island : all.islands) {
-    const bool is_alone = island.weight > most_of_part_;
-    if (is_alone || island.key >= end) {
-      parts_.push_back(std::make_unique<Part>());
-      if (!is_alone) {
-        shared = parts_.back().get();
-        end = sums_.around(island.key, most_of_part_).end;
-      }
-    }
-    Part* const part = is_alone ? parts_.back().get() : shared;
-    part->islands.push_back(island);
-    part_of_key_[static_cast<std::size_t>(island.key)] = part;
-  }
-  for (const Index point : all.moving) part_of(key_of_point_[static_cast<std::size_t>(point)])->moving.push_back(point);
-  for (const ConstraintId id : all.members) part_of(key_of(id))->members.push_back(id);
-  for (const Guess& guess : all.guesses) {
-    if (inventory_.has(guess.id)) part_of(key_of(guess.id))->guesses.push_back(guess);
-  }
-  std::ranges::sort(parts_.begin() + static_cast<std::ptrdiff_t>(num_kept), parts_.end(), {},
-                    [](const auto& part) { return part->key(); });
-  std::ranges::inplace_merge(parts_, parts_.begin() + static_cast<std::ptrdiff_t>(num_kept), {},
-                             [](const auto& part) { return part->key(); });
+  if (smallest < std::numeric_limits<double>::infinity()) sum.smallest_singular_value = smallest;
+  return sum;
 }
 
 }  // namespace tanor

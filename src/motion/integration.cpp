@@ -37,21 +37,17 @@ Integration::Integration(Method method, const IntegrationOptions& options, Mecha
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       drives_(options, *scheme_, mechanics),
-      events_(options, mechanics),
       singular_(options, mechanics, scheme_->is_adaptive(), report),
       rounding_(options, mechanics),
       stiff_steps_(options, mechanics, method),
-      watch_(options, mechanics),
-      passages_(options, mechanics, scheme_->is_adaptive()) {
+      trial_(options, mechanics, {state, scheme_, drives_, singular_}, report) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
   state.reactions = mechanics.no_reactions();
 }
 
 void Integration::begin() {
-  trial_.state = state;  // what does not move stands in both
-  if (mechanics_.rank_monitor() != nullptr) trial_.beyond = state;
-  trial_.is_before = false;
-  watch_.forget();
+  trial_.begin();
+  trial_.watch.forget();
   drives_.begin(state.t);
   singular_.begin(state.t);
   keep_memory();
@@ -79,73 +75,6 @@ Outcome Integration::advance(double t_end, const Taken& taken, const Observer& o
   return found;
 }
 
-/// Tries a step of the scheme, to t or to the first event on the way.
-Integration::Attempt Integration::try_step(double t, bool may_surprise) {
-  Attempt attempt;
-  StepResult& step = attempt.step;
-  trial_.state.t = t;
-  trial_.is_before = false;
-  step = scheme_->step(state, t - state.t, &trial_.state);
-  attempt.error = step.error;
-  if (attempt.is_good()) look_between(&attempt);
-  attempt.has_surprised = may_surprise && attempt.is_good() && singular_.have_surprised();
-  if (!attempt.is_good()) return attempt;
-  const Events::Meeting meeting = events_.meet(*scheme_, state, drives_.pieces(), &trial_.state, &step);
-  step.outcome = meeting.outcome;
-  if (step.outcome.ok()) look_out(&attempt);
-  if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
-    attempt.has_switched = true;
-    step.outcome = events_.switch_equations(*scheme_, state, &trial_.state);
-  }
-  return attempt;
-}
-
-/// Looks for forces between the instants that the scheme looked at. A fixed step stays as it was told, with a warning.
-void Integration::look_between(Attempt* attempt) {
-  if (scheme_->is_adaptive()) {
-    attempt->part = passages_.look(*scheme_, state, trial_.state);
-  } else if (report_.accuracy_warning.empty() && passages_.look(*scheme_, state, trial_.state) < 1.0) {
-    report_.accuracy_warning = "steps are too long: one passes a force between two evaluations at t = " + text(state.t);
-  }
-}
-
-/// Looks for the user's events on the way of a good attempt, which ends at one that stops.
-void Integration::look_out(Attempt* attempt) {
-  if (watch_.is_empty() || trial_.state.t == state.t) return;
-  StepResult& step = attempt->step;
-  const DenseOutput by_ends(*scheme_, state, trial_.state, true),
-      dense(*scheme_, state, trial_.state, !step.is_interpolated);
-  double stop = 0.0;
-  if (step.outcome = watch_.look(state, &trial_.state, by_ends, dense, &stop); !step.outcome.ok()) return;
-  if (stop > trial_.state.t) return;
-  attempt->has_stopped = true;
-  if (stop == trial_.state.t || attempt->is_extrapolated) return;
-  events_.forget();
-  if (step.outcome = mechanics_.linearise(state.t, state.x.data()); !step.outcome.ok()) return;
-  trial_.state.t = stop;
-  step = scheme_->step(state, stop - state.t, &trial_.state);
-}
-
-/// Goes on along the last two states, past a singular configuration or near it. Events on the way are met at the end.
-Integration::Attempt Integration::try_extrapolation(double t, bool takes_least_error) {
-  Attempt attempt;
-  attempt.is_extrapolated = true;
-  if (trial_.beyond.x.empty()) trial_.beyond = state;
-  if (!knows_acceleration()) {
-    Outcome& found = attempt.step.outcome;
-    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
-    if (!found.ok()) return attempt;
-  }
-  trial_.beyond.t = t;
-  attempt.step = singular_.extrapolate(*scheme_, trial_.state, state, takes_least_error, &trial_.beyond);
-  attempt.error = attempt.step.error;
-  if (!attempt.is_good()) return attempt;
-  std::swap(trial_.state, trial_.beyond);
-  look_out(&attempt);
-  trial_.is_before = attempt.is_good();
-  return attempt;
-}
-
 double Integration::turn() const {
   // Other variables may stand in charts that have moved, and accelerations jump where equations change.
   if (!mechanics_.keeps_variables() || !trial_.is_before) return 0.0;
@@ -153,17 +82,17 @@ double Integration::turn() const {
 }
 
 /// Takes an attempt that was accepted. Its length is 0 where equations were switched before it.
-void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
+void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   const double h = trial_.state.t - state.t;
   std::swap(state, trial_.state);
   control_.limit = std::numeric_limits<double>::infinity();
   trial_.is_before = mechanics_.keeps_variables() && !attempt.has_switched;
   if (attempt.has_switched) singular_.forget();
-  if (attempt.is_extrapolated) events_.forget();
+  if (attempt.is_extrapolated) trial_.events.forget();
   if (attempt.has_stopped) has_stopped_ = true;
-  watch_.accept();
-  report_.events = events_.count();
-  report_.last_event = events_.last_time();
+  trial_.watch.accept();
+  report_.events = trial_.events.count();
+  report_.last_event = trial_.events.last_time();
   if (h > 0.0) {
     report_.last_step = h;
     if (!scheme_->is_adaptive()) turns_.note(mechanics_, trial_.state, state);
@@ -178,9 +107,9 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
   while (state.t < t && !has_stopped_) {
     const double h = t - state.t;
     const bool extrapolates = trial_.is_before && singular_.disturb(state.t, h);
-    if (Outcome found = extrapolates ? Outcome{} : events_.start(state); !found.ok()) return found;
+    if (Outcome found = extrapolates ? Outcome{} : trial_.events.start(state); !found.ok()) return found;
     if (!extrapolates) drives_.watch(state, h);
-    const Attempt attempt = extrapolates ? try_extrapolation(t) : try_step(t, splits_left == most_splits);
+    const StepAttempt attempt = extrapolates ? trial_.extrapolate(t) : trial_.step(t, splits_left == most_splits);
     if (attempt.is_good()) {
       if (trial_.state.t == t) drives_.note(state, h);
       take_trial(attempt, taken);
@@ -299,7 +228,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
 Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   const auto end_of = [&](double h) { return h >= nearly_all * (t_end - state.t) ? t_end : state.t + h; };
   const double wanted = std::min(singular_.extrapolation_length(trial_.state.t, state.t), longest_step());
-  Attempt attempt = try_extrapolation(end_of(wanted));
+  StepAttempt attempt = trial_.extrapolate(end_of(wanted));
   if (!attempt.is_good()) {
     ++report_.rejected;
     if (singular_.pays_to_approach() && singular_.approach()) {
@@ -310,10 +239,10 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
     // Nearer the error only grows. The scheme's own step passes what is no singular configuration, the polynomial what
     // is one.
     if (!singular_.is_extrapolating() && !singular_.lies_near_end(state.t, end_of(wanted)))
-      attempt = try_passing(end_of(wanted));
+      attempt = trial_.pass(end_of(wanted));
     if (attempt.has_switched && !attempt.is_good()) return attempt.step.outcome;
     if (!attempt.is_good())
-      attempt = try_extrapolation(end_of(std::min(singular_.longer(wanted), longest_step())), true);
+      attempt = trial_.extrapolate(end_of(std::min(singular_.longer(wanted), longest_step())), true);
   }
   if (attempt.is_good()) {
     take_trial(attempt, taken);
@@ -327,32 +256,9 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   return step_adaptively(t_end, taken);
 }
 
-/// Takes the scheme's own step past a singular configuration that is foreseen.
-Integration::Attempt Integration::try_passing(double t) {
-  Attempt attempt;
-  attempt.step.outcome = mechanics_.linearise(state.t, state.x.data());
-  if (attempt.step.outcome.ok()) attempt.step.outcome = events_.start(state);
-  if (!attempt.step.outcome.ok()) return attempt;
-  return try_step_and_remember(t, false);
-}
-
-/// A failed attempt leaves the state before alone where the next step may be extrapolated from it.
-Integration::Attempt Integration::try_step_and_remember(double t, bool may_surprise) {
-  const bool remembers = trial_.is_before && singular_.may_extrapolate();
-  if (!remembers) return try_step(t, may_surprise);
-  if (trial_.beyond.x.empty()) trial_.beyond = state;
-  std::swap(trial_.state, trial_.beyond);
-  Attempt attempt = try_step(t, may_surprise);
-  if (!attempt.is_good() && !attempt.has_switched) {
-    std::swap(trial_.state, trial_.beyond);
-    trial_.is_before = true;
-  }
-  return attempt;
-}
-
 /// Tries a step once. `next_step` is then the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
-  if (Outcome found = events_.start(state); !found.ok()) return found;
+  if (Outcome found = trial_.events.start(state); !found.ok()) return found;
   if (Outcome found = rounding_.measure(state); !found.ok()) return found;
   const double expected = std::min(next_step, t_end - state.t);
   rounding_.allow(state, expected, scheme_->rounding_gain());
@@ -368,7 +274,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const bool last = reaches && h == fitting;
   if (!last && !(h >= resolution)) return step_too_small(resolution, refusal_);
   if (h != expected) rounding_.allow(state, h, scheme_->rounding_gain());
-  const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
+  const StepAttempt attempt = trial_.step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end says little about the next one, and one cut short by an event nothing. The whole step

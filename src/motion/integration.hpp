@@ -6,16 +6,14 @@
 #include <tanor/motion.hpp>
 
 #include "motion/drive_control.hpp"
-#include "motion/events.hpp"
-#include "motion/passages.hpp"
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_configurations.hpp"
 #include "motion/snapshot.hpp"
 #include "motion/step_control.hpp"
+#include "motion/step_trial.hpp"
 #include "motion/stiff_steps.hpp"
 #include "motion/turn_meter.hpp"
-#include "motion/watch.hpp"
 
 namespace tanor {
 
@@ -39,7 +37,7 @@ class Integration {
   bool is_stiff() const { return stiff_steps_.is_stiff(); }
   std::string explain_stiffness() const { return stiff_steps_.explain(); }
   /// `state` has its acceleration. It comes from a scheme that leaves one, or was extrapolated.
-  bool knows_acceleration() const { return scheme_->knows_acceleration() || singular_.is_extrapolating(); }
+  bool knows_acceleration() const { return trial_.knows_acceleration(); }
 
   /// Call one of these when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
@@ -50,8 +48,8 @@ class Integration {
   Outcome return_to_constraints();
 
   /// The events that the user looks for on the way.
-  Watch& watch() { return watch_; }
-  const Watch& watch() const { return watch_; }
+  Watch& watch() { return trial_.watch; }
+  const Watch& watch() const { return trial_.watch; }
 
   /// Goes from state.t to exactly t_end, or to an event that stops there. On a failure `state` stays at the last good
   /// step, the mechanics does not. An adaptive scheme needs `next_step` > 0.
@@ -84,19 +82,6 @@ class Integration {
   void exchange_states(Memory& memory, bool* is_after_rejection);
   void keep_memory();
 
-  /// What one attempt to go on says.
-  struct Attempt {
-    StepResult step;
-    double error = 0.0;          // of the whole step, also where an event cut it short
-    double part = 1.0;           // below 1: to make instead, since it passes forces unseen
-    bool has_surprised = false;  // by a singular configuration
-    bool is_extrapolated = false;
-    bool has_stopped = false;   // at an event of the user's
-    bool has_switched = false;  // equations at its end; on a failed outcome no other step helps
-
-    bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !has_surprised; }
-  };
-
   Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
   Outcome extrapolate_adaptively(double t_end, const Taken& taken);
   Outcome step_adaptively(double t_end, const Taken& taken);
@@ -107,13 +92,7 @@ class Integration {
   Outcome step_too_small(double resolution, Outcome reason);
   Outcome find_end_ahead(double resolution);
   double longest_step() const;
-  Attempt try_step(double t, bool may_surprise);
-  Attempt try_extrapolation(double t, bool takes_least_error = false);
-  Attempt try_passing(double t);
-  Attempt try_step_and_remember(double t, bool may_surprise);
-  void look_between(Attempt* attempt);
-  void look_out(Attempt* attempt);
-  void take_trial(const Attempt& attempt, const Taken& taken);
+  void take_trial(const StepAttempt& attempt, const Taken& taken);
 
   Method method_;
   IntegrationOptions options_;
@@ -123,19 +102,12 @@ class Integration {
   StepControl control_;
   Outcome refusal_;  // why a try since the last step failed, where it did
   DriveControl drives_;
-  Events events_;
   SingularConfigurations singular_;
   Rounding rounding_;
   StiffSteps stiff_steps_;
-  Watch watch_;
-  Passages passages_;
+  StepTrial trial_;
   TurnMeter turns_;
-  bool has_stopped_ = false;  // the advance, before its end
-  struct {
-    State state;             // after a step: the one before it, if …
-    bool is_before = false;  // … no other was tried since
-    State beyond;            // of extrapolations; made by the first of them
-  } trial_;
+  bool has_stopped_ = false;         // the advance, before its end
   std::vector<double> good_memory_;  // at `state`, where contacts switch; else empty
   struct {
     double begin = 0.0, end = 0.0;

@@ -48,8 +48,8 @@ void Integration::write_progress(Snapshot* snapshot) const {
 void Integration::write(Snapshot* snapshot) {
   write_progress(snapshot);
   snapshot->drive_memory = numbers_of(drives_);
-  snapshot->discrete_state = events_.discrete_state();
-  snapshot->event_slopes = events_.slopes();
+  snapshot->discrete_state = trial_.events.discrete_state();
+  snapshot->event_slopes = trial_.events.slopes();
   snapshot->memory = write_numbers([&](Memory& memory) {
     exchange_memory(memory);
     scheme_->exchange_memory(memory);
@@ -76,7 +76,7 @@ void Integration::exchange_memory(Memory& memory) {
   memory.exchange(state.a, state.power.supports, state.power.forces, state.power.friction);
   state.reactions.exchange_memory(memory);
   turns_.exchange_memory(memory);
-  events_.exchange_memory(memory);
+  trial_.events.exchange_memory(memory);
 }
 
 /// Keeps what iterations began with: where several accelerations are near to each other, it decides which one is found.
@@ -108,14 +108,14 @@ void Integration::restore(const Snapshot& snapshot) {
   const bool is_whole = !snapshot.memory.empty();  // else only what any division into ranks shares
   if (is_whole) give_back(snapshot.singular_memory, "/snapshot/singular_memory", &singular_);
   if (!snapshot.rounding_memory.empty()) give_back(snapshot.rounding_memory, "/snapshot/rounding_memory", &rounding_);
-  if (is_whole) events_.restore_discrete_state(snapshot.discrete_state);
+  if (is_whole) trial_.events.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
   scheme_ = std::move(scheme);  // which remembers no other motion
   drives_.follow(*scheme_);
   last_advance_ = {snapshot.advance_begin, snapshot.advance_end};
   drives_.begin(snapshot.time);
   if (!snapshot.drive_memory.empty()) give_back(snapshot.drive_memory, "/snapshot/drive_memory", &drives_);
-  events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
+  trial_.events.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
   trial_.is_before = !snapshot.state_before.empty();
   bool is_after_rejection = false;
   if (trial_.is_before) {
@@ -139,7 +139,7 @@ void Integration::resume(const Snapshot& snapshot) {
     exchange_memory(memory);
   }
   if (!trial_.is_before) trial_.state = state;
-  watch_.forget();
+  trial_.watch.forget();
   singular_.resume();
   keep_memory();
 }

@@ -171,7 +171,7 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
                                : choose_order(options.rtol, mechanics.sum(static_cast<double>(mechanics.size())),
                                               series_.has_cheap_terms())) {
   const std::size_t n = mechanics.size();
-  log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
+  expansion_.log_of_limits.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
   for (std::vector<double>& coefficient : coefficients_) pointers_.push_back(coefficient.data());
   for (std::vector<double>* array : {&inside_.x, &inside_.v, &inside_.a}) array->resize(n, 0.0);
@@ -180,9 +180,9 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
 }
 
 double Taylor::propose_step(const State& from) {
-  if (!has_series_ || series_time_ != from.t) expand(from);
-  if (!exists_) return 0.0;
-  return rejected_.may_be_noise ? std::min(longest_, 0.5 * rejected_.h) : longest_;
+  if (!expansion_.is_known || expansion_.time != from.t) expand(from);
+  if (!expansion_.exists) return 0.0;
+  return rejected_.may_be_noise ? std::min(expansion_.longest, 0.5 * rejected_.h) : expansion_.longest;
 }
 
 void Taylor::expand(const State& from) {
@@ -196,37 +196,38 @@ void Taylor::expand(const State& from) {
   const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
   const Reactions& reactions = knows_acceleration ? from.reactions : found_;
   if (found.ok()) found = series_.expand(from.at(), a, reactions, pointers_, &smooth_until);
-  exists_ = found.ok();
-  has_series_ = true;
+  expansion_.exists = found.ok();
+  expansion_.is_known = true;
   rejected_ = {};
-  series_time_ = from.t;
-  if (!exists_) return;
-  std::fill(log_of_limits_.begin(), log_of_limits_.end(), std::numeric_limits<double>::quiet_NaN());
+  expansion_.time = from.t;
+  if (!expansion_.exists) return;
+  std::fill(expansion_.log_of_limits.begin(), expansion_.log_of_limits.end(), std::numeric_limits<double>::quiet_NaN());
   choose_terms(from);
-  longest_ = std::min(longest_, smooth_until - from.t);
+  expansion_.longest = std::min(expansion_.longest, smooth_until - from.t);
 }
 
 /// Chooses all terms, unless rounding has grown above the last ones: near a singular configuration the terms of other
 /// motions that start within the rounding grow faster than those of the motion itself.
 void Taylor::choose_terms(const State& from) {
-  enough_ = order_;
-  longest_ = longest_step(from, order_);
+  expansion_.terms = order_;
+  expansion_.longest = longest_step(from, order_);
   const int half = order_ / 2;
-  if (mechanics_.rank_monitor() == nullptr || half <= least_order || longest_step(from, half) < longest_) return;
+  if (mechanics_.rank_monitor() == nullptr || half <= least_order || longest_step(from, half) < expansion_.longest)
+    return;
   for (int terms = least_order; terms < order_; ++terms) {
-    if (const double h = longest_step(from, terms); h > longest_) {
-      longest_ = h;
-      enough_ = terms;
+    if (const double h = longest_step(from, terms); h > expansion_.longest) {
+      expansion_.longest = h;
+      expansion_.terms = terms;
     }
   }
 }
 
 /// Returns the number of terms that leave least over, for a step that is longer than the series allows.
 int Taylor::terms_for(const State& from, double h) {
-  if (h <= longest_ || mechanics_.rank_monitor() == nullptr) return enough_;
+  if (h <= expansion_.longest || mechanics_.rank_monitor() == nullptr) return expansion_.terms;
   // log |term| over the tolerance
   const auto size = [&](int k) { return k * (std::log(h) - log_of_longest_step(from, k)); };
-  int best = enough_;
+  int best = expansion_.terms;
   double smallest = std::numeric_limits<double>::infinity();
   for (int terms = least_order; terms <= order_; ++terms) {
     if (const double left = std::max(size(terms - 1), size(terms)); left < smallest) {
@@ -245,7 +246,7 @@ double Taylor::longest_step(const State& from, int terms) {
 /// Returns the logarithm of the longest h for which term k stays within the tolerance, in positions and velocities. It
 /// is measured once a series.
 double Taylor::log_of_longest_step(const State& from, int k) {
-  double& log_of_limit = log_of_limits_[static_cast<std::size_t>(k)];
+  double& log_of_limit = expansion_.log_of_limits[static_cast<std::size_t>(k)];
   if (!std::isnan(log_of_limit)) return log_of_limit;
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
@@ -305,19 +306,19 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
 }
 
 Outcome Taylor::prepare_inside(const State& from, const State& to) {
-  return exists_ ? Outcome{} : other_->prepare_inside(from, to);
+  return expansion_.exists ? Outcome{} : other_->prepare_inside(from, to);
 }
 
 /// The series interpolates itself.
 void Taylor::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                          double* v) const {
-  if (!exists_ || series_time_ != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);
+  if (!expansion_.exists || expansion_.time != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);
   evaluate(fraction * (to.t - from.t), x, v, nullptr);
 }
 
 StepResult Taylor::step(const State& from, double h, State* to) {
-  if (!has_series_ || series_time_ != from.t) expand(from);
-  if (!exists_) return other_->step(from, h, to);
+  if (!expansion_.is_known || expansion_.time != from.t) expand(from);
+  if (!expansion_.exists) return other_->step(from, h, to);
   terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());

@@ -26,8 +26,8 @@ class Taylor final : public Scheme {
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
-  bool interpolates_at_once() const override { return exists_ || other_->interpolates_at_once(); }
-  void forget() override { has_series_ = acceleration_.is_known = false; }
+  bool interpolates_at_once() const override { return expansion_.exists || other_->interpolates_at_once(); }
+  void forget() override { expansion_.is_known = acceleration_.is_known = false; }
 
  private:
   void expand(const State& from);
@@ -53,12 +53,14 @@ class Taylor final : public Scheme {
   std::vector<double> noise_;            // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
-  // Of the series
-  bool has_series_ = false, exists_ = false;
-  double series_time_ = 0.0;
-  int enough_ = 0;                     // terms, at most `order_`, that allow …
-  double longest_ = 0.0;               // … steps up to this one, s
-  std::vector<double> log_of_limits_;  // of the longest h that each term allows; NaN: not measured
+  /// What is known of the series that was expanded last, and which steps it allows.
+  struct Expansion {
+    bool is_known = false, exists = false;
+    double time = 0.0;
+    int terms = 0;                      // at most `order_`, that allow …
+    double longest = 0.0;               // … steps up to this one, s
+    std::vector<double> log_of_limits;  // of the longest h that each term allows; NaN: not measured
+  } expansion_;
   // Of the last step
   int terms_ = 0;  // that were summed
   // Of the last one that was too long

@@ -145,6 +145,24 @@ t_start  s
 Raises InputError, naming the place.
 )doc";
 
+void bind_arrays(py::class_<Run>* type) {
+  const auto array = [&](const char* name, std::span<const double> (Simulation::*get)() const, py::ssize_t columns,
+                         const char* text) {
+    type->def_property_readonly(
+        name, [=](const py::object& self) { return view((self.cast<const Run&>().now().*get)(), columns, self); },
+        text);
+  };
+  array("positions", &Simulation::positions, 3, "(numpy.ndarray) float64 [n, 3], m");
+  array("velocities", &Simulation::velocities, 3, "(numpy.ndarray) float64 [n, 3], m/s");
+  array("accelerations", &Simulation::accelerations, 3, "(numpy.ndarray) float64 [n, 3], m/s^2");
+  array("reactions", &Simulation::reactions, 3, "(numpy.ndarray) float64 [n, 3], N: K lambda");
+  array("support_forces", &Simulation::support_forces, 3,
+        "(numpy.ndarray) float64 [n, 3], N: the load that each support carries");
+  array("multipliers", &Simulation::multipliers, 0, "(numpy.ndarray) float64 [num_equations]");
+  array("coordinates", &Simulation::coordinates, 0, "(numpy.ndarray) float64, q; none in normal form");
+  array("coordinate_rates", &Simulation::coordinate_rates, 0, "(numpy.ndarray) float64, q_dot");
+}
+
 }  // namespace
 
 void bind_simulation(py::module_& module) {
@@ -176,6 +194,10 @@ stops      ends the advance there)doc")
           "solution", [](Run& self) { return self.run([](Simulation& s) { return s.solution(); }); },
           "The present state as a value, also inside a progress callback.")
       .def(
+          "friction_forces",
+          [](Run& self) { return copy(self.run([](Simulation& s) { return s.friction_forces(); }), 3); },
+          "float64 [n, 3], N: what friction does to each point at the present state, also inside a progress callback.")
+      .def(
           "certify", [](Run& self) { return self.run([](Simulation& s) { return s.certify(); }); },
           "Proves the answer at the present state, also inside a progress callback.")
       .def(
@@ -198,21 +220,7 @@ stops      ends the advance there)doc")
       .def("__repr__", [](const py::object& self) {
         return "Simulation(time=" + std::to_string(self.cast<const Run&>().now().time()) + ")";
       });
-  const auto array = [&](const char* name, std::span<const double> (Simulation::*get)() const, py::ssize_t columns,
-                         const char* text) {
-    type.def_property_readonly(
-        name, [=](const py::object& self) { return view((self.cast<const Run&>().now().*get)(), columns, self); },
-        text);
-  };
-  array("positions", &Simulation::positions, 3, "(numpy.ndarray) float64 [n, 3], m");
-  array("velocities", &Simulation::velocities, 3, "(numpy.ndarray) float64 [n, 3], m/s");
-  array("accelerations", &Simulation::accelerations, 3, "(numpy.ndarray) float64 [n, 3], m/s^2");
-  array("reactions", &Simulation::reactions, 3, "(numpy.ndarray) float64 [n, 3], N: K lambda");
-  array("support_forces", &Simulation::support_forces, 3,
-        "(numpy.ndarray) float64 [n, 3], N: the load that each support carries");
-  array("multipliers", &Simulation::multipliers, 0, "(numpy.ndarray) float64 [num_equations]");
-  array("coordinates", &Simulation::coordinates, 0, "(numpy.ndarray) float64, q; none in normal form");
-  array("coordinate_rates", &Simulation::coordinate_rates, 0, "(numpy.ndarray) float64, q_dot");
+  bind_arrays(&type);
 }
 
 }  // namespace tanor::python

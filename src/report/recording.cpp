@@ -15,41 +15,29 @@ constexpr std::size_t room_for_frames = 9'000'000, most_frames_ever = 1500;
 /// A motion looks smooth with so many frames; those between output times take no more than these bytes.
 constexpr std::size_t smooth_frames = 150, room_between = 3'000'000;
 
-template <class Item>
-void keep_every_second(std::vector<Item>* items) {
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < items->size(); k += 2) std::swap((*items)[kept++], (*items)[k]);
-  items->resize(kept);
+std::vector<std::int32_t> list_held(const System& system, const ShownParts& shown) {
+  const std::vector<bool> is_held = find_held_points(system);
+  std::vector<std::int32_t> result;
+  for (std::size_t k = 0; k < shown.num_points; ++k) {
+    if (is_held[static_cast<std::size_t>(shown.points[k])]) result.push_back(static_cast<std::int32_t>(k));
+  }
+  return result;
 }
 
-/// Adds an item where its turn is, and thins the list where it is full.
-template <class Item>
-void keep(const Item& item, std::size_t most, std::size_t number, std::size_t* stride, std::vector<Item>* items) {
-  if (number % *stride != 0) return;
-  items->push_back(item);
-  if (items->size() <= most) return;
-  keep_every_second(items);
-  *stride *= 2;
-}
-
-template <class Item>
-std::vector<Item> with_last(std::vector<Item> items, const Item& last) {
-  if (!items.empty() && items.back().time < last.time) items.push_back(last);
-  return items;
+/// What a frame takes.
+std::size_t bytes_of_frame(const ShownParts& shown, std::size_t num_held) {
+  return 6 * shown.num_points + 2 * shown.rods.size() + 12 * num_held + 1;
 }
 
 }  // namespace
 
 Recording::Recording(const System& system, std::span<const Index> chosen, OutputTimes times)
-    : shown_(choose_parts(system, chosen)) {
-  const std::vector<bool> is_held = find_held_points(system);
-  for (std::size_t k = 0; k < shown_.num_points; ++k) {
-    if (is_held[static_cast<std::size_t>(shown_.points[k])]) held_.push_back(static_cast<std::int32_t>(k));
-  }
-  const std::size_t bytes = 6 * shown_.num_points + 2 * shown_.rods.size() + 12 * held_.size() + 1;
-  most_frames_ = std::clamp<std::size_t>(room_for_frames / bytes, 2, most_frames_ever);
+    : shown_(choose_parts(system, chosen)),
+      held_(list_held(system, shown_)),
+      frames_(std::clamp<std::size_t>(room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
+      steps_(most_steps) {
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
-  const std::size_t wanted = std::min(smooth_frames, room_between / bytes);
+  const std::size_t wanted = std::min(smooth_frames, room_between / bytes_of_frame(shown_, held_.size()));
   const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
   constexpr double rounding = 1e-9;  // of times: the step that just reaches the next one is not to miss it
   if (parts > 1.0) frame_interval_ = (1.0 - rounding) * each / parts;
@@ -74,8 +62,7 @@ void Recording::take_frame(const System& system, const Solution& between, std::s
 }
 
 void Recording::take(const System& system, const Instant& instant) {
-  last_frame_ = record(system, instant);
-  keep(last_frame_, most_frames_, num_frames_++, &frame_stride_, &frames_);
+  frames_.add(record(system, instant));
   if (frame_interval_ > 0.0) next_frame_ = instant.state.time + frame_interval_;
 }
 
@@ -115,32 +102,24 @@ void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
 void Recording::take_step(const MotionReport& report) {
   const FrictionSummary& friction = report.friction;
   const double iterations = friction.iterations_mean * static_cast<double>(friction.solves);
-  last_step_ = {.time = report.time,
-                .step = report.last_step,
-                .energy = report.energy.now,
-                .kinetic = report.energy.kinetic,
-                .potential = report.energy.potential,
-                .drift = report.energy.drift_relative(),
-                .position_violation = report.position_violation,
-                .velocity_violation = report.velocity_violation,
-                .acceleration_violation = report.acceleration_violation,
-                .reciprocal_condition = report.reciprocal_condition,
-                .friction_iterations =
-                    friction.solves > friction_solves_
-                        ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)
-                        : 0.0};
+  steps_.add({.time = report.time,
+              .step = report.last_step,
+              .energy = report.energy.now,
+              .kinetic = report.energy.kinetic,
+              .potential = report.energy.potential,
+              .drift = report.energy.drift_relative(),
+              .position_violation = report.position_violation,
+              .velocity_violation = report.velocity_violation,
+              .acceleration_violation = report.acceleration_violation,
+              .reciprocal_condition = report.reciprocal_condition,
+              .friction_iterations =
+                  friction.solves > friction_solves_
+                      ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)
+                      : 0.0});
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
-  keep(last_step_, most_steps, num_steps_++, &step_stride_, &steps_);
   if (report.events > events_ && switches_.size() < most_switches) switches_.push_back(report.last_event);
   events_ = report.events;
-}
-
-std::vector<RecordedFrame> Recording::frames() const {
-  return with_last(frames_, last_frame_);
-}
-std::vector<RecordedStep> Recording::steps() const {
-  return with_last(steps_, last_step_);
 }
 
 }  // namespace tanor::report

@@ -9,6 +9,7 @@
 
 #include "report/guides.hpp"
 #include "report/shown_parts.hpp"
+#include "report/thinned_list.hpp"
 
 namespace tanor::report {
 
@@ -54,11 +55,11 @@ class Recording {
   const ShownParts& shown() const { return shown_; }
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
-  std::vector<RecordedFrame> frames() const;
-  std::vector<RecordedStep> steps() const;
+  std::vector<RecordedFrame> frames() const { return frames_.items(); }
+  std::vector<RecordedStep> steps() const { return steps_.items(); }
   /// When the equations changed: a contact began or ceased to slip, s; at most 500.
   const std::vector<double>& switches() const { return switches_; }
-  std::size_t frames_seen() const { return num_frames_; }
+  std::size_t frames_seen() const { return frames_.num_seen(); }
 
  private:
   /// A state of the motion with its forces.
@@ -74,15 +75,10 @@ class Recording {
   std::vector<std::int32_t> held_;
   GuideStart start_;
   std::vector<Guide> guides_;
-  std::size_t most_frames_ = 0;
   double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
   double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none
-  std::vector<RecordedFrame> frames_;
-  RecordedFrame last_frame_;
-  std::size_t num_frames_ = 0, frame_stride_ = 1;
-  std::vector<RecordedStep> steps_;
-  RecordedStep last_step_;
-  std::size_t num_steps_ = 0, step_stride_ = 1;
+  ThinnedList<RecordedFrame> frames_;
+  ThinnedList<RecordedStep> steps_;
   std::size_t events_ = 0, friction_solves_ = 0;
   double friction_iterations_ = 0.0;
   std::vector<double> switches_;

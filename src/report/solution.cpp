@@ -29,11 +29,11 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   arrays.write_points("positions", solution.positions);
   arrays.write_points("velocities", solution.velocities);
   arrays.write_points("accelerations", solution.accelerations);
-  arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
-  arrays.write_points("normal_accelerations", solution.normal_accelerations);
-  json->add("mass_coupling", json_or_null(solution.mass_coupling));
-  arrays.write_points("tangent_forces", solution.tangent_forces);
-  arrays.write_points("normal_forces", solution.normal_forces);
+  arrays.write_points("tangent_accelerations", solution.split.tangent_accelerations);
+  arrays.write_points("normal_accelerations", solution.split.normal_accelerations);
+  json->add("mass_coupling", json_or_null(solution.split.mass_coupling));
+  arrays.write_points("tangent_forces", solution.split.tangent_forces);
+  arrays.write_points("normal_forces", solution.split.normal_forces);
   arrays.write_list("multipliers", solution.multipliers);
   arrays.write_booleans("multipliers_unique",
                         solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);
@@ -41,8 +41,8 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   arrays.write_points("reactions", solution.reactions);
   write_causes(arrays, solution.reactions_by_cause, json);
   arrays.write_points("friction", solution.friction);
-  arrays.write_points("tangent_friction", solution.tangent_friction);
-  arrays.write_points("normal_friction", solution.normal_friction);
+  arrays.write_points("tangent_friction", solution.split.tangent_friction);
+  arrays.write_points("normal_friction", solution.split.normal_friction);
   json->add("friction_report", describe_friction_report(solution.friction_report));
   arrays.write_points("support_forces", solution.support_forces);
   json->add("certificate", describe_certificate(solution.certificate));

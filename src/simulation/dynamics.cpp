@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <random>
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
@@ -11,7 +9,7 @@
 #include "certificate/certificate.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
-#include "dynamics/split.hpp"
+#include "simulation/acceleration_split.hpp"
 #include "simulation/causes.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
@@ -27,17 +25,6 @@ void check_size(std::span<const double> array, std::size_t wanted, const char* n
   }
 }
 
-/// Fixed-seed random vector, so that no identity holds by accident.
-std::vector<double> random_numbers(std::size_t count) {
-  std::mt19937 generator(44);
-  std::normal_distribution<double> normal;
-  std::vector<double> result(count);
-  for (double& number : result) number = normal(generator);
-  return result;
-}
-
-constexpr double smallest_number = std::numeric_limits<double>::min();
-
 }  // namespace
 
 /// Reads and writes the host's arrays once a call.
@@ -47,14 +34,9 @@ struct Dynamics::Implementation {
   const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   const Form form_wanted;
-  // The state that was solved last as the form answered, in the inner order, …
-  double t = 0.0;
-  std::vector<double> r, v, w, eta, lambda;
-  Reactions found;
-  Outcome solved;
-  SolveReport report;         // of it, but for the outcome
+  SolvedInstant now;          // the state that was solved last, as the form answered
   bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
-  // … in the form's own variables, where these are not the points themselves, …
+  // It in the form's own variables, where these are not the points themselves, …
   const bool has_own_variables = !form.keeps_variables();
   std::vector<double> x, x_dot, x_ddot;
   // … as it was given, where the answer may have other points: those of coordinates, and contacts that come to rest …
@@ -63,15 +45,14 @@ struct Dynamics::Implementation {
   // … and what the other calls work on.
   std::vector<double> y, z, before;
   // Made when first asked for.
-  std::unique_ptr<NormalSpace> normal_space;
-  std::unique_ptr<TangentSpace> tangent_space;
+  std::unique_ptr<AccelerationSplit> parts;
   std::unique_ptr<Causes> causes;
 
   Implementation(System system, const SolverOptions& options)
       : forms(std::move(system), options), form_wanted(options.form) {
-    for (std::vector<double>* array : {&r, &v, &w}) array->resize(num_numbers());
+    for (std::vector<double>* array : {&now.r, &now.v, &now.w}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(has_own_variables ? form.size() : 0);
-    lambda.resize(model.num_rows());
+    now.lambda.resize(model.num_rows());
   }
 
   const Numbering& numbering() const { return model.numbering; }
@@ -98,40 +79,45 @@ struct Dynamics::Implementation {
   /// w, and what is found with it; eta where somebody asks for it.
   const Outcome& solve(const StateView& at, bool with_reactions = false) {
     stands_there = false;  // also where a host's callable throws
-    report = {};
-    gather(at, &r, &v);
-    t = at.time;
+    now.report = {};
+    gather(at, &now.r, &now.v);
+    now.t = at.time;
     if (may_move_points) {
-      given_r = r;
-      given_v = v;
+      given_r = now.r;
+      given_v = now.v;
     }
-    solved = find_accelerations();
-    if (solved.ok()) {
-      eta.resize(with_reactions ? num_numbers() : 0);
-      const Kinematics points{t, r.data(), v.data()},
-          own = has_own_variables ? Kinematics{t, x.data(), x_dot.data()} : points;
-      solved = forms.reactions({own, points}, demanding, found, lambda.data(), with_reactions ? eta.data() : nullptr);
+    now.outcome = find_accelerations();
+    if (now.outcome.ok()) {
+      now.eta.resize(with_reactions ? num_numbers() : 0);
+      const Kinematics points{now.t, now.r.data(), now.v.data()},
+          own = has_own_variables ? Kinematics{now.t, x.data(), x_dot.data()} : points;
+      now.outcome = forms.reactions({own, points}, demanding, now.found, now.lambda.data(),
+                                    with_reactions ? now.eta.data() : nullptr);
     }
     stands_there = true;
-    return solved;
+    return now.outcome;
   }
 
   Outcome find_accelerations() {
-    if (!has_own_variables) return form.begin(t, r.data(), v.data(), demanding, {w.data(), nullptr, &report, &found});
-    if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    if (Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report, &found});
+    if (!has_own_variables)
+      return form.begin(now.t, now.r.data(), now.v.data(), demanding, {now.w.data(), nullptr, &now.report, &now.found});
+    if (Outcome outcome = form.set_state(now.t, now.r.data(), now.v.data(), x.data(), x_dot.data()); !outcome.ok())
+      return outcome;
+    if (Outcome outcome =
+            form.begin(now.t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &now.report, &now.found});
         !outcome.ok())
       return outcome;
-    form.write_points({t, x.data(), x_dot.data()}, x_ddot.data(), found, r.data(), v.data(), w.data());
+    form.write_points({now.t, x.data(), x_dot.data()}, x_ddot.data(), now.found, now.r.data(), now.v.data(),
+                      now.w.data());
     return {};
   }
 
   /// Solves at this state, unless the forms stand there.
   const Outcome& stand_at(const StateView& at) {
     gather(at, &y, &z);
-    const bool is_there =
-        stands_there && at.time == t && y == (may_move_points ? given_r : r) && z == (may_move_points ? given_v : v);
-    return is_there ? solved : solve(at);
+    const bool is_there = stands_there && at.time == now.t && y == (may_move_points ? given_r : now.r) &&
+                          z == (may_move_points ? given_v : now.v);
+    return is_there ? now.outcome : solve(at);
   }
 
   /// At a state that is not the one solved last: r is `y`, v is `z`.
@@ -142,76 +128,7 @@ struct Dynamics::Implementation {
 
   void write_forces(const SolveArrays& wanted);
   void write_coordinates(const SolveArrays& wanted) const;
-  Outcome split(double* w_N, double* f_N);
-  Outcome split_by_constraints(double* w_N, double* f_N);
-  Outcome split_by_coordinates(double* w_N, double* f_N);
-  double mass_coupling = 0.0;        // of the last split
-  std::vector<double> tau, tau_N;    // [3n] likewise
-  std::vector<double> split_blocks;  // of K without what sticks
 };
-
-/// w_N and f_N where the forms stand.
-Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
-  tau.resize(num_numbers());
-  tau_N.assign(num_numbers(), 0.0);
-  form.write_friction(found, tau.data());
-  return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
-}
-
-Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
-  MultiplierForm& normal = *forms.normal;
-  // The factor of S knows what sticks, the split does not.
-  const bool one_mass_serves = has_one_mass(model) && normal.events() == nullptr;
-  if (!normal_space)
-    normal_space = std::make_unique<NormalSpace>(work, one_mass_serves ? &normal.linearization() : nullptr);
-  if (normal.events() != nullptr) split_blocks = work.without_contacts(normal.linearization().blocks());
-  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.linearization().blocks();
-  if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
-  std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
-  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
-            given.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()));
-  // K'w_N = -phi, with the supports' accelerations in phi (21)
-  work.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
-  for (double& each : c) each = -each;
-  for (std::size_t a = 0; a < c.size(); ++a) {
-    if (numbering().is_contact_row(a)) c[a] = 0.0;
-  }
-  normal_space->find_least(c.data(), w_N, mu.data());
-  normal_space->project(work.f.data(), f_N, mu.data());
-  normal_space->project(tau.data(), tau_N.data(), mu.data());
-
-  // (44): M^-1 K x stays in N?
-  std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers());
-  const std::vector<double> any = random_numbers(model.num_rows());
-  model.gather.add_scaled(model.parallel, blocks.data(), any.data(), model.inverse_mass.data(), model.num_moving(),
-                          u.data());
-  normal_space->project(u.data(), u_N.data(), mu.data());
-  mass_coupling = model.largest_move(u.data(), u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
-  return {};
-}
-
-Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
-  TangentForm& tangent = *forms.tangent;
-  if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(work);
-  if (Outcome outcome = tangent_space->factorize(t, tangent.dynamics().blocks().data()); !outcome.ok()) return outcome;
-  // u_N = (I - A G^-1 A') u (22)
-  const auto normal_part = [&](const std::vector<double>& u, double* u_N) {
-    tangent_space->project(u.data(), u_N);
-    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) u_N[i] = u[i] - u_N[i];
-  };
-  normal_part(tangent.dynamics().psi(), w_N);
-  normal_part(work.f, f_N);
-  std::fill(tau_N.begin(), tau_N.end(), 0.0);  // coordinates alone name no guides
-
-  // (44): M A x stays in T?
-  std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
-  const std::vector<double> any = random_numbers(tangent.size());
-  work.coordinates.apply(model.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] *= model.mass[i / 3];
-  normal_part(u, u_N.data());
-  mass_coupling = model.largest_norm(u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
-  return {};
-}
 
 Dynamics::Dynamics(System system, SolverOptions options)
     : implementation_(make_quietly<Implementation>(std::move(system), options)) {}
@@ -248,13 +165,13 @@ void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
     for (std::size_t i = 0; i < model.num_points(); ++i) {
       const bool moves = i < model.num_moving();
       store(wanted.support_forces.data(), numbering().user_point[i],
-            moves ? Vec3{} : load(eta.data(), i) + load(work.f.data(), i));
+            moves ? Vec3{} : load(now.eta.data(), i) + load(work.f.data(), i));
     }
   }
   if (!wanted.active_forces.empty()) numbering().scatter_points(work.f, wanted.active_forces);
   if (wanted.friction_forces.empty()) return;
   std::vector<double> friction(num_numbers());
-  form.write_friction(found, friction.data());
+  form.write_friction(now.found, friction.data());
   numbering().scatter_points(friction, wanted.friction_forces);
 }
 
@@ -286,20 +203,22 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   const bool with_reactions =
       !wanted.reactions.empty() || !wanted.support_forces.empty() || self.form_wanted == Form::Both;
   Outcome outcome = self.solve(at, with_reactions);
-  SolveReport report = self.report;
+  SolveReport report = self.now.report;
   report.outcome = std::move(outcome);
   if (!report.outcome.ok()) return report;
   if (self.form_wanted == Form::Both) {
-    if (Outcome compared = self.forms.compare({at.time, self.r.data(), self.v.data()}, self.demanding, self.w.data(),
-                                              self.eta.data(), &report.forms_disagreement);
+    if (Outcome compared = self.forms.compare({at.time, self.now.r.data(), self.now.v.data()}, self.demanding,
+                                              self.now.w.data(), self.now.eta.data(), &report.forms_disagreement);
         !compared.ok()) {
       report.outcome = std::move(compared);
       return report;
     }
   }
-  if (!wanted.accelerations.empty()) self.numbering().scatter_points(self.w, wanted.accelerations, self.model.parallel);
-  if (!wanted.multipliers.empty()) self.numbering().scatter_rows(self.lambda, wanted.multipliers, self.model.parallel);
-  if (!wanted.reactions.empty()) self.numbering().scatter_points(self.eta, wanted.reactions, self.model.parallel);
+  if (!wanted.accelerations.empty())
+    self.numbering().scatter_points(self.now.w, wanted.accelerations, self.model.parallel);
+  if (!wanted.multipliers.empty())
+    self.numbering().scatter_rows(self.now.lambda, wanted.multipliers, self.model.parallel);
+  if (!wanted.reactions.empty()) self.numbering().scatter_points(self.now.eta, wanted.reactions, self.model.parallel);
   self.write_forces(wanted);
   self.write_coordinates(wanted);
   return report;
@@ -316,9 +235,9 @@ Solution Dynamics::solution(const StateView& at) {
                            .coordinates = now.coordinates,
                            .coordinate_rates = now.coordinate_rates})
                     .outcome;
-  self.numbering().scatter_points(self.r, now.positions);
-  self.numbering().scatter_points(self.v, now.velocities);
-  now.position_violation = self.work.position_violation(at.time, self.r.data());
+  self.numbering().scatter_points(self.now.r, now.positions);
+  self.numbering().scatter_points(self.now.v, now.velocities);
+  now.position_violation = self.work.position_violation(at.time, self.now.r.data());
   return now;
 }
 
@@ -327,8 +246,8 @@ RankReport Dynamics::rank(const StateView& at, bool thoroughly) {
   Implementation& self = live(implementation_, "Dynamics");
   // The rank is asked for where the accelerations have no answer, too.
   if (!self.stand_at(at).ok() && self.forms.normal != nullptr)
-    (void)self.forms.normal->linearise(at.time, self.r.data());
-  return self.forms.rank(self.r.data(), thoroughly);
+    (void)self.forms.normal->linearise(at.time, self.now.r.data());
+  return self.forms.rank(self.now.r.data(), thoroughly);
 }
 
 Split Dynamics::split(const StateView& at) {
@@ -338,7 +257,10 @@ Split Dynamics::split(const StateView& at) {
   std::vector<double> w_N(size), f_N(size), rest(size, 0.0);
   Split result;
   result.outcome = self.stand_at(at);
-  if (result.outcome.ok()) result.outcome = self.split(w_N.data(), f_N.data());
+  if (result.outcome.ok()) {
+    if (!self.parts) self.parts = std::make_unique<AccelerationSplit>(self.forms);
+    result.outcome = self.parts->find(self.now, w_N.data(), f_N.data());
+  }
   if (!result.outcome.ok()) return result;
   // u_T = u - u_N; supports have no part in either.
   const auto write = [&](const std::vector<double>& u, const std::vector<double>& u_N, std::vector<double>* tangent,
@@ -349,10 +271,10 @@ Split Dynamics::split(const StateView& at) {
     self.numbering().scatter_points(rest, *tangent);
     self.numbering().scatter_points(u_N, *normal);
   };
-  write(self.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
+  write(self.now.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
   write(self.work.f, f_N, &result.tangent_forces, &result.normal_forces);
-  write(self.tau, self.tau_N, &result.tangent_friction, &result.normal_friction);
-  result.mass_coupling = self.mass_coupling;
+  write(self.parts->friction(), self.parts->normal_friction(), &result.tangent_friction, &result.normal_friction);
+  result.mass_coupling = self.parts->mass_coupling();
   return result;
 }
 
@@ -362,7 +284,7 @@ ReactionsByCause Dynamics::reactions_by_cause(const StateView& at) {
   ReactionsByCause result{self.stand_at(at), {}};
   if (!result.outcome.ok()) return result;
   if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
-  result.parts = self.causes->find(self.t, self.r.data(), self.v.data(), self.x.data(), self.x_dot.data());
+  result.parts = self.causes->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(), self.x_dot.data());
   return result;
 }
 
@@ -373,8 +295,8 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
   if (!result.outcome.ok()) return result;
   if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
   constexpr int most_iterations = 2000;
-  result.outcome =
-      iterate_friction_blocks(*self.forms.normal, self.work, {self.t, self.r, self.v}, most_iterations, &result);
+  result.outcome = iterate_friction_blocks(*self.forms.normal, self.work, {self.now.t, self.now.r, self.now.v},
+                                           most_iterations, &result);
   return result;
 }
 
@@ -384,8 +306,9 @@ Certificate Dynamics::certify(const StateView& at) {
   if (const Outcome& outcome = self.solve(at, true); !outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
-  self.form.write_friction(self.found, tau.data());
-  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau, self.report.friction});
+  self.form.write_friction(self.now.found, tau.data());
+  return tanor::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda, tau,
+                                     self.now.report.friction});
 }
 
 ProjectionReport Dynamics::project_positions(const MutableState& state) {

@@ -9,25 +9,13 @@
 #include <gtest/gtest.h>
 #include <tanor/modes.hpp>
 
+#include "../scenes.hpp"
 #include "cases/reference_case.hpp"
 
 namespace tanor::cases {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-
-/// Points along `step` from the origin with rods between them.
-System make_chain(int count, const Vector3& step, double mass) {
-  System system;
-  Rods rods{"rods", {}};
-  for (int i = 0; i <= count; ++i) {
-    for (const double each : step) system.positions.push_back(i * each);
-    system.masses.push_back(mass);
-    if (i > 0) rods.pairs.push_back({i - 1, i});
-  }
-  system.constraints = {rods};
-  return system;
-}
 
 Bendings bend(int count, BendingLaw law, double stiffness) {
   Bendings bendings{"bending", {}, law, stiffness, pi};
@@ -56,7 +44,7 @@ class BendingChain : public testing::TestWithParam<BendingLaw> {};
 
 TEST_P(BendingChain, HingedAndPulledHasItsFrequencies) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
-  System system = make_chain(10, {0.1, 0.0, 0.0}, 0.05);
+  System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.supports = {Support{"", {0}}};
   system.constraints.push_back(Lines{"guide", {10}, Vector3{0, 0, 0}, Vector3{1, 0, 0}});
   system.forces = {bend(10, GetParam(), 0.02), ConstantForce{"pull", {10}, Vector3{1.5, 0, 0}}};
@@ -66,7 +54,7 @@ TEST_P(BendingChain, HingedAndPulledHasItsFrequencies) {
 
 TEST_P(BendingChain, ClampedHasItsFrequencies) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
-  System system = make_chain(10, {0.1, 0.0, 0.0}, 0.05);
+  System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.supports = {Support{"", {0, 1}}};
   system.forces = {bend(10, GetParam(), 0.02)};
 
@@ -75,7 +63,7 @@ TEST_P(BendingChain, ClampedHasItsFrequencies) {
 
 TEST_P(BendingChain, FreeOneHasFiveRigidMotions) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
-  System system = make_chain(10, {0.1, 0.0, 0.0}, 0.05);
+  System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.forces = {bend(10, GetParam(), 0.02)};
 
   const Modes found = all_modes(system);
@@ -92,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, BendingChain, testing::Values(BendingLaw::Cosine,
 TEST(HangingChain, HasTheZerosOfLaguerrePolynomials) {
   const nlohmann::json reference = read_case("B3_pendulum_chain_frequencies");
   for (const nlohmann::json& each : reference.at("cases")) {
-    System system = make_chain(each.at("N").get<int>(), {0.0, 0.0, -0.1}, 0.1);
+    System system = scenes::make_chain_along(each.at("N").get<int>(), {0.0, 0.0, -0.1}, 0.1);
     system.supports = {Support{"", {0}}};
     system.forces = {Gravity{"", {0, 0, -9.81}}};
 
@@ -124,7 +112,7 @@ TEST(InvertedChain, IsHeldBySpringsAboveTheirCriticalStiffness) {
   const nlohmann::json reference = read_case("B4_inverted_chain_springs");
   for (const nlohmann::json& each : reference.at("cases")) {
     const int count = each.at("N").get<int>();
-    System system = make_chain(count, {0.0, 0.0, 0.1}, 0.1);
+    System system = scenes::make_chain_along(count, {0.0, 0.0, 0.1}, 0.1);
     system.supports = {Support{"", {0}}};
     std::vector<std::vector<Index>> beads;
     for (int i = 1; i <= count; ++i) beads.push_back({i});
@@ -154,7 +142,7 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
   const nlohmann::json reference = read_case("B4_greenhill_column");
   for (const nlohmann::json& each : reference.at("cases")) {
     const int count = each.at("moving_rods").get<int>() + 1;
-    System system = make_chain(count, {0.0, 0.0, 0.1}, 0.1);
+    System system = scenes::make_chain_along(count, {0.0, 0.0, 0.1}, 0.1);
     system.supports = {Support{"", {0, 1}}};
     for (const BendingLaw law : {BendingLaw::Cosine, BendingLaw::Harmonic}) {
       system.forces = {Gravity{"weight", {0, 0, -9.81}}, bend(count, law, 2.5 * number(each.at("kappa_critical")))};
@@ -169,7 +157,7 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
 
 TEST(HingedChain, BucklesAtItsCriticalPush) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
-  System system = make_chain(6, {0.2, 0.0, 0.0}, 0.05);
+  System system = scenes::make_chain_along(6, {0.2, 0.0, 0.0}, 0.05);
   system.supports = {Support{"", {0}}};
   system.constraints.push_back(Lines{"guide", {6}, Vector3{0, 0, 0}, Vector3{1, 0, 0}});
   system.forces = {bend(6, BendingLaw::Cosine, 0.8), ConstantForce{"push", {6}, Vector3{-0.5, 0, 0}}};
@@ -184,7 +172,7 @@ TEST(HingedChain, BucklesAtItsCriticalPush) {
 
 TEST(HingedChain, SwingsAboutItsBentShapeInThePlane) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
-  System system = make_chain(6, {0.2, 0.0, 0.0}, 0.05);
+  System system = scenes::make_chain_along(6, {0.2, 0.0, 0.0}, 0.05);
   for (std::size_t i = 0; i < 6; ++i) {
     for (std::size_t axis = 0; axis < 2; ++axis)
       system.positions[3 * (i + 1) + axis] = number(file.at("nodes")[i][axis]);
@@ -226,7 +214,7 @@ TEST(ChargesOnASphere, HaveThreeZeroModes) {
 }
 
 /// Wires of rods 0.2 m long along x and y; each is fixed at one end and pulled, or fixed, at the other.
-System make_net(int columns, int rows, bool has_fixed_ends) {
+System make_pulled_net(int columns, int rows, bool has_fixed_ends) {
   System system;
   Rods rods{"wires", {}};
   std::vector<Index> number(static_cast<std::size_t>((columns + 1) * (rows + 1)), -1), fixed, right, top;
@@ -262,13 +250,13 @@ System make_net(int columns, int rows, bool has_fixed_ends) {
 }
 
 TEST(PrestressedNet, HasTheFrequenciesOfItsTensions) {
-  const System system = make_net(5, 4, false);
+  const System system = make_pulled_net(5, 4, false);
 
   expect_omega(all_modes(system), numbers(read_case("B8_prestressed_net").at("omega")), 1);
 }
 
 TEST(PrestressedNet, WithFixedEndsIsRefusedUnlessItsTensionsAreGiven) {
-  const System system = make_net(5, 4, true);
+  const System system = make_pulled_net(5, 4, true);
 
   const Modes refused = all_modes(system);
   EXPECT_EQ(refused.outcome.status, Status::NotUnique);
@@ -289,7 +277,7 @@ TEST(PrestressedNet, WithFixedEndsIsRefusedUnlessItsTensionsAreGiven) {
 /// Above 300 freedoms the lowest modes are found by Lanczos' method, to the tolerance that is asked for.
 TEST(PrestressedNet, OfManyPointsHasItsLowestFrequencies) {
   constexpr int columns = 24, rows = 18;
-  const System system = make_net(columns, rows, false);
+  const System system = make_pulled_net(columns, rows, false);
   std::vector<double> wanted;
   for (int i = 1; i < columns; ++i) {
     for (int j = 1; j < rows; ++j) {

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Fails where a page names a file, a test or a function that is not there.
+"""Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file.
 
-Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks.
+Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
+a name that a file follows (`function`, `src/…`) is in that file.
 """
 import pathlib
 import re
@@ -41,6 +42,9 @@ def main():
                 owner, name = found.groups()
                 if owner != "std" and not (re.search(rf"\b{owner}\b", code) and re.search(rf"\b{name}\b", code)):
                     missing.append((page.name, word))
+        for name, path in re.findall(r"`(?:\w+(?:<\w+>)?::)*(\w+)`, `((?:src|include|tests)/[\w./-]+\.[ch]pp)`", text):
+            if (ROOT / path).exists() and not re.search(rf"\b{name}\b", (ROOT / path).read_text()):
+                missing.append((page.name, f"{name} in {path}"))
     for page, word in missing:
         print(f"{page}: {word} is not there")
     return 1 if missing else 0

@@ -164,6 +164,25 @@ class Functions(unittest.TestCase):
 
         self.both(system(paraboloid), system("z1 - x1^2 - y1^2"), 1.0, 1e-7)
 
+    def test_friction_forces_are_those_of_the_law(self):
+        simulation = tanor.Simulation(bead_on_incline(tanor.Coulomb(["incline"], coefficient=0.25)))
+        pull = 20 / 2**0.5  # N: weight along the incline, and across it
+        on_the_way = []
+
+        def look(report):
+            on_the_way.append(simulation.friction_forces())
+
+        self.assertTrue(simulation.advance_to(0.1, look).ok)
+        along = simulation.velocities[0] / numpy.linalg.norm(simulation.velocities[0])
+        for friction in [simulation.friction_forces()] + on_the_way:
+            self.assertEqual(friction.shape, (1, 3))
+            numpy.testing.assert_allclose(friction[0], -0.25 * pull * along, atol=1e-11)
+        self.assertEqual(len(on_the_way), simulation.report.steps)
+
+    def test_friction_forces_are_zero_without_friction(self):
+        simulation = tanor.Simulation(pendulum())
+        numpy.testing.assert_array_equal(simulation.friction_forces(), numpy.zeros((2, 3)))
+
     def test_friction_in_python_is_the_same_as_viscous(self):
         def law(t, r, v, multipliers):
             return -0.5 * v, numpy.zeros((len(r), 3, multipliers.shape[1]))

@@ -87,6 +87,54 @@ TEST(ImportPly, ReadsEdgesAndBigEndianNumbers) {
   EXPECT_EQ(data.bonds[0].atoms, (std::array<std::int32_t, 2>{1, 0}));
 }
 
+TEST(ImportPly, ReadsEveryTypeInEitherByteOrder) {
+  struct Row {
+    std::vector<std::string> names;
+    std::string little;  // the bytes of the number
+    double number;
+  };
+  const std::vector<Row> rows{{{"char", "int8"}, "\x80", -128.0},
+                              {{"uchar", "uint8"}, "\x80", 128.0},
+                              {{"short", "int16"}, "\xFE\xFF", -2.0},
+                              {{"ushort", "uint16"}, "\xFE\xFF", 65534.0},
+                              {{"int", "int32"}, "\x01\x02\x03\x84", -2080177663.0},
+                              {{"uint", "uint32"}, "\x01\x02\x03\x84", 2214789633.0},
+                              {{"float", "float32"}, std::string("\0\0\xC8\xC2", 4), -100.0},
+                              {{"double", "float64"}, std::string("\0\0\0\0\0\0\x59\x40", 8), 100.0}};
+  for (const Row& row : rows) {
+    for (const std::string& name : row.names) {
+      const auto read = [&](const std::string& format, const std::string& number, const std::string& rest) {
+        return read_ply("a.ply", "ply\nformat " + format + " 1.0\nelement vertex 1\nproperty " + name +
+                                     " x\nproperty uchar y\nproperty uchar z\nend_header\n" + number + rest)
+            .positions;
+      };
+      const std::vector<Vector3> wanted{{row.number, 1, 2}};
+
+      EXPECT_EQ(read("binary_little_endian", row.little, "\x01\x02"), wanted) << name;
+      EXPECT_EQ(read("binary_big_endian", {row.little.rbegin(), row.little.rend()}, "\x01\x02"), wanted) << name;
+      EXPECT_EQ(read("ascii", std::to_string(row.number), " 1\t2\r\n"), wanted) << name;
+    }
+  }
+}
+
+TEST(ImportPly, FacesAreClosedAndOtherElementsAreSkipped) {
+  const Imported data = read_ply("a.ply",
+                                 "ply\ncomment element vertex 9\nformat ascii 1.0\nobj_info none\n"
+                                 "element material 2\nproperty uchar red\nproperty list uchar int vertex_index\n"
+                                 "element vertex 4\nproperty double z\nproperty double quality\nproperty double x\n"
+                                 "property double y\n"
+                                 "element face 3\nproperty list uchar int tags\n"
+                                 "property list uchar int vertex_indices\n"
+                                 "element edge 1\nproperty int vertex2\nproperty int vertex1\nproperty int age\n"
+                                 "end_header\n255 2 7 8\n0 0\n3 -9 1 2\n6 -9 4 5\n9 -9 7 8\n12 -9 10 11\n"
+                                 "2 3 1 4 0 1 2 3\n0 1 2\n0 0\n0 2 5\n");
+
+  EXPECT_EQ(data.positions, (std::vector<Vector3>{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}}));
+  std::vector<std::array<std::int32_t, 2>> edges;
+  for (const auto& bond : data.bonds) edges.push_back(bond.atoms);
+  EXPECT_EQ(edges, (std::vector<std::array<std::int32_t, 2>>{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {2, 0}}));
+}
+
 TEST(ImportPly, NamesWhatIsWrong) {
   const std::string vertex = "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
   const auto error = [&](const std::string& rest) { return file_error("a.ply", "ply\nformat ascii 1.0\n" + rest); };
@@ -110,6 +158,62 @@ TEST(ImportPly, NamesWhatIsWrong) {
   // More than an integer holds.
   EXPECT_EQ(error("element face 1\nproperty list double int vertex_index\nend_header\n1e46 1 1\n"),
             "a.ply, line 6: found a list of 1e+46 entries in face 0, wanted no more than the rest of the file holds");
+  const std::string list = "found a list of ";
+  EXPECT_EQ(error("element face 1\nproperty list double int vertex_index\nend_header\n1.5 1 1\n"),
+            "a.ply, line 6: " + list + "1.5 entries in face 0, wanted a count");
+  EXPECT_EQ(error("element face 1\nproperty list double int vertex_index\nend_header\n-1\n"),
+            "a.ply, line 6: " + list + "-1 entries in face 0, wanted a count");
+  const std::string edge = "element edge 1\nproperty double vertex1\nproperty double vertex2\nend_header\n";
+  for (const std::string wrong : {"-1", "0.5", "2147483647"})
+    EXPECT_EQ(error(edge + wrong + " 1\n"),
+              "a.ply, line 7: found vertex " + wrong + " in edge 0, wanted one from 0 on");
+  EXPECT_EQ(error("element edge 1\nproperty double vertex1\nend_header\n1\n"),
+            "a.ply, line 6: found vertex -1 in edge 0, wanted one from 0 on");
+  EXPECT_EQ(error(vertex +
+                  "element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 0 0\n0 5\n0 1\n"),
+            "a.ply: found vertex 5 in an edge or face, wanted one from 0 to 1");
+  // A number takes a digit and a blank.
+  EXPECT_EQ(error("element face 4\nproperty uchar a\nend_header\n1 1\n"),
+            "a.ply, line 6: found 4 elements face, wanted no more than the rest of the file holds");
+  EXPECT_EQ(error("element vertex 1\nend_header\n"),
+            "a.ply, line 5: found 1 elements vertex, wanted no more than the rest of the file holds");
+}
+
+TEST(ImportPly, NamesTheLineOfItsHeaderThatIsWrong) {
+  const auto error = [](const std::string& rest) { return file_error("a.ply", "ply\n" + rest); };
+  const std::string line = "format, element, property, comment or end_header";
+
+  EXPECT_EQ(error("format text 1.0\n"),
+            "a.ply, line 2: found \"text\", wanted ascii, binary_little_endian or binary_big_endian");
+  EXPECT_EQ(error("\nformat ascii\n"), "a.ply, line 3: found \"format ascii\", wanted " + line);
+  EXPECT_EQ(error("property float x\n"), "a.ply, line 2: found \"property float x\", wanted " + line);
+  EXPECT_EQ(error("element vertex\n"), "a.ply, line 2: found \"element vertex\", wanted " + line);
+  for (const std::string wrong : {"-1", "1.5", "2147483648", "many"})
+    EXPECT_EQ(error("element vertex " + wrong + "\n"),
+              "a.ply, line 2: found \"" + wrong + "\", wanted a count from 0 to 2147483647");
+  for (const std::string wrong : {"property float x y", "property list uchar int", "property list x"})
+    EXPECT_EQ(error("element vertex 1\n" + wrong + "\n"),
+              "a.ply, line 3: found \"" + wrong + "\", wanted property TYPE NAME or property list TYPE TYPE NAME");
+}
+
+/// Behind the header of a binary file there are no lines.
+TEST(ImportPly, SaysWhereBinaryNumbersEnd) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\n"
+      "property float y\nproperty float z\nend_header\n";
+  const std::string zeros(16, '\0');
+
+  EXPECT_EQ(file_error("a.ply", header + zeros),
+            "a.ply: found 2 elements vertex, wanted no more than the rest of the file holds");
+  EXPECT_EQ(file_error("a.ply", header + zeros + std::string("\0\0\x80\x7F", 4) + std::string(4, '\0')),
+            "a.ply: found no finite number for y of vertex 1");
+  const std::string face =
+      "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uchar int a\n"
+      "property list uchar int b\nend_header\n";
+  EXPECT_EQ(file_error("a.ply", face + std::string("\0\x02", 2) + std::string(7, '\0')),
+            "a.ply: found a list of 2 entries in face 0, wanted no more than the rest of the file holds");
+  EXPECT_EQ(file_error("a.ply", face + std::string("\x01\0\0\0\0", 5)),
+            "a.ply: found no finite number for b of face 0");
 }
 
 // Sixteen triangles over ten vertices.

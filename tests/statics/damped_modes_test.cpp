@@ -10,6 +10,7 @@
 #include <tanor/modes.hpp>
 
 #include "errors.hpp"
+#include "scenes.hpp"
 #include "statics/damped_mode_finder.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
@@ -19,17 +20,10 @@ namespace {
 
 constexpr double g = 9.81, pi = std::numbers::pi;
 
-/// Beads of 0.1 kg on rods of 0.1 m along `way` from a support.
-System make_chain(int rods, Vector3 way) {
-  System system;
-  Rods all{.name = "rods"};
-  for (int i = 0; i <= rods; ++i) {
-    for (const double x : way) system.positions.push_back(0.1 * i * x);
-    system.masses.push_back(0.1);
-    if (i > 0) all.pairs.push_back({i - 1, i});
-  }
+/// Beads of 0.1 kg on rods of 0.1 m from a support.
+System make_held_chain(int rods, const Vector3& rod) {
+  System system = scenes::make_chain_along(rods, rod);
   system.supports = {Support{"", {0}}};
-  system.constraints = {all};
   return system;
 }
 
@@ -42,7 +36,7 @@ std::vector<Index> beads(int rods) {
 /// Drag of c on every bead of mass m: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
 TEST(DampedModes, OfAChainInAirFollowFromThoseWithout) {
   for (const double c : {0.0, 0.3, 1.2, 8.0}) {
-    System system = make_chain(6, {0.0, 0.0, -1.0});
+    System system = make_held_chain(6, {0.0, 0.0, -0.1});
     system.forces = {Gravity{"", {0.0, 0.0, -g}}};
     const Modes without = modes(system, system.positions, {.count = ModesOptions::all});
     if (c > 0.0) system.forces.push_back(Drag{.name = "air", .points = beads(6), .linear = c});
@@ -166,7 +160,7 @@ TEST(DampedModes, OfMoreThan300FreedomsAreThoseOfTheirParts) {
 /// Arnoldi's method on the sparse one.
 TEST(DampedModes, OfOneSystemAreTheSameByTheDenseAndTheSparseWay) {
   constexpr int rods = 120, wanted = 30;
-  System system = make_chain(rods, {0.0, 0.0, -1.0});
+  System system = make_held_chain(rods, {0.0, 0.0, -0.1});
   for (std::size_t i = 0; i < system.num_points(); ++i)
     system.masses[i] = 0.1 + 0.05 * std::sin(static_cast<double>(i));
   system.forces = {Gravity{"", {0.0, 0.0, -g}}, Drag{.name = "air", .points = beads(rods), .linear = 0.02},
@@ -212,7 +206,7 @@ TEST(DampedModes, OfASpringWithADamperAreThoseOfTheReducedMass) {
 /// Ziegler's column: two rods, clamped springs of k = 1 N m at both joints, masses 2m and m, a force P along the last
 /// rod. It flutters from P = (7/2 - sqrt 2) k/l on, where energy, which P has none of, says nothing.
 System make_zieglers_column(double push) {
-  System system = make_chain(3, {1.0, 0.0, 0.0});
+  System system = make_held_chain(3, {0.1, 0.0, 0.0});
   system.supports = {Support{"", {0, 1}}};
   system.masses = {1.0, 1.0, 2.0, 1.0};
   const std::string along = std::to_string(-push) + "/sqrt((x2-x1)^2+(y2-y1)^2+(z2-z1)^2)*";

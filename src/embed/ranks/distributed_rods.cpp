@@ -79,13 +79,13 @@ std::string DistributedRods::plan(const Atoms& atoms, const std::vector<Bond>& f
   if (std::string trouble = take_bonds(atoms, found, is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
-  for (std::vector<double>* const array : {&r_, &old_, &move_, &v_, &f_}) array->assign(3 * n, 0.0);
-  masses_.assign(n, 1.0);
+  for (std::vector<double>* const array : {&at_.r, &at_.old, &at_.move, &at_.v, &at_.f}) array->assign(3 * n, 0.0);
+  at_.masses.assign(n, 1.0);
   tensions_.assign(own_bonds_.size(), 0.0);
   virial_ = {};
   if (!unit_masses)
     islands_.to_owners<1>([](int) {}, [&](int i, double* mass) { *mass = atoms.mass(i); },
-                          [&](int point, const double* mass) { masses_[point] = *mass; });
+                          [&](int point, const double* mass) { at_.masses[point] = *mass; });
   gather_positions(atoms);
   box_ = atoms.box;
   if (std::string trouble = find_lengths(); !trouble.empty()) return trouble;
@@ -168,8 +168,8 @@ std::string DistributedRods::find_lengths() {
 
 /// r_b - r_a to the nearest image of b.
 std::array<double, 3> DistributedRods::nearest(const Bond& bond, bool* is_other_image) const {
-  const double* const a = &r_[3 * islands_.point(bond.a)];
-  const double* const b = &r_[3 * islands_.point(bond.b)];
+  const double* const a = &at_.r[3 * islands_.point(bond.a)];
+  const double* const b = &at_.r[3 * islands_.point(bond.b)];
   std::array<double, 3> d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   for (int k = 2; k >= 0; --k) {  // the edges have no parts behind the diagonal
     const std::array<double, 3>& edge = box_.edges[k];
@@ -190,14 +190,14 @@ std::string DistributedRods::make_constrainer(int threads) {
   rods.length = std::move(lengths);
   const SolverOptions options{.threads = threads};
   if (joins_nearest_images_)
-    constrainer_.emplace(masses_, std::vector<Constraint>{std::move(rods)}, r_, Periodicity{.cell = cell_of(box_)},
-                         options);
+    constrainer_.emplace(at_.masses, std::vector<Constraint>{std::move(rods)}, at_.r,
+                         Periodicity{.cell = cell_of(box_)}, options);
   else
-    constrainer_.emplace(masses_, std::vector<Constraint>{std::move(rods)}, r_, options);
+    constrainer_.emplace(at_.masses, std::vector<Constraint>{std::move(rods)}, at_.r, options);
   // A tree of rods has no redundant ones.
   is_redundant_.assign(own_bonds_.size(), false);
   if (own_bonds_.size() + islands_.num_islands() > islands_.num_points())
-    for (const RowDependence& dependence : constrainer_->rank(r_).dependences) is_redundant_[dependence.row] = true;
+    for (const RowDependence& dependence : constrainer_->rank(at_.r).dependences) is_redundant_[dependence.row] = true;
   return {};
 }
 
@@ -224,20 +224,20 @@ std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_membe
 std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
   gather_positions(atoms);
-  // What comes back in move_, which is 0, is the change of velocities alone, without the rounding of positions; the
+  // What comes back in at_.move, which is 0, is the change of velocities alone, without the rounding of positions; the
   // move is h times that.
   const std::string trouble = call([&] {
     set_box(atoms.box);
     ConstraintReport report = constrainer_->constrain_positions({.step = h,
-                                                                 .old_positions = old_,
-                                                                 .positions = r_,
-                                                                 .velocities = move_,
+                                                                 .old_positions = at_.old,
+                                                                 .positions = at_.r,
+                                                                 .velocities = at_.move,
                                                                  .measures = false,
                                                                  .tolerance = options_.tolerance});
     ++times_.steps;
     times_.iterations += report.iterations;
     if (report.outcome.ok() && !(report.violation <= std::max(options_.tolerance, off_constraints))) {
-      report = constrainer_->violation(r_);
+      report = constrainer_->violation(at_.r);
       report.outcome.what = "is off its length by " + std::to_string(report.violation) + " of it";
       report.outcome.status = Status::NotConverged;
     }
@@ -251,19 +251,19 @@ std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) 
   // The only rank has all points: their velocities are read and written where they are.
   const int* const atom_of_point = islands_.atom_of_point();
   const PointArray velocities =
-      atom_of_point != nullptr ? PointArray(atoms.v, 3 * sizeof(double), atom_of_point) : PointArray(v_);
+      atom_of_point != nullptr ? PointArray(atoms.v, 3 * sizeof(double), atom_of_point) : PointArray(at_.v);
   if (atom_of_point == nullptr)
     islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
                           [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
-                          [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
+                          [&](int point, const double* v) { std::copy_n(v, 3, &at_.v[3 * point]); });
   std::string trouble = call([&] {
-    const ConstraintReport report =
-        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = velocities, .measures = false});
+    const ConstraintReport report = constrainer_->constrain_velocities(
+        {.step = h, .positions = at_.old, .velocities = velocities, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
   if (trouble.empty() && atom_of_point == nullptr)
     islands_.from_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
-                            [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
+                            [&](int point, double* v) { std::copy_n(&at_.v[3 * point], 3, v); },
                             [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
   return trouble;
 }
@@ -281,14 +281,14 @@ std::string DistributedRods::measure(const Atoms& atoms, double half_step, doubl
       },
       [&](int point, const double* vf) {
         for (int k = 0; k < 3; ++k) {
-          f_[3 * point + k] = force_unit * vf[3 + k];
-          v_[3 * point + k] = vf[k] + half_step * f_[3 * point + k] / masses_[point];
+          at_.f[3 * point + k] = force_unit * vf[3 + k];
+          at_.v[3 * point + k] = vf[k] + half_step * at_.f[3 * point + k] / at_.masses[point];
         }
       });
   const std::string trouble = call([&] {
     if (half_step == 0.0) return std::string();
     const ConstraintReport report =
-        constrainer_->constrain_velocities({.positions = old_, .velocities = v_, .measures = false});
+        constrainer_->constrain_velocities({.positions = at_.old, .velocities = at_.v, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
   return trouble.empty() ? solve(atoms, force_unit, with_stress, {}) : trouble;
@@ -296,23 +296,23 @@ std::string DistributedRods::measure(const Atoms& atoms, double half_step, doubl
 
 std::string DistributedRods::project_positions(const Atoms& atoms) {
   gather_positions(atoms);
-  move_ = r_;
+  at_.move = at_.r;
   const std::string trouble = call([&] {
     set_box(atoms.box);
-    if (constrainer_->violation(r_).violation <= on_constraints) return std::string();
-    const ConstraintReport report = constrainer_->project_positions(r_);
+    if (constrainer_->violation(at_.r).violation <= on_constraints) return std::string();
+    const ConstraintReport report = constrainer_->project_positions(at_.r);
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  for (std::size_t k = 0; k < r_.size(); ++k) move_[k] = r_[k] - move_[k];
+  for (std::size_t k = 0; k < at_.r.size(); ++k) at_.move[k] = at_.r[k] - at_.move[k];
   return finish_positions(atoms, 1.0, 0.0, trouble);
 }
 
 std::string DistributedRods::project_forces(const Atoms& atoms, bool with_stress) {
   islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.f, i); },
                         [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
-                        [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
-  std::fill(v_.begin(), v_.end(), 0.0);
-  std::vector<double>& projected = r_;
+                        [&](int point, const double* f) { std::copy_n(f, 3, &at_.f[3 * point]); });
+  std::fill(at_.v.begin(), at_.v.end(), 0.0);
+  std::vector<double>& projected = at_.r;
   std::string trouble = solve(atoms, 1.0, with_stress, projected);
   if (trouble.empty())
     islands_.from_owners<3>([&](int i) { Atoms::fetch(atoms.f, i); },
@@ -325,7 +325,7 @@ std::string DistributedRods::project_forces(const Atoms& atoms, bool with_stress
 
 double DistributedRods::violation(const Atoms& atoms) {
   gather_positions(atoms);
-  const double mine = constrainer_ ? constrainer_->violation(r_).violation : 0.0;
+  const double mine = constrainer_ ? constrainer_->violation(at_.r).violation : 0.0;
   double largest = 0.0;
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, islands_.world());
   return largest;
@@ -348,17 +348,17 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 // ---- parts ----
 
-/// r_ := the positions of the atoms.
+/// at_.r := the positions of the atoms.
 void DistributedRods::gather_positions(const Atoms& atoms) {
   islands_.to_owners<3>([&](int i) { atoms.fetch_position(i); }, [&](int i, double* r) { atoms.unwrap(i, r); },
-                        [&](int point, const double* r) { std::copy_n(r, 3, &r_[3 * point]); });
+                        [&](int point, const double* r) { std::copy_n(r, 3, &at_.r[3 * point]); });
 }
 
-/// Positions += move_ times `h`, velocities += move_ times `rate`, and move_ := 0. Atoms are moved, not put: the host
-/// has wrapped them its own way.
+/// Positions += at_.move times `h`, velocities += at_.move times `rate`, and at_.move := 0. Atoms are moved, not put:
+/// the host has wrapped them its own way.
 std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
   if (!trouble.empty()) {
-    std::fill(move_.begin(), move_.end(), 0.0);
+    std::fill(at_.move.begin(), at_.move.end(), 0.0);
     return trouble;
   }
   islands_.from_owners<3>(
@@ -367,7 +367,7 @@ std::string DistributedRods::finish_positions(const Atoms& atoms, double h, doub
         Atoms::fetch(atoms.v, i);
       },
       [&](int point, double* move) {
-        for (int k = 0; k < 3; ++k) move[k] = std::exchange(move_[3 * point + k], 0.0);
+        for (int k = 0; k < 3; ++k) move[k] = std::exchange(at_.move[3 * point + k], 0.0);
       },
       [&](int i, const double* move) {
         for (int k = 0; k < 3; ++k) {
@@ -375,18 +375,18 @@ std::string DistributedRods::finish_positions(const Atoms& atoms, double h, doub
           atoms.v[3 * i + k] += rate * move[k];
         }
       });
-  std::swap(r_, old_);
+  std::swap(at_.r, at_.old);
   return {};
 }
 
-/// Tensions, virial and stress of the state (old_, v_, f_); `accelerations` [3 points] may be absent.
+/// Tensions, virial and stress of the state (at_.old, at_.v, at_.f); `accelerations` [3 points] may be absent.
 std::string DistributedRods::solve(const Atoms& atoms, double force_unit, bool with_stress,
                                    std::span<double> accelerations) {
-  if (with_stress) stress_.resize(9 * islands_.num_points());
+  if (with_stress) at_.stress.resize(9 * islands_.num_points());
   std::string trouble = call([&] {
-    HostState state{.positions = old_, .velocities = v_, .forces = f_, .wanted = {.multipliers = tensions_}};
+    HostState state{.positions = at_.old, .velocities = at_.v, .forces = at_.f, .wanted = {.multipliers = tensions_}};
     if (!accelerations.empty()) state.accelerations = accelerations;
-    if (with_stress) state.wanted.stress = stress_;
+    if (with_stress) state.wanted.stress = at_.stress;
     const ConstraintReport report = constrainer_->solve(state);
     if (!report.outcome.ok()) return describe(report);
     for (double& tension : tensions_) tension = -tension / force_unit;
@@ -398,7 +398,7 @@ std::string DistributedRods::solve(const Atoms& atoms, double force_unit, bool w
   islands_.from_owners<6>([](int) {},
                           [&](int point, double* stress) {
                             for (std::size_t k = 0; k < places.size(); ++k)
-                              stress[k] = stress_[9 * point + places[k]] / force_unit;
+                              stress[k] = at_.stress[9 * point + places[k]] / force_unit;
                           },
                           [&](int i, const double* stress) {
                             for (std::size_t k = 0; k < places.size(); ++k) atoms.stress[6 * i + k] += stress[k];

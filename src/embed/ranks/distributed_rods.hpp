@@ -98,9 +98,15 @@ class DistributedRods {
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
   bool has_unit_masses_ = false, is_planned_ = false;
   std::optional<Constrainer> constrainer_;  // none on a rank that owns nothing
-  // In the order of points; old_: positions on the constraints, move_: what constraints change, 0 between calls.
-  std::vector<double> masses_, r_, old_, move_, v_, f_;
-  std::vector<double> tensions_, stress_;  // [own_bonds], [9 points]
+  /// In the order of points.
+  struct PointNumbers {
+    std::vector<double> masses;
+    std::vector<double> r, old;  // positions, and those on the constraints
+    std::vector<double> move;    // what constraints change, 0 between calls
+    std::vector<double> v, f;
+    std::vector<double> stress;  // nine numbers each
+  } at_;
+  std::vector<double> tensions_;  // [own_bonds]
   std::array<double, 6> virial_{};
   Times times_;
 };

@@ -79,23 +79,51 @@ class Liggghts(host_runs.HostTest):
         for variable in re.findall(r"-var (\w+) ", commands):
             self.assertRegex(script, rf"\bv_{variable}\b|\$\{{{variable}\}}")
 
-    def test_errors(self):
+    def assert_refused(self, script, message):
+        """One line, in the host's style and the same on every rank, and no step is taken."""
+        for ranks in (1, 2):
+            with self.subTest(message=message, ranks=ranks):
+                code, said = self.call(script, ranks)
+                lines = [line for line in said.splitlines() if line.startswith("ERROR")]
+                self.assertEqual(len(lines), 1, said[-2000:])
+                self.assertIn("tanor/rods", lines[0])
+                self.assertIn(message, lines[0])
+                self.assertNotIn("Loop time", said)
+                del code  # with some MPI it is 0 after an error of LIGGGHTS
+
+    def test_wrong_words(self):
         for was, now, message in (
                 ("bond 1 store yes", "bond 3", "there is no bond type 3; there are 1"),
                 ("bond 1 store yes", "bond 1 colour red", "unknown word colour"),
-                ("fix rods all", "group few id 1 3\nfix rods few", "no bond of type 1 joins two atoms of the group"),
-                ("fix move all nve/sphere\n", "", "it must be defined after fix move (nve/sphere), which integrates")):
-            for ranks in (1, 2):
-                with self.subTest(message=message, ranks=ranks):
-                    script = self.free_chains(10, 10).replace(was, now)
-                    if now == "":
-                        script = script.replace("store yes\n", "store yes\nfix move all nve/sphere\n")
-                    code, said = self.call(script, ranks)
-                    self.assertIn(message, said)
-                    self.assertIn("tanor/rods", said)
-                    self.assertEqual(sum(line.startswith("ERROR") for line in said.splitlines()), 1, said[-2000:])
-                    self.assertNotIn("Loop time", said)
-                    del code  # it is 0 after an error of LIGGGHTS
+                ("fix rods all", "group few id 1 3\nfix rods few", "no bond of type 1 joins two atoms of the group")):
+            self.assert_refused(self.free_chains(10, 10).replace(was, now), message)
+
+    def test_it_stands_after_what_integrates(self):
+        script = self.free_chains(10, 10).replace("fix move all nve/sphere\n", "")
+        self.assert_refused(script.replace("store yes\n", "store yes\nfix move all nve/sphere\n"),
+                            "it must be defined after fix move (nve/sphere), which integrates")
+
+    def test_a_bond_of_zero_length(self):
+        lines = (self.folder / "chains.data").read_text(encoding="utf-8").splitlines()
+        first = lines.index("Atoms") + 2
+        second, third = (lines[first + k].split() for k in (1, 2))
+        lines[first + 2] = " ".join(third[:2] + second[2:5] + third[5:])
+        self.write("chains.data", "\n".join(lines) + "\n")
+        self.assert_refused(self.free_chains(10, 10),
+                            "the bond of type 1 between atoms 2 and 3 has length 0: they are at one place")
+
+    def test_an_atom_that_is_lost(self):
+        before = {"that flies out": "velocity all set 4000 0 0 units box",
+                  "that is deleted": "group gone id 3\ndelete_atoms group gone compress no"}
+        messages = {"that flies out": ", which a bond holds, was lost",
+                    "that is deleted": "atom 3 was lost: the bond of type 1 between atoms 2 and 3 holds it"}
+        for what, command in before.items():
+            script = self.free_chains(10, 200).replace("lost error", "lost ignore")
+            self.assert_refused(script.replace("fix rods", command + "\nfix rods"), messages[what])
+
+    def test_numbers_that_are_none(self):
+        push = "fix push all addforce 1e308 0 0\nfix again all addforce 1e308 0 0\nfix rods"
+        self.assert_refused(self.free_chains(10, 10).replace("fix rods", push), "not finite")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,113 @@
+#include "motion/step_trial.hpp"
+
+#include <utility>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, const Motion& motion,
+                     MotionReport* report)
+    : events(options, mechanics),
+      watch(options, mechanics),
+      options_(options),
+      mechanics_(mechanics),
+      motion_(motion),
+      report_(*report),
+      passages_(options, mechanics, motion.scheme->is_adaptive()) {}
+
+void StepTrial::begin() {
+  state = motion_.state;  // what does not move stands in both
+  if (mechanics_.rank_monitor() != nullptr) beyond_ = motion_.state;
+  is_before = false;
+}
+
+StepAttempt StepTrial::step(double t, bool may_surprise) {
+  StepAttempt attempt;
+  StepResult& step = attempt.step;
+  state.t = t;
+  is_before = false;
+  step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
+  attempt.error = step.error;
+  if (attempt.is_good()) look_between(&attempt);
+  attempt.has_surprised = may_surprise && attempt.is_good() && motion_.singular.have_surprised();
+  if (!attempt.is_good()) return attempt;
+  const Events::Meeting meeting = events.meet(*motion_.scheme, motion_.state, motion_.drives.pieces(), &state, &step);
+  step.outcome = meeting.outcome;
+  if (step.outcome.ok()) look_out(&attempt);
+  if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
+    attempt.has_switched = true;
+    step.outcome = events.switch_equations(*motion_.scheme, motion_.state, &state);
+  }
+  return attempt;
+}
+
+/// Looks for forces between the instants that the scheme looked at. A fixed step stays as it was told, with a warning.
+void StepTrial::look_between(StepAttempt* attempt) {
+  if (motion_.scheme->is_adaptive()) {
+    attempt->part = passages_.look(*motion_.scheme, motion_.state, state);
+  } else if (report_.accuracy_warning.empty() && passages_.look(*motion_.scheme, motion_.state, state) < 1.0) {
+    report_.accuracy_warning =
+        "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
+  }
+}
+
+/// Looks for the user's events on the way of a good attempt, which ends at one that stops.
+void StepTrial::look_out(StepAttempt* attempt) {
+  if (watch.is_empty() || state.t == motion_.state.t) return;
+  StepResult& step = attempt->step;
+  const DenseOutput by_ends(*motion_.scheme, motion_.state, state, true),
+      dense(*motion_.scheme, motion_.state, state, !step.is_interpolated);
+  double stop = 0.0;
+  if (step.outcome = watch.look(motion_.state, &state, by_ends, dense, &stop); !step.outcome.ok()) return;
+  if (stop > state.t) return;
+  attempt->has_stopped = true;
+  if (stop == state.t || attempt->is_extrapolated) return;
+  events.forget();
+  if (step.outcome = mechanics_.linearise(motion_.state.t, motion_.state.x.data()); !step.outcome.ok()) return;
+  state.t = stop;
+  step = motion_.scheme->step(motion_.state, stop - motion_.state.t, &state);
+}
+
+StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {
+  StepAttempt attempt;
+  attempt.is_extrapolated = true;
+  if (beyond_.x.empty()) beyond_ = motion_.state;
+  if (!knows_acceleration()) {
+    Outcome& found = attempt.step.outcome;
+    found = mechanics_.accelerations(motion_.state.at(), options_.request(Gradients::Keep),
+                                     motion_.state.output_without_power());
+    if (!found.ok()) return attempt;
+  }
+  beyond_.t = t;
+  attempt.step = motion_.singular.extrapolate(*motion_.scheme, state, motion_.state, takes_least_error, &beyond_);
+  attempt.error = attempt.step.error;
+  if (!attempt.is_good()) return attempt;
+  std::swap(state, beyond_);
+  look_out(&attempt);
+  is_before = attempt.is_good();
+  return attempt;
+}
+
+StepAttempt StepTrial::pass(double t) {
+  StepAttempt attempt;
+  attempt.step.outcome = mechanics_.linearise(motion_.state.t, motion_.state.x.data());
+  if (attempt.step.outcome.ok()) attempt.step.outcome = events.start(motion_.state);
+  if (!attempt.step.outcome.ok()) return attempt;
+  return step_and_remember(t, false);
+}
+
+StepAttempt StepTrial::step_and_remember(double t, bool may_surprise) {
+  const bool remembers = is_before && motion_.singular.may_extrapolate();
+  if (!remembers) return step(t, may_surprise);
+  if (beyond_.x.empty()) beyond_ = motion_.state;
+  std::swap(state, beyond_);
+  StepAttempt attempt = step(t, may_surprise);
+  if (!attempt.is_good() && !attempt.has_switched) {
+    std::swap(state, beyond_);
+    is_before = true;
+  }
+  return attempt;
+}
+
+}  // namespace tanor
