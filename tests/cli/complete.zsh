@@ -48,7 +48,7 @@ expect 'tanor run n' 'tanor run net.json' || failed=1
 expect 'tanor run net.json --rep' 'tanor run net.json --report' || failed=1
 expect 'tanor run net.json --method radau' 'tanor run net.json --method radau5' || failed=1
 expect 'tanor view two' 'tanor view two\ words.out/' || failed=1
-expect 'tanor run net.json --trajectory xyz,h' 'tanor run net.json --trajectory xyz,h5md' || failed=1
+expect 'tanor run net.json --trajectory xyz,h' 'tanor run net.json --trajectory xyz,h5md,' || failed=1
 expect 'tanor help sol' 'tanor help solve' || failed=1
 zpty -d shell
 exit $failed

@@ -174,7 +174,8 @@ std::set<std::string> complete(const Folder& folder, const Words& words) {
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.err, "");
   std::set<std::string> offers;
-  for (const std::string& each : split(ended.out)) offers.insert(each);
+  std::istringstream lines(ended.out);
+  for (std::string each; std::getline(lines, each);) offers.insert(each);
   return offers;
 }
 
