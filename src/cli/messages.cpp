@@ -33,7 +33,7 @@ void print_message(const std::string& message, Tone tone) {
 }
 
 std::string typed(const std::filesystem::path& path) {
-  const std::string plain = path.string();
+  std::string plain = path.string();
   const bool is_plain = std::ranges::all_of(plain, [](const unsigned char c) {
     return std::isalnum(c) || c >= 128 ||
            std::string_view("/._-+,:=@%^").find(static_cast<char>(c)) != std::string_view::npos;
