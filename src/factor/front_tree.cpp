@@ -10,6 +10,8 @@ namespace tanor {
 
 namespace {
 
+constexpr std::size_t most_panels_tried = 16;  // an update that finds no room in so many finds none at all
+
 std::size_t round_up(std::size_t count) {
   constexpr std::size_t width = kernels::front_width;
   return (count + width - 1) / width * width;
@@ -53,8 +55,8 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     front.panel = std::exchange(panels_size, panels_size + front.stride * front.columns);
   }
   cut(all);
-  place_updates();
-  place_in_arenas(all);
+  place_on_stacks();
+  place_shared_updates(all);
   place_vectors(all);
   add_tasks(all, true);
   add_tasks(all, false);
@@ -117,7 +119,7 @@ void FrontTree::cut(const std::vector<int>& all) {
     front.is_top = front.is_tiled || of_subtree[static_cast<std::size_t>(s)] > share;
     for_children(front, [&](std::size_t, const Front& child) { front.is_top = front.is_top || child.is_top; });
     if (front.is_top) {
-      for_children(front, [&](std::size_t c, const Front&) { fronts[c].is_shared = true; });
+      for_children(front, [&](std::size_t c, const Front&) { fronts[c].home = Front::Home::Arena; });
       close();
       continue;
     }
@@ -130,13 +132,13 @@ void FrontTree::cut(const std::vector<int>& all) {
 }
 
 /// Places updates inside sequences on two stacks: a front's is never in that of its children.
-void FrontTree::place_updates() {
+void FrontTree::place_on_stacks() {
   for (std::size_t q = 0; q + 1 < sequence_start.size(); ++q) {
     std::size_t top[2] = {0, 0};
     for (std::size_t k = sequence_start[q]; k < sequence_start[q + 1]; ++k) {
       Front& front = fronts[static_cast<std::size_t>(order[k])];
       const std::size_t here = front.depth % 2;
-      if (!front.is_shared) {
+      if (!front.is_shared()) {
         front.update = std::exchange(top[here], top[here] + front.update_size());
         stack_size[here] = std::max(stack_size[here], top[here]);
       }
@@ -147,38 +149,86 @@ void FrontTree::place_updates() {
   }
 }
 
-/// Places updates that pass between tasks. Two fronts neither of which is above the other share no room; a front's
-/// takes that of its grandchildren's, which its children have read.
-void FrontTree::place_in_arenas(const std::vector<int>& all) {
-  struct Room {
-    std::size_t size[2] = {0, 0}, first[2] = {0, 0};
-  };
-  std::vector<Room> rooms(fronts.size());
-  for (const int s : all) {
-    const Front& front = fronts[static_cast<std::size_t>(s)];
-    Room& room = rooms[static_cast<std::size_t>(s)];
-    std::size_t& own = room.size[front.depth % 2];
-    if (front.is_shared) own = std::max(own, front.update_size());
-    for (std::size_t k = 0; k < 2 && front.parent >= 0; ++k)
-      rooms[static_cast<std::size_t>(front.parent)].size[k] += room.size[k];
+namespace {
+
+/// Updates that have a place in one array.
+class Room {
+ public:
+  /// The first place for `size` numbers that none of those takes of which `meets(front)` says that they may be there at
+  /// the same time.
+  template <class Meets>
+  std::size_t first_gap(std::size_t size, const Meets& meets) const {
+    std::size_t result = 0;
+    for (const Stay& stay : stays_) {  // in the order of their places
+      if (stay.first >= result + size) break;
+      if (stay.end > result && meets(stay.front)) result = stay.end;
+    }
+    return result;
   }
-  for (auto s = all.rbegin(); s != all.rend(); ++s) {
-    Front& front = fronts[static_cast<std::size_t>(*s)];
-    Room& room = rooms[static_cast<std::size_t>(*s)];
-    for (std::size_t k = 0; k < 2 && front.parent < 0; ++k)
-      room.first[k] = std::exchange(arena_size[k], arena_size[k] + room.size[k]);
-    if (front.is_shared) front.update = room.first[front.depth % 2];
-    std::size_t next[2] = {room.first[0], room.first[1]};
-    for_children(front, [&](std::size_t c, const Front&) {
-      for (std::size_t k = 0; k < 2; ++k) rooms[c].first[k] = std::exchange(next[k], next[k] + rooms[c].size[k]);
-    });
+  void add(std::size_t front, std::size_t first, std::size_t size) {
+    const auto after = std::ranges::upper_bound(stays_, first, {}, &Stay::first);
+    stays_.insert(after, {front, first, first + size});
+  }
+
+ private:
+  struct Stay {
+    std::size_t front, first, end;
+  };
+  std::vector<Stay> stays_;
+};
+
+}  // namespace
+
+/// Places updates that pass between tasks. An update is there from when its front is factorized until its parent has
+/// read it. So it never meets that of a front two or more generations above or below, nor the panel of one two or more
+/// above, which is written later. From the roots down, large ones first: those near the roots have the fewest panels to
+/// choose from.
+void FrontTree::place_shared_updates(const std::vector<int>& all) {
+  std::vector<std::size_t> place(fronts.size()), first_below(fronts.size());  // in `all`, where subtrees are ranges
+  std::vector<std::size_t> shared;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto s = static_cast<std::size_t>(all[k]);
+    place[s] = first_below[s] = k;
+    for_children(fronts[s],
+                 [&](std::size_t c, const Front&) { first_below[s] = std::min(first_below[s], first_below[c]); });
+    if (fronts[s].is_shared()) shared.push_back(s);
+  }
+  std::ranges::stable_sort(shared, [this](std::size_t a, std::size_t b) {
+    const Front &front = fronts[a], &other = fronts[b];
+    return front.depth != other.depth ? front.depth < other.depth : front.update_size() > other.update_size();
+  });
+  const auto is_far_above = [&](std::size_t upper, std::size_t lower) {
+    return fronts[lower].depth >= fronts[upper].depth + 2 && first_below[upper] <= place[lower] &&
+           place[lower] < place[upper];
+  };
+  std::vector<Room> panels(fronts.size());
+  Room arena;
+  for (const std::size_t s : shared) {
+    Front& front = fronts[s];
+    const std::size_t size = front.update_size();
+    const auto meets = [&](std::size_t other) { return !is_far_above(s, other) && !is_far_above(other, s); };
+    int above = fronts[static_cast<std::size_t>(front.parent)].parent;
+    for (std::size_t k = 0; k < most_panels_tried && above >= 0 && front.home == Front::Home::Arena; ++k) {
+      const Front& upper = fronts[static_cast<std::size_t>(above)];
+      Room& panel = panels[static_cast<std::size_t>(above)];
+      if (const std::size_t gap = panel.first_gap(size, meets); gap + size <= upper.stride * upper.columns) {
+        front.home = Front::Home::Panels;
+        front.update = upper.panel + gap;
+        panel.add(s, gap, size);
+      }
+      above = upper.parent;
+    }
+    if (front.home == Front::Home::Panels) continue;
+    front.update = arena.first_gap(size, meets);
+    arena.add(s, front.update, size);
+    arena_size = std::max(arena_size, front.update + size);
   }
 }
 
 void FrontTree::place_vectors(const std::vector<int>& all) {
   for (const int s : all) {
     Front& front = fronts[static_cast<std::size_t>(s)];
-    if (!front.is_shared && !front.is_top) continue;
+    if (!front.is_shared() && !front.is_top) continue;
     front.vector = vectors_size;
     vectors_size += front.stride;
     // of tiles: the sums of each

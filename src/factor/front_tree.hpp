@@ -13,14 +13,17 @@ namespace tanor {
 struct Front {
   std::size_t first_column, columns, rows, stride;  // stride: of its panel [rows, columns]
   std::size_t panel = 0;                            // its place among the panels
-  std::size_t update = 0, update_stride;            // its place in a stack or in an arena, by depth % 2
+  std::size_t update = 0, update_stride;            // its place, see `home`
   std::size_t vector = 0;  // of a shared front: its place among the vectors [stride] of a solve
   std::size_t depth = 0;
   int parent = -1, first_child = -1, next_sibling = -1;
-  bool is_shared = false;  // its update is read by another task than the one that writes it
-  bool is_top = false;     // a task of its own, or many
-  bool is_tiled = false;   // many
+  /// Where its update stands: on a stack of the thread's, by depth % 2, or, where another task reads it than the one
+  /// that writes it, among the panels or in the arena.
+  enum class Home { Stack, Panels, Arena } home = Home::Stack;
+  bool is_top = false;    // a task of its own, or many
+  bool is_tiled = false;  // many
 
+  bool is_shared() const { return home != Home::Stack; }
   std::size_t below() const { return rows - columns; }
   std::size_t update_size() const { return kernels::Triangle::size(below(), update_stride); }
 };
@@ -38,7 +41,8 @@ struct FrontTask {
 ///
 /// A front whose subtree costs more than a share of all is a task, of tiles where it is big. What is below these is
 /// cut into sequences: subtrees side by side whose updates stand on two stacks that each thread has. Updates that pass
-/// from task to task stand in two arenas, by depth: that of a front takes the room of its grandchildren's.
+/// from task to task stand in panels that are not written yet: a front's, in that of any front from its grandparent on
+/// upwards. What finds no room there stands in the arena.
 struct FrontTree {
   static constexpr std::size_t tile = 192;  ///< rows and columns; a multiple of the kernels' 24 rows and 8 columns
 
@@ -49,7 +53,7 @@ struct FrontTree {
   std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
   std::vector<FrontTask> factor_tasks, solve_tasks;
   TaskGraph factor_graph, solve_graph;
-  std::size_t stack_size[2] = {0, 0}, arena_size[2] = {0, 0}, panels_size = 0, vectors_size = 0, largest_stride = 0;
+  std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
   double cost = 0.0;  ///< of a factorization, in flops
 
   template <class Visit>
@@ -62,8 +66,8 @@ struct FrontTree {
   std::vector<int> depth_first() const;
   void find_parents(const Supernodes& supernodes);
   void cut(const std::vector<int>& all);
-  void place_updates();
-  void place_in_arenas(const std::vector<int>& all);
+  void place_on_stacks();
+  void place_shared_updates(const std::vector<int>& all);
   void place_vectors(const std::vector<int>& all);
   void add_tasks(const std::vector<int>& all, bool of_factor);
   int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,

@@ -14,7 +14,7 @@ using kernels::front_width;
 Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept)
     : supernodes_(std::move(supernodes)), num_kept_(num_kept), tree_(supernodes_) {
   panels_.resize(tree_.panels_size + front_width);
-  for (std::size_t k = 0; k < 2; ++k) arenas_[k].resize(tree_.arena_size[k] + front_width);
+  arena_.resize(tree_.arena_size + front_width);
   pivots_.resize(lower.size());
   inverse_pivots_.resize(lower.size());
   z_.resize(lower.size() + tree_.vectors_size + front_width);
@@ -66,7 +66,7 @@ void Multifrontal::reserve(int threads) {
 }
 
 std::size_t Multifrontal::num_beside() const {
-  std::size_t result = arenas_[0].size() + arenas_[1].size() + z_.size();
+  std::size_t result = arena_.size() + z_.size();
   for (const Workspace& workspace : workspaces_)
     result += workspace.stacks[0].size() + workspace.stacks[1].size() + workspace.y.size();
   return result;

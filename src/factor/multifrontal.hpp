@@ -80,7 +80,10 @@ class Multifrontal {
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
   kernels::Triangle update(const Front& front, Workspace& workspace) {
-    return {(front.is_shared ? arenas_ : workspace.stacks)[front.depth % 2].data() + front.update, front.update_stride};
+    LargeArray<double>& home = front.home == Front::Home::Stack    ? workspace.stacks[front.depth % 2]
+                               : front.home == Front::Home::Panels ? panels_
+                                                                   : arena_;
+    return {home.data() + front.update, front.update_stride};
   }
   const int* rows_of(std::size_t s) const { return supernodes_.rows.data() + supernodes_.rows_start[s]; }
   kernels::RowsInParent rows_in_parent(std::size_t s) const {
@@ -110,8 +113,8 @@ class Multifrontal {
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
-  LargeArray<double> panels_;                    // L
-  LargeArray<double> arenas_[2];                 // updates that pass between tasks
+  LargeArray<double> panels_;                    // L, and before that updates of fronts further down
+  LargeArray<double> arena_;                     // updates that find no room there
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
   std::vector<double> z_;                        // x, then the vectors of shared fronts

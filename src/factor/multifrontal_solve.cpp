@@ -17,7 +17,7 @@ void Multifrontal::find_places() {
   for (auto s = tree_.order.rbegin(); s != tree_.order.rend(); ++s) {  // parents before children
     const auto k = static_cast<std::size_t>(*s);
     const Front& front = tree_.fronts[k];
-    const bool is_root = front.is_shared || front.parent < 0;
+    const bool is_root = front.is_shared() || front.parent < 0;
     const int root = root_of[k] = is_root ? *s : root_of[static_cast<std::size_t>(front.parent)];
     for (std::size_t i = front.columns; i < front.rows; ++i) {
       const auto row = static_cast<std::size_t>(rows_of(k)[i]);
@@ -55,7 +55,7 @@ void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, W
   for (std::size_t k = begin; k < end; ++k) {
     const Front& front = tree_.fronts[static_cast<std::size_t>(tree_.order[k])];
     std::copy_n(x + front.first_column, front.columns, z_.data() + front.first_column);
-    if (front.is_shared) {
+    if (front.is_shared()) {
       double* const y = z_.data() + pivots_.size() + front.vector;
       std::fill(y + front.columns, y + front.stride, 0.0);
     }
@@ -82,7 +82,7 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
     const Front& front = tree_.fronts[s];
     if (is_kept(front)) continue;
     const double* const panel = panels_.data() + front.panel;
-    if (front.is_shared) fetch_from_above(s);
+    if (front.is_shared()) fetch_from_above(s);
     const int* const places = places_.data() + supernodes_.rows_start[s];
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;

@@ -97,11 +97,46 @@ Supernodes supernodes_of(const Rods& rods) {
 TEST(Multifrontal, UpdatesTakeAFractionOfTheMemoryOfTheFactor) {
   const auto share = [](const Rods& rods) {
     const FrontTree tree(supernodes_of(rods));
-    const std::size_t updates = tree.arena_size[0] + tree.arena_size[1] + tree.stack_size[0] + tree.stack_size[1];
+    const std::size_t updates = tree.arena_size + tree.stack_size[0] + tree.stack_size[1];
     return static_cast<double>(updates) / static_cast<double>(tree.panels_size);
   };
-  EXPECT_LE(share(make_net(200, 200)), 0.22);  // 20 %; squares instead of triangles take 30 %
-  EXPECT_LE(share(make_lattice(16)), 0.52);    // 49 %; 80 %
+  EXPECT_LE(share(make_net(200, 200)), 0.10);
+  EXPECT_LE(share(make_lattice(16)), 0.30);
+}
+
+TEST(FrontTree, UpdatesThatMayBeThereTogetherShareNoRoom) {
+  for (const Rods& rods : {make_net(120, 90), make_lattice(12)}) {
+    const FrontTree tree(supernodes_of(rods));
+    const auto generations_up = [&](int lower, int upper) {  // -1: `upper` is not above `lower`
+      int count = 0;
+      for (; lower >= 0 && lower != upper; ++count) lower = tree.fronts[static_cast<std::size_t>(lower)].parent;
+      return lower < 0 ? -1 : count;
+    };
+    std::size_t num_in_panels = 0;
+    for (int a = 0; a < static_cast<int>(tree.fronts.size()); ++a) {
+      const Front& front = tree.fronts[static_cast<std::size_t>(a)];
+      if (!front.is_shared()) continue;
+      if (front.home == Front::Home::Panels) {
+        ++num_in_panels;
+        const auto owner = std::ranges::find_if(tree.fronts, [&](const Front& other) {
+          return other.panel <= front.update && front.update < other.panel + other.stride * other.columns;
+        });
+        ASSERT_NE(owner, tree.fronts.end());
+        EXPECT_LE(front.update + front.update_size(), owner->panel + owner->stride * owner->columns);
+        EXPECT_GE(generations_up(a, static_cast<int>(owner - tree.fronts.begin())), 2);
+      } else {
+        EXPECT_LE(front.update + front.update_size(), tree.arena_size);
+      }
+      for (int b = 0; b < a; ++b) {
+        const Front& other = tree.fronts[static_cast<std::size_t>(b)];
+        if (other.home != front.home || generations_up(a, b) >= 2 || generations_up(b, a) >= 2) continue;
+        EXPECT_TRUE(front.update + front.update_size() <= other.update ||
+                    other.update + other.update_size() <= front.update)
+            << a << " and " << b;
+      }
+    }
+    EXPECT_GT(num_in_panels, 0);
+  }
 }
 
 TEST(Multifrontal, BlocksOfATriangleFollowOneAnother) {

@@ -74,7 +74,7 @@ TEST(Topology, FewChainsAfterEachEditAreThoseOfANewHandle) {
   std::vector<double> masses(r.size() / 3, 1.0);
   masses[0] = masses[24] = infinity;
   Edited host(masses, r, pairs, 1);
-  edit_beside_fresh_handles(&host, 4000, 1);
+  edit_beside_fresh_handles(&host, 10000, 1);
 }
 
 /// Some parts, each of which has several islands.

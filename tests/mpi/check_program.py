@@ -52,8 +52,16 @@ def net(side=8):
             "supports": [{"points": [0, side * side - 1]}],
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
-            "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.04, "output_every": 0.02},
-            "solver": {"certificate": "off"}}
+            "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.04, "output_every": 0.02}}
+
+
+def check_certificate(name, certificate):
+    """That of one rank alone, and what all of them found held against it."""
+    checks = {check["identity"]: check for check in certificate["checks"]}
+    expect(len(checks) > 5, f"{name}: checks {list(checks)}")
+    beside = checks.get("w of all ranks = w of one")
+    expect(beside is not None and beside["error"] <= min(beside["allowed"], 1e-11), f"{name}: {beside}")
+    expect(all(check["error"] <= check["allowed"] for check in checks.values()), f"{name}: {certificate}")
 
 
 def compare(name, scene, allowed):
@@ -77,6 +85,7 @@ def compare(name, scene, allowed):
         for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
             error = difference(found["final"][key], wanted["final"][key])
             expect(error <= allowed, f"{name} on {ranks} ranks: {key} differ by {error}")
+        check_certificate(f"{name} on {ranks} ranks", found["certificate"])
         scale = max(1.0, abs(wanted["energy"]["end"]))
         expect(abs(found["energy"]["end"] - wanted["energy"]["end"]) <= allowed * scale, f"{name}: energies differ")
     return path, wanted
@@ -175,7 +184,7 @@ def clusters(count=30):
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
                        {"kind": "spring", "pairs": springs, "stiffness": 5.0, "rest_length": 0.3}],
-            "motion": {"t_end": 0.2, "rtol": 1e-9}, "solver": {"certificate": "off"}}
+            "motion": {"t_end": 0.2, "rtol": 1e-9}}
 
 
 def beads(count=12):
@@ -187,7 +196,7 @@ def beads(count=12):
             "constraints": [{"kind": "plane", "name": "floor", "points": list(range(count)), "normal": [0, 0, 1],
                              "offset": 0.0}],
             "forces": forces, "friction": [{"kind": "coulomb", "at": "floor", "coefficient": 0.2}],
-            "motion": {"method": "dop853", "t_end": 0.6, "rtol": 1e-9}, "solver": {"certificate": "off"}}
+            "motion": {"method": "dop853", "t_end": 0.6, "rtol": 1e-9}}
 
 
 def main():

@@ -11,7 +11,9 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <variant>
 
@@ -91,8 +93,9 @@ class Run {
       outcome = simulation_->advance_to(next);
       if (outcome.ok()) write_frame();
     }
-    finish(outcome);
-    return outcome.ok() ? ExitCode::Done : ExitCode::NoAnswer;
+    ExitCode code = finish(outcome);
+    MPI_Bcast(&code, sizeof code, MPI_BYTE, 0, ranks_.communicator());
+    return code;
   }
 
  private:
@@ -106,8 +109,9 @@ class Run {
     scene::Scene scene = cli::prepare(scene::load_moving_scene(options_.scene, options_.overrides));
     using When = scene::CertificatePolicy::When;
     const When when = scene.certificate.when;
-    if (ranks_.size() > 1 && (when == When::Always || when == When::Every))
-      throw InputError(scene.file.string() + ": /certificate", "is found on one rank alone; `tanor run` finds it");
+    if (when == When::Always || when == When::Every)
+      throw InputError(scene.file.string() + ": /certificate",
+                       "tanor-mpi makes one at the end alone; `tanor run` makes more");
     const bool has_own_wishes = scene.trajectory.files != scene::TrajectoryFormats().files ||
                                 scene.trajectory.compression || !scene.output_points.empty();
     if (has_own_wishes && ranks_.rank() == 0)
@@ -145,15 +149,18 @@ class Run {
     output_ += seconds_since(begin);
   }
 
-  void finish(const Outcome& outcome) {
+  /// Gathers the end of the run on the first rank, which proves it and writes it down; its exit code there.
+  ExitCode finish(const Outcome& outcome) {
     const WholeRun whole(ranks_, scene_.system, part_, *simulation_);
-    if (ranks_.rank() != 0) return;
+    if (ranks_.rank() != 0) return ExitCode::Done;
     report::RunFacts facts;
     facts.scene = scene_.name;
     facts.source = scene_.source;
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
     facts.has_started = outcome.ok() || simulation_->report().steps > 0;
+    if (outcome.ok()) facts.certificate = prove(whole);
+    facts.certificates = facts.certificate ? 1 : 0;
     facts.wall = {seconds_since(begin_), setup_, output_};
     report::write_summary(folder_, facts, whole.end());
     if (const std::string& warning = simulation_->report().accuracy_warning; !warning.empty())
@@ -166,6 +173,25 @@ class Run {
                                               simulation_->time(), scene_.t_end, outcome.what, folder_.string());
     if (options_.json) cli::print_json_file(folder_ / report::summary_name);
     if (!outcome.ok() || !options_.quiet) cli::print_message(end);
+    const bool is_refuted = facts.certificate && !facts.certificate->passed();
+    if (is_refuted) cli::print_message(facts.certificate->line());
+    return outcome.ok() && !is_refuted ? ExitCode::Done : ExitCode::NoAnswer;
+  }
+
+  /// Nothing where the scene wants no certificate, or where one rank cannot hold the whole system, which is said.
+  std::optional<Certificate> prove(const WholeRun& whole) const {
+    if (scene_.certificate.when == scene::CertificatePolicy::When::Off) return {};
+    const auto give_up = [&](const char* why) -> std::optional<Certificate> {
+      cli::print_message(options_.scene.string() + ": warning: no certificate, which one rank makes: " + why);
+      return {};
+    };
+    try {
+      return whole.prove(scene_.solver);
+    } catch (const std::bad_alloc&) {
+      return give_up("the whole system does not fit into its memory");
+    } catch (const std::length_error& error) {
+      return give_up(error.what());
+    }
   }
 
   MpiRanks& ranks_;

@@ -1,6 +1,8 @@
 #include "mpi/program/whole_run.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/disjoint_sets.hpp"
@@ -9,6 +11,8 @@
 namespace tanor::mpi {
 
 namespace {
+
+constexpr double least_scale = std::numeric_limits<double>::min();  // of accelerations that are all 0
 
 double sum_of(const MpiRanks& ranks, double own) {
   double all = 0.0;
@@ -128,6 +132,22 @@ void WholeRun::merge_rank(Simulation& simulation) {
   const double all_shared = sum_of(ranks_, static_cast<double>(num_shared));
   const double whole = sum_of(ranks_, num_shared > 0 ? 0.0 : static_cast<double>(simulation.rank().rank));
   rank_of_K_ = all_shared > 0.0 ? report_.rank_changes.now : static_cast<std::size_t>(whole);
+}
+
+Certificate WholeRun::prove(const SolverOptions& options) const {
+  Dynamics alone(whole_, options);
+  const StateView state{.time = report_.time, .positions = positions_, .velocities = velocities_};
+  Certificate certificate = alone.certify(state);
+  std::vector<double> w(positions_.size());
+  if (!alone.solve(state, {.accelerations = w}).outcome.ok()) return certificate;  // and so says the certificate
+  double error = 0.0, scale = 0.0;
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    error = std::max(error, std::abs(w[i] - accelerations_[i]));
+    scale = std::max(scale, std::abs(w[i]));
+  }
+  const double allowed = std::min(Certificate::fewest_digits, 1e-12 / certificate.reciprocal_condition);
+  certificate.checks.push_back({"w of all ranks = w of one", error / std::max(scale, least_scale), allowed, {}});
+  return certificate;
 }
 
 report::RunEnd WholeRun::end() const {

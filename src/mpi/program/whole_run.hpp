@@ -15,6 +15,10 @@ class WholeRun {
 
   /// On the first rank.
   report::RunEnd end() const;
+  /// The proof of what all ranks ended with: the first one solves the whole system there once more, without the
+  /// others, certifies that, and holds the accelerations of all ranks against it. On the first rank; throws
+  /// std::bad_alloc and std::length_error where one rank cannot hold the whole.
+  Certificate prove(const SolverOptions& options) const;
 
  private:
   enum class OfSupports { AreTheFirstRanks, AreSummed };
