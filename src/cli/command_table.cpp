@@ -69,36 +69,43 @@ Value threads(std::optional<int>* target) {
   return whole(0, scene::most_threads, "0 (= all) to " + std::to_string(scene::most_threads), target);
 }
 
+std::vector<std::string> list_methods() {
+  std::vector<std::string> names;
+  for (const MethodTraits& each : methods()) names.emplace_back(each.name);
+  return names;
+}
+
 Value method(std::optional<std::string>* target) {
-  return {Word::Method, [target](const std::string& given) -> std::string {
-            std::vector<std::string> names;
-            for (const MethodTraits& each : methods()) names.emplace_back(each.name);
-            if (std::ranges::find(names, given) == names.end())
-              return "must be one of those that tanor --methods lists, not '" + given + "'" + suggest(given, names);
-            *target = given;
-            return {};
-          }};
+  return offer(list_methods(), {Word::Text, [target](const std::string& given) -> std::string {
+                                  const std::vector<std::string> names = list_methods();
+                                  if (std::ranges::find(names, given) == names.end())
+                                    return "must be one of those that tanor --methods lists, not '" + given + "'" +
+                                           suggest(given, names);
+                                  *target = given;
+                                  return {};
+                                }});
 }
 
 /// Words of an enumeration between commas; one that comes twice counts once.
 template <class Enum>
 Value names(std::optional<std::vector<Enum>>* target) {
-  return {Word::Text, [target](const std::string& given) -> std::string {
-            std::vector<std::string> words;
-            if (std::string wrong = list(Word::Text, &words).take(given); !wrong.empty()) return wrong;
-            std::vector<Enum>& values = target->emplace();
-            for (const std::string& word : words) {
-              const std::optional<Enum> value = value_of<Enum>(word);
-              if (!value) {
-                std::string known;
-                for (const auto& [each, name] : enum_names<Enum>)
-                  known += (known.empty() ? "" : ", ") + std::string(name);
-                return "must be names of " + known + " between commas, not '" + word + "'";
-              }
-              if (std::ranges::find(values, *value) == values.end()) values.push_back(*value);
-            }
-            return {};
-          }};
+  std::vector<std::string> known;
+  for (const auto& [each, name] : enum_names<Enum>) known.emplace_back(name);
+  return offer(known,
+               {Word::Text,
+                [target, known](const std::string& given) -> std::string {
+                  std::vector<std::string> words;
+                  if (std::string wrong = list(&words).take(given); !wrong.empty()) return wrong;
+                  std::vector<Enum>& values = target->emplace();
+                  for (const std::string& word : words) {
+                    const std::optional<Enum> value = value_of<Enum>(word);
+                    if (!value)
+                      return fmt::format("must be names of {} between commas, not '{}'", fmt::join(known, ", "), word);
+                    if (std::ranges::find(values, *value) == values.end()) values.push_back(*value);
+                  }
+                  return {};
+                }},
+               Word::Choices);
 }
 
 Value yes(bool* target, bool says = true) {
@@ -110,15 +117,15 @@ Value yes(bool* target, bool says = true) {
 
 /// Before the first hot loop runs, which chooses for good.
 Value instruction_set() {
-  return {Word::Text, [](const std::string& given) -> std::string {
-            setenv("TANOR_ISA", given.c_str(), 1);
-            try {
-              (void)build_info();
-            } catch (const InputError& error) {
-              return error.what();
-            }
-            return {};
-          }};
+  return offer({"avx512", "avx2", "baseline"}, {Word::Text, [](const std::string& given) -> std::string {
+                                                  setenv("TANOR_ISA", given.c_str(), 1);
+                                                  try {
+                                                    (void)build_info();
+                                                  } catch (const InputError& error) {
+                                                    return error.what();
+                                                  }
+                                                  return {};
+                                                }});
 }
 
 template <class Options>
@@ -243,7 +250,7 @@ Command describe_error_time() {
        .summary = "error against run time of each method: tables and plots",
        .text = "Runs the scene with each method at four steps or tolerances, against a finer run of another method.",
        .arguments = {scene_argument(options)},
-       .options = {{"--methods", "LIST", list(Word::Methods, &options->methods),
+       .options = {{"--methods", "LIST", offer(list_methods(), list(&options->methods), Word::Choices),
                     "names between commas; default " + list_compared_methods() + " (the scene's own)"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
                     "folder of tables and plots; default <name>.out"},
@@ -382,7 +389,7 @@ Command describe_completion() {
   return {.name = "completion",
           .summary = "a script with which bash or zsh completes commands, options and files",
           .text = "Debian packages of tanor install it. Elsewhere the shell's start file reads it.",
-          .arguments = {{"SHELL", text(Word::Shell, &options->shell), "bash or zsh"}},
+          .arguments = {{"SHELL", offer({"bash", "zsh"}, text(Word::Text, &options->shell)), "bash or zsh"}},
           .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
                        {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
           .request = [options] { return *options; }};

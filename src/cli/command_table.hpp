@@ -13,12 +13,13 @@
 namespace tanor::cli {
 
 /// What may stand in a place of the command line. Shells complete it.
-enum class Word { Text, Number, File, Folder, Scene, Method, Methods, Command, Shell };
+enum class Word { Text, Number, File, Folder, Scene, Choice, Choices, Command };
 
 /// Reads one word and keeps it; returns what would be right where it is wrong ("must be …, not '0'"), else nothing.
 struct Value {
   Word word = Word::Text;
   std::function<std::string(const std::string&)> take;
+  std::vector<std::string> offers = {};  ///< of a Choice, or of Choices between commas
 };
 
 struct Argument {

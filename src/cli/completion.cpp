@@ -1,23 +1,17 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <string_view>
 
 #include <tanor/error.hpp>
-#include <tanor/motion.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/command_table.hpp"
 
-// Scripts with which shells complete commands, options, methods and files.
+// Scripts with which shells complete commands, options, their words and files.
 namespace tanor::cli {
 
 namespace {
-
-std::string list_methods() {
-  std::string names;
-  for (const MethodTraits& each : methods()) names += (names.empty() ? "" : " ") + std::string(each.name);
-  return names;
-}
 
 std::string list_commands(const std::vector<Command>& commands) {
   std::string names;
@@ -25,23 +19,21 @@ std::string list_commands(const std::vector<Command>& commands) {
   return names;
 }
 
-/// What bash does for a kind of word; `words` are the commands.
-std::string complete_in_bash(Word word, const std::string& words) {
-  switch (word) {
+/// What bash does for a value; `commands` are their names.
+std::string complete_in_bash(const Value& value, const std::string& commands) {
+  switch (value.word) {
     case Word::File:
       return "_tanor_files";
     case Word::Folder:
-      return "compopt -o filenames; COMPREPLY=($(compgen -d -- \"$cur\"))";
+      return "_tanor_files /";
     case Word::Scene:
       return "_tanor_files json";
-    case Word::Method:
-      return "COMPREPLY=($(compgen -W '" + list_methods() + "' -- \"$cur\"))";
-    case Word::Methods:
-      return "_tanor_list '" + list_methods() + "'";
+    case Word::Choice:
+      return fmt::format("COMPREPLY=($(compgen -W '{}' -- \"$cur\"))", fmt::join(value.offers, " "));
+    case Word::Choices:
+      return fmt::format("_tanor_list '{}'", fmt::join(value.offers, " "));
     case Word::Command:
-      return "COMPREPLY=($(compgen -W '" + words + "' -- \"$cur\"))";
-    case Word::Shell:
-      return "COMPREPLY=($(compgen -W 'bash zsh' -- \"$cur\"))";
+      return fmt::format("COMPREPLY=($(compgen -W '{}' -- \"$cur\"))", commands);
     case Word::Text:
     case Word::Number:
       break;
@@ -55,10 +47,9 @@ std::string complete_command_in_bash(const Command& command, const std::string& 
   for (const Option& each : command.options) {
     options += " " + each.name;
     if (!each.place.empty())
-      values += fmt::format("        {}) {}; return ;;\n", each.name, complete_in_bash(each.value.word, words));
+      values += fmt::format("        {}) {}; return ;;\n", each.name, complete_in_bash(each.value, words));
   }
-  const std::string argument =
-      command.arguments.empty() ? ":" : complete_in_bash(command.arguments[0].value.word, words);
+  const std::string argument = command.arguments.empty() ? ":" : complete_in_bash(command.arguments[0].value, words);
   return fmt::format(R"(    {})
       case $prev in
 {}      esac
@@ -73,10 +64,12 @@ std::string write_bash() {
   std::string cases;
   for (const Command& each : commands) cases += complete_command_in_bash(each, words);
   return R"(# Completion of tanor for bash, made by `tanor completion bash`.
-_tanor_files() {  # files, where an ending is given only those that have it, and folders
+_tanor_files() {  # folders, and files unless $1 is /; where it is an ending only those that have it
   compopt -o filenames
-  local IFS=$'\n'
-  COMPREPLY=($(compgen -f -X "${1:+!*.$1}" -- "$cur") $(compgen -d -- "$cur"))
+  local IFS=$'\n' begun=${cur//\\/}  # names may have blanks, which were quoted
+  begun=${begun#[\"\']}
+  COMPREPLY=($(compgen -d -- "$begun"))
+  [[ ${1-} == / ]] || COMPREPLY+=($(compgen -f -X "${1:+!*.$1}" -- "$begun"))
 }
 _tanor_list() {  # the last of some names between commas
   local before=
@@ -114,22 +107,20 @@ std::string quote_in_zsh(std::string_view text) {
   return quoted;
 }
 
-std::string complete_in_zsh(Word word, const std::string& words) {
-  switch (word) {
+std::string complete_in_zsh(const Value& value, const std::string& commands) {
+  switch (value.word) {
     case Word::File:
       return "_files";
     case Word::Folder:
       return "_files -/";
     case Word::Scene:
       return "_files -g \"*.json\"";
-    case Word::Method:
-      return "(" + list_methods() + ")";
-    case Word::Methods:
-      return "_values -s , method " + list_methods();
+    case Word::Choice:
+      return fmt::format("({})", fmt::join(value.offers, " "));
+    case Word::Choices:
+      return fmt::format("_values -s , name {}", fmt::join(value.offers, " "));
     case Word::Command:
-      return "(" + words + ")";
-    case Word::Shell:
-      return "(bash zsh)";
+      return fmt::format("({})", commands);
     case Word::Text:
     case Word::Number:
       break;
@@ -141,13 +132,13 @@ std::string complete_command_in_zsh(const Command& command, const std::string& w
   std::string rules;
   for (const Option& each : command.options) {
     const std::string value =
-        each.place.empty() ? "" : fmt::format(":{}:{}", each.place, complete_in_zsh(each.value.word, words));
+        each.place.empty() ? "" : fmt::format(":{}:{}", each.place, complete_in_zsh(each.value, words));
     rules += fmt::format(" \\\n        '{}[{}]{}'", each.name, quote_in_zsh(each.what), value);
   }
   rules += " \\\n        '(- *)'{-h,--help}'[all about this command]'";
   for (const Argument& each : command.arguments)
     rules += fmt::format(" \\\n        '{}{}:{}'", each.is_required ? ":" : "::", quote_in_zsh(each.what),
-                         complete_in_zsh(each.value.word, words));
+                         complete_in_zsh(each.value, words));
   return fmt::format("    {})\n      _arguments{} ;;\n", command.name, rules);
 }
 

@@ -150,7 +150,7 @@ ExitCode execute(const ForcesOptions& options) {
   } else {
     fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
                report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point,
-               forces.times[largest], report::in_words(violated.largest, "{:.3g}"), where, directory.string());
+               forces.times[largest], report::in_words(violated.largest, "{:.3g}"), where, typed(directory));
   }
   if (const std::string doubt = find_doubt(forces); !doubt.empty())
     print_message(options.scene.string() + ": warning: " + doubt, Tone::Warning);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -29,6 +30,18 @@ void print_message(const std::string& message, Tone tone) {
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   constexpr std::size_t column = 7;  // behind the name
   std::fputs((name + " " + report::wrap(line, column, terminal.width()) + "\n").c_str(), stderr);
+}
+
+std::string typed(const std::filesystem::path& path) {
+  std::string plain = path.string();
+  const bool is_plain = std::ranges::all_of(plain, [](const unsigned char c) {
+    return std::isalnum(c) || c >= 128 ||
+           std::string_view("/._-+,:=@%^").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (is_plain && !plain.starts_with('-')) return plain;
+  std::string quoted = "'";
+  for (const char c : plain) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 void print(std::string_view key, const std::string& value) {

@@ -18,6 +18,9 @@ enum class Tone { Note, Warning, Error };
 /// One line on stderr, "tanor: <message>", whatever the message holds; as many as a terminal needs.
 void print_message(const std::string& message, Tone tone = Tone::Note);
 
+/// A path as it is to be typed into a shell: in quotes where the shell would take it apart.
+std::string typed(const std::filesystem::path& path);
+
 /// "<key>:   <value>" on standard output, in as many lines as a terminal needs; one elsewhere.
 void print(std::string_view key, const std::string& value);
 /// The title of some rows, after an empty line.

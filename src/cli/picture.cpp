@@ -61,7 +61,7 @@ ExitCode execute(const PictureOptions& options) {
                 {"guides_left_out", drawn.left_out}});
   } else if (!options.quiet) {
     print_message(fmt::format(
-        "t = {:g} s in {}{}", instant.frame.time, file.string(),
+        "t = {:g} s in {}{}", instant.frame.time, typed(file),
         is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
     if (drawn.left_out > 0)
       print_message(fmt::format("{} guides are left out: those before them cover the picture", drawn.left_out));

@@ -162,11 +162,11 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
   if (ending.code != ExitCode::Done) {
     const bool can_go_on = caught_interrupt().has_value();
     return fmt::format("stopped at t = {:g} s of {:g} s: {}; what was found until then is in {}{}", simulation.time(),
-                       t_end, ending.why, directory.string(),
+                       t_end, ending.why, typed(directory),
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
   return fmt::format("t = {:g} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
-                     name_of(report.method), directory.string());
+                     name_of(report.method), typed(directory));
 }
 
 }  // namespace
@@ -181,7 +181,7 @@ ExitCode execute(const RunOptions& options) {
 
   // Nothing was written so far.
   RunFolder folder(plan, scene, simulation);
-  if (options.resume && !plan.before) print_message("no checkpoint in " + plan.directory.string() + "; starts anew");
+  if (options.resume && !plan.before) print_message("no checkpoint in " + typed(plan.directory) + "; starts anew");
   if (options.report && !plan.has_html_page)
     print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers",
                   Tone::Warning);

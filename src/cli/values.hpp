@@ -19,6 +19,9 @@ std::optional<Number> read_number(const std::string& text) {
 }
 
 /// Words between commas; each use of the option adds some.
-Value list(Word word, std::vector<std::string>* target);
+Value list(std::vector<std::string>* target);
+
+/// A word, or some between commas, of those that shells are to offer.
+Value offer(std::vector<std::string> offers, Value value, Word word = Word::Choice);
 
 }  // namespace tanor::cli

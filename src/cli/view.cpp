@@ -38,11 +38,10 @@ fs::path require_page(const fs::path& given) {
   if (!fs::is_directory(folder))
     throw InputError(given.string(), "is a file; wanted the folder of a run, such as net.out");
   if (fs::exists(folder / report::html_page_name)) return folder;
-  const std::string name = folder.string();
   if (fs::exists(folder / ".run.lock"))
-    throw InputError(name, "the run that goes on there makes no page; it began without --report");
-  throw InputError(
-      name, fmt::format("there is no {}; tanor run SCENE --out {} --report makes it", report::html_page_name, name));
+    throw InputError(folder.string(), "the run that goes on there makes no page; it began without --report");
+  throw InputError(folder.string(), fmt::format("there is no {}; tanor run SCENE --out {} --report makes it",
+                                                report::html_page_name, typed(folder)));
 }
 
 /// Whether there is a window in which a browser could open: elsewhere one that writes into the terminal might.
@@ -91,7 +90,7 @@ void announce(const ViewOptions& options, const fs::path& folder, int port) {
   if (options.json) {
     print_json({{"url", url}, {"port", port}, {"folder", folder.string()}});
   } else {
-    fmt::print("{} shows {}; Ctrl-C ends it\n", url, folder.string());
+    fmt::print("{} shows {}; Ctrl-C ends it\n", url, typed(folder));
   }
   std::fflush(stdout);
   if (options.no_open || (has_display() && open_browser(url)) || options.quiet) return;

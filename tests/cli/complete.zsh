@@ -6,6 +6,7 @@ folder=$(mktemp -d)
 trap 'rm -rf $folder' EXIT
 cd $folder
 touch net.json notes.txt
+mkdir "two words.out"
 $program completion zsh > _tanor || exit 1
 cat > start.zsh <<'START'
 autoload -Uz compinit
@@ -46,6 +47,8 @@ expect 'tanor inf' 'tanor info' || failed=1
 expect 'tanor run n' 'tanor run net.json' || failed=1
 expect 'tanor run net.json --rep' 'tanor run net.json --report' || failed=1
 expect 'tanor run net.json --method radau' 'tanor run net.json --method radau5' || failed=1
+expect 'tanor view two' 'tanor view two\ words.out/' || failed=1
+expect 'tanor run net.json --trajectory xyz,h' 'tanor run net.json --trajectory xyz,h5md,' || failed=1
 expect 'tanor help sol' 'tanor help solve' || failed=1
 zpty -d shell
 exit $failed

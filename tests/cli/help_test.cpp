@@ -174,7 +174,8 @@ std::set<std::string> complete(const Folder& folder, const Words& words) {
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.err, "");
   std::set<std::string> offers;
-  for (const std::string& each : split(ended.out)) offers.insert(each);
+  std::istringstream lines(ended.out);
+  for (std::string each; std::getline(lines, each);) offers.insert(each);
   return offers;
 }
 
@@ -183,6 +184,7 @@ TEST(CompletionTest, BashOffersCommandsOptionsMethodsAndFiles) {
   const Folder folder;
   for (const char* name : {"net.json", "notes.txt", "a.csv"}) write_text(folder / name, "{}");
   std::filesystem::create_directory(folder / "nets");
+  std::filesystem::create_directory(folder / "two words.out");
 
   EXPECT_EQ(complete(folder, {"s"}), (Offers{"solve", "selftest"}));
   EXPECT_EQ(complete(folder, {"run", "n"}), (Offers{"net.json", "nets"}));
@@ -193,6 +195,12 @@ TEST(CompletionTest, BashOffersCommandsOptionsMethodsAndFiles) {
   EXPECT_EQ(complete(folder, {"error-time", "net.json", "--methods", "rk4,ratt"}),
             (Offers{"rk4,rattle", "rk4,rattle4", "rk4,rattle6"}));
   EXPECT_EQ(complete(folder, {"help", "run"}), (Offers{"run"}));
+  for (const char* begun : {"two", "two\\ w", "\"two w"})
+    EXPECT_EQ(complete(folder, {"view", begun}), (Offers{"two words.out"})) << begun;
+  EXPECT_EQ(complete(folder, {"run", "net.json", "--trajectory", "xyz,h"}), (Offers{"xyz,h5md"}));
+  EXPECT_EQ(complete(folder, {"picture", "nets", "--show", "rods,t"}), (Offers{"rods,tangent"}));
+  EXPECT_EQ(complete(folder, {"picture", "nets", "--projection", "o"}), (Offers{"orthographic"}));
+  EXPECT_EQ(complete(folder, {"run", "net.json", "--isa", "b"}), (Offers{"baseline"}));
   EXPECT_EQ(complete(folder, {"completion", ""}), (Offers{"bash", "zsh"}));
 }
 

@@ -63,6 +63,17 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_TRUE(summary.at("doubt").is_null());
 }
 
+TEST(RunTest, AFolderIsNamedAsAShellTakesIt) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  for (const auto& [name, typed] :
+       {std::pair{"a/b-1.out", "a/b-1.out"}, {"two words", "'two words'"}, {"it's", R"('it'\''s')"}}) {
+    const Ended ended = run_program(folder, {"run", "s.json", "--out", name});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_TRUE(ended.err.ends_with(std::string("results in ") + typed + "\n")) << ended.err;
+  }
+}
+
 TEST(RunTest, APageLeavesTheMotionAsItIs) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.35, "output_every": 0.1)"));

@@ -1,7 +1,8 @@
 // page.mjs PAGE SUMMARY CHROMIUM [PICTURE.png]: loads a report.html in headless Chromium and tries it.
 //
-// Finds drawn pixels and no error on the console, scrubs to the end, and compares the tensions shown there with those of
-// summary.json (scenes whose constraints are rods alone). At most 12 MB.
+// Finds drawn pixels and no error on the console, orbits, switches, looks for its histories and events, scrubs to the end,
+// and compares the tensions shown there with those of summary.json (scenes whose constraints are rods alone). At most
+// 12 MB.
 // Times are printed, not judged: they depend on the machine.
 import { readFileSync, statSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -17,6 +18,9 @@ async function tryPage(browser) {
   const begin = await browser.countPixels();
   browser.expect(begin.drawn > 500, `only ${begin.drawn} pixels are drawn`);
   await trySwitches(browser);
+  await orbit(browser);
+  await readOrder(browser);
+  await tryEvents(browser);
   const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child .u-value"), (each) => each.textContent)`);
   browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 
@@ -56,6 +60,45 @@ async function trySwitches(browser) {
   await browser.ask("tanorPage.seek(tanorPage.begin)");
 }
 
+/** A hand drags the picture around, and a key brings it back. */
+async function orbit(browser) {
+  await browser.ask("tanorPage.seek(tanorPage.begin)");
+  const before = await browser.countPixels();
+  const [x, y] = await browser.ask(`(() => { const box = document.getElementById("view").getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()`);
+  const move = (type, dx, buttons) => browser.call("Input.dispatchMouseEvent", { type, x: x + dx, y, button: "left", buttons, clickCount: 1 });
+  await move("mousePressed", 0, 1);
+  for (const dx of [40, 80, 120]) await move("mouseMoved", dx, 1);
+  await move("mouseReleased", 120, 0);
+  browser.expect((await browser.countPixels()).sum !== before.sum, "the picture does not turn with the mouse");
+  await browser.ask(`document.getElementById("reset").click()`);
+  browser.expect((await browser.countPixels()).sum === before.sum, "Reset does not bring the view back");
+}
+
+/** Warnings come first, then what ran, then what was left out, then the picture; and the histories are there. */
+async function readOrder(browser) {
+  const order = await browser.ask(`Array.from(document.querySelectorAll("#warnings, #scene, #headline, #left-out-line, #view, #charts, #phases"), (each) => each.id).join(" ")`);
+  browser.expect(order === "warnings scene headline left-out-line view charts phases", `the page has ${order}`);
+  const words = await browser.ask(`document.getElementById("headline").textContent`);
+  for (const word of ["certified", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
+  const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);
+  const wanted = ["Energy drift", "Violation", "Conditioning", "Error against run time"];
+  if (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.has_friction`)) wanted.push("Friction iterations");
+  for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
+}
+
+/** Each event is a mark on the line of time and a row; both lead the view there. */
+async function tryEvents(browser) {
+  const times = await browser.ask(`JSON.parse(document.getElementById("data").textContent).events.map((event) => event.t)`);
+  for (const part of ["#marks i", "#events li"]) {
+    const count = await browser.ask(`document.querySelectorAll("${part}").length`);
+    browser.expect(count === times.length, `${count} of ${times.length} events are shown as ${part}`);
+    if (count === 0) continue;
+    const shown = await browser.ask(`(() => { document.querySelectorAll("${part}")[${count - 1}].click(); return tanorPage.time; })()`);
+    browser.expect(shown === times[count - 1], `an event at ${times[count - 1]} s leads to ${shown} s`);
+  }
+  await browser.ask("tanorPage.seek(tanorPage.begin)");
+}
+
 /** The tension that is written, and all that colours show, against -lambda. */
 async function compareTensions(browser, multipliers) {
   const largest = multipliers.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
@@ -68,6 +111,11 @@ async function compareTensions(browser, multipliers) {
   const worst = multipliers.reduce((most, x, k) => Math.max(most, Math.abs(x + all[k])), 0);
   const step = (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.ranges.tensions.at(-1)`)).reduce((a, b) => b - a) / 65535;
   browser.expect(worst <= 1.01 * step + 1e-6 * largest, `tensions differ by ${worst} N, a step of 16 bits is ${step} N`);
+  // Rods in compression are listed, the most pushed one first.
+  const listed = await browser.ask(`Array.from(document.querySelectorAll("#pushed li"), (row) => Number(row.textContent.split(" ")[1].split("(")[0]))`);
+  const pushed = multipliers.filter((x) => x > 3 * step).length;
+  browser.expect(listed.length >= Math.min(40, pushed) && listed.every((rod, k) => multipliers[rod] > 0 && (k === 0 || multipliers[listed[k - 1]] >= multipliers[rod] - 2 * step)),
+    `${listed.length} rods are listed as pushed, ${pushed} are`);
 }
 
 async function play(browser) {
