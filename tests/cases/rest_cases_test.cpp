@@ -2,12 +2,14 @@
 /// corners (B2).
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 #include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
 #include "cases/reference_case.hpp"
+#include "statics/observed_order.hpp"
 
 namespace tanor::cases {
 namespace {
@@ -29,6 +31,19 @@ System make_system(const nlohmann::json& scene) {
   return system;
 }
 
+/// The last three steps from beside the equilibrium are quadratic.
+void expect_quadratic(System system, const EquilibriumResult& rest, double move) {
+  const std::vector<Index>& held = system.supports[0].points;
+  for (std::size_t i = 0; i < system.positions.size(); ++i) {
+    if (std::ranges::find(held, static_cast<Index>(i / 3)) == held.end())
+      system.positions[i] = rest.positions[i] + move * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  }
+  const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-14});
+  const std::vector<double> orders = observed_orders(found.residuals, 1e-11 * found.largest_force);
+  ASSERT_EQ(orders.size(), 2u) << testing::PrintToString(found.residuals);
+  for (const double order : orders) EXPECT_GE(order, 1.8) << testing::PrintToString(found.residuals);
+}
+
 TEST(UnevenCatenary, Of100RodsRestsAsItsClosedForm) {
   const nlohmann::json file = read_case("B1_catenary_uneven_N100");
   const System system = make_system(file.at("scene"));
@@ -44,6 +59,7 @@ TEST(UnevenCatenary, Of100RodsRestsAsItsClosedForm) {
   const std::vector<double> tensions = numbers(file.at("tensions"));
   for (std::size_t k = 0; k < tensions.size(); ++k)
     EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * tensions[k]) << k;
+  expect_quadratic(system, found, 1e-3 * std::get<Rods>(system.constraints[0]).length.constants[0]);
 }
 
 TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
@@ -67,6 +83,7 @@ TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
     const std::vector<double> tensions = numbers(file.at("tensions"));
     for (std::size_t k = 0; k < tensions.size(); ++k)
       EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * tensions[k]) << k;
+    expect_quadratic(system, found, 0.02 * std::get<Rods>(system.constraints[0]).length.constants[0]);
     const Modes vibrations = modes(system, found.positions, {.count = ModesOptions::all});
     ASSERT_TRUE(vibrations.outcome.ok()) << vibrations.outcome.what;
     const std::vector<double> omega = numbers(file.at("omega"));
