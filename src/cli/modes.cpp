@@ -32,7 +32,8 @@ std::string describe(const Modes& modes) {
     if (!modes.decay.empty()) text += fmt::format(" (decay {:.6g} 1/s)", modes.decay[k]);
   }
   if (modes.count() > most_shown) text += ", …";
-  std::string line = fmt::format("{} of {} modes: omega = {} rad/s", modes.count(), modes.degrees_of_freedom, text);
+  std::string line = fmt::format("{} {} modes: omega = {} rad/s", modes.count(),
+                                 modes.decay.empty() ? fmt::format("of {}", modes.degrees_of_freedom) : "damped", text);
   if (modes.zero_modes > 0)
     line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
   if (modes.unstable_directions > 0 && modes.decay.empty())

@@ -44,8 +44,11 @@ class Search {
  private:
   Outcome search();
   Outcome search_from_smallest(Outcome before);
+  void polish();
   void decide_rank();
   std::size_t count_self_stress() const;
+  void move_along_lowest_shape();
+  Outcome leave_saddle(Outcome failed);
   void leave_unstable();
   Outcome classify();
   void forget_idle_rows();
@@ -159,6 +162,16 @@ std::size_t Search::count_self_stress() const {
       std::ranges::count_if(rank_.dependences, [](const RowDependence& each) { return !each.terms.empty(); }));
 }
 
+/// To rounding: rods that lie on each other then do so exactly, and motions from there see which rows depend.
+void Search::polish() {
+  constexpr int most_steps = 8;
+  StaticState polished = state_;
+  std::vector<double> residuals;
+  (void)newton_.run({std::numeric_limits<double>::epsilon(), most_steps}, &polished, &residuals);
+  const StaticResidual before = newton_.measure(state_), after = newton_.measure(polished);
+  if (after.force <= before.force && after.violation <= std::max(before.violation, 1e-15)) state_ = std::move(polished);
+}
+
 /// Where rods pull against each other in ways that no load determines, as in a net that has collapsed, Newton's method
 /// may have ended with any of them, or at none: it goes on from the smallest multipliers.
 Outcome Search::search_from_smallest(Outcome before) {
@@ -171,7 +184,7 @@ Outcome Search::search_from_smallest(Outcome before) {
   const StaticState ended = state_;
   state_.lambda = smallest_;
   Outcome outcome = search();
-  if (!outcome.ok()) state_ = ended;
+  outcome.ok() ? polish() : void(state_ = ended);
   decide_rank();
   return outcome.ok() ? outcome : before;
 }
@@ -202,17 +215,43 @@ Outcome Search::classify() {
   return {};
 }
 
-/// Along the shape that gains most energy, to somewhere else.
+/// Along the shape that gains most energy.
+void Search::move_along_lowest_shape() {
+  constexpr double far = 0.05;  // of the scene's size
+  const double move = far * model_.scene_size / longest(inertia_.shape);
+  for (std::size_t i = 0; i < inertia_.shape.size(); ++i) state_.r[i] += move * inertia_.shape[i];
+}
+
+/// Descent may come to an unstable equilibrium, slower and slower, where Newton's method refuses it.
+Outcome Search::leave_saddle(Outcome failed) {
+  constexpr int most_times = 3;
+  constexpr double near = 1e-3;
+  for (int time = 0; time < most_times && failed.status == Status::NotConverged; ++time) {
+    const StaticResidual here = newton_.measure(state_);
+    if (!(here.relative_force() < near && here.violation < near)) break;
+    decide_rank();
+    const bool is_saddle = classify().ok() && result_.status == Stability::Unstable && !inertia_.shape.empty();
+    result_.status = Stability::None;
+    if (!is_saddle) break;
+    const StaticState ended = state_;
+    move_along_lowest_shape();
+    result_.left_out.push_back("the search came near an unstable equilibrium, left along its lowest mode (omega^2 = " +
+                               text(inertia_.lowest) + " 1/s^2)");
+    if (Outcome outcome = search_from_smallest(search()); outcome.ok()) return outcome;
+    state_ = ended;
+  }
+  inertia_ = {};
+  result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
+  result_.lowest_omega2 = inertia_.lowest;
+  return failed;
+}
+
+/// To somewhere else.
 void Search::leave_unstable() {
   constexpr int most_times = 12;
-  constexpr double far = 0.05;  // of the scene's size
   for (int time = 0; time < most_times && result_.status == Stability::Unstable && !inertia_.shape.empty(); ++time) {
-    double longest = 0.0;
-    for (std::size_t i = 0; i < model_.num_moving(); ++i)
-      longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
     const StaticState unstable = state_;
-    for (std::size_t i = 0; i < inertia_.shape.size(); ++i)
-      state_.r[i] += far * model_.scene_size / longest * inertia_.shape[i];
+    move_along_lowest_shape();
     result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
                                text(inertia_.lowest) + " 1/s^2)");
     Outcome outcome = search_from_smallest(search());
@@ -248,9 +287,11 @@ Outcome Search::run(bool is_judged) {
   }
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
-  if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
-  if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
+  Outcome found = search_from_smallest(search());
+  if (options_.method != EquilibriumMethod::Newton) found = leave_saddle(std::move(found));
+  if (!found.ok() || !is_judged) return found;
+  if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
 
   const bool is_wanted = options_.accept == AcceptedEquilibria::Any || result_.status == Stability::Stable ||

@@ -140,7 +140,7 @@ int KktSolver::slot(int i, int j) const {
 }
 
 /// C_a = penalty (stiffness of the row's points)/|gradient|^2.
-void KktSolver::find_penalties(const std::vector<double>& shifts) {
+void KktSolver::find_penalties(const std::vector<double>& shifts, double stiffer) {
   const StiffnessMatrix& W = equations_.stiffness();
   std::vector<double> stiffness(W.num_points());
   double most = 0.0;
@@ -165,10 +165,10 @@ void KktSolver::find_penalties(const std::vector<double>& shifts) {
     penalties_[row] = std::max(penalties_[row], stiffness[point]);
   }
   for (std::size_t row = 0; row < penalties_.size(); ++row)
-    penalties_[row] = squares[row] > 0.0 ? penalty * penalties_[row] / squares[row] : 0.0;
+    penalties_[row] = squares[row] > 0.0 ? stiffer * penalty * penalties_[row] / squares[row] : 0.0;
 }
 
-void KktSolver::assemble(const std::vector<double>& shifts) {
+void KktSolver::assemble(const std::vector<double>& shifts, double stiffer) {
   const StiffnessMatrix& W = equations_.stiffness();
   const double* const K = equations_.gradients().data();
   std::fill(blocks_.begin(), blocks_.end(), Block3{});
@@ -178,7 +178,7 @@ void KktSolver::assemble(const std::vector<double>& shifts) {
   for (std::size_t i = 0; i < place_.size(); ++i)
     blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(shifts[i] *
                                                                                                         model_.mass[i]);
-  find_penalties(shifts);
+  find_penalties(shifts, stiffer);
   // += C g_a g_b'
   for (const auto& [row, a, b, sign, at] : products_)
     blocks_[static_cast<std::size_t>(at)].add_product(sign * penalties_[static_cast<std::size_t>(row)], load(K, a),
@@ -203,20 +203,20 @@ bool KktSolver::factorize(double shift) {
 
 bool KktSolver::factorize(std::vector<double> shifts) {
   shifts_ = std::move(shifts);
-  assemble(shifts_);
+  assemble(shifts_, 1.0);
   std::vector<double> values(transposed_.size());
   for (std::size_t k = 0; k < values.size(); ++k) values[k] = values_[static_cast<std::size_t>(transposed_[k])];
   return factor_->factorize(lower_, values.data(), model_.parallel.threads()) == lower_.size();
 }
 
-std::optional<std::size_t> KktSolver::count_below(double omega2) {
-  return count_below(std::vector<double>(place_.size(), omega2));
+std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer) {
+  return count_below(std::vector<double>(place_.size(), omega2), stiffer);
 }
 
-std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2) {
+std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, double stiffer) {
   const std::vector<double> of_factor = penalties_;  // which solve() goes on with
   for (double& each : omega2) each = -each;
-  assemble(omega2);
+  assemble(omega2, stiffer);
   penalties_ = of_factor;
   return count_negative_eigenvalues(upper_, values_);
 }

@@ -47,10 +47,13 @@ class KktSolver {
 
   /// How many omega^2 lie below the given one, 1/s^2, by the signs of the pivots of A = L D L' (Sylvester). Empty: one
   /// lies there to rounding, so that a pivot vanishes.
-  std::optional<std::size_t> count_below(double omega2);
+  ///
+  /// Near a mode the signs are those of A only where C exceeds W^2 over the distance from it times the squared singular
+  /// values of K: `stiffer` multiplies C, and rounding.
+  std::optional<std::size_t> count_below(double omega2, double stiffer = 1.0);
   /// The same of Z'WZ q = mu Z'LMZ q below mu = 1, where L is of [moving point], 1/s^2: 1 is then as much of each
   /// island's own scale. Negative ones: below mu = -1.
-  std::optional<std::size_t> count_below(std::vector<double> omega2);
+  std::optional<std::size_t> count_below(std::vector<double> omega2, double stiffer = 1.0);
 
  private:
   /// A block of A that a product of two blocks of K is added to.
@@ -66,9 +69,9 @@ class KktSolver {
   void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
   void expand_pattern();
   int slot(int i, int j) const;
-  void assemble(const std::vector<double>& shifts);
+  void assemble(const std::vector<double>& shifts, double stiffer);
   void expand(double* values) const;
-  void find_penalties(const std::vector<double>& shifts);
+  void find_penalties(const std::vector<double>& shifts, double stiffer);
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);

@@ -378,7 +378,9 @@ std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
   if (bound.modes == 0 && bound.omega2 <= -shift_) return 0;
   if (bound.modes == 0 && kkt_.factorize(-bound.omega2)) return 0;
   if (bound.modes == 0 && !kkt_.factorize(shift_)) return std::nullopt;
-  return kkt_.count_below(bound.omega2);
+  // Clear gaps stand the rounding of a larger C, badly conditioned K does not stand a small one.
+  constexpr double stiffer = 100.0;
+  return kkt_.count_below(bound.omega2, stiffer);
 }
 
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {

@@ -416,5 +416,30 @@ TEST(Equilibrium, InLoadStepsIsTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
+/// Rods and springs of which some are compressed: descent, which leaves out what these take away, creeps towards an
+/// unstable equilibrium that Newton's method refuses.
+TEST(Equilibrium, OfATangleIsFoundBeyondTheSaddleThatItCreepsTo) {
+  System system;
+  system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,
+                      0.231,  -0.432, 0.16,   -0.975, -0.573, 0.508,  -0.095, 0.319,  0.32,   -0.876,
+                      0.566,  0.555,  -0.396, -0.631, -0.413, -0.656, 0.21,   -0.514, 0.36,   -0.849,
+                      -0.597, -0.75,  -0.738, 0.76,   -0.939, 0.66,   0.345,  -0.801, 0.002};
+  system.masses = {2.19, 0.345, 7.845, 8.835, 1.473, 0.181, 0.327, 0.842, 0.25, 0.285, 1.764, 0.153, 7.094};
+  system.supports = {{"", {0, 1}, {}}};
+  system.constraints = {Rods{"rods", {{1, 2}, {1, 3}, {3, 4}, {0, 5}, {4, 6}, {2, 7}, {3, 8}, {7, 10}}}};
+  Springs springs{.name = "springs",
+                  .pairs = {{1, 9}, {4, 11}, {11, 12}, {5, 8}, {0, 5}, {1, 2}, {2, 3}, {10, 3}},
+                  .stiffness = 450.0};
+  springs.rest_length.constants = {0.898, 0.785, 0.908, 1.262, 0.853, 2.021, 1.068, 0.743};
+  system.forces = {springs};
+  system.add_gravity({0.0, 0.0, -g});
+
+  const EquilibriumResult found = find_equilibrium(system);
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.status, Stability::Stable);
+  EXPECT_LE(found.residual_force, 1e-10 * found.largest_force);
+}
+
 }  // namespace
 }  // namespace tanor

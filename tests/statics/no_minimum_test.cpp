@@ -96,7 +96,7 @@ TEST(Equilibrium, OfAPendulumBesideStiffSpringsIsStable) {
     system.masses.assign(4, 1.0);
     system.supports = {{"", {0}, {}}};
     system.constraints = {Rods{"rod", {{0, 1}}}};
-    system.forces = {Springs{"stiff", {{2, 3}}, stiffness, 1.0, 0.0},
+    system.forces = {Springs{.name = "stiff", .pairs = {{2, 3}}, .stiffness = stiffness, .rest_length = 1.0},
                      Potential{.points = {{1}}, .kernel = formula_potential("9.81*z1", 1)}};
 
     const EquilibriumResult found = find_equilibrium(system);

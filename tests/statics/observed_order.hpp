@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -16,8 +17,8 @@ inline std::vector<double> observed_orders(const std::vector<double>& residuals,
     if (n < 3 || n > residuals.size() || residuals[n - 1] <= 0.0) return 0.0;
     return std::log(residuals[n - 1] / residuals[n - 2]) / std::log(residuals[n - 2] / residuals[n - 3]);
   };
-  const bool helps = order(above + 1) >= order(above);
-  const std::size_t last = helps ? above + 1 : above;
+  const auto least = [&](std::size_t n) { return std::min(order(n), order(n - 1)); };
+  const std::size_t last = above + 1 <= residuals.size() && least(above + 1) >= least(above) ? above + 1 : above;
   if (last < 4) return {};
   return {order(last), order(last - 1)};
 }
