@@ -220,8 +220,15 @@ bool NewtonDescent::try_descent(StaticState* state) {
   const double most_tension = 1e9 * std::max(residual_.scale, 1e-300);
   std::vector<double> image(equations_.size()), rows(model_.num_rows());
   const std::vector<double> penalties_before = penalties_;
+  // Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly.
+  constexpr double near = 1e-3;
+  auto curvature = StiffnessMatrix::Curvature::Convex;
+  if (combined(residual_) < near) {
+    equations_.linearise(state->r.data(), state->lambda.data());
+    if (factorize(0.0)) curvature = StiffnessMatrix::Curvature::Exact;
+  }
   for (Step step; tension_ <= most_tension;) {
-    equations_.linearise(state->r.data(), state->lambda.data(), StiffnessMatrix::Curvature::Convex);
+    equations_.linearise(state->r.data(), state->lambda.data(), curvature);
     equations_.stiffness().add_tension(tension_, state->r.data());
     if (!factorize_with_masses()) return false;
     solve_consistent_step(&step);

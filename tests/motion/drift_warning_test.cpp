@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tanor/equilibrium.hpp>
 #include <tanor/tanor.hpp>
 
 /// \file Drifts of the energy are measured beside all that has flowed, and not before anything flows.

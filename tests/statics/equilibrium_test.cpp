@@ -416,9 +416,9 @@ TEST(Equilibrium, InLoadStepsIsTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-/// Rods and springs of which some are compressed: descent, which leaves out what these take away, creeps towards an
-/// unstable equilibrium that Newton's method refuses.
-TEST(Equilibrium, OfATangleIsFoundBeyondTheSaddleThatItCreepsTo) {
+/// Rods and springs of which some are compressed, in a soft equilibrium: full steps bend too far, and descent without
+/// what the compressed ones take away creeps.
+TEST(Equilibrium, OfATangleIsFoundWhereItIsSoft) {
   System system;
   system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,
                       0.231,  -0.432, 0.16,   -0.975, -0.573, 0.508,  -0.095, 0.319,  0.32,   -0.876,
