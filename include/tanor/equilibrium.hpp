@@ -66,8 +66,11 @@ struct [[nodiscard]] EquilibriumResult {
   EquilibriumMethod method_used = EquilibriumMethod::Newton;
   int iterations = 0, factorizations = 0;
   std::vector<double> positions;                  ///< 3n, m; the best that was found where outcome is not ok
-  std::vector<double> multipliers;                ///< [equations] lambda; the smallest where they are not unique
-  std::vector<double> reactions, support_forces;  ///< 3n, N: K lambda; the load that each support carries
+  /// [equations] lambda; the smallest where they are not unique, NaN where they join supports alone, or points that
+  /// prestress holds rigid.
+  std::vector<double> multipliers;
+  /// 3n, N: K lambda; the load that each support carries; NaN where a multiplier that is NaN takes part.
+  std::vector<double> reactions, support_forces;
   std::vector<bool> multipliers_unique;           ///< [equations]
   std::size_t self_stress_states = 0;             ///< ways in which rods can pull against each other without a load
   std::vector<std::string> dependences;           ///< "rods[17] depends on rods[3], rods[9]"

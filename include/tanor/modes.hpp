@@ -50,8 +50,8 @@ struct [[nodiscard]] Modes {
   /// lambda D + W over the largest |lambda|^2 of all.
   double residual_max = 0.0;
   std::size_t degrees_of_freedom = 0;   ///< 3(n - supports) - rank K
-  std::size_t unstable_directions = 0;  ///< modes that grow, of those that were asked for
-  std::size_t zero_modes = 0;           ///< modes with omega = 0 to rounding, likewise; their omega is 0
+  std::size_t unstable_directions = 0;  ///< modes that grow, asked for or not; damped, of many freedoms: asked for
+  std::size_t zero_modes = 0;           ///< modes with omega = 0 to rounding, of those asked for; their omega is 0
   std::size_t rigid_zero_modes = 0;     ///< of these, motions of bodies that nothing holds
   std::vector<double> multipliers;      ///< [equations] lambda at the equilibrium
   std::vector<std::string> left_out;    ///< what has no part in vibrations: friction, drag, velocities

@@ -45,16 +45,16 @@ Findings find(scene::Scene* scene) {
   if (!dynamics.system().friction.empty()) found.friction = report::describe_friction(dynamics.system());
   found.form = dynamics.plan().form;
   found.equations = dynamics.num_equations();
-  found.position_violation = dynamics.position_violation({.time = 0.0, .positions = positions});
+  found.position_violation = dynamics.position_violation({.time = scene->t_start, .positions = positions});
   found.velocity_violation =
-      dynamics.velocity_violation({.time = 0.0, .positions = positions, .velocities = velocities});
+      dynamics.velocity_violation({.time = scene->t_start, .positions = positions, .velocities = velocities});
 
   const StartReport start =
-      dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene->motion.start);
+      dynamics.start({.time = scene->t_start, .positions = positions, .velocities = velocities}, scene->motion.start);
   found.trouble = start.outcome.what;
   if (!start.outcome.ok()) return found;
   found.start = start;
-  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
+  const StateView state{.time = scene->t_start, .positions = positions, .velocities = velocities};
   const SolveReport solved = dynamics.solve(state);
   found.trouble = solved.outcome.what;
   if (!solved.outcome.ok()) return found;

@@ -153,7 +153,7 @@ Command describe_run() {
       options,
       {.name = "run",
        .summary = "simulate a scene; trajectory, summary, page",
-       .text = "Moves the scene from t = 0 to t_end. Writes summary.json, report.txt, trajectory.xyz (OVITO), "
+       .text = "Moves the scene from t_start (0 s) to t_end. Writes summary.json, report.txt, trajectory.xyz (OVITO), "
                "trajectory.pvd (ParaView) and a checkpoint into the folder of results.\n"
                "Ctrl-C ends the step and leaves all files whole; --resume goes on there. Options win over the scene. "
                "With --quiet the page of numbers is in report.txt alone.",
@@ -188,7 +188,7 @@ Command describe_solve() {
   const auto options = std::make_shared<SolveOptions>();
   return complete(
       options, {.name = "solve",
-                .summary = "accelerations, reactions and multipliers at t = 0",
+                .summary = "accelerations, reactions and multipliers at t_start (0 s)",
                 .text = "Solves the dynamics once, at the start of the scene, and prints the answer as JSON.",
                 .arguments = {scene_argument(options)},
                 .options = {{"--out", "FILE", text(Word::File, &options->out), "JSON file; default: standard output"}},
@@ -228,7 +228,7 @@ Command describe_check() {
       {.name = "check",
        .summary = "is the start consistent, are constraints redundant, is the answer proven",
        .text = "Tries the start against the constraints, finds the rank and names redundant constraints, and certifies "
-               "the answer at t = 0. It writes nothing.",
+               "the answer at t_start. It writes nothing.",
        .arguments = {scene_argument(options)},
        .examples = {{"tanor check bridge.json", "why does a run complain?"}}});
 }

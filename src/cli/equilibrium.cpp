@@ -25,6 +25,7 @@ namespace {
 
 /// "stable after 7 iterations, residual 3e-15 N (6e-16 of the largest force)"
 std::string describe(const EquilibriumResult& found) {
+  if (std::isnan(found.largest_force)) return "stable: no point can move";
   const double relative = found.largest_force > 0.0 ? found.residual_force / found.largest_force : 0.0;
   std::string line = fmt::format("{} after {} iterations, residual {:.1e} N ({:.1e} of the largest force)",
                                  name_of(found.status), found.iterations, found.residual_force, relative);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,10 +27,13 @@ namespace {
 std::string describe(const Modes& modes) {
   constexpr std::size_t most_shown = 6;
   std::string text;
-  for (std::size_t k = 0; k < std::min(most_shown, modes.count()); ++k)
+  for (std::size_t k = 0; k < std::min(most_shown, modes.count()); ++k) {
     text += fmt::format("{}{:.6g}", k == 0 ? "" : ", ", modes.omega[k]);
+    if (!modes.decay.empty()) text += fmt::format(" (decay {:.6g} 1/s)", modes.decay[k]);
+  }
   if (modes.count() > most_shown) text += ", …";
-  std::string line = fmt::format("{} of {} modes: omega = {} rad/s", modes.count(), modes.degrees_of_freedom, text);
+  std::string line = fmt::format("{} {} modes: omega = {} rad/s", modes.count(),
+                                 modes.decay.empty() ? fmt::format("of {}", modes.degrees_of_freedom) : "damped", text);
   if (modes.zero_modes > 0)
     line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
   if (modes.unstable_directions > 0 && modes.decay.empty())
@@ -69,7 +73,11 @@ ExitCode execute(const ModesCommand& command) {
   if (!command.json) fmt::print("{}; results in {}\n", describe(found), typed(directory));
   if (!facts.buckling) return ExitCode::Done;
   if (!facts.buckling->outcome.ok()) return tell(command.scene, facts.buckling->outcome.what);
-  if (!command.json) fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
+  if (command.json) return ExitCode::Done;
+  if (std::isinf(facts.buckling->load_factor))
+    fmt::print("buckles at no multiple of the load\n");
+  else
+    fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
   return ExitCode::Done;
 }
 

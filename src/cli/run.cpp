@@ -49,8 +49,8 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
 
 /// At the scene's start, or where an interrupted run stopped. Takes the scene's system.
 Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
-  Simulation simulation =
-      naming_file(scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver); });
+  Simulation simulation = naming_file(
+      scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver, scene->t_start); });
   if (plan.before) {
     naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->state); });
   }

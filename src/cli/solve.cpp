@@ -41,7 +41,8 @@ ExitCode execute(const SolveOptions& options) {
   solution.left_out = dynamics.plan().left_out;
   solution.form = name_of(dynamics.plan().form);
   const StartReport start = naming_file(options.scene, [&] {
-    return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
+    return dynamics.start({.time = scene.t_start, .positions = positions, .velocities = velocities},
+                          scene.motion.start);
   });
   // An incomplete answer has null in place of what was not found.
   if (!start.outcome.ok()) {
@@ -55,7 +56,7 @@ ExitCode execute(const SolveOptions& options) {
   std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
   const bool has_friction = !dynamics.system().friction.empty();
   std::vector<double> friction(has_friction ? size : 0);
-  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
+  const StateView state{.time = scene.t_start, .positions = positions, .velocities = velocities};
   const SolveReport report = dynamics.solve(state, {.accelerations = accelerations,
                                                     .multipliers = multipliers,
                                                     .reactions = reactions,

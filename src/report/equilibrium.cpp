@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -44,7 +45,7 @@ Json describe(const EquilibriumResult& found) {
           {"zero_modes", knows_energy ? Json(found.zero_modes) : Json()},
           {"rigid_zero_modes", knows_energy ? Json(found.rigid_zero_modes) : Json()},
           {"lowest_omega2", known(found.lowest_omega2)},
-          {"multipliers_unique", found.self_stress_states == 0},
+          {"multipliers_unique", std::ranges::all_of(found.multipliers_unique, std::identity{})},
           {"self_stress_states", found.self_stress_states},
           {"dependences", found.dependences},
           {"buckling_load_factor", known(found.buckling_load_factor)},
@@ -214,6 +215,24 @@ void write_closed_constraints(const System& system, const EquilibriumResult& fou
   (*json)["constraints"] = std::move(constraints);
 }
 
+/// A function of time in an entry of the scene.
+bool depends_on_time(const Json& json) {
+  return json.is_structured() && (json.contains("formula") || json.contains("table") ||
+                                  std::ranges::any_of(json, [](const Json& each) { return depends_on_time(each); }));
+}
+
+/// Its motion starts at the time of the equilibrium. What moves supports and constraints then moves points, too.
+void write_start(double at, Json* json) {
+  Json& motion = (*json)["motion"];
+  if (at != 0.0) {
+    motion["t_start"] = at;
+    if (motion.contains("t_end") && motion["t_end"] <= at) motion["t_end"] = motion["t_end"].get<double>() + at;
+  }
+  const auto moves = [&](const char* key) { return json->contains(key) && depends_on_time((*json)[key]); };
+  if (moves("supports") || moves("constraints")) motion["start"] = "project";
+  if (motion.is_null()) json->erase("motion");
+}
+
 /// The scene's own text with other positions. Supports keep those from which their motion is measured.
 void write_scene(const fs::path& path, const scene::Scene& scene, const EquilibriumResult& found) {
   std::ifstream file(scene.file);
@@ -223,6 +242,7 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
   write_rest_lengths(scene, &json);
   if (!json.contains("points")) write_what_came_with_points(scene.system, &json);
   write_closed_constraints(scene.system, found, &json);
+  write_start(scene.equilibrium.at, &json);
   json.erase("generate");
   json.erase("import");
   std::vector<double> positions = found.positions;

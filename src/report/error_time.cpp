@@ -71,7 +71,7 @@ struct Run {
 };
 
 Run run_once(const scene::Scene& scene, const MotionOptions& options) {
-  Simulation simulation(scene.system, options, scene.solver);
+  Simulation simulation(scene.system, options, scene.solver, scene.t_start);
   Run result;
   const auto begin = std::chrono::steady_clock::now();
   result.outcome = simulation.outcome().ok() ? simulation.advance_to(scene.t_end) : simulation.outcome();

@@ -37,6 +37,11 @@ std::string describe_limit(double t_end, double most, std::string_view what) {
 /// An end that can be reached, with output that can be stored.
 void check_counts(const Cursor& motion, const Overrides& overrides, const Scene& scene) {
   const double t_end = scene.t_end, step = scene.motion.step;
+  if (t_end > 0.0 && !(t_end > scene.t_start)) {
+    const std::string wanted = fmt::format("a time after t_start = {} s", scene.t_start);
+    if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", t_end, wanted));
+    motion["t_end"].fail(wanted);
+  }
   if (step > 0.0 && t_end / step > most_steps) {
     const std::string wanted = describe_limit(t_end, most_steps, "steps");
     if (overrides.step) throw InputError("--step", fmt::format("found number {}, wanted {}", step, wanted));
@@ -78,8 +83,8 @@ LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
-  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_end", "output_every",
-                 "output_points", "stabilisation", "start", "trajectory", "compression"});
+  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_start", "t_end",
+                 "output_every", "output_points", "stabilisation", "start", "trajectory", "compression"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
     const std::string& name = method.string();
@@ -94,6 +99,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   options.stabilisation = motion["stabilisation"].choice<Stabilisation>(options.stabilisation);
   options.start = motion["start"].choice<StartMode>(options.start);
 
+  scene->t_start = motion["t_start"].number(0.0);
   scene->t_end = motion["t_end"].positive(0.0);
   scene->output_every = motion["output_every"].positive(0.0);
   if (const Cursor points = motion["output_points"]; points && !points.says("all"))

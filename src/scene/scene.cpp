@@ -195,7 +195,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   read_equilibrium(root["equilibrium"], &scene);
   read_modes(root["modes"], &scene);
   try {
-    validate(scene.system);
+    validate(scene.system, scene.t_start);
   } catch (const InputError& error) {
     places.find(error.where()).complain(places.translate(error.what()));
   }

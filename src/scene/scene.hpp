@@ -29,6 +29,7 @@ struct Scene {
   std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
   System system;
   MotionOptions motion;
+  double t_start = 0.0;              ///< s
   double t_end = 0.0;                ///< s; 0: not given
   double output_every = 0.0;         ///< s; 0: start and end only
   std::vector<Index> output_points;  ///< empty: all

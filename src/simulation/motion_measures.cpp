@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 
@@ -28,8 +29,8 @@ void MotionMeasures::begin() {
   report_.energy.start = energy.kinetic + energy.potential;
   note(energy);
   report_.energy.potential_at_start = energy.potential;
-  report_.energy.scale =
-      std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
+  report_.energy.scale = std::max(
+      rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall() + energy_of_a_move()), energy.kinetic);
   warn_of_tolerance();
   report_.position_violation = form_.largest(work_.position_violation(state_.t, points_.r.data()));
   report_.velocity_violation = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
@@ -94,6 +95,25 @@ double MotionMeasures::energy_of_a_fall() const {
   return form_.sum(sum);
 }
 
+/// How much the potential changes where each point is moved by a hundredth of its neighbourhood's length, J: stiff
+/// energies may cancel each other where all is at rest. At the start.
+double MotionMeasures::energy_of_a_move() const {
+  constexpr double part = 0.01;
+  std::vector<double> moved = points_.r;
+  for (std::size_t k = 0; k < 3 * model_.num_moving(); ++k)
+    moved[k] += part * work_.scales.length(work_.scales.of_point(k / 3)) * irregular(k);
+  const double change = change_of_potential(moved);
+  return form_.sum(std::isfinite(change) ? change : 0.0);
+}
+
+/// From the points to others.
+double MotionMeasures::change_of_potential(const std::vector<double>& moved) const {
+  const auto energy_at = [&](const std::vector<double>& r) {
+    return work_.forces.potential(model_.parallel, state_.t, r.data());
+  };
+  return std::abs(energy_at(moved) - energy_at(points_.r));
+}
+
 /// An absolute tolerance that leaves a neighbourhood less than four digits.
 void MotionMeasures::warn_of_tolerance() {
   constexpr double coarse = 1e-4;
@@ -109,21 +129,24 @@ void MotionMeasures::warn_of_tolerance() {
 }
 
 /// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves
-/// yet.
+/// yet, or all is at rest.
 double MotionMeasures::tolerated_energy() {
   constexpr double tolerances = 1e4;
   if (!integration_.scheme().is_adaptive()) return 0.0;
   write_points();
   double sum = 0.0;
+  std::vector<double> moved = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double speed = norm(load(points_.v.data(), i)), atol = work_.scales.velocity_tolerance(options_.atol, i);
     // m v dv + m a dr
     const double of_velocity = (speed + tolerances * atol) * (atol + options_.rtol * speed);
     const double acceleration = work_.scales.accelerations()[i];
-    sum +=
-        tolerances * model_.mass[i] * (of_velocity + acceleration * work_.scales.position_tolerance(options_.atol, i));
+    const double dr = work_.scales.position_tolerance(options_.atol, i);
+    sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
+    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) moved[k] += tolerances * dr * irregular(k);
   }
-  return form_.sum(sum);
+  // Where forces balance, dr'W dr/2 of stiff ones.
+  return form_.sum(sum + change_of_potential(moved));
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

@@ -49,6 +49,8 @@ class MotionMeasures {
   void measure_violations(const StepResult& step);
   void note(const Energy& energy);
   double energy_of_a_fall() const;
+  double energy_of_a_move() const;
+  double change_of_potential(const std::vector<double>& moved) const;
   void warn_of_tolerance();
   double tolerated_energy();
   void watch_accuracy();

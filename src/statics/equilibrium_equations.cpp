@@ -11,6 +11,7 @@ EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
       model_(work.model()),
       t_(t),
       stiffness_(work),
+      stiffest_(model_.num_moving(), 0.0),
       blocks_(3 * work.constraints.num_blocks()),
       f_(3 * model_.num_points()),
       reactions_(3 * model_.num_points()),
@@ -44,11 +45,11 @@ void EquilibriumEquations::linearise(const double* r, const double* lambda, Stif
   work_.set_time(t_);
   work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   stiffness_.evaluate(t_, r, lambda, curvature);
-  stiffest_ = stiffness_.largest();
+  for (std::size_t i = 0; i < stiffest_.size(); ++i) stiffest_[i] = stiffness_.largest_of(i);
 }
 
-double EquilibriumEquations::rounding_of_forces() const {
-  return 64.0 * std::numeric_limits<double>::epsilon() * stiffest_ * model_.scene_size;
+double EquilibriumEquations::rounding_of_forces(std::size_t point) const {
+  return 64.0 * std::numeric_limits<double>::epsilon() * stiffest_[point] * model_.scene_size;
 }
 
 void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {

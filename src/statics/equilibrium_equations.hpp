@@ -33,8 +33,9 @@ class EquilibriumEquations {
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
 
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
-  /// What rounding of the places leaves of forces that cancel at a point, by W of the last `linearise`, N.
-  double rounding_of_forces() const;
+  /// What rounding of the places leaves of forces that cancel at a moving point, by its rows of W of the last
+  /// `linearise`, N.
+  double rounding_of_forces(std::size_t point) const;
 
   /// At the last of these places: blocks of K as `Model::incidences` reads them, and W.
   const std::vector<double>& gradients() const { return blocks_; }
@@ -52,8 +53,9 @@ class EquilibriumEquations {
  private:
   Workspace& work_;
   const Model& model_;
-  double t_, violation_ = 0.0, stiffest_ = 0.0;
+  double t_, violation_ = 0.0;
   StiffnessMatrix stiffness_;
+  std::vector<double> stiffest_;  // [moving point] largest |W_ij| of its rows
   std::vector<double> blocks_, f_, reactions_, at_rest_;
   mutable std::vector<double> padded_;  // [3 points] x, with supports that stand
 };

@@ -43,9 +43,15 @@ class Search {
 
  private:
   Outcome search();
-  std::size_t find_freedoms();
+  Outcome search_from_smallest(Outcome before);
+  void polish();
+  void decide_rank();
+  std::size_t count_self_stress() const;
+  void move_along_lowest_shape();
+  Outcome leave_saddle(Outcome failed);
   void leave_unstable();
   Outcome classify();
+  void forget_idle_rows();
   void choose_start_multipliers();
   std::string name_points_that_move() const;
 
@@ -58,6 +64,9 @@ class Search {
   NewtonDescent newton_;
   std::vector<double> prestress_;  // [rows]
   StaticState state_;
+  std::vector<double> decided_at_;  // positions where it was decided
+  RankReport rank_;                 // of K there
+  std::vector<double> smallest_;    // multipliers there [rows]; empty: there are none
   ReducedInertia inertia_;
   std::string without_potential_;  // forces by name
 };
@@ -138,17 +147,49 @@ Outcome Search::search() {
   return outcome;
 }
 
-/// 3n - rank K; of many unknowns, where K has fewer rows, at least.
-std::size_t Search::find_freedoms() {
-  const bool wants_rank = equations_.size() <= equations_.num_rows() || equations_.size() <= most_dense_unknowns;
-  std::vector<double> found;
-  if (equations_.num_rows() > 0 && wants_rank && multipliers_.find(state_.r, prestress_, &found).ok())
-    return multipliers_.rank(state_.r).degrees_of_freedom;
-  return equations_.size() - std::min(equations_.num_rows(), equations_.size());
+void Search::decide_rank() {
+  if (decided_at_ == state_.r) return;
+  decided_at_ = state_.r;
+  rank_ = {};
+  rank_.rank = equations_.num_rows();
+  rank_.degrees_of_freedom = equations_.size() - std::min(rank_.rank, equations_.size());
+  if (model_.num_rows() > 0 && !multipliers_.find_and_decide(state_.r, prestress_, &smallest_, &rank_).ok())
+    smallest_.clear();
+}
+
+std::size_t Search::count_self_stress() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(rank_.dependences, [](const RowDependence& each) { return !each.terms.empty(); }));
+}
+
+/// To rounding: rods that lie on each other then do so exactly, and motions from there see which rows depend.
+void Search::polish() {
+  constexpr int most_steps = 8;
+  StaticState polished = state_;
+  std::vector<double> residuals;
+  (void)newton_.run({std::numeric_limits<double>::epsilon(), most_steps}, &polished, &residuals);
+  const StaticResidual before = newton_.measure(state_), after = newton_.measure(polished);
+  if (after.force <= before.force && after.violation <= std::max(before.violation, 1e-15)) state_ = std::move(polished);
+}
+
+/// Where rods pull against each other in ways that no load determines, as in a net that has collapsed, Newton's method
+/// may have ended with any of them, or at none: it goes on from the smallest multipliers.
+Outcome Search::search_from_smallest(Outcome before) {
+  constexpr double near = 1e-3;
+  const StaticResidual here = newton_.measure(state_);
+  if (!before.ok() && !(here.relative_force() < near && here.violation < near)) return before;
+  decide_rank();
+  if (smallest_.empty() || count_self_stress() == 0) return before;
+  if (!(newton_.measure({state_.r, smallest_}).relative_force() < near)) return before;
+  const StaticState ended = state_;
+  state_.lambda = smallest_;
+  Outcome outcome = search();
+  outcome.ok() ? polish() : void(state_ = ended);
+  decide_rank();
+  return outcome.ok() ? outcome : before;
 }
 
 Outcome Search::classify() {
-  const std::size_t freedoms = find_freedoms();
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
     result_.status = Stability::NotConservative;
@@ -158,7 +199,8 @@ Outcome Search::classify() {
                                "), so that energy does not say what a small push does; damped modes do");
     return {};
   }
-  inertia_ = find_inertia(equations_, state_.r, freedoms, &newton_.solver());
+  inertia_ = find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
+                          &newton_.solver());
   if (!inertia_.is_known) {
     result_.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
@@ -173,23 +215,50 @@ Outcome Search::classify() {
   return {};
 }
 
-/// Along the shape that gains most energy, to somewhere else.
+/// Along the shape that gains most energy.
+void Search::move_along_lowest_shape() {
+  constexpr double far = 0.05;  // of the scene's size
+  const double move = far * model_.scene_size / longest(inertia_.shape);
+  for (std::size_t i = 0; i < inertia_.shape.size(); ++i) state_.r[i] += move * inertia_.shape[i];
+}
+
+/// Descent may come to an unstable equilibrium, slower and slower, where Newton's method refuses it.
+Outcome Search::leave_saddle(Outcome failed) {
+  constexpr int most_times = 3;
+  constexpr double near = 1e-3;
+  for (int time = 0; time < most_times && failed.status == Status::NotConverged; ++time) {
+    const StaticResidual here = newton_.measure(state_);
+    if (!(here.relative_force() < near && here.violation < near)) break;
+    decide_rank();
+    const bool is_saddle = classify().ok() && result_.status == Stability::Unstable && !inertia_.shape.empty();
+    result_.status = Stability::None;
+    if (!is_saddle) break;
+    const StaticState ended = state_;
+    move_along_lowest_shape();
+    result_.left_out.push_back("the search came near an unstable equilibrium, left along its lowest mode (omega^2 = " +
+                               text(inertia_.lowest) + " 1/s^2)");
+    if (Outcome outcome = search_from_smallest(search()); outcome.ok()) return outcome;
+    state_ = ended;
+  }
+  inertia_ = {};
+  result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
+  result_.lowest_omega2 = inertia_.lowest;
+  return failed;
+}
+
+/// To somewhere else.
 void Search::leave_unstable() {
   constexpr int most_times = 12;
-  constexpr double far = 0.05;  // of the scene's size
   for (int time = 0; time < most_times && result_.status == Stability::Unstable && !inertia_.shape.empty(); ++time) {
-    double longest = 0.0;
-    for (std::size_t i = 0; i < model_.num_moving(); ++i)
-      longest = std::max(longest, norm(load(inertia_.shape.data(), i)));
     const StaticState unstable = state_;
-    for (std::size_t i = 0; i < inertia_.shape.size(); ++i)
-      state_.r[i] += far * model_.scene_size / longest * inertia_.shape[i];
+    move_along_lowest_shape();
     result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
                                text(inertia_.lowest) + " 1/s^2)");
-    Outcome outcome = search();
+    Outcome outcome = search_from_smallest(search());
     if (outcome.ok()) outcome = classify();
     if (!outcome.ok()) {
       state_ = unstable;
+      decide_rank();
       (void)classify();
       result_.left_out.push_back("beyond it " + outcome.what);
       return;
@@ -218,9 +287,11 @@ Outcome Search::run(bool is_judged) {
   }
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
-  if (Outcome outcome = search(); !outcome.ok() || !is_judged) return outcome;
-  if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
+  Outcome found = search_from_smallest(search());
+  if (options_.method != EquilibriumMethod::Newton) found = leave_saddle(std::move(found));
+  if (!found.ok() || !is_judged) return found;
+  if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
 
   const bool is_wanted = options_.accept == AcceptedEquilibria::Any || result_.status == Stability::Stable ||
@@ -240,20 +311,25 @@ Outcome Search::run(bool is_judged) {
 }
 
 void Search::describe() {
-  std::vector<double> smallest;
-  if (model_.num_rows() > 0 && multipliers_.find(state_.r, prestress_, &smallest).ok()) {
-    const RankReport rank = multipliers_.rank(state_.r);
-    result_.multipliers_unique = rank.multipliers_unique;
-    for (const RowDependence& dependence : rank.dependences) result_.dependences.push_back(dependence.what);
-    result_.self_stress_states = rank.dependences.size() - (model_.num_rows() - model_.numbering.first_idle_row());
+  decide_rank();
+  if (!smallest_.empty()) {
+    result_.multipliers_unique = rank_.multipliers_unique;
+    for (const RowDependence& dependence : rank_.dependences) result_.dependences.push_back(dependence.what);
+    result_.self_stress_states = count_self_stress();
     note_useless_prestress(prestress_, result_.self_stress_states, &result_.left_out);
-    if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest}).force <=
-                                              std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale))
-      state_.lambda = std::move(smallest);
+    const double allowed = std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale);
+    if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest_}).force <= allowed)
+      state_.lambda = smallest_;
+    const bool is_judged = result_.status != Stability::None && result_.status != Stability::NotConservative;
+    if (result_.self_stress_states > 0 && is_judged && options_.prestress.empty())
+      result_.left_out.push_back(
+          "stability: that with the smallest multipliers, since the load does not determine how "
+          "rods pull against each other (" +
+          text_of_count(result_.self_stress_states, "state") + " of self-stress)");
   }
   const StaticResidual residual = newton_.measure(state_);
   result_.residual_force = residual.force;
-  result_.largest_force = residual.scale;
+  result_.largest_force = model_.num_moving() > 0 ? residual.scale : std::numeric_limits<double>::quiet_NaN();
   result_.violation = residual.violation;
   result_.energy = equations_.energy(state_.r.data());
 }
@@ -274,7 +350,22 @@ void Search::write() {
   scatter(loads, &result_.support_forces);
   result_.multipliers.assign(model_.numbering.num_user_rows, 0.0);
   model_.numbering.scatter_rows(state_.lambda, result_.multipliers);
+  forget_idle_rows();
   if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.lowest_shape);
+}
+
+/// What rows carry that join supports alone, or points that prestress holds rigid, is not determined, nor is the load
+/// of their supports.
+void Search::forget_idle_rows() {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  for (const Incidence& incidence : model_.incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row);
+    if (row < model_.numbering.first_idle_row()) continue;
+    const auto point = static_cast<std::size_t>(model_.numbering.user_point[static_cast<std::size_t>(incidence.point)]);
+    result_.multipliers[static_cast<std::size_t>(model_.numbering.user_row[row])] = unknown;
+    for (std::vector<double>* each : {&result_.reactions, &result_.support_forces})
+      std::fill_n(each->begin() + static_cast<std::ptrdiff_t>(3 * point), 3, unknown);
+  }
 }
 
 /// Points held rigid by prestress stand: they become supports, as in a Simulation.

@@ -61,7 +61,8 @@ std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, cons
     const std::string complaint = state.find_complaint(claim.force_tolerance);
     if (complaint.empty()) return std::vector<Index>();
     std::vector<Index> rigid;
-    if (options.prestress.empty()) rigid = find_prestress_rigid_points(state.model().system, state.rank_.dependences);
+    if (options.prestress.empty())
+      rigid = find_prestress_rigid_points(state.model().system, state.smallest_.rank(state.r_).dependences);
     if (rigid.empty()) throw InputError("", complaint);
     return rigid;
   };
@@ -80,13 +81,15 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   for (std::size_t a = 0; a < lambda_.size(); ++a)
     prestress[a] = input_.prestress[static_cast<std::size_t>(numbering.user_row[a])];
   if (!lambda_.empty()) {
-    if (Outcome outcome = smallest_.find(r_, prestress, &lambda_); !outcome.ok()) throw InputError("", outcome.what);
-    if (model().may_lose_rank) rank_ = smallest_.rank(r_);
+    if (Outcome outcome = smallest_.find_and_decide(r_, prestress, &lambda_, &rank_); !outcome.ok())
+      throw InputError("", outcome.what);
     note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
   }
   if (given.empty()) return;
   check_size(given.size(), numbering.num_user_rows, "multipliers");
-  for (std::size_t a = 0; a < lambda_.size(); ++a) lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
+  // Of rows that join supports alone nobody knows them.
+  for (std::size_t a = 0; a < equations_.num_rows(); ++a)
+    lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
 }
 
 std::string GivenEquilibrium::find_complaint(double force_tolerance) {
@@ -105,7 +108,11 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   if (g.empty() || scale == 0.0) return {};
   // Where every single force vanishes, as in a molecule at rest, what is left is rounding of the places.
   linearise(lambda_);
-  if (left(worst) <= equations_.rounding_of_forces()) return {};
+  const auto is_rounding = [&](std::size_t i) { return left(i) <= equations_.rounding_of_forces(i); };
+  for (std::size_t i = 0; i < model().num_moving(); ++i) {
+    if (!is_rounding(i) && (is_rounding(worst) || left(i) > left(worst))) worst = i;
+  }
+  if (is_rounding(worst)) return {};
   relative_residual_ = left(worst) / scale;
   if (relative_residual_ <= force_tolerance) return {};
   const Vec3 at = load(r_.data(), worst);

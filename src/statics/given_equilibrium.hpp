@@ -33,11 +33,14 @@ class GivenEquilibrium {
 
   const Model& model() const { return work_.model(); }
   EquilibriumEquations& equations() { return equations_; }
+  const EquilibriumEquations& equations() const { return equations_; }
   const std::vector<double>& positions() const { return r_; }         ///< [3 points]
   const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows]
   double relative_residual() const { return relative_residual_; }     ///< largest |f + K lambda| over the largest force
   const std::vector<std::string>& left_out() const { return input_.left_out; }
   std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
+  /// Rows of K that depend on others.
+  std::vector<std::size_t> dependent_rows() const { return list_dependent_rows(model(), rank_); }
 
   /// K and W for other multipliers.
   void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }

@@ -140,21 +140,21 @@ int KktSolver::slot(int i, int j) const {
 }
 
 /// C_a = penalty (stiffness of the row's points)/|gradient|^2.
-void KktSolver::find_penalties(double shift) {
+void KktSolver::find_penalties(const std::vector<double>& shifts, double stiffer) {
   const StiffnessMatrix& W = equations_.stiffness();
   std::vector<double> stiffness(W.num_points());
   double most = 0.0;
   for (std::size_t i = 0; i < stiffness.size(); ++i) {
     const Block3& own = blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)];
     // Of W and of s M, which may cancel each other.
-    const double mass = shift * model_.mass[i];
+    const double mass = shifts[i] * model_.mass[i];
     for (int row = 0; row < 3; ++row) {
       for (int c = 0; c < 3; ++c)
         stiffness[i] = std::max(stiffness[i], std::abs(own(row, c) - (row == c ? mass : 0.0)) + std::abs(mass));
     }
     most = std::max(most, stiffness[i]);
   }
-  const double least = most > 0.0 ? 1e-6 * most : std::max(std::abs(shift), 1.0);
+  const double least = most > 0.0 ? 1e-6 * most : 1.0;
   std::vector<double> squares(penalties_.size(), 0.0);
   std::fill(penalties_.begin(), penalties_.end(), least);
   for (const Incidence& incidence : model_.incidences) {
@@ -165,10 +165,10 @@ void KktSolver::find_penalties(double shift) {
     penalties_[row] = std::max(penalties_[row], stiffness[point]);
   }
   for (std::size_t row = 0; row < penalties_.size(); ++row)
-    penalties_[row] = squares[row] > 0.0 ? penalty * penalties_[row] / squares[row] : 0.0;
+    penalties_[row] = squares[row] > 0.0 ? stiffer * penalty * penalties_[row] / squares[row] : 0.0;
 }
 
-void KktSolver::assemble(double shift) {
+void KktSolver::assemble(const std::vector<double>& shifts, double stiffer) {
   const StiffnessMatrix& W = equations_.stiffness();
   const double* const K = equations_.gradients().data();
   std::fill(blocks_.begin(), blocks_.end(), Block3{});
@@ -176,9 +176,9 @@ void KktSolver::assemble(double shift) {
     if (stiffness_slots_[k] >= 0) blocks_[static_cast<std::size_t>(stiffness_slots_[k])] = W.blocks()[k];
   }
   for (std::size_t i = 0; i < place_.size(); ++i)
-    blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(shift *
+    blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(shifts[i] *
                                                                                                         model_.mass[i]);
-  find_penalties(shift);
+  find_penalties(shifts, stiffer);
   // += C g_a g_b'
   for (const auto& [row, a, b, sign, at] : products_)
     blocks_[static_cast<std::size_t>(at)].add_product(sign * penalties_[static_cast<std::size_t>(row)], load(K, a),
@@ -198,16 +198,25 @@ void KktSolver::expand(double* values) const {
 }
 
 bool KktSolver::factorize(double shift) {
-  shift_ = shift;
-  assemble(shift);
+  return factorize(std::vector<double>(place_.size(), shift));
+}
+
+bool KktSolver::factorize(std::vector<double> shifts) {
+  shifts_ = std::move(shifts);
+  assemble(shifts_, 1.0);
   std::vector<double> values(transposed_.size());
   for (std::size_t k = 0; k < values.size(); ++k) values[k] = values_[static_cast<std::size_t>(transposed_[k])];
   return factor_->factorize(lower_, values.data(), model_.parallel.threads()) == lower_.size();
 }
 
-std::optional<std::size_t> KktSolver::count_below(double omega2) {
+std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer) {
+  return count_below(std::vector<double>(place_.size(), omega2), stiffer);
+}
+
+std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, double stiffer) {
   const std::vector<double> of_factor = penalties_;  // which solve() goes on with
-  assemble(-omega2);
+  for (double& each : omega2) each = -each;
+  assemble(omega2, stiffer);
   penalties_ = of_factor;
   return count_negative_eigenvalues(upper_, values_);
 }
@@ -357,7 +366,8 @@ double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, Accuracy
       equations_.stiffness().multiply(x.col(j).data(), dx.col(j).data());
       const double scale = std::max(largest(given.col(j)), largest(dx.col(j)));
       for (Eigen::Index i = 0; i < dx.rows(); ++i)
-        dx(i, j) = given(i, j) - dx(i, j) - shift_ * model_.mass[static_cast<std::size_t>(i) / 3] * x(i, j);
+        dx(i, j) = given(i, j) - dx(i, j) -
+                   shifts_[static_cast<std::size_t>(i) / 3] * model_.mass[static_cast<std::size_t>(i) / 3] * x(i, j);
       scaled_.col(j) = -y.col(j);
       equations_.add_reactions(scaled_.col(j).data(), dx.col(j).data());
       if (scale > 0.0) worst = larger(worst, largest(dx.col(j)) / scale);

@@ -28,6 +28,8 @@ class KktSolver {
   /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
   /// Z'WZ q = omega^2 Z'MZ q is at or below -s, and there is no factor.
   [[nodiscard]] bool factorize(double shift);
+  /// The same with a shift of its own for each moving point.
+  [[nodiscard]] bool factorize(std::vector<double> shifts);
   struct Accuracy {
     int refinements = 3;     ///< how often the whole system is asked
     double of_rows = 1e-24;  ///< of the squares of K'x - b, at which conjugate residuals leave the rest to the next one
@@ -45,7 +47,13 @@ class KktSolver {
 
   /// How many omega^2 lie below the given one, 1/s^2, by the signs of the pivots of A = L D L' (Sylvester). Empty: one
   /// lies there to rounding, so that a pivot vanishes.
-  std::optional<std::size_t> count_below(double omega2);
+  ///
+  /// Near a mode the signs are those of A only where C exceeds W^2 over the distance from it times the squared singular
+  /// values of K: `stiffer` multiplies C, and rounding.
+  std::optional<std::size_t> count_below(double omega2, double stiffer = 1.0);
+  /// The same of Z'WZ q = mu Z'LMZ q below mu = 1, where L is of [moving point], 1/s^2: 1 is then as much of each
+  /// island's own scale. Negative ones: below mu = -1.
+  std::optional<std::size_t> count_below(std::vector<double> omega2, double stiffer = 1.0);
 
  private:
   /// A block of A that a product of two blocks of K is added to.
@@ -61,9 +69,9 @@ class KktSolver {
   void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
   void expand_pattern();
   int slot(int i, int j) const;
-  void assemble(double shift);
+  void assemble(const std::vector<double>& shifts, double stiffer);
   void expand(double* values) const;
-  void find_penalties(double shift);
+  void find_penalties(const std::vector<double>& shifts, double stiffer);
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
@@ -85,7 +93,8 @@ class KktSolver {
   std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one
   std::optional<Multifrontal> factor_;
   std::vector<double> penalties_;  // C [row], N/m over squared gradients
-  double shift_ = 0.0, row_residual_ = 0.0;
+  std::vector<double> shifts_;     // s [moving point], 1/s^2
+  double row_residual_ = 0.0;
   std::vector<double> ordered_;  // scratch [size()]
   // [size() or rows, columns]
   Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_;

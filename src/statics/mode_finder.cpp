@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <string>
 #include <utility>
 
 #include "base/text.hpp"
+#include "statics/rigid_modes.hpp"
 #include "statics/tall_products.hpp"
 
 namespace tanor {
@@ -62,11 +65,42 @@ MatrixXd random_matrix(Rows rows, Rows columns, unsigned seed) {
 
 }  // namespace
 
-ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms)
+ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
+                       const std::vector<std::size_t>& dependent)
     : equations_(equations), kkt_(kkt), freedoms_(freedoms), mass_(static_cast<Rows>(equations.size())) {
   for (Rows i = 0; i < mass_.size(); ++i) mass_[i] = equations.model().mass[static_cast<std::size_t>(i) / 3];
   root_mass_ = mass_.cwiseSqrt();
   find_stiffness_scale();
+  group_by_islands(dependent);
+}
+
+/// All together where the rows that depend do not say which freedoms are whose.
+void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
+  const std::vector<int> island = find_statics_islands(equations_);
+  std::map<int, Island> found;
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    for (Rows axis = 0; axis < 3; ++axis) found[island[i]].coordinates.push_back(3 * static_cast<Rows>(i) + axis);
+    found[island[i]].freedoms += 3;
+  }
+  std::vector<int> of_row(equations_.model().num_rows(), -1);
+  for (const Incidence& incidence : equations_.model().incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    if (point < island.size()) of_row[static_cast<std::size_t>(incidence.row)] = island[point];
+  }
+  std::vector<char> counts(of_row.size(), 1);
+  for (const std::size_t row : dependent) counts[row] = 0;
+  for (std::size_t row = 0; row < of_row.size(); ++row) {
+    if (of_row[row] >= 0 && counts[row] != 0) --found[of_row[row]].freedoms;
+  }
+  Rows sum = 0;
+  for (auto& [number, own] : found) {
+    sum += own.freedoms;
+    if (own.freedoms > 0) islands_.push_back(std::move(own));
+  }
+  if (sum == static_cast<Rows>(freedoms_)) return;
+  islands_.resize(1);
+  islands_[0] = {{}, static_cast<Rows>(freedoms_)};
+  for (Rows i = 0; i < mass_.size(); ++i) islands_[0].coordinates.push_back(i);
 }
 
 /// The largest |W_ii| over the mass; 1/s^2 where nothing is stiff.
@@ -118,10 +152,24 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
   if (s == 0) return MatrixXd(mass_.size(), 0);
   // With W + s M near a multiple of M, solutions are almost projections: of random vectors they span all that can move.
   if (!factorize_below_all(10.0 * scale_)) return std::nullopt;
-  const MatrixXd moves =
-      root_mass_.asDiagonal() * solve(mass_.asDiagonal() * random_matrix(mass_.size(), s, 1), of_moves).x;
-  const Eigen::HouseholderQR<MatrixXd> qr(moves);
-  return root_mass_.cwiseInverse().asDiagonal() * (qr.householderQ() * MatrixXd::Identity(mass_.size(), s));
+  MatrixXd forces = random_matrix(mass_.size(), s, 1);
+  for (Rows first = 0; const Island& island : islands_) {
+    const MatrixXd own = forces(island.coordinates, Eigen::seqN(first, island.freedoms));
+    forces.middleCols(first, island.freedoms).setZero();
+    forces(island.coordinates, Eigen::seqN(first, island.freedoms)) = own;
+    first += island.freedoms;
+  }
+  // s M x: of the size of what it projects.
+  const MatrixXd moves = root_mass_.asDiagonal() * solve(shift_ * mass_.asDiagonal() * forces, of_moves).x;
+  MatrixXd basis = MatrixXd::Zero(mass_.size(), s);
+  for (Rows first = 0; const Island& island : islands_) {
+    const auto columns = Eigen::seqN(first, island.freedoms);
+    const Eigen::HouseholderQR<MatrixXd> qr(moves(island.coordinates, columns));
+    basis(island.coordinates, columns) =
+        qr.householderQ() * MatrixXd::Identity(static_cast<Rows>(island.coordinates.size()), island.freedoms);
+    first += island.freedoms;
+  }
+  return MatrixXd(root_mass_.cwiseInverse().asDiagonal() * basis);
 }
 
 ModeSet ModeFinder::find_all() {
@@ -131,11 +179,26 @@ ModeSet ModeFinder::find_all() {
   if (Z.cols() == 0) return {{}, VectorXd(0), Z, 0.0, 0};
   MatrixXd stiffness = Z.transpose() * multiply_by_stiffness(Z);
   stiffness = 0.5 * (stiffness + stiffness.transpose()).eval();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(stiffness);
-  const VectorXd& omega2 = eigen.eigenvalues();
-  const MatrixXd rest = stiffness * eigen.eigenvectors() - eigen.eigenvectors() * omega2.asDiagonal();
+  VectorXd omega2(Z.cols());
+  MatrixXd shapes(mass_.size(), Z.cols());
+  double rest = 0.0;
+  for (Rows first = 0; const Island& island : islands_) {
+    const Rows size = island.freedoms;
+    const MatrixXd own = stiffness.block(first, first, size, size);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(own);
+    omega2.segment(first, size) = eigen.eigenvalues();
+    shapes.middleCols(first, size) = Z.middleCols(first, size) * eigen.eigenvectors();
+    rest = std::max(rest, (own * eigen.eigenvectors() - eigen.eigenvectors() * eigen.eigenvalues().asDiagonal())
+                              .colwise()
+                              .norm()
+                              .maxCoeff());
+    first += size;
+  }
+  std::vector<Rows> order(static_cast<std::size_t>(omega2.size()));
+  std::iota(order.begin(), order.end(), Rows{0});
+  std::ranges::stable_sort(order, {}, [&](Rows k) { return omega2[k]; });
   const double largest = std::max(omega2.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
-  return {{}, omega2, Z * eigen.eigenvectors(), rest.colwise().norm().maxCoeff() / largest, solves_};
+  return {{}, omega2(order), shapes(Eigen::all, order), rest / largest, solves_};
 }
 
 // ---- many freedoms ----
@@ -315,7 +378,9 @@ std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
   if (bound.modes == 0 && bound.omega2 <= -shift_) return 0;
   if (bound.modes == 0 && kkt_.factorize(-bound.omega2)) return 0;
   if (bound.modes == 0 && !kkt_.factorize(shift_)) return std::nullopt;
-  return kkt_.count_below(bound.omega2);
+  // Clear gaps stand the rounding of a larger C, badly conditioned K does not stand a small one.
+  constexpr double stiffer = 100.0;
+  return kkt_.count_below(bound.omega2, stiffer);
 }
 
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {

@@ -21,11 +21,14 @@ struct ModeSet {
   std::size_t solves = 0;  ///< with a factor of the KKT matrix
 };
 
-/// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K.
+/// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K; of rows
+/// that depend on others, `dependent` [rows of the model], each island has one freedom more: it is then solved by
+/// itself where there are few, so that a stiff one takes no digits from a soft one.
 class ModeFinder {
  public:
   /// Both outlive the finder.
-  ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms);
+  ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
+             const std::vector<std::size_t>& dependent = {});
 
   /// Of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 where nothing is stiff.
   double scale() const { return scale_; }
@@ -66,6 +69,7 @@ class ModeFinder {
 
   bool factorize_below_all(double first_shift);
   void find_stiffness_scale();
+  void group_by_islands(const std::vector<std::size_t>& dependent);
   Pairs solve(Eigen::MatrixXd forces, KktSolver::Accuracy accuracy);
   void solve_roughly(Eigen::MatrixXd* forces);
   Eigen::MatrixXd multiply_by_stiffness(const Eigen::MatrixXd& x) const;
@@ -90,7 +94,12 @@ class ModeFinder {
   KktSolver& kkt_;
   std::size_t freedoms_;
   Eigen::VectorXd mass_, root_mass_;  // [3 moving points]
-  double scale_ = 1.0;                // of omega^2, 1/s^2
+  struct Island {
+    std::vector<Eigen::Index> coordinates;
+    Eigen::Index freedoms = 0;
+  };
+  std::vector<Island> islands_;
+  double scale_ = 1.0;  // of omega^2, 1/s^2
   double shift_ = 0.0;
   bool is_precise_ = false;
   std::size_t solves_ = 0;

@@ -17,6 +17,7 @@
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 #include "statics/rigid_modes.hpp"
+#include "statics/stability.hpp"
 
 namespace tanor {
 
@@ -24,8 +25,9 @@ namespace {
 
 /// Below so many freedoms all modes are found, by dense matrices with so many numbers at most.
 constexpr std::size_t most_dense_freedoms = 300, most_dense_numbers = 50'000'000;
-/// Of the scale of omega^2: less is 0. Where the equilibrium is known less well, zero modes are too.
-constexpr double rounding = 1e-12, share_of_residual = 100.0;
+/// Where the equilibrium is known less well, zero modes are too: parts of the scale of omega^2. Damped ones have no
+/// scale of their own.
+constexpr double share_of_residual = 100.0, rounding = 1e-12;
 
 /// What says which system it is.
 EquilibriumOptions describe_system(const ModesOptions& options) {
@@ -83,15 +85,33 @@ std::vector<double> scatter_shapes(const Model& model, const Eigen::Ref<const Ei
   return result;
 }
 
-void write_modes(const Model& model, const ModeSet& found, std::size_t count, double zero, Modes* result) {
+void write_modes(const Model& model, const ModeSet& found, std::size_t count, const ZeroModes& zero, Modes* result) {
   result->shapes = scatter_shapes(model, found.shapes.leftCols(static_cast<Eigen::Index>(count)));
-  for (std::size_t j = 0; j < count; ++j) {
-    const double omega2 = found.omega2[static_cast<Eigen::Index>(j)];
-    const bool is_zero = std::abs(omega2) <= zero;
+  for (Eigen::Index j = 0; j < found.omega2.size(); ++j) {
+    const double omega2 = found.omega2[j];
+    const bool is_zero = std::abs(omega2) <= zero.of_mode(found.shapes.col(j)),
+               is_wanted = j < static_cast<Eigen::Index>(count);
+    result->unstable_directions += !is_zero && omega2 < 0.0 ? 1 : 0;
+    if (!is_wanted) continue;
     result->omega.push_back(is_zero ? 0.0 : std::copysign(std::sqrt(std::abs(omega2)), omega2));
     result->zero_modes += is_zero ? 1 : 0;
-    result->unstable_directions += result->omega.back() < 0.0 ? 1 : 0;
   }
+}
+
+/// The lowest modes; how many grow is counted where all that were asked for do.
+Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double tolerance, ModeFinder* finder,
+                   KktSolver* kkt, Modes* result) {
+  const ModeSet found = plan.is_dense ? finder->find_all() : finder->find_lowest(plan.count, tolerance);
+  if (!found.outcome.ok()) return found.outcome;
+  ZeroModes zero(state.equations(), plan.is_dense ? &found : nullptr);
+  zero.raise(share_of_residual * state.relative_residual());
+  write_modes(state.model(), found, plan.count, zero, result);
+  result->residual_max = found.residual;
+  if (plan.is_dense || result->unstable_directions < plan.count) return {};
+  const std::optional<std::size_t> all = count_unstable(zero, kkt);
+  if (!all) return {Status::NotConverged, "pivots vanish below zero: it is not known how many modes grow"};
+  result->unstable_directions = *all;
+  return {};
 }
 
 /// Real parts below the rounding of the fastest motion are none.
@@ -101,12 +121,15 @@ void write_damped_modes(const Model& model, const DampedModeSet& found, std::siz
   const double fastest = found.lambda.size() > 0 ? found.lambda.cwiseAbs().maxCoeff() : 0.0;
   result->shapes = scatter_shapes(model, found.shapes.leftCols(kept).real());
   result->shapes_imaginary = scatter_shapes(model, found.shapes.leftCols(kept).imag());
-  for (const std::complex<double>& lambda : found.lambda.head(kept)) {
+  for (Eigen::Index k = 0; k < found.lambda.size(); ++k) {
+    const std::complex<double>& lambda = found.lambda[k];
     const bool is_zero = std::norm(lambda) <= zero, decays = std::abs(lambda.real()) > rounding_of_decay * fastest;
+    const double decay = is_zero || !decays ? 0.0 : -lambda.real();
+    result->unstable_directions += decay < 0.0 ? 1 : 0;
+    if (k >= kept) continue;
     result->omega.push_back(is_zero ? 0.0 : lambda.imag());
-    result->decay.push_back(is_zero || !decays ? 0.0 : -lambda.real());
+    result->decay.push_back(decay);
     result->zero_modes += is_zero ? 1 : 0;
-    result->unstable_directions += result->decay.back() < 0.0 ? 1 : 0;
   }
 }
 
@@ -175,7 +198,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
     return result;
   }
   KktSolver kkt(state.equations());
-  ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom);
+  ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
   const double zero = std::max(rounding, share_of_residual * state.relative_residual()) * finder.scale();
   if (options.damped && !plan.is_dense) {
     const DampedModes found = find_lowest_damped_modes(state, plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
@@ -189,10 +212,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
     write_damped_modes(model, found, options.count, zero, &result);
     result.residual_max = found.residual;
   } else {
-    const ModeSet found = plan.is_dense ? finder.find_all() : finder.find_lowest(plan.count, options.tolerance);
-    if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
-    write_modes(model, found, plan.count, zero, &result);
-    result.residual_max = found.residual;
+    if (Outcome outcome = find_modes(state, plan, options.tolerance, &finder, &kkt, &result); !outcome.ok())
+      return fail(result, outcome.status, outcome.what);
   }
   if (result.zero_modes > 0)
     result.rigid_zero_modes = std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));

@@ -12,8 +12,24 @@ namespace {
 
 constexpr int most_disturbances = 3;
 constexpr double eps = std::numeric_limits<double>::epsilon();
+/// Forces that have fallen so far beside the largest one on the way have died away.
+constexpr double nothing = 1e-100;
 
 }  // namespace
+
+double longest(const std::vector<double>& dr) {
+  double result = 0.0;
+  for (std::size_t i = 0; i < dr.size() / 3; ++i) result = larger(result, norm(load(dr.data(), i)));
+  return result;
+}
+
+Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations) {
+  return {Status::NoSolution,
+          "there is no equilibrium: forces die away along the search and nothing stops it; after " +
+              std::to_string(iterations) + " iterations " + text(residual.force) + " N are left at point " +
+              std::to_string(model.numbering.user_point[residual.worst_point]) +
+              ", and Newton's method still moves points by more than " + text(short_step) + " of the scene's size"};
+}
 
 StaticResidual NewtonDescent::measure(const StaticState& state) {
   g_.resize(equations_.size());
@@ -25,6 +41,7 @@ StaticResidual NewtonDescent::measure(const StaticState& state) {
     const double force = norm(load(g_.data(), i));
     if (larger(result.force, force) != result.force) result.worst_point = i;
     result.force = larger(result.force, force);
+    if (!(force <= equations_.rounding_of_forces(i))) result.known = larger(result.known, force);
   }
   return result;
 }
@@ -47,15 +64,21 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   tension_ = find_tension();
   mass_shift_ = 0.0;
   iterations_ = factorizations_ = disturbances_ = 0;
+  last_move_ = std::numeric_limits<double>::infinity();
+  largest_scale_ = 0.0;
   bool trusts_newton = true;
+  int long_steps = 0;
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
     const double size = residual_.force + residual_.scale + residual_.violation;
     if (!std::isfinite(size)) return {Status::NotFinite, "forces or constraints are not finite where it starts"};
-    const double rounding = done > 0 ? equations_.rounding_of_forces() : 0.0;
-    if (residual_.force <= std::max(limits.force_tolerance * residual_.scale, rounding) &&
-        residual_.violation <= violation_tolerance())
-      return {};
+    largest_scale_ = std::max(largest_scale_, residual_.scale);
+    if (is_small(limits)) {
+      if (rests(*state)) return {};
+      if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
+    }
+    if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_)
+      return explain_fading(model_, residual_, iterations_);
     if (done == limits.max_iterations) return explain("does not converge");
     ++iterations_;
     constexpr double near = 0.1;
@@ -66,6 +89,24 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     }
     if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size) return explain("moves away without end");
   }
+}
+
+bool NewtonDescent::is_small(const NewtonLimits& limits) const {
+  const double force = iterations_ > 0 ? residual_.known : residual_.force;
+  return force <= limits.force_tolerance * residual_.scale && residual_.violation <= violation_tolerance();
+}
+
+/// Newton's next step is short. Where motions cost nothing, small springs keep rounding from long ones; where the
+/// energy gains in some direction, stability says so.
+bool NewtonDescent::rests(const StaticState& state) {
+  const double most = short_step * model_.scene_size;
+  if (residual_.force == 0.0 || last_move_ <= most) return true;
+  equations_.linearise(state.r.data(), state.lambda.data());
+  equations_.stiffness().hold_rows(held_rows, held_rows * residual_.scale / model_.scene_size);
+  if (!factorize(0.0)) return true;
+  Step step;
+  solve_step(&step);
+  return longest(step.dr) <= most;
 }
 
 bool NewtonDescent::factorize(double shift) {
@@ -118,7 +159,7 @@ bool NewtonDescent::try_newton(StaticState* state) {
   const StaticResidual found = measure(next);
   constexpr double enough = 0.6;
   const double before = combined(residual_), scale = std::max(residual_.scale, eps * found.scale);
-  const double after = (scale > 0.0 ? found.force / scale : 0.0) + found.violation;
+  const double after = (scale > 0.0 ? found.known / scale : 0.0) + found.violation;
   const bool is_better = after < enough * before || (before < 1e3 * eps && after <= before);
   if (!is_better) {
     residual_ = measure(*state);
@@ -126,6 +167,7 @@ bool NewtonDescent::try_newton(StaticState* state) {
   }
   *state = std::move(next);
   residual_ = found;
+  last_move_ = longest(step.dr);
   return true;
 }
 
@@ -174,11 +216,19 @@ bool NewtonDescent::factorize_with_masses() {
 }
 
 bool NewtonDescent::try_descent(StaticState* state) {
+  last_move_ = std::numeric_limits<double>::infinity();
   const double most_tension = 1e9 * std::max(residual_.scale, 1e-300);
   std::vector<double> image(equations_.size()), rows(model_.num_rows());
   const std::vector<double> penalties_before = penalties_;
+  // Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly.
+  constexpr double near = 1e-3;
+  auto curvature = StiffnessMatrix::Curvature::Convex;
+  if (combined(residual_) < near) {
+    equations_.linearise(state->r.data(), state->lambda.data());
+    if (factorize(0.0)) curvature = StiffnessMatrix::Curvature::Exact;
+  }
   for (Step step; tension_ <= most_tension;) {
-    equations_.linearise(state->r.data(), state->lambda.data(), StiffnessMatrix::Curvature::Convex);
+    equations_.linearise(state->r.data(), state->lambda.data(), curvature);
     equations_.stiffness().add_tension(tension_, state->r.data());
     if (!factorize_with_masses()) return false;
     solve_consistent_step(&step);

@@ -17,12 +17,23 @@ struct StaticState {
 /// How far from equilibrium a state is.
 struct StaticResidual {
   double force = 0.0;      ///< largest |g| of a point, N
+  double known = 0.0;      ///< the same of points where it is more than rounding
   double scale = 0.0;      ///< the largest force there, N
   double violation = 0.0;  ///< largest |xi|/|gradient|/length
   std::size_t worst_point = 0;
 
   double relative_force() const { return scale > 0.0 ? force / scale : 0.0; }
 };
+
+/// Small forces alone are no equilibrium: far out, as of exp(-x), they die away and nothing is at rest. So Newton's
+/// next step has to be short as well, beside the scene's size, with each coordinate held by a small spring (see
+/// StiffnessMatrix::hold_rows). Where forces are small, so many steps may still be long.
+inline constexpr double short_step = 1e-4, held_rows = 1e-11;
+inline constexpr int most_long_steps = 40;
+/// m, of the moves of points.
+double longest(const std::vector<double>& dr);
+/// That forces die away, as those of `residual` after so many iterations.
+Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations);
 
 struct NewtonLimits {
   double force_tolerance = 1e-10;
@@ -54,6 +65,8 @@ class NewtonDescent {
   struct Step {
     std::vector<double> dr, dlambda;
   };
+  bool is_small(const NewtonLimits& limits) const;
+  bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   bool try_descent(StaticState* state);
   Outcome explain(const char* why) const;
@@ -67,7 +80,9 @@ class NewtonDescent {
   double find_tension() const;
   void correct_lengths(std::vector<double>* r);
   double violation_tolerance() const;
-  static double combined(const StaticResidual& residual) { return residual.relative_force() + residual.violation; }
+  static double combined(const StaticResidual& residual) {
+    return (residual.scale > 0.0 ? residual.known / residual.scale : 0.0) + residual.violation;
+  }
 
   EquilibriumEquations& equations_;
   const Model& model_;
@@ -77,6 +92,8 @@ class NewtonDescent {
   std::vector<double> penalties_;  // nu [row]
   double tension_ = 0.0;           // sigma, N
   double mass_shift_ = 0.0;        // 1/s^2
+  double last_move_ = 0.0;         // m, of the last step; infinite where it was none of Newton's own
+  double largest_scale_ = 0.0;     // N, of all forces on the way
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
 };
 

@@ -101,7 +101,7 @@ std::size_t count_free(const EquilibriumEquations& equations, const std::vector<
     equations.work().forces.evaluate(model.parallel, equations.time(), at.data(), at_rest.data(), f.data());
     return f;
   };
-  const std::vector<double> before = forces_at(r);
+  const std::vector<double> before = forces_at(r), stiffness = find_island_stiffness(equations, island);
   std::size_t result = 0;
   for (Eigen::Index k = 0; k < 6; ++k) {
     std::vector<double> moved = r;
@@ -131,7 +131,7 @@ std::size_t count_free(const EquilibriumEquations& equations, const std::vector<
       largest[own] = larger(largest[own], norm(was));
     }
     for (std::size_t own = 0; own < island.size(); ++own) {
-      const double scale = largest[own] + equations.stiffness().largest() * size[own];
+      const double scale = largest[own] + stiffness[own] * size[own];
       if (screws[own] && change[own] <= digits * scale) ++result;
     }
   }
@@ -167,6 +167,19 @@ std::vector<int> find_statics_islands(const EquilibriumEquations& equations) {
   return parent;
 }
 
+std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island) {
+  const StiffnessMatrix& W = equations.stiffness();
+  std::vector<double> largest(island.size(), 1e-150), result;
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    double& own = largest[static_cast<std::size_t>(island[i])];
+    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
+      for (const double entry : W.blocks()[static_cast<std::size_t>(k)].entries) own = std::max(own, std::abs(entry));
+    }
+  }
+  for (const int own : island) result.push_back(largest[static_cast<std::size_t>(own)]);
+  return result;
+}
+
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
   const Model& model = equations.model();
   const std::vector<int> island = find_statics_islands(equations);
@@ -180,7 +193,7 @@ std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::
     equations.apply_transposed(fields.moves[k].data(), rows[k].data());
   }
   // u'u, and what answers to u: W u and K'u.
-  const double stiffness = std::max(equations.stiffness().largest(), 1e-150);  // whose square is a number
+  const std::vector<double> stiffness = find_island_stiffness(equations, island);
   std::vector<Matrix6> moves(n, Matrix6::Zero()), answers(n, Matrix6::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     const auto own = static_cast<std::size_t>(island[i]);
@@ -188,7 +201,7 @@ std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::
       return dot(load(fields.moves[a].data(), i), load(fields.moves[b].data(), i)) / fields.count[own];
     });
     add_products(&answers[own], [&](std::size_t a, std::size_t b) {
-      return dot(load(images[a].data(), i), load(images[b].data(), i)) / (stiffness * stiffness);
+      return dot(load(images[a].data(), i), load(images[b].data(), i)) / (stiffness[i] * stiffness[i]);
     });
   }
   std::vector<int> of_row(model.num_rows(), -1);

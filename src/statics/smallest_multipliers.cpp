@@ -1,6 +1,21 @@
 #include "statics/smallest_multipliers.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace tanor {
+
+namespace {
+
+/// Of unit columns of K: equilibria of nets that collapse have singular values up to 1e-6, where roots of rounding
+/// know their places, and then none below 1e-2. Those of long chains fall with their length by nature.
+constexpr double dependent = 1e-5;
+constexpr double short_chain = 1e3;
+/// So many rows are decided by QR in any case; more where S looks singular.
+constexpr std::size_t most_rows = 3000;
+constexpr double suspect_below = 1e-9;
+
+}  // namespace
 
 Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vector<double>& given,
                                   std::vector<double>* lambda) {
@@ -19,6 +34,86 @@ Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vecto
   linearization_.minimize_multiplier_norm(r.data(), lambda->data());
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] += given[a];
   return {};
+}
+
+bool SmallestMultipliers::wants_decision() const {
+  const std::size_t rows = equations_.num_rows();
+  return rows > 0 && (rows <= most_rows || !(linearization_.reciprocal_condition() > suspect_below));
+}
+
+Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
+                                             std::vector<double>* lambda, RankReport* rank) {
+  if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
+  *rank = this->rank(r);
+  if (!wants_decision()) return {};
+  const Model& model = equations_.model();
+  const auto rows = static_cast<Index>(equations_.num_rows());
+  const double tolerance = dependent * std::min(1.0, short_chain / static_cast<double>(rows));
+  Redundancy redundancy(model.incidences, model.inverse_mass, model.numbering);
+  (void)redundancy.decide(linearization_.blocks().data(), {0, rows}, std::vector<double>(model.num_rows(), tolerance));
+  if (redundancy.num_dependent() > 0) {
+    redundancy.take_qr({0, rows});
+    *lambda = given;
+    solve_by_qr(&redundancy, r, lambda);
+  }
+  *rank = describe(redundancy);
+  return {};
+}
+
+/// S dlambda = -K'M^-1(f + K lambda), without the rows that depend, and again for what rounding leaves.
+void SmallestMultipliers::solve_by_qr(Redundancy* redundancy, const std::vector<double>& r,
+                                      std::vector<double>* lambda) {
+  constexpr int rounds = 3;
+  const std::vector<double> given = *lambda;
+  for (int round = 0; round < rounds; ++round) {
+    (void)equations_.evaluate(r.data(), lambda->data(), g_.data(), xi_.data());
+    for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = equations_.model().inverse_mass[i / 3] * g_[i];
+    (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
+    redundancy->solve_negative(b_.data(), b_.data());
+    for (std::size_t a = 0; a < equations_.num_rows(); ++a) (*lambda)[a] += b_[a];
+  }
+  for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] -= given[a];
+  redundancy->minimize_norm(lambda->data());
+  for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] += given[a];
+}
+
+/// As GradientRank tells it.
+RankReport SmallestMultipliers::describe(const Redundancy& redundancy) const {
+  const Model& model = equations_.model();
+  const auto user = [&](Index row) {
+    return static_cast<std::size_t>(model.numbering.user_row[static_cast<std::size_t>(row)]);
+  };
+  RankReport report;
+  for (const Redundancy::Found& found : redundancy.list()) {
+    RowDependence& each = report.dependences.emplace_back();
+    each.row = user(found.row);
+    each.what = linearization_.rank_factor().describe(found, "depends on");
+    for (const auto& [row, coefficient] : found.terms) each.terms.push_back({user(row), coefficient});
+  }
+  std::vector<bool> unique(model.num_rows(), true);
+  redundancy.mark_unique(&unique);
+  report.multipliers_unique.assign(model.numbering.num_user_rows, true);
+  for (std::size_t a = 0; a < model.num_rows(); ++a) {
+    const bool is_idle = a >= model.numbering.first_idle_row();
+    report.multipliers_unique[user(static_cast<Index>(a))] = unique[a] && !is_idle;
+    if (is_idle)
+      report.dependences.push_back(
+          {user(static_cast<Index>(a)), {}, equations_.work().name_row(a) + " joins supports alone"});
+  }
+  report.rank = model.numbering.num_user_rows - report.dependences.size();
+  report.degrees_of_freedom = equations_.size() - report.rank;
+  if (redundancy.has_decided()) report.smallest_singular_value = redundancy.smallest_singular_value();
+  return report;
+}
+
+std::vector<std::size_t> list_dependent_rows(const Model& model, const RankReport& rank) {
+  std::vector<char> depends(model.numbering.num_user_rows, 0);
+  for (const RowDependence& each : rank.dependences) depends[each.row] = each.terms.empty() ? 0 : 1;
+  std::vector<std::size_t> result;
+  for (std::size_t a = 0; a < model.num_rows(); ++a) {
+    if (depends[static_cast<std::size_t>(model.numbering.user_row[a])] != 0) result.push_back(a);
+  }
+  return result;
 }
 
 }  // namespace tanor

@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "statics/kkt_solver.hpp"
+#include "statics/zero_modes.hpp"
 
 namespace tanor {
 
@@ -22,10 +24,12 @@ struct ReducedInertia {
 inline constexpr std::size_t most_dense_unknowns = 300;
 
 /// Up to so many unknowns by all eigenvalues of the dense matrix; above by the inertia of A - omega^2 M (see KktSolver)
-/// on both sides of zero, and by Lanczos' method on its inverse. Zero: below 1e-9 of the largest omega^2 (less in long
-/// chains, whose lowest ones are small by nature).
-/// `freedoms`: the number of unknowns less the rank of K.
+/// on both sides of zero (see ZeroModes), and by Lanczos' method on its inverse.
+/// `freedoms`: the number of unknowns less the rank of K; `dependent`: its rows that depend on others.
 ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, std::size_t freedoms,
-                            KktSolver* solver);
+                            const std::vector<std::size_t>& dependent, KktSolver* solver);
+
+/// The number of negative omega^2 there; empty: pivots vanish wherever it is asked for.
+std::optional<std::size_t> count_unstable(const ZeroModes& zero, KktSolver* solver);
 
 }  // namespace tanor

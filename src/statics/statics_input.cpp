@@ -95,7 +95,7 @@ std::vector<double> read_prestress(const System& system, const std::vector<Prest
 
 StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& options) : system(given) {
   check_options(options);
-  validate(system, 0.0);
+  validate(system, options.at);
   if (std::ranges::any_of(system.velocities, [](double v) { return v != 0.0; }))
     left_out.push_back("velocities: an equilibrium is at rest");
   system.velocities.clear();

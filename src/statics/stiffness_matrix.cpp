@@ -1,6 +1,8 @@
 #include "statics/stiffness_matrix.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 namespace tanor {
@@ -128,6 +130,24 @@ void StiffnessMatrix::add_tension(double tension, const double* r) {
                                                                  model_.scene_size);
 }
 
+void StiffnessMatrix::hold_rows(double share, double otherwise) {
+  for (std::size_t i = 0; i < num_points(); ++i) {
+    Block3& own = blocks_[static_cast<std::size_t>(diagonal_[i])];
+    std::array<double, 3> most{};
+    for (int k = start_[i]; k < start_[i + 1]; ++k) {
+      const Block3& block = blocks_[static_cast<std::size_t>(k)];
+      for (int row = 0; row < 3; ++row) {
+        double& entry = most[static_cast<std::size_t>(row)];
+        for (int column = 0; column < 3; ++column) entry = larger(entry, std::abs(block(row, column)));
+      }
+    }
+    for (int row = 0; row < 3; ++row) {
+      const double entry = most[static_cast<std::size_t>(row)];
+      own.entries[static_cast<std::size_t>(4 * row)] += entry > 0.0 ? share * entry : otherwise;
+    }
+  }
+}
+
 void StiffnessMatrix::multiply(const double* x, double* y) const {
   model_.parallel.for_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -155,11 +175,17 @@ double StiffnessMatrix::asymmetry() const {
   return scale > 0.0 ? worst / scale : 0.0;
 }
 
+double StiffnessMatrix::largest_of(std::size_t point) const {
+  double result = 0.0;
+  for (int k = start_[point]; k < start_[point + 1]; ++k) {
+    for (const double entry : blocks_[static_cast<std::size_t>(k)].entries) result = larger(result, std::abs(entry));
+  }
+  return result;
+}
+
 double StiffnessMatrix::largest() const {
   double result = 0.0;
-  for (const Block3& block : blocks_) {
-    for (const double entry : block.entries) result = larger(result, std::abs(entry));
-  }
+  for (std::size_t i = 0; i < num_points(); ++i) result = larger(result, largest_of(i));
   return result;
 }
 

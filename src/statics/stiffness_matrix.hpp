@@ -29,6 +29,9 @@ class StiffnessMatrix {
   /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between
   /// its ends; where points have no rods, tension over the scene's size.
   void add_tension(double tension, const double* r);
+  /// As if every coordinate were held by a spring of the given share of the largest entry in its row, or `otherwise`,
+  /// N/m, where that is 0: what rounding leaves of a force then moves nothing far where motions cost nothing.
+  void hold_rows(double share, double otherwise);
 
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move
   /// Blocks of point i: start()[i] … start()[i + 1] - 1, beside increasing columns().
@@ -40,8 +43,9 @@ class StiffnessMatrix {
   void multiply(const double* x, double* y) const;
   /// Largest |W - W'| over the largest |W|: beyond rounding, some force has no potential.
   double asymmetry() const;
-  /// Largest |W_ij|, N/m.
+  /// Largest |W_ij|, N/m, and that of the rows of one point.
   double largest() const;
+  double largest_of(std::size_t point) const;
 
  private:
   void make_pattern();

@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 
 #include "base/text.hpp"
 #include "statics/rigid_modes.hpp"
@@ -34,7 +36,7 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
     own.scale += norm(force);
     own.first_point = std::min(own.first_point, static_cast<int>(model.numbering.user_point[i]));
   }
-  const double stiffness = std::max(equations.stiffness().largest(), 1e-300);
+  const std::vector<double> stiffness = find_island_stiffness(equations, island);
   std::vector<int> of_row(model.num_rows(), -1);
   std::vector<Vector3d> row_shift(model.num_rows(), Vector3d::Zero());
   for (const Incidence& incidence : model.incidences) {
@@ -52,13 +54,90 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
     for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
       for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column)
-          sum(row, column) += W.blocks()[static_cast<std::size_t>(k)](row, column) / stiffness;
+          sum(row, column) += W.blocks()[static_cast<std::size_t>(k)](row, column) / stiffness[i];
       }
     }
     result[island[i]].answer += sum.transpose() * sum;
   }
   return result;
 }
+
+/// What nothing answers to a shift by, of each island.
+Vector3d find_pull(const Shifted& island) {
+  constexpr double nothing = 1e-20, of_forces = 1e-9;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(island.answer);
+  Vector3d pull = Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d u = eigen.eigenvectors().col(axis);
+    if (eigen.eigenvalues()[axis] < nothing) pull += u.dot(island.force) * u;
+  }
+  return pull.norm() > of_forces * island.scale ? pull : Vector3d::Zero();
+}
+
+/// What constraints and forces make of shifts along the pulls.
+class ShiftedIslands {
+ public:
+  ShiftedIslands(EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<double>& lambda,
+                 const std::vector<int>& island)
+      : equations_(equations), model_(equations.model()), r_(r), lambda_(lambda), island_(island) {
+    xi_before_ = evaluate(r);
+  }
+
+  /// Stiffness may be too small to see where a search starts, as far above an exponential floor, beside a stiff spring,
+  /// or zero but at a kink: those pulls stay that are the same wherever the island is shifted to along them.
+  void keep_endless(std::map<int, Vector3d>* pulls) {
+    for (const double part : {1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 1e3}) {
+      const double distance = part * model_.scene_size;
+      std::vector<double> moved = r_;
+      for (std::size_t i = 0; i < island_.size(); ++i) {
+        const auto own = pulls->find(island_[i]);
+        if (own == pulls->end()) continue;
+        const Vector3d way = distance * own->second.normalized();
+        store(moved.data(), i, load(r_.data(), i) + Vec3{way[0], way[1], way[2]});
+      }
+      erase_answered(evaluate(moved), distance, pulls);
+      if (pulls->empty()) return;
+    }
+  }
+
+ private:
+  std::vector<double> evaluate(const std::vector<double>& r) {
+    std::vector<double> g(equations_.size()), xi(model_.num_rows());
+    (void)equations_.evaluate(r.data(), lambda_.data(), g.data(), xi.data());
+    return xi;
+  }
+
+  void erase_answered(const std::vector<double>& xi, double distance, std::map<int, Vector3d>* pulls) {
+    constexpr double changed = 1e-9;
+    std::map<int, double> along, scale;
+    for (std::size_t i = 0; i < island_.size(); ++i) {
+      const auto own = pulls->find(island_[i]);
+      if (own == pulls->end()) continue;
+      const Vec3 force = load(equations_.forces().data(), i);
+      along[island_[i]] += Vector3d(force.x, force.y, force.z).dot(own->second.normalized());
+      scale[island_[i]] += norm(force);
+    }
+    std::set<int> held;
+    for (const Incidence& incidence : model_.incidences) {
+      if (static_cast<std::size_t>(incidence.point) >= island_.size()) continue;
+      const auto row = static_cast<std::size_t>(incidence.row);
+      const double gradient = norm(load(equations_.gradients().data(), incidence.block));
+      if (!(std::abs(xi[row] - xi_before_[row]) <= changed * distance * gradient))
+        held.insert(island_[static_cast<std::size_t>(incidence.point)]);
+    }
+    std::erase_if(*pulls, [&](const auto& own) {
+      const double pull = own.second.norm();
+      return held.contains(own.first) ||
+             !(std::abs(along[own.first] - pull) <= changed * std::max(pull, scale[own.first]));
+    });
+  }
+
+  EquilibriumEquations& equations_;
+  const Model& model_;
+  const std::vector<double>&r_, &lambda_;
+  const std::vector<int>& island_;
+  std::vector<double> xi_before_;  // [rows]
+};
 
 bool has_gravity(const System& system) {
   return std::ranges::any_of(system.forces, [](const Force& force) { return std::holds_alternative<Gravity>(force); });
@@ -76,26 +155,26 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   equations.linearise(elsewhere.data(), lambda.data());
   (void)equations.evaluate(elsewhere.data(), lambda.data(), g.data(), xi.data());
 
-  std::vector<Shifted> islands;
-  for (const auto& [number, island] : shift_islands(equations, find_statics_islands(equations)))
-    islands.push_back(island);
-  std::sort(islands.begin(), islands.end(), [](const auto& a, const auto& b) { return a.first_point < b.first_point; });
-  for (std::size_t k = 0; k < islands.size(); ++k) {
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(islands[k].answer);
-    Vector3d pull = Vector3d::Zero();
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector3d u = eigen.eigenvectors().col(axis);
-      if (eigen.eigenvalues()[axis] < 1e-20) pull += u.dot(islands[k].force) * u;
-    }
-    if (!(pull.norm() > 1e-9 * islands[k].scale)) continue;
-    const Vector3d way = pull.normalized();
-    const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
-    return std::string(has_gravity(model.system) ? "gravity" : "the load") + " pulls the free island " +
-           std::to_string(k) + " (of point " + std::to_string(islands[k].first_point) + ") along " +
-           text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) + " without end: " + text(pull.norm()) +
-           " N that nothing balances";
+  const std::vector<int> island = find_statics_islands(equations);
+  const std::map<int, Shifted> islands = shift_islands(equations, island);
+  std::map<int, Vector3d> pulls;
+  for (const auto& [number, own] : islands) {
+    if (const Vector3d pull = find_pull(own); !pull.isZero(0.0)) pulls[number] = pull;
   }
-  return {};
+  if (!pulls.empty()) ShiftedIslands(equations, elsewhere, lambda, island).keep_endless(&pulls);
+  if (pulls.empty()) return {};
+
+  const auto first_point = [&](int number) { return islands.at(number).first_point; };
+  const auto& [first, pull] =
+      *std::ranges::min_element(pulls, {}, [&](const auto& own) { return first_point(own.first); });
+  const auto before =
+      std::ranges::count_if(islands, [&](const auto& own) { return own.second.first_point < first_point(first); });
+  const Vector3d way = pull.normalized();
+  const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
+  return std::string(has_gravity(model.system) ? "gravity" : "the load") + " pulls the free island " +
+         std::to_string(before) + " (of point " + std::to_string(first_point(first)) + ") along " +
+         text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) + " without end: " + text(pull.norm()) +
+         " N that nothing balances";
 }
 
 }  // namespace tanor

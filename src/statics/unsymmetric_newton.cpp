@@ -13,11 +13,12 @@ UnsymmetricNewton::UnsymmetricNewton(EquilibriumEquations& equations, NewtonDesc
 
 /// [ W  K ] [  dr     ]   [  g  ]
 /// [ K' 0 ] [ -dlambda] = [ -xi ]
-bool UnsymmetricNewton::find_step(const StaticState& state, double shift, std::vector<double>* dr,
+bool UnsymmetricNewton::find_step(const StaticState& state, double shift, bool is_held, std::vector<double>* dr,
                                   std::vector<double>* minus_dlambda) {
   equations_.linearise(state.r.data(), state.lambda.data());
-  (void)equations_.evaluate(state.r.data(), state.lambda.data(), g_.data(), xi_.data());
+  const double scale = equations_.evaluate(state.r.data(), state.lambda.data(), g_.data(), xi_.data());
   ++factorizations_;
+  if (is_held) equations_.stiffness().hold_rows(held_rows, held_rows * scale / model_.scene_size);
   if (!kkt_.factorize(shift)) return false;
   *dr = g_;
   minus_dlambda->resize(equations_.num_rows());
@@ -25,6 +26,11 @@ bool UnsymmetricNewton::find_step(const StaticState& state, double shift, std::v
   kkt_.solve(dr, minus_dlambda);
   const auto is_finite = [](double x) { return std::isfinite(x); };
   return std::ranges::all_of(*dr, is_finite) && std::ranges::all_of(*minus_dlambda, is_finite);
+}
+
+bool UnsymmetricNewton::rests(const StaticState& state) {
+  std::vector<double> dr, minus_dlambda;
+  return !find_step(state, 0.0, true, &dr, &minus_dlambda) || longest(dr) <= short_step * model_.scene_size;
 }
 
 Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals) {
@@ -35,6 +41,7 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   };
   iterations_ = factorizations_ = 0;
   double shift = 0.0;
+  int long_steps = 0;
   StaticResidual now = measure_.measure(*state);
   const double first_scale = now.scale;
   const auto fail = [&](const char* why) {
@@ -50,14 +57,16 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
     if (!std::isfinite(now.force + now.scale + now.violation))
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
     // A lone force that vanishes where the point rests has no size there: it is small beside what it was.
-    const double rounding =
-        std::max(64.0 * std::numeric_limits<double>::epsilon() * first_scale, equations_.rounding_of_forces());
-    if (now.force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) return {};
+    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * first_scale;
+    if (now.known <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) {
+      if (now.force == 0.0 || rests(*state)) return {};
+      if (++long_steps == most_long_steps) return explain_fading(model_, now, iterations_);
+    }
     if (iterations_++ == limits.max_iterations) return fail("no convergence");
     std::vector<double> dr, minus_dlambda;
     bool is_better = false;
     for (int attempt = 0; attempt < 40 && !is_better; ++attempt) {
-      const bool is_found = find_step(*state, shift, &dr, &minus_dlambda);
+      const bool is_found = find_step(*state, shift, false, &dr, &minus_dlambda);
       for (double length = 1.0; is_found && !is_better && length > 1e-3; length *= 0.5) {
         StaticState next = *state;
         for (std::size_t i = 0; i < equations_.size(); ++i) next.r[i] += length * dr[i];

@@ -18,7 +18,9 @@ class UnsymmetricNewton {
   int factorizations() const { return factorizations_; }
 
  private:
-  bool find_step(const StaticState& state, double shift, std::vector<double>* dr, std::vector<double>* minus_dlambda);
+  bool rests(const StaticState& state);
+  bool find_step(const StaticState& state, double shift, bool is_held, std::vector<double>* dr,
+                 std::vector<double>* minus_dlambda);
 
   EquilibriumEquations& equations_;
   const Model& model_;

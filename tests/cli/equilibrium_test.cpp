@@ -73,6 +73,50 @@ TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
   EXPECT_NEAR(after[19][2].get<double>(), -0.3, 1e-9);
 }
 
+/// A rod that grows and supports that move: the scene at rest begins at its own time.
+TEST(EquilibriumTest, AtALaterTimeIsWrittenAsASceneThatRunsFromThere) {
+  for (const char* what : {"rod", "support", "spring"}) {
+    const Folder folder;
+    json scene = json::parse(R"({
+      "tanor_scene": 1, "points": {"positions": [[0,0,0], [0.1,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
+      "constraints": [{"kind": "rod", "pairs": [[0,1]], "length": 1}],
+      "forces": [{"name": "w", "kind": "gravity", "acceleration": [0,0,-9.81]}],
+      "equilibrium": {"at": 3}, "motion": {"t_end": 0.2}})");
+    if (what == std::string("rod")) scene["constraints"][0]["length"] = {{"formula", "1+0.1*t"}};
+    if (what == std::string("support")) scene["supports"][0]["motion"] = {{"formula", {"0.1*t", "0", "0.2*t"}}};
+    if (what == std::string("spring"))
+      scene["forces"].push_back({{"kind", "potential"}, {"points", {{1}}}, {"energy", "(x1-t)^2"}});
+    ASSERT_EQ(find_in(folder, scene).code, 0) << what;
+
+    const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
+    const Ended solved = run_program(folder, {"solve", "at_rest/equilibrium.json", "--out", "forces"});
+    const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
+
+    EXPECT_EQ(ended.code, 0) << what << ended.err;
+    EXPECT_EQ(solved.code, 0) << what << solved.err;
+    EXPECT_EQ(again.code, 0) << what << again.err;
+    EXPECT_NEAR(json::parse(read_text(folder / "motion/summary.json"))["t_end"].get<double>(), 3.2, 1e-12);
+    EXPECT_EQ(json::parse(read_text(folder / "again/summary.json"))["equilibrium"]["iterations"], 0) << what;
+  }
+}
+
+TEST(EquilibriumTest, OfATautWireTellsNoTensionsThatItDoesNotKnow) {
+  const Folder folder;
+  const json wire = json::parse(R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [2,0,0]], "masses": 1}, "supports": [{"points": [0, 2]}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}]})");
+
+  const Ended ended = find_in(folder, wire);
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.out.find("largest force"), std::string::npos) << ended.out;
+  const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
+  EXPECT_FALSE(summary["equilibrium"]["multipliers_unique"]);
+  EXPECT_TRUE(summary["equilibrium"]["largest_force"].is_null());
+  EXPECT_EQ(summary["final"]["multipliers"], json::parse("[null, null]"));
+}
+
 TEST(EquilibriumTest, ThatIsNotAcceptedIsExitCode3) {
   const Folder folder;
   json up = hanging;

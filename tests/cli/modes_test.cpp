@@ -181,5 +181,29 @@ TEST(ModesTest, RefusesFriction) {
   EXPECT_NE(ended.err.find("/friction/0"), std::string::npos) << ended.err;
 }
 
+TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
+  const Folder folder;
+  const Ended ended = run_modes(folder, R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9]}, {"kind": "drag", "linear": 10}],
+    "modes": {"damped": true}})");
+
+  // lambda^2 + 10 lambda + 9 = 0
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("0 (decay 1 1/s)"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("0 (decay 9 1/s)"), std::string::npos) << ended.out;
+}
+
+TEST(ModesTest, SaysThatNoLoadBucklesWhatHangs) {
+  const Folder folder;
+  const Ended ended =
+      run_modes(folder, replaced(hanging_scene, R"("modes": {"count": 3})", R"("modes": {"buckling": "weight"})"));
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.out.find("inf"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("buckles at no multiple of the load"), std::string::npos) << ended.out;
+}
+
 }  // namespace
 }  // namespace tanor::cli

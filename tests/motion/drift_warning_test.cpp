@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tanor/equilibrium.hpp>
 #include <tanor/tanor.hpp>
 
 /// \file Drifts of the energy are measured beside all that has flowed, and not before anything flows.
@@ -79,6 +80,33 @@ TEST(DriftWarning, IsTakenBackWhereMuchMoreFlowsLater) {
   EXPECT_NE(early.find("the energy drifts by"), std::string::npos) << early;
   EXPECT_EQ(simulation.report().accuracy_warning, "");
   EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-5);
+}
+
+/// A molecule at rest, whose energies are 0 but for rounding: nothing flows, and no part of nothing is missed.
+TEST(DriftWarning, IsNotGivenWhereAMoleculeRests) {
+  System system;
+  Bonds bonds{"bonds", {}, BondLaw::Harmonic, 300.0, 1.0};
+  Bendings angles{"angles", {}, BendingLaw::Harmonic, 30.0, 1.9};
+  for (int i = 0; i < 10; ++i) {
+    system.positions.insert(system.positions.end(), {0.9 * i, 0.5 * (i % 2), 0.1 * std::sin(3.0 * i)});
+    system.masses.push_back(1.0);
+    if (i > 0) bonds.pairs.push_back({i - 1, i});
+    if (i > 1) angles.triples.push_back({i - 2, i - 1, i});
+  }
+  system.forces = {bonds, angles};
+  const EquilibriumResult rest = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+  ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+  system.positions = rest.positions;
+  system.velocities.assign(system.positions.size(), 0.0);
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Radau5}) {
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance_to(0.2).ok());
+
+    const std::string warning = simulation.report().accuracy_warning;
+    EXPECT_EQ(warning.find("energy drifts"), std::string::npos) << warning;
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-3) << name_of(method);
+  }
 }
 
 }  // namespace

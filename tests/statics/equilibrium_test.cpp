@@ -31,20 +31,6 @@ System make_hanging_chain(int count, double length, double mass, Vector3 end, do
   return system;
 }
 
-/// Log e_{k+1}/e_k over log e_k/e_{k-1} of the last residuals above rounding; or with the next one, which without
-/// rounding would be smaller, so that the order is no less.
-double observed_order(const std::vector<double>& residuals, double rounding) {
-  std::size_t above = residuals.size();
-  while (above > 0 && residuals[above - 1] < rounding) --above;
-  double order = 0.0;
-  for (const std::size_t n : {above, above + 1}) {
-    if (n < 3 || n > residuals.size() || residuals[n - 1] <= 0.0) continue;
-    order =
-        std::max(order, std::log(residuals[n - 1] / residuals[n - 2]) / std::log(residuals[n - 2] / residuals[n - 3]));
-  }
-  return order;
-}
-
 // T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g: H and V_0 of 10 rods of 0.1 m between (0, 0) and (0.7, 0.25).
 TEST(Equilibrium, OfAChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
   constexpr double H = 2.378492301432212934792583225, V0 = -3.044284345718873534849989889;
@@ -62,12 +48,6 @@ TEST(Equilibrium, OfAChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
   EXPECT_NEAR(found.support_forces[0], H, 1e-10);
   EXPECT_NEAR(found.support_forces[1], V0, 1e-10);
   EXPECT_NEAR(std::sqrt(found.lowest_omega2), 6.313398211465762790, 1e-8);
-  EXPECT_GE(observed_order(found.residuals, 1e-12 * found.largest_force), 1.8);
-}
-
-TEST(ObservedOrder, TellsLinearConvergenceFromQuadratic) {
-  EXPECT_NEAR(observed_order({1.0, 0.1, 0.01, 0.001}, 0.0), 1.0, 1e-12);
-  EXPECT_NEAR(observed_order({0.1, 1e-2, 1e-4, 1e-8, 1e-15}, 1e-12), 2.0, 1e-12);
 }
 
 TEST(Equilibrium, OfAChainThatStartsStraightBetweenItsSupportsIsTheSame) {
@@ -277,26 +257,6 @@ TEST(Equilibrium, OfChargesOnASphereHasThreeRigidZeroModes) {
   }
 }
 
-/// Newton's own last steps, of chains, of a curved constraint, and of energies.
-TEST(Equilibrium, IsApproachedWithTheOrderOfNewtonsMethod) {
-  System displaced = make_inverted_chain(4, 200.0);
-  for (int i = 1; i <= 4; ++i) displaced.positions[static_cast<std::size_t>(3 * i)] = 0.1 * i;
-  const std::vector<std::pair<const char*, System>> cases{
-      {"chain of 10", make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2)},
-      {"chain of 40", make_hanging_chain(40, 0.05, 0.1, {1.3, -0.2, 0.0}, 0.5)},
-      {"chain of 3, taut", make_hanging_chain(3, 0.1, 2.0, {0.28, 0.0, 0.0}, 0.03)},
-      {"pendulum", make_pendulum({0.4, 0.1, -0.2})},
-      {"bead on an ellipsoid", make_bead_on_ellipsoid({0.2, 0.1, -0.7})},
-      {"inverted chain on springs", displaced}};
-  for (const auto& [name, system] : cases) {
-    const EquilibriumResult found = find_equilibrium(system);
-
-    ASSERT_TRUE(found.outcome.ok()) << name << ": " << found.outcome.what;
-    EXPECT_GE(observed_order(found.residuals, 1e-12 * found.largest_force), 1.8)
-        << name << ": " << testing::PrintToString(found.residuals);
-  }
-}
-
 /// A bead hangs on a rod beside another one that repels it within a cutoff.
 TEST(Equilibrium, SaysNothingOfStabilityWherePairsHaveNoStiffness) {
   System system;
@@ -454,6 +414,31 @@ TEST(Equilibrium, InLoadStepsIsTheSame) {
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
+}
+
+/// Rods and springs of which some are compressed, in a soft equilibrium: full steps bend too far, and descent without
+/// what the compressed ones take away creeps.
+TEST(Equilibrium, OfATangleIsFoundWhereItIsSoft) {
+  System system;
+  system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,
+                      0.231,  -0.432, 0.16,   -0.975, -0.573, 0.508,  -0.095, 0.319,  0.32,   -0.876,
+                      0.566,  0.555,  -0.396, -0.631, -0.413, -0.656, 0.21,   -0.514, 0.36,   -0.849,
+                      -0.597, -0.75,  -0.738, 0.76,   -0.939, 0.66,   0.345,  -0.801, 0.002};
+  system.masses = {2.19, 0.345, 7.845, 8.835, 1.473, 0.181, 0.327, 0.842, 0.25, 0.285, 1.764, 0.153, 7.094};
+  system.supports = {{"", {0, 1}, {}}};
+  system.constraints = {Rods{"rods", {{1, 2}, {1, 3}, {3, 4}, {0, 5}, {4, 6}, {2, 7}, {3, 8}, {7, 10}}}};
+  Springs springs{.name = "springs",
+                  .pairs = {{1, 9}, {4, 11}, {11, 12}, {5, 8}, {0, 5}, {1, 2}, {2, 3}, {10, 3}},
+                  .stiffness = 450.0};
+  springs.rest_length.constants = {0.898, 0.785, 0.908, 1.262, 0.853, 2.021, 1.068, 0.743};
+  system.forces = {springs};
+  system.add_gravity({0.0, 0.0, -g});
+
+  const EquilibriumResult found = find_equilibrium(system);
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.status, Stability::Stable);
+  EXPECT_LE(found.residual_force, 1e-10 * found.largest_force);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ class Run {
     choose_threads(&scene_);
     part_ = take_part(scene_.system, assign_owners(scene_.system, ranks.size()), ranks);
     simulation_.emplace(cli::naming_file(
-        scene_.file, [&] { return Simulation(part_.system, part_.part, scene_.motion, scene_.solver); }));
+        scene_.file, [&] { return Simulation(part_.system, part_.part, scene_.motion, scene_.solver, scene_.t_start); }));
     take_folder();
     trajectory_.emplace(ranks, folder_, part_, scene_.system.num_points());
     if (goes_on_) trajectory_->keep_until(simulation_->time());

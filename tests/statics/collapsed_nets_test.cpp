@@ -1,0 +1,122 @@
+/// Nets and lattices that hang from one corner collapse: their rods come to lie on each other, K loses ranks as the
+/// places come nearer, and how they pull against each other is determined by nothing. Equilibrium and modes say so.
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
+
+#include "scenes.hpp"
+
+namespace tanor {
+namespace {
+
+System make_hanging_lattice(const std::array<int, 3>& size) {
+  System system = scenes::make_grid(size);
+  system.supports = {{"corner", {0}, {}}};
+  system.forces = {scenes::gravity};
+  return system;
+}
+
+bool says_self_stress(const EquilibriumResult& found) {
+  return std::ranges::any_of(found.left_out,
+                             [](const std::string& each) { return each.find("self-stress") != std::string::npos; });
+}
+
+TEST(CollapsedNets, HaveSelfStressAndNoModesWithoutAPrestress) {
+  for (const std::array<int, 3>& size : {std::array{2, 2, 2}, {2, 2, 3}, {3, 3, 2}, {3, 3, 1}, {4, 3, 2}, {3, 3, 3}}) {
+    const std::string name = testing::PrintToString(size);
+    const System system = make_hanging_lattice(size);
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    ASSERT_TRUE(found.outcome.ok()) << name << ": " << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable) << name;
+    EXPECT_GT(found.self_stress_states, 0u) << name;
+    EXPECT_TRUE(says_self_stress(found)) << name;
+    EXPECT_EQ(modes(system, found.positions).outcome.status, Status::NotUnique) << name;
+  }
+}
+
+/// Where all tensions are determined both say the same.
+TEST(HangingNets, HaveAsManyUnstableDirectionsByBothWays) {
+  System net = scenes::make_net(4, 3);
+  net.supports = {{"", {0, 3, 8}, {}}};
+  for (const bool up : {false, true}) {
+    if (up) net.forces = {Gravity{"up", {0.0, 0.0, 9.81}}};
+    const EquilibriumResult found = find_equilibrium(net, {.accept = AcceptedEquilibria::Any});
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    ASSERT_EQ(found.self_stress_states, 0u);
+
+    const Modes shaken = modes(net, found.positions, {.count = 2});
+
+    ASSERT_TRUE(shaken.outcome.ok()) << shaken.outcome.what;
+    EXPECT_EQ(shaken.unstable_directions, found.unstable_directions);
+  }
+}
+
+/// A tower of rods upside down: every direction grows, and more than were asked for are counted.
+TEST(Modes, CountWhatGrowsBeyondThoseThatAreAskedFor) {
+  for (const int count : {40, 200}) {
+    System tower;
+    Rods rods{"rods", {}, scenes::spacing, {}};
+    for (int i = 0; i <= count; ++i) {
+      scenes::add_point({0.0, 0.0, scenes::spacing * i}, &tower);
+      if (i > 0) rods.pairs.push_back({i - 1, i});
+    }
+    tower.constraints = {rods};
+    tower.supports = {{"", {0}, {}}};
+    tower.forces = {scenes::gravity};
+
+    const Modes growing = modes(tower, tower.positions, {.count = 3});
+
+    ASSERT_TRUE(growing.outcome.ok()) << growing.outcome.what;
+    EXPECT_EQ(growing.unstable_directions, 2u * static_cast<unsigned>(count));
+  }
+}
+
+/// Beads on which nothing acts, few or many: they rest wherever they are.
+TEST(Equilibrium, WhereNothingIsStiffIsOfRigidMotionsAlone) {
+  for (const int count : {20, 150}) {
+    System gas;
+    for (int i = 0; i < count; ++i) scenes::add_point({0.1 * i, 0.0, 0.0}, &gas);
+    System plane = gas;
+    plane.constraints = {Planes{.name = "table", .points = {}, .normal = Vector3{0.0, 0.0, 1.0}}};
+    for (Index i = 0; i < count; ++i) std::get<Planes>(plane.constraints[0]).points.push_back(i);
+    plane.forces = {scenes::gravity};
+    for (const auto& [system, each] : {std::pair{gas, 3u}, {plane, 2u}}) {
+      const EquilibriumResult found = find_equilibrium(system);
+
+      ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+      EXPECT_EQ(found.status, Stability::Stable);
+      EXPECT_EQ(found.zero_modes, each * static_cast<unsigned>(count));
+      EXPECT_EQ(found.rigid_zero_modes, found.zero_modes);
+      const Modes still = modes(system, found.positions, {.count = 5});
+      ASSERT_TRUE(still.outcome.ok()) << still.outcome.what;
+      EXPECT_EQ(still.zero_modes, 5u);
+    }
+  }
+}
+
+/// A taut wire between supports carries nobody knows what.
+TEST(Equilibrium, OfPointsHeldRigidDoesNotTellTheirTensions) {
+  System wire;
+  for (int i = 0; i <= 4; ++i) scenes::add_point({scenes::spacing * i, 0.0, 0.0}, &wire);
+  wire.constraints = {Rods{"wire", {{0, 1}, {1, 2}, {2, 3}, {3, 4}}}};
+  wire.supports = {{"", {0, 4}, {}}};
+  wire.forces = {scenes::gravity};
+
+  const EquilibriumResult found = find_equilibrium(wire);
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_TRUE(std::ranges::none_of(found.multipliers_unique, [](bool unique) { return unique; }));
+  EXPECT_TRUE(std::ranges::all_of(found.multipliers, [](double lambda) { return std::isnan(lambda); }));
+  EXPECT_TRUE(std::isnan(found.support_forces[0]));
+  EXPECT_TRUE(std::isnan(found.largest_force));
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,114 @@
+/// Potentials that flatten have no equilibrium, however small their forces are far out; and what the start cannot see,
+/// as a soft floor far below, is no reason to deny one.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <tanor/equilibrium.hpp>
+
+namespace tanor {
+namespace {
+
+constexpr double g = 9.81;
+
+System make_point(const Vector3& place, const std::string& energy) {
+  System system;
+  system.positions = {place[0], place[1], place[2]};
+  system.masses = {1.0};
+  system.forces = {Potential{.name = "field", .points = {{0}}, .kernel = formula_potential(energy, 1)}};
+  return system;
+}
+
+TEST(Equilibrium, OfAPotentialThatFlattensDoesNotExist) {
+  for (const char* energy : {"exp(-x1)+y1^2+z1^2", "exp(-x1)", "exp(-x1^2-y1^2-z1^2)", "1/x1+y1^2+z1^2"}) {
+    const EquilibriumResult found = find_equilibrium(make_point({0.3, 0.1, 0.0}, energy));
+
+    EXPECT_FALSE(found.outcome.ok()) << energy;
+    EXPECT_EQ(found.status, Stability::None) << energy;
+  }
+}
+
+TEST(Equilibrium, OfAForceThatDiesAwayDoesNotExist) {
+  System system = make_point({0.1, 0.0, 0.0}, "y1^2+z1^2");
+  system.forces.push_back(FormulaForce{.name = "push", .points = {0}, .kernel = formula_force({"exp(-x)", "0", "0"})});
+
+  const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+
+  EXPECT_EQ(found.outcome.status, Status::NoSolution) << found.outcome.what;
+  EXPECT_NE(found.outcome.what.find("forces die away"), std::string::npos) << found.outcome.what;
+}
+
+/// Charges that screen each other, one of them held: alone, and beside a pendulum whose forces are large.
+TEST(Equilibrium, OfPointsThatRepelEachOtherDoesNotExist) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.masses = {1.0, 1.0};
+  system.supports = {{"", {0}, {}}};
+  system.forces = {PairForces{.points = {0, 1}, .law = PairLaw::Yukawa, .strength = 1.0, .length = 1.0}};
+  System beside = system;
+  beside.positions.insert(beside.positions.end(), {0.0, 5.0, 0.0, 0.0, 5.0, -1.0});
+  beside.masses.insert(beside.masses.end(), {1.0, 1.0});
+  beside.supports[0].points.push_back(2);
+  beside.constraints = {Rods{"rod", {{2, 3}}}};
+  beside.forces.push_back(Potential{.points = {{3}}, .kernel = formula_potential("9.81*z1", 1)});
+  for (const System& each : {system, beside}) {
+    const EquilibriumResult found = find_equilibrium(each);
+
+    EXPECT_FALSE(found.outcome.ok());
+    EXPECT_NE(found.status, Stability::Stable);
+    EXPECT_NE(found.status, Stability::Marginal);
+  }
+}
+
+TEST(Equilibrium, OnASoftFloorIsFoundFromFarAboveAndFromBelow) {
+  for (const double start : {50.0, 3.0, -20.0}) {
+    System system = make_point({0.0, 0.0, start}, "exp(-z1)+x1^2+y1^2");
+    system.add_gravity({0.0, 0.0, -g});
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_NEAR(found.positions[2], -std::log(g), 1e-9);
+    EXPECT_NEAR(found.lowest_omega2, 2.0, 1e-9);
+  }
+}
+
+TEST(Equilibrium, OfAWellWithLinearWallsIsFoundFromThere) {
+  const EquilibriumResult found = find_equilibrium(make_point({-30.0, 0.0, 0.0}, "log(1+exp(x1))-0.5*x1+y1^2+z1^2"));
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_NEAR(found.positions[0], 0.0, 1e-8);
+}
+
+/// At the kink there is no stiffness, and beside it none either: no equilibrium to the tolerance, but no load that
+/// pulls without end.
+TEST(Equilibrium, AtAKinkIsNotSaidToBeWithoutEnd) {
+  const EquilibriumResult found = find_equilibrium(make_point({0.0, 3.0, 0.0}, "abs(y1-1)+x1^2+z1^2"));
+
+  EXPECT_EQ(found.outcome.status, Status::NotConverged) << found.outcome.what;
+  EXPECT_EQ(found.outcome.what.find("without end"), std::string::npos) << found.outcome.what;
+}
+
+/// Stiffness of another part of the system, or of the same one, is no scale for what holds a bead.
+TEST(Equilibrium, OfAPendulumBesideStiffSpringsIsStable) {
+  for (const double stiffness : {1e6, 1e8, 1e10}) {
+    System system;
+    system.positions = {0.0, 0.0, 0.0, 0.1, 0.0, -0.9, 5.0, 0.0, 0.0, 6.0, 0.2, 0.1};
+    system.masses.assign(4, 1.0);
+    system.supports = {{"", {0}, {}}};
+    system.constraints = {Rods{"rod", {{0, 1}}}};
+    system.forces = {Springs{.name = "stiff", .pairs = {{2, 3}}, .stiffness = stiffness, .rest_length = 1.0},
+                     Potential{.points = {{1}}, .kernel = formula_potential("9.81*z1", 1)}};
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    ASSERT_TRUE(found.outcome.ok()) << stiffness << ": " << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable);
+    EXPECT_EQ(found.zero_modes, 5u);  // of the spring, which floats
+    EXPECT_EQ(found.rigid_zero_modes, 5u);
+    EXPECT_NEAR(found.lowest_omega2, g / std::hypot(0.1, 0.9), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
