@@ -21,7 +21,7 @@ class LoadSharing {
   /// The set of contacts that stick has changed, or their shares: check again whether they hold too much.
   void forget();
 
-  /// Some contacts that stick have references: they hold more than can move.
+  /// Some contacts that stick have references, so they hold more than can move.
   bool has_references() const;
   /// Each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share in which the most loaded
   /// contact has most to spare). `loads` [contact]: of those that stick, held over limit; else negative.

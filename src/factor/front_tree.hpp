@@ -28,7 +28,7 @@ struct Front {
   std::size_t update_size() const { return kernels::Triangle::size(below(), update_stride); }
 };
 
-/// One task of a factorization and of both sweeps of a solve.
+/// One task of a factorization and of both substitutions of a solve.
 struct FrontTask {
   enum class Kind { Sequence, Whole, PanelTile, UpdateTile, Join };
   Kind kind;

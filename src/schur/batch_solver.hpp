@@ -8,8 +8,9 @@
 
 namespace tanor {
 
-/// Islands of rods, many of equal topology: one elimination, written down once, runs over eight islands side by side
-/// in the lanes of a vector. Which islands share a vector follows from the system alone.
+/// Solves islands of rods of which many have one topology. The elimination is written down once for a topology and runs
+/// over eight islands side by side in the lanes of a vector. Which islands share a vector follows from the system
+/// alone.
 class BatchSolver final : public IslandSolver {
  public:
   /// Takes islands of rods out of `islands`: those of topologies that many share, or, `eagerly`, all; null where there

@@ -9,10 +9,10 @@
 
 namespace tanor {
 
-/// Islands of several kinds, each kind with its own solver.
+/// Solves islands of several kinds, each kind with its own solver.
 class CompositeSolver final : public SchurSolver {
  public:
-  /// At least one.
+  /// There is at least one solver.
   explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
@@ -32,7 +32,7 @@ class CompositeSolver final : public SchurSolver {
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
 
  private:
-  /// All of `each`(solver), one after the other.
+  /// Calls each(solver) one after the other and joins what they report.
   template <class Each>
   Elimination join(const Each& each);
   template <class Each>
@@ -42,7 +42,8 @@ class CompositeSolver final : public SchurSolver {
   Summary summary_;
 };
 
-/// The solvers that serve all rows of a system together; none where the sparse factor of all rows is as good or better.
+/// Makes the solvers that serve all rows of a system together. None where the sparse factor of all rows is as good or
+/// better.
 /// Throws InputError where `wanted` does not serve.
 std::optional<CompositeSolver> make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 

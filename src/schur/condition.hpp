@@ -9,8 +9,8 @@
 
 namespace tanor {
 
-/// |S^-1| from x, S^-1 x, S^-2 x, … (power iterations) for symmetric S: solve() overwrites x by S^-1 x. 0 where x is
-/// empty.
+/// Returns |S^-1| of a symmetric S by power iterations x, S^-1 x, S^-2 x, …; solve() overwrites x by S^-1 x. The answer
+/// is 0 where x is empty.
 template <class Solve>
 double estimate_norm_of_inverse(std::vector<double>* x, int iterations, const Solve& solve) {
   const auto norm = [&] { return std::sqrt(std::inner_product(x->begin(), x->end(), x->begin(), 0.0)); };

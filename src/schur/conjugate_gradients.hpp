@@ -11,7 +11,7 @@
 
 namespace tanor {
 
-/// S = K'M^-1K without its entries: two products with the blocks of K.
+/// S = K'M^-1K without its entries. It is applied by two products with the blocks of K.
 struct GramOperator {
   const Constraints& constraints;
   const ReactionGather& gather;

@@ -32,7 +32,7 @@ struct BranchBatch {
   std::size_t first_rod = 0, first_place = 0;  ///< where its rods and points begin in arrays of lanes
 };
 
-/// All batches of some trees, and what is left of these.
+/// All batches of some trees, and which points they leave to the trunks.
 struct EqualBranches {
   std::vector<std::vector<Index>> parents;  ///< [shape][rod] point of the branch towards its root
   std::vector<BranchBatch> batches;

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Islands of one topology in batches of eight; lanes that are left over repeat the last island.
+/// Islands of one topology in batches of eight. Lanes that are left over repeat the last island.
 struct EqualIslands {
   struct Structure {
     const IslandTopology& topology;

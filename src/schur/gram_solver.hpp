@@ -13,7 +13,8 @@
 
 namespace tanor {
 
-/// Rows that no product joins: first row of each island, then the number of rows that take part; those after are idle.
+/// Islands of rows, which no product joins: the first row of each island, then the number of rows that take part. The
+/// rows after those are idle.
 struct RowIslands {
   std::span<const Index> start;
   std::size_t num_rows;
@@ -23,10 +24,10 @@ struct RowIslands {
       : start(numbering.island_start), num_rows(numbering.num_rows()) {}
 };
 
-/// Solves X'WX x = b for a basis X in blocks and diagonal weights W, part by part (groups of islands): assembly +
-/// CHOLMOD, the general way, or a closed form where a part is diagonal or a single point's. S = K'M^-1K, Gamma = K'K, H
-/// = A'MA and G = A'A are the paper's four. The symbolic work is done once, in the constructor; `factorize` and `solve`
-/// only fill numbers.
+/// Solves X'WX x = b for a basis X in blocks and diagonal weights W. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are
+/// the paper's four such matrices. It works part by part, a part being a group of islands. A part is assembled and
+/// factorized by CHOLMOD, or solved in closed form where it is diagonal or belongs to a single point. The symbolic work
+/// is done once, in the constructor; `factorize` and `solve` only fill numbers.
 class GramSolver {
  public:
   /// `incidences` of all points, `weights` [point]: 0 where it takes no part (supports). `squared_norms` [block] as

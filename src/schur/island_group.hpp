@@ -10,8 +10,8 @@
 
 namespace tanor {
 
-/// Some islands of a system with all that is theirs: what they are asked for reads and writes their rows and their
-/// moving points alone.
+/// Some islands of a system with all that is theirs. Each function reads and writes the rows and the moving points of
+/// these islands alone.
 struct IslandGroup {
   /// `gather` of K lambda, `incidences` of K; all but `numbering`, `islands` and `incidences` are kept as they are
   /// given.

@@ -21,7 +21,8 @@ struct IslandTopology {
 /// The elimination of S = K'M^-1K of one island, written down once for all islands of its topology: S = L D L' in an
 /// order of little fill, each column's numbers in place, the diagonal first.
 ///
-/// Of equal degrees the row goes first that waits for the fewest others: a path is eliminated from both ends at once.
+/// Among rows of equal degree, the one that waits for the fewest others goes first. So a path is eliminated from both
+/// ends at once.
 class IslandSchedule {
  public:
   explicit IslandSchedule(const IslandTopology& topology);

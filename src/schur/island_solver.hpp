@@ -32,7 +32,7 @@ class IslandSolver : public SchurSolver {
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
   const IslandGroup& group() const { return *group_; }
   double* scratch_rows() { return rows_.data(); }  // [d]
-  /// All points of its islands at once; null: they are there.
+  /// Brings all points of its islands at once. Null: they are there.
   void bring_points(const Parallel& parallel, const PointSource* source) const {
     if (source == nullptr) return;
     group_->points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) { source->bring(begin, end - begin); });

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// The way of points between an array [3n] and lanes. Where a lane's points follow one another in the array, as those
+/// Moves points between an array [3n] and lanes. Where a lane's points follow one another in the array, as those
 /// of a path mostly do, they move as whole vectors, eight points of eight lanes at a time.
 template <std::size_t width>
 class LanePoints {

@@ -9,14 +9,14 @@
 
 namespace tanor {
 
-/// The last three solutions lambda(t), to guess the next one: the polynomial through them.
+/// Keeps the last three solutions lambda(t). The polynomial through them guesses the next one.
 class MultiplierHistory {
  public:
   explicit MultiplierHistory(std::size_t num_rows);
 
   void forget() { size_ = 0; }
   void add(double t, const std::vector<double>& lambda);
-  /// Into lambda; what it was where nothing is known.
+  /// Writes the guess into lambda, which stays as it is where nothing is known.
   void extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const;
 
   void exchange_memory(Memory& memory);

@@ -44,19 +44,19 @@ struct Rods {
 /// g into the chunk's slots from `slot` on; blocks [3k] and b = phi + K'w0 [k] with constant lengths.
 void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b);
 
-/// g alone.
+/// Finds g alone.
 void evaluate_directions(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks);
 /// xi = |a| - length [k]; returns the largest |xi|/length, NaN where any number is.
 double evaluate_values(const Rods& rods, const double* lengths, double* xi);
 /// g.v [k]
 void evaluate_rates(const Rods& rods, double* rates);
-/// b alone.
+/// Finds b alone.
 void evaluate_right_side(const Rods& rods, double* b);
 
-/// g from blocks.
+/// Takes g from blocks.
 void load_directions(const double* blocks, const signed char* sign, Chunk* chunk);
 
-/// S_kk, and the coupling with the row on the left or on the right, which was eliminated before.
+/// Finds S_kk, and the coupling with the row on the left or on the right, which was eliminated before.
 enum class Towards { Right, Left };
 void assemble(Towards towards, Chunk* chunk);
 
@@ -68,7 +68,7 @@ class Upcoming {
   void add(const void* from, std::size_t bytes) {
     if (bytes > 0) spans_[count_++] = {static_cast<const char*>(from), static_cast<const char*>(from) + bytes};
   }
-  /// A few more lines, if there are any.
+  /// Fetches a few more lines, if there are any.
   [[gnu::always_inline]] void fetch() {
     for (std::size_t k = 0; k < lines_a_step; ++k, at_ += line) {
       if (at_ >= end_) {

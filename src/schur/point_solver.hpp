@@ -10,9 +10,9 @@
 
 namespace tanor {
 
-/// Points on guides of their own (planes, spheres, lines, circles; up to three rows a point), joined to nothing else:
-/// each is solved by itself, in closed form, in one pass, eight side by side. Gradients G of a point of mass m have
-/// unit columns:
+/// Solves points on guides of their own (planes, spheres, lines, circles; up to three rows a point) that nothing else
+/// joins. Each is solved by itself in closed form, all in one pass, eight side by side. The gradients G of a point of
+/// mass m have unit columns:
 ///
 ///   x = -(G'G)^-1 b,   lambda = m x,   w = w0 + G x
 class PointSolver final : public IslandSolver {

@@ -13,13 +13,13 @@
 
 namespace tanor {
 
-/// Of moving points that constraints join, largest over smallest: S may be worse conditioned than K by as much.
-/// `incidences` of K, `inverse_mass` [point], 0 at supports.
+/// Returns the largest mass over the smallest one of moving points that constraints join. S may be worse conditioned
+/// than K by as much. `incidences` are those of K; `inverse_mass` [point] is 0 at supports.
 double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass);
 
-/// Which rows of K depend on others, and what follows for S lambda = b: decided by QR of M^-1/2 K (and of K where
-/// masses differ much), island by island, where S alone raises the suspicion; kept until somebody decides anew. Costs
-/// nothing where nothing was suspected.
+/// Says which rows of K depend on others, and what follows for S lambda = b. QR of M^-1/2 K decides, and QR of K where
+/// masses differ much, island by island, where S raises the suspicion. What was decided is kept until somebody decides
+/// anew. It costs nothing where nothing was suspected.
 ///
 /// Dependent rows take no part in S (their multipliers are 0) unless `minimize_norm` shares the load out again.
 class Redundancy {
@@ -29,15 +29,14 @@ class Redundancy {
 
   using Rows = std::pair<Index, Index>;  ///< [first, end), whole islands
 
-  /// Decides for all islands in `rows` with K in `blocks`, each row known to its tolerance [d] (of unit
-  /// columns). Returns whether the
-  /// dependent rows are others than before.
+  /// Decides for all islands in `rows` with K in `blocks`; each row is known to its tolerance [d], as a unit column.
+  /// Returns whether the dependent rows are others than before.
   bool decide(const double* blocks, Rows rows, std::span<const double> tolerances);
   /// The same for those islands that have dependent rows.
   bool decide_again(const double* blocks, std::span<const double> tolerances);
 
   bool has_decided() const { return !islands_.empty(); }
-  /// Does any row depend?
+  /// Some row depends on others.
   bool is_found() const { return num_dependent_ > 0; }
   std::size_t num_dependent() const { return num_dependent_; }
   bool is_dependent(std::size_t row) const { return num_dependent_ > 0 && dependent_[row] != 0; }

@@ -14,13 +14,13 @@
 
 namespace tanor {
 
-/// S lambda = -b at the places inside a step, where S has no factor of its own: by conjugate gradients from the last
-/// solutions on, preconditioned by the factor of another place or by an incomplete one in the order of rows, which runs
-/// along rods. What is cheaper is told by operations and the iterations of earlier solves, never by clocks: the same
-/// bits every time.
+/// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients go on
+/// from the last solutions. They are preconditioned by the factor of another configuration, or by an incomplete one in
+/// the order of rows, which runs along rods. Operations and the iterations of earlier solves tell which is cheaper. No
+/// clock is asked, so the bits are the same every time.
 class Reuse {
  public:
-  /// `kept` has the factor of the other place.
+  /// `kept` has the factor of the other configuration.
   Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept);
 
   /// Whether a few iterations cost less than a factor of S.
@@ -33,7 +33,7 @@ class Reuse {
   /// factorization to do, lambda and dw mean nothing.
   bool solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
              std::vector<double>* lambda, double* dw);
-  /// One that was found otherwise.
+  /// Adds a solution that was found otherwise.
   void add(double t, const std::vector<double>& lambda) { history_.add(t, lambda); }
   /// rows := -S^-1 rows to five digits, dw = M^-1 K rows [3n]; as preconditioned as the last solve. False likewise.
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* dw);

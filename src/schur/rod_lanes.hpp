@@ -27,8 +27,8 @@ struct RodLanes {
   std::vector<char> flipped;  ///< [length][width] the rod runs against the path
 };
 
-/// All rods of a system, laid over lanes; nothing where an island is no path, or has constraints that are no rods.
-/// Fixed points end a path. `incidences` of K.
+/// Lays all rods of a system over lanes. Returns nothing where an island is no path, or has constraints that are no
+/// rods. Fixed points end a path. `incidences` are those of K.
 std::optional<std::vector<RodLanes>> lay_rods(const System& system, const Numbering& numbering,
                                               std::span<const Incidence> incidences);
 

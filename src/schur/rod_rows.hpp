@@ -14,7 +14,7 @@
 
 namespace tanor {
 
-/// The rods of a system, row by row in the inner numbering: what ways that go along rods read.
+/// The rods of a system, row by row in the inner numbering. Solvers that go along rods read them.
 struct RodRows {
   std::vector<std::array<Index, 2>> ends;                            ///< [row] inner points; {-1, -1}: no rod
   std::vector<std::size_t> block;                                    ///< [row]
@@ -54,7 +54,8 @@ struct RodRows {
   }
 };
 
-/// First island of each group that one thread takes, then `count`: few groups, none of them too small. `rows_of(k)`.
+/// Groups islands so that each thread takes some: few groups, none of them too small. Returns the first island of each
+/// group, then `count`; `rows_of(k)` says how many rows island k has.
 template <class RowsOf>
 std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, const RowsOf& rows_of) {
   const std::size_t least_rows = std::max(plan::rows_worth_a_thread, num_rows / plan::most_groups_of_islands);

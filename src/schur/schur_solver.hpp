@@ -17,7 +17,7 @@
 
 namespace tanor {
 
-/// Where points are and how they move without constraints; all in the inner order, [3n].
+/// Says where points are and how they move without constraints. All arrays are in the inner order, [3n].
 struct FreeMotion {
   const double *r, *v;
   /// M^-1 f of moving points, the prescribed acceleration of supports.
@@ -28,8 +28,8 @@ struct FreeMotion {
   const PointSource* source = nullptr;
 };
 
-/// With which factor of S something is solved: a new one at its own configuration, or the last one, at the same
-/// configuration.
+/// Says with which factor of S something is solved: with a new one at its own configuration, or with the last one at
+/// the same configuration.
 enum class FactorUse { Renew, Keep };
 
 /// A solver reports this of its solution.
@@ -40,7 +40,7 @@ struct Elimination {
   double own_residual = 0.0;  ///< the largest of any island over its own |b|; infinite where a solver cannot tell
   int refinements = 0;        ///< passes that w took for that
 
-  /// The worst of both: other islands were solved beside these.
+  /// Keeps the worst of both, where other islands were solved beside these.
   void include(const Elimination& other) {
     reciprocal_condition = std::min(reciprocal_condition, other.reciprocal_condition);
     largest_right_side = larger(largest_right_side, other.largest_right_side);
@@ -57,14 +57,14 @@ inline double own_residual(double residual, double right_side) {
   return residual > 0.0 ? residual / right_side : 0.0;
 }
 
-/// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
+/// This is where iterations onto xi = 0 or K'v + xi_t = 0 ended.
 struct Projection {
   double violation = 0.0;  ///< relative, or m/s; NaN where any number is
   int iterations = 0;
 };
 
-/// Chord iterations: evaluate() -> what is violated, move() along the slope at hand, until that is `target` or no
-/// longer becomes much less.
+/// Iterates along a chord: evaluate() returns what is violated, move() goes along the slope at hand. It ends where that
+/// is at most `target`, or no longer becomes much less.
 template <class Evaluate, class Move>
 Projection iterate_along_chord(double target, const Evaluate& evaluate, const Move& move) {
   constexpr int most_iterations = 20;

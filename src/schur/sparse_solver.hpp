@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// Islands that no short way serves, beside others that one does: the general way, assembly and sparse factors (see
-/// GramSolver), of their own rows alone.
+/// Solves the islands that no special solver serves, beside others that one does: by assembly and sparse factors of
+/// their own rows alone (see GramSolver).
 class SparseSolver final : public IslandSolver {
  public:
   /// `incidences` of K.
