@@ -19,7 +19,7 @@ class ChordEquations {
   virtual void correct_positions(double* r, double* sum) = 0;
   /// Rows that depended when K was seen last may be independent here. True: some are.
   virtual bool decide_rank_again(const double* r) = 0;
-  /// Why the iteration stalls.
+  /// Says why the iteration stalls.
   virtual Outcome explain_stall(double t, double violation) const = 0;
 
  protected:

@@ -67,7 +67,7 @@ class Linearization {
   void correct(double* rows, double* points);
   /// The same as one of several corrections: by conjugate residuals where contacts share a load.
   void correct_conjugately(bool begins, double* rows, double* points);
-  /// How often these are worth while: of accelerations, and of velocities.
+  /// Say how often such corrections are worth while: those of accelerations, and those of velocities.
   RefinementLimits acceleration_limits() const {
     return shares_loads() ? RefinementLimits{50, 5} : RefinementLimits{5};
   }

@@ -12,7 +12,7 @@ namespace tanor {
 /// (refined solutions lie in the range of S).
 class LoadSharing {
  public:
-  /// Both must outlive it.
+  /// Both arguments must outlive it.
   LoadSharing(ContactState& state, GramSolver& S) : state_(state), S_(S) {}
 
   /// Contacts that stick depend on constraints, or on each other: from now on their rows are compliant in the factor of

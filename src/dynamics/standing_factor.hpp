@@ -37,7 +37,7 @@ class StandingFactor {
   /// singular.
   std::optional<Elimination> solve_by_composite(const FreeMotion& motion, FactorUse use, double* b, double* lambda,
                                                 double* w);
-  /// For all rows together, of the K at (t, r).
+  /// Factorizes S for all rows together, of the K at (t, r).
   Outcome factorize(double t, const double* r);
   /// Makes one of the K at hand where that of another K stands.
   void freshen();

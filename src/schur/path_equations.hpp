@@ -14,15 +14,15 @@ struct PathEquations {
   double *blocks, *b, *y;
   const PointSource* source = nullptr;  ///< of the points that each half brings
 
-  /// Along the path.
+  /// Returns the direction of a row along its path.
   Vec3 direction(const RodPath& path, std::size_t row) const;
-  /// The block of a row and its b; returns its direction along the path.
+  /// Writes the block of a row and its b. Returns its direction along the path.
   Vec3 evaluate_row(const RodPath& path, std::size_t row) const;
-  /// Directions, b and S of the chunk that a half has come to.
+  /// Finds the directions, b and S of the chunk that a half has come to.
   void take_rows(const RodPath& path, paths::Half* half) const;
-  /// The points of that chunk which those before it have not brought.
+  /// Brings the points of that chunk which earlier chunks have not brought.
   void bring_rows(const RodPath& path, const paths::Half& half) const;
-  /// The ends of a path that is its middle row on that side: no half brings them.
+  /// Brings the end points of a path beside its middle row, where no half has rows that would bring them.
   void bring_middle(const RodPath& path, paths::Halves halves) const;
 };
 

@@ -20,7 +20,7 @@ class PathFactor {
   // ---- the factor, and y = L^-1 b beside it ----
 
   void eliminate_halves(std::size_t p, const PathEquations& equations, paths::Halves halves, paths::PathWork* work);
-  /// The middle row and the one that closes a ring.
+  /// Eliminates the middle row, and the one that closes a ring.
   void eliminate_middle(std::size_t p, const PathEquations& equations, paths::PathWork* work);
 
   // ---- y = L^-1 b of one more right side; y may be b ----
@@ -31,15 +31,16 @@ class PathFactor {
 
   // ---- lambda in y's place ----
 
-  /// Of the row that closes a ring and of the middle one.
+  /// Finds lambda of the row that closes a ring and of the middle one.
   void begin_outwards(std::size_t p, double* y) const;
   void substitute_halves_outwards(std::size_t p, paths::Halves halves, double* y) const;
-  /// The same, with what the multipliers do to the points.
+  /// Does the same, and what the multipliers do to the points.
   void substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda, paths::Halves halves,
                                  paths::PathWork* work) const;
 
  private:
-  /// What the elimination of rows [first, first + count) will read and write, and what the way back will.
+  /// Lists what the elimination of rows [first, first + count) will read and write, and what their back substitution
+  /// will.
   void list_upcoming(const RodPath& path, const PathEquations& equations, std::size_t first, std::size_t count,
                      paths::Upcoming* upcoming) const;
   void list_upcoming(const RodPath& path, const PathReactions& reactions, std::size_t first, std::size_t count,

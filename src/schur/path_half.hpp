@@ -8,7 +8,7 @@
 /// \file What is known of the halves of a path on the way to its middle row and back.
 namespace tanor::paths {
 
-/// From the left end of a path to its middle row, from the right end, or both.
+/// The half of a path from its left end to its middle row, the half from its right end, or both.
 enum class Halves { Both, Left, Right };
 inline bool includes(Halves halves, Halves one) {
   return halves == Halves::Both || halves == one;
@@ -33,14 +33,15 @@ struct Findings {
   }
 };
 
-/// What a half hands to the row in the middle; an empty one nothing.
+/// What a half hands to the row in the middle. An empty half hands it nothing.
 struct Eliminated {
   Vec3 g{};
   double inverse_pivot = 0.0, y = 0.0, spike = 0.0;
   double closing_pivot = 0.0, closing_y = 0.0;  ///< what its rows take from those of the closing row
   Findings findings;
 };
-/// What it leaves beside the middle row and the closing one: dw of the points, and the residual of its own rows.
+/// What a half leaves beside the middle row and beside the closing one: dw of the points there. And the residual of its
+/// own rows.
 struct Accelerated {
   Vec3 dw{}, end_dw{};
   double residual = 0.0;

@@ -14,18 +14,18 @@ struct PathReactions {
   const double* lambda;
   double* w;
 
-  /// The points between `count` + 1 rows from `first` on.
+  /// Accelerates the points between `count` + 1 rows from `first` on.
   paths::Ends accelerate(const RodPath& path, std::size_t first, std::size_t count, double* residual) const;
-  /// A free end: dw = K lambda/m of its only rod, or of that and the one that closes the ring.
+  /// Accelerates a free end: dw = K lambda/m of its only rod, or of that and the one that closes the ring.
   Vec3 accelerate_end(const RodPath& path, std::size_t row, std::size_t point, double sense) const;
-  /// The outermost point of one of the halves; `dw_next` is that of the point beside it.
+  /// Accelerates the outermost point of one of the halves; `dw_next` is that of the point beside it.
   paths::Accelerated accelerate_outermost(const RodPath& path, paths::Halves half, std::size_t row, Vec3 dw_next,
                                           paths::Accelerated found) const;
-  /// All points of a path.
+  /// Accelerates all points of a path.
   void accelerate_all(const RodPath& path) const;
-  /// |K'dw + b| of one row.
+  /// Returns |K'dw + b| of one row.
   double residual_of(std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
-  /// Likewise of a whole path, of whose halves that is known.
+  /// Includes that of a whole path, of whose halves it is known.
   void include_residual(const RodPath& path, paths::PathWork* work) const;
 };
 

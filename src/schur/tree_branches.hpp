@@ -23,7 +23,7 @@ class TreeBranches {
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
 
   class Lanes;
-  /// work(lanes) for each batch, some batches a thread.
+  /// Calls work(lanes) for each batch; each thread takes some.
   template <class Work>
   void for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work);
 

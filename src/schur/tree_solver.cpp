@@ -62,7 +62,7 @@ void TreeSolver::summarize() {
               .flops = flops_a_rod * static_cast<double>(num_rods)};
 }
 
-/// work(trunk, found), some trunks a thread.
+/// Calls work(trunk, found) for each trunk; each thread takes some.
 template <class Work>
 void TreeSolver::for_each_trunk(const Parallel& parallel, const Work& work) {
   parallel.for_tasks(found_.size(), [&](std::size_t group) {

@@ -38,12 +38,13 @@ class TreeTrunks {
 
   void read_directions(std::size_t trunk, const double* blocks);
   void eliminate(std::size_t trunk, TreePoints* points, TreeFindings* found);
-  /// From b [row] to z [row], which may be b.
+  /// Finds z [row] of b [row]; z may be b.
   void substitute_up(std::size_t trunk, const double* b, TreePoints* points, double* z);
-  /// The directions, `blocks` and b = phi + K'w0, then `eliminate` and `substitute_up`, or that alone.
+  /// Finds the directions, `blocks` and b = phi + K'w0. Then it eliminates and substitutes up, or substitutes alone
+  /// where the factor is kept.
   void solve_up(std::size_t trunk, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                 TreePoints* points, double* z, TreeFindings* found);
-  /// From the root: lambda in z's place; what pulls at the roots of branches and dw of other points in points.dw.
+  /// Writes lambda in z's place. In points.dw it leaves what pulls at the roots of branches, and dw of other points.
   void substitute_down(std::size_t trunk, TreePoints* points, double* z);
 
   // ---- what is done with dw ----
@@ -52,7 +53,7 @@ class TreeTrunks {
   void move(std::size_t trunk, const TreePoints& points, double* to) const;
   /// w := w0 + dw; without `uniform` w holds w0.
   void accelerate(std::size_t trunk, const TreePoints& points, const Vec3* uniform, double* w) const;
-  /// |K'dw + b| of the rods, and what the branches found.
+  /// Includes |K'dw + b| of the rods, and what the branches found.
   void find_residual(std::size_t trunk, const TreePoints& points, const double* b, const TreeBranches& branches,
                      TreeFindings* found) const;
   /// points += M^-1 K rows
