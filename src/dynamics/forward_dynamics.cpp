@@ -248,8 +248,8 @@ Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessChe
 /// Where tau(lambda) is another friction than the one that lambda was found with: once more from there.
 void ForwardDynamics::improve_friction(double* w) {
   if (friction_ == nullptr) return;
-  constexpr double settled = 1e-12;
-  if (friction_->measure(lambda_.data()) > settled) {
+  constexpr double converged = 1e-12;
+  if (friction_->measure(lambda_.data()) > converged) {
     {
       const Stopwatch watch(&work_.times.friction);
       friction_->add(-1.0, w, b_.data());

@@ -12,7 +12,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double friction_is_settled = 1e-11;  // relative
+constexpr double friction_has_converged = 1e-11;  // relative
 constexpr int most_friction_iterations = 100;
 
 }  // namespace
@@ -112,20 +112,20 @@ ProjectionReport StepProjection::project_step(double t, double h, double* r, con
   keep_step(h);
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
   if (step_velocity != nullptr) linearization_.add_reactions(step_.sum.data(), step_velocity);
-  return steps_with_friction() ? settle_step_friction(t, h, r, step_velocity, report) : report;
+  return steps_with_friction() ? iterate_step_friction(t, h, r, step_velocity, report) : report;
 }
 
 /// The step's own multipliers, lambda = 2 sum/h^2, say what its friction is: (43), each iteration one projection from
 ///
 ///   r += h^2/2 M^-1 dtau,   v1/2 += h/2 M^-1 dtau
-ProjectionReport StepProjection::settle_step_friction(double t, double h, double* r, double* step_velocity,
-                                                      ProjectionReport report) {
+ProjectionReport StepProjection::iterate_step_friction(double t, double h, double* r, double* step_velocity,
+                                                       ProjectionReport report) {
   for (int k = 0; k < most_friction_iterations; ++k) {
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 * step_.last[a];
     const Stopwatch watch(&work_.times.friction);
     const double change = friction_->change_to(lambda_.data(), 0.5 * h, step_velocity);
     friction_->add_change(0.5 * h * h, r);
-    if (change <= friction_is_settled) return report;
+    if (change <= friction_has_converged) return report;
     ++work_.counters.friction_iterations;
     std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
     const ProjectionReport again = projector_.project_along_gradients(t, r, step_.sum.data());
@@ -167,7 +167,7 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
     if (report.outcome = again.outcome; !report.outcome.ok()) return report;
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 / h * sum[a];
     const Stopwatch watch(&work_.times.friction);
-    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_settled) return report;
+    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_has_converged) return report;
     ++work_.counters.friction_iterations;
   }
   report.outcome = fail_friction(Status::NotConverged, t, "the iteration for the step's multipliers stalls");

@@ -53,7 +53,7 @@ class StepProjection final : public StepProjector {
   void guess_step(double h);
   void keep_step(double h);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
-  ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
+  ProjectionReport iterate_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
   bool steps_with_friction() const;
 
   Workspace& work_;
