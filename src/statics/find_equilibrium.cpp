@@ -48,7 +48,6 @@ class Search {
   void decide_rank();
   std::size_t count_self_stress() const;
   void move_along_lowest_shape();
-  Outcome leave_saddle(Outcome failed);
   void leave_unstable();
   Outcome classify();
   void forget_idle_rows();
@@ -215,38 +214,14 @@ Outcome Search::classify() {
   return {};
 }
 
-/// Along the shape that gains most energy.
+/// The one that gains most energy.
 void Search::move_along_lowest_shape() {
   constexpr double far = 0.05;  // of the scene's size
   const double move = far * model_.scene_size / longest(inertia_.shape);
   for (std::size_t i = 0; i < inertia_.shape.size(); ++i) state_.r[i] += move * inertia_.shape[i];
 }
 
-/// Descent may come to an unstable equilibrium, slower and slower, where Newton's method refuses it.
-Outcome Search::leave_saddle(Outcome failed) {
-  constexpr int most_times = 3;
-  constexpr double near = 1e-3;
-  for (int time = 0; time < most_times && failed.status == Status::NotConverged; ++time) {
-    const StaticResidual here = newton_.measure(state_);
-    if (!(here.relative_force() < near && here.violation < near)) break;
-    decide_rank();
-    const bool is_saddle = classify().ok() && result_.status == Stability::Unstable && !inertia_.shape.empty();
-    result_.status = Stability::None;
-    if (!is_saddle) break;
-    const StaticState ended = state_;
-    move_along_lowest_shape();
-    result_.left_out.push_back("the search came near an unstable equilibrium, left along its lowest mode (omega^2 = " +
-                               text(inertia_.lowest) + " 1/s^2)");
-    if (Outcome outcome = search_from_smallest(search()); outcome.ok()) return outcome;
-    state_ = ended;
-  }
-  inertia_ = {};
-  result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
-  result_.lowest_omega2 = inertia_.lowest;
-  return failed;
-}
-
-/// To somewhere else.
+/// To a stable one somewhere else.
 void Search::leave_unstable() {
   constexpr int most_times = 12;
   for (int time = 0; time < most_times && result_.status == Stability::Unstable && !inertia_.shape.empty(); ++time) {
@@ -288,9 +263,7 @@ Outcome Search::run(bool is_judged) {
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
-  Outcome found = search_from_smallest(search());
-  if (options_.method != EquilibriumMethod::Newton) found = leave_saddle(std::move(found));
-  if (!found.ok() || !is_judged) return found;
+  if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
 

@@ -38,7 +38,7 @@ Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vecto
 
 bool SmallestMultipliers::wants_decision() const {
   const std::size_t rows = equations_.num_rows();
-  return rows > 0 && (rows <= most_rows || !(linearization_.reciprocal_condition() > suspect_below));
+  return rows > 0 && (rows <= most_rows || !(linearization_.factor().reciprocal_condition() > suspect_below));
 }
 
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
@@ -87,7 +87,7 @@ RankReport SmallestMultipliers::describe(const Redundancy& redundancy) const {
   for (const Redundancy::Found& found : redundancy.list()) {
     RowDependence& each = report.dependences.emplace_back();
     each.row = user(found.row);
-    each.what = linearization_.rank_factor().describe(found, "depends on");
+    each.what = linearization_.factor().all_rows().describe(found, "depends on");
     for (const auto& [row, coefficient] : found.terms) each.terms.push_back({user(row), coefficient});
   }
   std::vector<bool> unique(model.num_rows(), true);

@@ -92,7 +92,7 @@ TEST_P(UnevenCatenary, RestsAsItsClosedForm) {
     }
     const double length = std::get<Rods>(system.constraints[0]).length.constants[0];
     if (!file.contains("omega_in_plane")) {  // the long one
-      if (!is_straight) expect_quadratic(system, found, 1e-3 * length);
+      if (!is_straight) expect_quadratic(system, found, 0.1 * length);
       continue;
     }
     std::vector<double> omega = numbers(file.at("omega_in_plane"));

@@ -186,7 +186,7 @@ TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
   const Ended ended = run_modes(folder, R"({
     "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
     "constraints": [{"kind": "rod", "pairs": [[0,1]]}],
-    "forces": [{"kind": "gravity", "acceleration": [0,0,-9]}, {"kind": "drag", "linear": 10}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9]}, {"kind": "drag", "points": [1], "linear": 10}],
     "modes": {"damped": true}})");
 
   // lambda^2 + 10 lambda + 9 = 0

