@@ -97,21 +97,21 @@ double MotionMeasures::energy_of_a_fall() const {
 
 /// How much the potential changes where each point is moved by a hundredth of its neighbourhood's length, J: stiff
 /// energies may cancel each other where all is at rest. At the start.
-double MotionMeasures::energy_of_a_move() const {
+double MotionMeasures::energy_of_a_move() {
   constexpr double part = 0.01;
-  std::vector<double> moved = points_.r;
+  moved_ = points_.r;
   for (std::size_t k = 0; k < 3 * model_.num_moving(); ++k)
-    moved[k] += part * work_.scales.length(work_.scales.of_point(k / 3)) * irregular(k);
-  const double change = change_of_potential(moved);
-  return form_.sum(std::isfinite(change) ? change : 0.0);
+    moved_[k] += part * work_.scales.length(work_.scales.of_point(k / 3)) * irregular(k);
+  return form_.sum(change_of_potential());
 }
 
-/// From the points to others.
-double MotionMeasures::change_of_potential(const std::vector<double>& moved) const {
+/// From the points to those that are moved; 0 where it has no value there.
+double MotionMeasures::change_of_potential() {
   const auto energy_at = [&](const std::vector<double>& r) {
     return work_.forces.potential(model_.parallel, state_.t, r.data());
   };
-  return std::abs(energy_at(moved) - energy_at(points_.r));
+  const double change = std::abs(energy_at(moved_) - energy_at(points_.r));
+  return std::isfinite(change) ? change : 0.0;
 }
 
 /// An absolute tolerance that leaves a neighbourhood less than four digits.
@@ -135,7 +135,7 @@ double MotionMeasures::tolerated_energy() {
   if (!integration_.scheme().is_adaptive()) return 0.0;
   write_points();
   double sum = 0.0;
-  std::vector<double> moved = points_.r;
+  moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double speed = norm(load(points_.v.data(), i)), atol = work_.scales.velocity_tolerance(options_.atol, i);
     // m v dv + m a dr
@@ -143,10 +143,10 @@ double MotionMeasures::tolerated_energy() {
     const double acceleration = work_.scales.accelerations()[i];
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
-    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) moved[k] += tolerances * dr * irregular(k);
+    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) moved_[k] += tolerances * dr * irregular(k);
   }
-  // Where forces balance, dr'W dr/2 of stiff ones.
-  return form_.sum(sum + change_of_potential(moved));
+  // Where forces balance, dr'W dr/2 of stiff ones. Pairs, whose lists would be made anew, are soft beside these.
+  return form_.sum(sum + (work_.forces.has_pairs() ? 0.0 : change_of_potential()));
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

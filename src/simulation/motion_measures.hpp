@@ -49,8 +49,8 @@ class MotionMeasures {
   void measure_violations(const StepResult& step);
   void note(const Energy& energy);
   double energy_of_a_fall() const;
-  double energy_of_a_move() const;
-  double change_of_potential(const std::vector<double>& moved) const;
+  double energy_of_a_move();
+  double change_of_potential();
   void warn_of_tolerance();
   double tolerated_energy();
   void watch_accuracy();
@@ -66,6 +66,7 @@ class MotionMeasures {
   State& state_;
   PointState& points_;
   MotionReport& report_;
+  std::vector<double> moved_;    // [3n] places near the points
   bool warns_of_drift_ = false;  ///< the accuracy warning is of the drift, which may become small again
 };
 

@@ -104,7 +104,7 @@ TEST(DraggedChains, FixedStepsArriveAndThoseThatAreTooLongNameTheMethodToTake) {
   const Ended ended = run_program(folder, {"run", scene.string(), "--out", "out"});
   EXPECT_EQ(ended.code, 0) << ended.err;
 
-  const Ended stopped = run_program(folder, {"run", scene.string(), "--step", "0.01", "--out", "out"});
+  const Ended stopped = run_program(folder, {"run", scene.string(), "--step", "0.012", "--out", "out"});
   EXPECT_EQ(stopped.code, 3) << stopped.err;
   EXPECT_TRUE(contains(stopped.err, "take method dop853")) << stopped.err;
 }

@@ -51,7 +51,7 @@ const End ends[] = {
     {"AnAngleThatBecomesStraight", R"json("1", "max(1 - t, 0)")json", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 2})",
      "bending0: [0, 1, 2]: its angle is straight", 1.0},
     {"ATorsionInLine", R"json("1", "max(1 - t, 0)")json", R"({"kind": "torsion", "law": "opls", "quadruples": [[3,0,1,2]], "coefficients": [1,1,1,1]})",
-     "torsion0: [3, 0, 1, 2]: three of its points are on one line", 1.0},
+     "torsion0: [3, 0, 1, 2]: its last three points are on a straight line", 1.0},
     {"AnEnergyOfAUser", R"("1", "1 - t")", R"json({"kind": "potential", "points": [[1,2]], "energy": "log(y2 - y1)"})json",
      "potential0: [1, 2]: the energy or its gradient is not finite", 1.0},
 };

@@ -76,12 +76,14 @@ TEST(SingularNets, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
   system.masses = {12, 14, 12, 16};
   system.constraints = {
       Rods{"rods", {{0, 1}, {0, 2}, {1, 2}, {3, 1}, {3, 2}}, std::vector{l01, l02, l12, l31, l32}, {}}};
-  MotionOptions options = with(Method::Rattle, 1e-3);
+  // The motion is chaotic, and how far the energy goes to and fro, some h^2, depends on the last bits: up to 1e-5 with
+  // steps of 1e-3.
+  MotionOptions options = with(Method::Rattle, 5e-4);
   options.start = StartMode::Project;
   Simulation simulation(system, options);
   double largest = 0.0;
 
-  const Outcome outcome = simulation.advance_to(100.0, [&](const MotionReport& report) {
+  const Outcome outcome = simulation.advance_to(50.0, [&](const MotionReport& report) {
     largest = larger(largest, std::abs(report.energy.drift_relative()));
     return true;
   });

@@ -156,7 +156,8 @@ INSTANTIATE_TEST_SUITE_P(CoordinatesTest, WrongCoordinatesTest, testing::ValuesI
 
 TEST(WrongCoordinatesTest, BodyOnOneLine) {
   EXPECT_EQ(error_of(three_points(R"("coordinates": [{"kind": "rigid_body", "points": "all"}])")),
-            "scene.json: /coordinates/0/points: all 3 points are on one line; a rigid body needs one beside it");
+            "scene.json: /coordinates/0/points: all 3 points are on one line, through points 0 and 2; a rigid body "
+            "needs one beside it");
 }
 
 }  // namespace

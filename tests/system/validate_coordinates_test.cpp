@@ -67,7 +67,7 @@ const Mistake mistakes[] = {
        s.masses = {1, 1, 1};
        s.coordinates = {RigidBody{"body", {0, 1, 2}}};
      },
-     "/coordinates/0/points: all 3 points are on one line; a rigid body needs one beside it"},
+     "/coordinates/0/points: all 3 points are on one line, through points 0 and 1; a rigid body needs one beside it"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(mistakes), name_of);
