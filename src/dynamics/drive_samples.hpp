@@ -23,7 +23,7 @@ class DriveSamples {
  public:
   /// Instants that an advance of one step looks at: room for so many is enough in nearly all cases.
   static constexpr std::size_t most_of_a_step = 4096 + 128;
-  /// So that nothing is allocated later.
+  /// Takes the memory that steps will need.
   void reserve();
 
   /// Places the instants of a step, with samples in each piece between the knots of a function; null: it has none.

@@ -78,7 +78,7 @@ class PointForm : public EquationsOfMotion {
  protected:
   explicit PointForm(Workspace& work)
       : work_(work), model_(work.model()), passages_(work), drives_(work), rounding_(work) {}
-  /// Those that all such forms have.
+  /// Returns the roles that every form of points has.
   Roles common_roles() {
     return {.force_passages = work_.may_be_passed(work_.constraint_passages) ? &passages_ : nullptr,
             .drives = !work_.drives.empty() ? &drives_ : nullptr};

@@ -43,7 +43,7 @@ class IslandPartition {
   std::int64_t most_of_part() const { return most_of_part_; }
   /// Points and constraints have other numbers: all is new.
   void restart();
-  /// What was divided once has changed since.
+  /// Whether the islands were divided before and something has changed since.
   bool has_edits() const;
 
   /// What the old parts knew goes to `history` and to the new ones.

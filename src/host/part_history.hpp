@@ -21,7 +21,7 @@ class PartHistory {
   void read(HostPart* part);
   /// The guesses of old parts become those of their constraints in a new one. Only what is new is checked again.
   void hand_over(HostPart* part) const;
-  /// Of the parts that are no more.
+  /// Returns what parts that are no more have counted.
   const Counters& counters() const { return counters_; }
 
  private:

@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-/// What one attempt to go on says.
+/// The outcome of one attempt to go on.
 struct StepAttempt {
   StepResult step;
   double error = 0.0;          ///< of the whole step, also where an event cut it short

@@ -202,14 +202,18 @@ TEST(Trees, OfEqualBranchesAgreeWithTheGeneralSolver) {
   EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
-TEST(Trees, BranchesHeldBySupportsAgreeToo) {
-  AnyNumbers any(9);
-  System system = make_comb(30, binary_tree(4), false, &any);
-  for (const Index point : {3, 100, 200}) {
+/// Points that supports hold, each by one of its own.
+System with_held(System system, const std::vector<Index>& points) {
+  for (const Index point : points) {
     system.supports.push_back({"", {point}, VectorFunction(0.0, 0.0, 0.0)});
     std::fill_n(system.velocities.begin() + 3 * point, 3, 0.0);
   }
-  (void)expect_agreement(system, rounding);
+  return system;
+}
+
+TEST(Trees, BranchesHeldBySupportsAgreeToo) {
+  AnyNumbers any(9);
+  (void)expect_agreement(with_held(make_comb(30, binary_tree(4), false, &any), {3, 100, 200}), rounding);
 }
 
 TEST(Trees, ThreadsGiveTheSameBitsInLanes) {
@@ -234,10 +238,7 @@ TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
   AnyNumbers any(12);
   for (const bool is_held : {false, true}) {
     System system = make_comb(20, binary_tree(4), false, &any);
-    if (is_held) {
-      system.supports.push_back({"", {3}, VectorFunction(0.0, 0.0, 0.0)});
-      std::fill_n(system.velocities.begin() + 9, 3, 0.0);
-    }
+    if (is_held) system = with_held(std::move(system), {3});
     const MotionOptions motion{.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project};
     Simulation trees(system, motion, {.linear_solver = LinearSolver::Trees}),
         general(system, motion, {.linear_solver = LinearSolver::General, .reuse = false}),
@@ -256,11 +257,7 @@ TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
 /// inside of them.
 TEST(Trees, AreProjectedAlongTheirGradients) {
   AnyNumbers any(14);
-  System held = make_comb(20, binary_tree(4), false, &any);
-  for (const Index point : {3, 100, 200}) {
-    held.supports.push_back({"", {point}, VectorFunction(0.0, 0.0, 0.0)});
-    std::fill_n(held.velocities.begin() + 3 * point, 3, 0.0);
-  }
+  const System held = with_held(make_comb(20, binary_tree(4), false, &any), {3, 100, 200});
   const std::vector<int> lopsided{-1, 0, 1, 0, 3, 3, 5, 5, 5};
   for (const System& system : {make_comb(13, lopsided, false, &any), make_comb(40, binary_tree(5), false, &any), held,
                                make_tree({60, 1, 3}, &any), make_tree({300, 2, 1 << 30}, &any)})
