@@ -148,17 +148,14 @@ class PartTaker {
       }
     };
     for_each_member(whole_, [&](std::span<const Index> points, int) { visit_member(points); });
-    for (const Force& force : whole_.forces) {
-      const auto visit_group = [&]<class Group>(const Group& group) {
-        if constexpr (requires { KindOf<Group>::members; }) {
-          for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
-        }
-        if constexpr (requires { group.tuples; }) {
-          for (const std::vector<Index>& points : group.tuples) visit_member(points);
-        }
-      };
-      std::visit(visit_group, force);
-    }
+    for_each_tuple(whole_, visit_member);
+    const auto visit_single_points = [&]<class Group>(const Group& group) {
+      if constexpr (requires { KindOf<Group>::members; }) {
+        if (!has_single_points<Group>) return;  // tuples, see above
+        for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
+      }
+    };
+    for (const Force& force : whole_.forces) std::visit(visit_single_points, force);
     if (rank() == 0) {  // supports that nothing holds on to
       for (std::size_t i = 0; i < num_points; ++i)
         if (owner_[i] == nobody) needed_supports_.insert(static_cast<Index>(i));

@@ -105,12 +105,13 @@ double MotionMeasures::energy_of_a_move() {
   return form_.sum(change_of_potential());
 }
 
-/// From the points to those that are moved; 0 where it has no value there.
+/// From the points to those that are moved, J; 0 where it has no value there. Pairs, whose lists would be made anew,
+/// are soft beside stiff energies: where there are some, this is 0.
 double MotionMeasures::change_of_potential() {
-  const auto energy_at = [&](const std::vector<double>& r) {
-    return work_.forces.potential(model_.parallel, state_.t, r.data());
-  };
-  const double change = std::abs(energy_at(moved_) - energy_at(points_.r));
+  if (work_.forces.has_pairs()) return 0.0;
+  const double moved = work_.forces.potential(model_.parallel, state_.t, moved_.data());
+  const double here = work_.forces.potential(model_.parallel, state_.t, points_.r.data());
+  const double change = std::abs(moved - here);
   return std::isfinite(change) ? change : 0.0;
 }
 
@@ -145,8 +146,8 @@ double MotionMeasures::tolerated_energy() {
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
     for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) moved_[k] += tolerances * dr * irregular(k);
   }
-  // Where forces balance, dr'W dr/2 of stiff ones. Pairs, whose lists would be made anew, are soft beside these.
-  return form_.sum(sum + (work_.forces.has_pairs() ? 0.0 : change_of_potential()));
+  // Where forces balance, dr'W dr/2 of stiff ones.
+  return form_.sum(sum + change_of_potential());
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

@@ -77,8 +77,9 @@ class Run {
         mark_(report::make_fingerprint(scene_.files, scene_.system)) {
     choose_threads(&scene_);
     part_ = take_part(scene_.system, assign_owners(scene_.system, ranks.size()), ranks);
-    simulation_.emplace(cli::naming_file(
-        scene_.file, [&] { return Simulation(part_.system, part_.part, scene_.motion, scene_.solver, scene_.t_start); }));
+    simulation_.emplace(cli::naming_file(scene_.file, [&] {
+      return Simulation(part_.system, part_.part, scene_.motion, scene_.solver, scene_.t_start);
+    }));
     take_folder();
     trajectory_.emplace(ranks, folder_, part_, scene_.system.num_points());
     if (goes_on_) trajectory_->keep_until(simulation_->time());
@@ -159,10 +160,14 @@ class Run {
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
     facts.has_started = outcome.ok() || simulation_->report().steps > 0;
+    const auto write_summary = [&] {
+      facts.certificates = facts.certificate ? 1 : 0;
+      facts.wall = {seconds_since(begin_), setup_, output_};
+      report::write_summary(folder_, facts, whole.end());
+    };
+    write_summary();  // the proof, for which one rank holds the whole system, may end the program
     if (outcome.ok()) facts.certificate = prove(whole);
-    facts.certificates = facts.certificate ? 1 : 0;
-    facts.wall = {seconds_since(begin_), setup_, output_};
-    report::write_summary(folder_, facts, whole.end());
+    if (facts.certificate) write_summary();
     if (const std::string& warning = simulation_->report().accuracy_warning; !warning.empty())
       cli::print_message(options_.scene.string() + ": warning: " + warning);
     const std::string end = outcome.ok()
