@@ -69,15 +69,15 @@ Value threads(std::optional<int>* target) {
   return whole(0, scene::most_threads, "0 (= all) to " + std::to_string(scene::most_threads), target);
 }
 
-std::vector<std::string> list_methods() {
+std::vector<std::string> names_of_methods() {
   std::vector<std::string> names;
   for (const MethodTraits& each : methods()) names.emplace_back(each.name);
   return names;
 }
 
 Value method(std::optional<std::string>* target) {
-  return offer(list_methods(), {Word::Text, [target](const std::string& given) -> std::string {
-                                  const std::vector<std::string> names = list_methods();
+  return offer(names_of_methods(), {Word::Text, [target](const std::string& given) -> std::string {
+                                  const std::vector<std::string> names = names_of_methods();
                                   if (std::ranges::find(names, given) == names.end())
                                     return "must be one of those that tanor --methods lists, not '" + given + "'" +
                                            suggest(given, names);
@@ -250,7 +250,7 @@ Command describe_error_time() {
        .summary = "error against run time of each method: tables and plots",
        .text = "Runs the scene with each method at four steps or tolerances, against a finer run of another method.",
        .arguments = {scene_argument(options)},
-       .options = {{"--methods", "LIST", offer(list_methods(), list(&options->methods), Word::Choices),
+       .options = {{"--methods", "LIST", offer(names_of_methods(), list(&options->methods), Word::Choices),
                     "names between commas; default " + list_compared_methods() + " (the scene's own)"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
                     "folder of tables and plots; default <name>.out"},

@@ -53,9 +53,9 @@ class Tags {
 };
 
 /// A frame's XML, and the arrays behind it by "<section>/<name>".
-class Frame {
+class VtpFile {
  public:
-  explicit Frame(const std::filesystem::path& path) : path_(path.string()), bytes_(scene::read_text(path)) {
+  explicit VtpFile(const std::filesystem::path& path) : path_(path.string()), bytes_(scene::read_text(path)) {
     constexpr std::string_view mark = "<AppendedData encoding=\"raw\">\n_";
     const std::size_t end = bytes_.find(mark);
     if (end == std::string::npos || !bytes_.ends_with("</VTKFile>\n")) fail();
@@ -164,7 +164,7 @@ bool are_small(const std::vector<double>& numbers) {
 }  // namespace
 
 StoredFrame read_vtp(const std::filesystem::path& path) {
-  const Frame file(path);
+  const VtpFile file(path);
   StoredFrame frame = file.head();
   const std::size_t m = file.num_points();
   frame.positions = file.read<double>("Points/position", 3 * m);
