@@ -40,8 +40,11 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
   for (Rows j = 0; j < s; ++j) equations.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
   const MatrixXd stiffness = Z.transpose() * WZ;
   const MatrixXd damping = Z.transpose() * (find_damping(equations.work(), equations.time(), r) * Z);
-  // With times in units of the fastest vibration both halves of the companion matrix are of one size.
-  const double rate = std::max(std::sqrt(stiffness.norm()), std::numeric_limits<double>::min());
+  // With times in units of the fastest vibration both halves of the companion matrix are of one size; where nothing is
+  // stiff, what decays tells the time.
+  constexpr double little = 1e-8;
+  const double rate =
+      std::max({std::sqrt(stiffness.norm()), little * damping.norm(), std::numeric_limits<double>::min()});
   MatrixXd companion = MatrixXd::Zero(2 * s, 2 * s);
   companion.topRightCorner(s, s).setIdentity();
   companion.bottomLeftCorner(s, s) = -stiffness / (rate * rate);

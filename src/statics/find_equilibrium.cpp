@@ -4,11 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
+#include "statics/dot.hpp"
 #include "statics/forces_without_potential.hpp"
+#include "statics/mode_finder.hpp"
 #include "statics/newton_descent.hpp"
 #include "statics/one_sided_search.hpp"
 #include "statics/projected_descent.hpp"
@@ -43,13 +46,19 @@ class Search {
 
  private:
   Outcome search();
+  Outcome search_by_newton(const NewtonLimits& limits);
+  Outcome descend(const NewtonLimits& limits);
   Outcome search_from_smallest(Outcome before);
   void polish();
+  void take_smallest();
   void decide_rank();
   std::size_t count_self_stress() const;
   void move_along_lowest_shape();
   void leave_unstable();
   Outcome classify();
+  void find_inertia_here();
+  std::vector<double> stiffening(const std::vector<double>& q);
+  void choose_multipliers();
   void forget_idle_rows();
   void choose_start_multipliers();
   std::string name_points_that_move() const;
@@ -134,15 +143,31 @@ Outcome Search::search() {
     return outcome;
   }
   if (options_.method == EquilibriumMethod::Descent) {
-    result_.method_used = EquilibriumMethod::Descent;
-    ProjectedDescent descent(equations_, multipliers_);
-    Outcome outcome = descent.run(limits, &state_, &result_.residuals);
-    result_.iterations += descent.iterations();
-    if (!outcome.ok()) return outcome;
+    Outcome outcome = descend(limits);
+    return outcome.ok() ? search_by_newton(limits) : outcome;
   }
+  const StaticState start = state_;
+  Outcome outcome = search_by_newton(limits);
+  if (outcome.status != Status::NotConverged || options_.method != EquilibriumMethod::Auto) return outcome;
+  // From slack shapes, where Newton's method may stall, descent finds a way.
+  const StaticState stalled = std::exchange(state_, start);
+  if (descend(limits).ok() && search_by_newton(limits).ok()) return {};
+  state_ = stalled;
+  return outcome;
+}
+
+Outcome Search::search_by_newton(const NewtonLimits& limits) {
   Outcome outcome = newton_.run(limits, &state_, &result_.residuals);
   result_.iterations += newton_.iterations();
   result_.factorizations += newton_.factorizations();
+  return outcome;
+}
+
+Outcome Search::descend(const NewtonLimits& limits) {
+  result_.method_used = EquilibriumMethod::Descent;
+  ProjectedDescent descent(equations_, multipliers_);
+  Outcome outcome = descent.run(limits, &state_, &result_.residuals);
+  result_.iterations += descent.iterations();
   return outcome;
 }
 
@@ -185,7 +210,57 @@ Outcome Search::search_from_smallest(Outcome before) {
   Outcome outcome = search();
   outcome.ok() ? polish() : void(state_ = ended);
   decide_rank();
+  take_smallest();
   return outcome.ok() ? outcome : before;
+}
+
+/// Where they balance the load as well as those at hand.
+void Search::take_smallest() {
+  const double allowed = std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale);
+  if (!smallest_.empty() && count_self_stress() > 0 && newton_.measure({state_.r, smallest_}).force <= allowed)
+    state_.lambda = smallest_;
+}
+
+/// -q'Hess xi_a q of each row: what one more of its multiplier adds to the stiffness of a motion q.
+std::vector<double> Search::stiffening(const std::vector<double>& q) {
+  constexpr double part = 1e-5;
+  const double step = part * model_.scene_size / longest(q);
+  std::vector<double> ahead(model_.num_rows()), behind(model_.num_rows());
+  for (const auto& [sign, rows] : {std::pair{1.0, &ahead}, std::pair{-1.0, &behind}}) {
+    std::vector<double> moved = state_.r;
+    for (std::size_t i = 0; i < q.size(); ++i) moved[i] += sign * step * q[i];
+    equations_.linearise(moved.data(), state_.lambda.data());
+    equations_.apply_transposed(q.data(), rows->data());
+  }
+  for (std::size_t a = 0; a < ahead.size(); ++a) ahead[a] = (behind[a] - ahead[a]) / (2.0 * step);
+  return ahead;
+}
+
+/// The energy has a strict minimum where Z'WZ is positive definite with some multipliers that balance the load. Where
+/// rods pull against each other in ways that no load determines there are many: as long as a motion gains energy with
+/// those at hand, they move to where it does not, by the relaxation of Agmon and Motzkin (1954).
+void Search::choose_multipliers() {
+  constexpr int most_times = 100;
+  constexpr double beyond = 1.5;
+  const ReducedInertia first = inertia_;
+  const std::vector<double> given = state_.lambda;
+  for (int time = 0; time < most_times && inertia_.is_known && inertia_.negative > 0; ++time) {
+    if (inertia_.shape.empty() || !(inertia_.lowest < 0.0)) break;
+    const std::vector<double> adds = stiffening(inertia_.shape), stress = multipliers_.keep_self_stress(adds);
+    const double gained = dot(adds, stress), wanted = -beyond * inertia_.lowest;
+    if (!(gained > 1e-9 * dot(adds, adds))) break;
+    for (std::size_t a = 0; a < stress.size(); ++a) state_.lambda[a] += wanted / gained * stress[a];
+    find_inertia_here();
+  }
+  if (inertia_.is_known && inertia_.negative == 0) return;
+  state_.lambda = given;
+  inertia_ = first;
+}
+
+void Search::find_inertia_here() {
+  equations_.linearise(state_.r.data(), state_.lambda.data());
+  inertia_ = find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
+                          &newton_.solver());
 }
 
 Outcome Search::classify() {
@@ -198,8 +273,8 @@ Outcome Search::classify() {
                                "), so that energy does not say what a small push does; damped modes do");
     return {};
   }
-  inertia_ = find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
-                          &newton_.solver());
+  find_inertia_here();
+  if (count_self_stress() > 0 && options_.prestress.empty()) choose_multipliers();
   if (!inertia_.is_known) {
     result_.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
@@ -264,6 +339,11 @@ Outcome Search::run(bool is_judged) {
     return {Status::NoSolution, "there is no equilibrium: " + load};
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
   if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
+  // What is left of forces gives a motion that costs nothing a little stiffness.
+  if (equations_.size() <= most_dense_unknowns) {
+    polish();
+    decide_rank();
+  }
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
 
@@ -290,14 +370,11 @@ void Search::describe() {
     for (const RowDependence& dependence : rank_.dependences) result_.dependences.push_back(dependence.what);
     result_.self_stress_states = count_self_stress();
     note_useless_prestress(prestress_, result_.self_stress_states, &result_.left_out);
-    const double allowed = std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale);
-    if (result_.self_stress_states > 0 && newton_.measure({state_.r, smallest_}).force <= allowed)
-      state_.lambda = smallest_;
     const bool is_judged = result_.status != Stability::None && result_.status != Stability::NotConservative;
     if (result_.self_stress_states > 0 && is_judged && options_.prestress.empty())
       result_.left_out.push_back(
-          "stability: that with the smallest multipliers, since the load does not determine how "
-          "rods pull against each other (" +
+          "stability: that with the multipliers that are told, since the load does not determine how rods pull against "
+          "each other (" +
           text_of_count(result_.self_stress_states, "state") + " of self-stress)");
   }
   const StaticResidual residual = newton_.measure(state_);

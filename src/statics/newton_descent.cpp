@@ -63,7 +63,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   residual_ = measure(*state);
   tension_ = find_tension();
   mass_shift_ = 0.0;
-  iterations_ = factorizations_ = disturbances_ = 0;
+  iterations_ = factorizations_ = disturbances_ = slow_steps_ = 0;
   last_move_ = std::numeric_limits<double>::infinity();
   largest_scale_ = 0.0;
   bool trusts_newton = true;
@@ -73,7 +73,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     const double size = residual_.force + residual_.scale + residual_.violation;
     if (!std::isfinite(size)) return {Status::NotFinite, "forces or constraints are not finite where it starts"};
     largest_scale_ = std::max(largest_scale_, residual_.scale);
-    if (is_small(limits)) {
+    if (is_small(limits) && is_small_here(limits, *state)) {
       if (rests(*state)) return {};
       if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
     }
@@ -81,12 +81,14 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
       return explain_fading(model_, residual_, iterations_);
     if (done == limits.max_iterations) return explain("does not converge");
     ++iterations_;
-    constexpr double near = 0.1;
+    constexpr double near = 0.1, slow = 0.8;
+    const double before = combined(residual_);
     trusts_newton = (trusts_newton || combined(residual_) < near) && try_newton(state);
     if (!trusts_newton && !try_descent(state)) {
       if (disturbances_ == most_disturbances) return explain("stalls");
       disturb(state);
     }
+    slow_steps_ = combined(residual_) > slow * before ? slow_steps_ + 1 : 0;
     if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size) return explain("moves away without end");
   }
 }
@@ -94,6 +96,37 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
 bool NewtonDescent::is_small(const NewtonLimits& limits) const {
   const double force = iterations_ > 0 ? residual_.known : residual_.force;
   return force <= limits.force_tolerance * residual_.scale && residual_.violation <= violation_tolerance();
+}
+
+/// Rounding is that of this place: one that the search has left, where charges had met, would excuse any force.
+bool NewtonDescent::is_small_here(const NewtonLimits& limits, const StaticState& state) {
+  equations_.linearise(state.r.data(), state.lambda.data());
+  residual_ = measure(state);
+  if (residual_.force <= limits.force_tolerance * residual_.scale || !is_small(limits)) return is_small(limits);
+  return is_linear_near(state);
+}
+
+/// Whether forces grow as W says, on a way that is short beside the scene and long beside rounding. Where charges meet
+/// they do not, and what W makes of rounding is no measure of them.
+bool NewtonDescent::is_linear_near(const StaticState& state) {
+  constexpr double part = 1e-8, enough = 0.5;
+  std::vector<double> dr(equations_.size()), image(dr.size()), xi(xi_.size());
+  for (std::size_t i = 0; i < dr.size(); ++i)
+    dr[i] = part * model_.scene_size * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  StaticState moved = state;
+  for (std::size_t i = 0; i < dr.size(); ++i) moved.r[i] += dr[i];
+  const std::vector<double> before = g_;
+  equations_.stiffness().multiply(dr.data(), image.data());
+  (void)measure(moved);
+  bool is_linear = true;
+  const auto size = [](Vec3 a) { return std::abs(a.x) + std::abs(a.y) + std::abs(a.z); };  // whose squares may overflow
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    // g(r + dr) = g - W dr
+    const Vec3 grown = load(g_.data(), i) - load(before.data(), i), expected = load(image.data(), i);
+    if (size(load(before.data(), i)) > 0.0 && !(size(grown + expected) <= enough * size(expected))) is_linear = false;
+  }
+  residual_ = measure(state);
+  return is_linear;
 }
 
 /// Newton's next step is short. Where motions cost nothing, small springs keep rounding from long ones; where the
@@ -114,20 +147,20 @@ bool NewtonDescent::factorize(double shift) {
   return solver_.factorize(shift);
 }
 
-/// [ W  K ] [  dr     ]   [  g  ]
-/// [ K' 0 ] [ -dlambda] = [ -xi ]
-void NewtonDescent::solve_step(Step* step) {
+/// [ W  K ] [  dr     ]   [       g   ]
+/// [ K' 0 ] [ -dlambda] = [ -share xi ]
+void NewtonDescent::solve_step(Step* step, double share) {
   step->dr = g_;
   step->dlambda = xi_;
-  for (double& x : step->dlambda) x = -x;
+  for (double& x : step->dlambda) x *= -share;
   (void)solver_.solve(step->dr.data(), step->dlambda.data());
   for (double& x : step->dlambda) x = -x;
 }
 
 /// Where rows contradict each other to first order, as those of a straight chain that is too long for its supports, a
 /// step that changes no length comes first.
-void NewtonDescent::solve_consistent_step(Step* step) {
-  solve_step(step);
+void NewtonDescent::solve_consistent_step(Step* step, double share) {
+  solve_step(step, share);
   constexpr double poor = 0.1;
   if (solver_.row_residual() < poor) return;
   step->dr = g_;
@@ -150,7 +183,7 @@ void NewtonDescent::disturb(StaticState* state) {
 
 bool NewtonDescent::try_newton(StaticState* state) {
   equations_.linearise(state->r.data(), state->lambda.data());
-  if (!factorize(0.0)) return false;
+  if (!factorize_nearly_exact()) return false;
   Step step;
   solve_step(&step);
   StaticState next = *state;
@@ -180,18 +213,29 @@ double NewtonDescent::merit(const std::vector<double>& r) {
   return sum;
 }
 
-/// Where points turn, lengths change by the square of the step: back along K, with the factor that stands.
-void NewtonDescent::correct_lengths(std::vector<double>* r) {
+/// Where points turn, lengths change by the square of the step: back along K, with the factor that stands, to what is
+/// left of xi.
+void NewtonDescent::correct_lengths(double share, std::vector<double>* r) {
   const Constraints& constraints = equations_.work().constraints;
   std::vector<double> xi(model_.num_rows()), dr(equations_.size());
-  double before = constraints.evaluate_values(model_.parallel, r->data(), xi.data());
+  const auto measure_rest = [&](const std::vector<double>& at) {
+    const double violation = constraints.evaluate_values(model_.parallel, at.data(), xi.data());
+    if (share == 1.0) return violation;
+    double most = 0.0;
+    for (std::size_t a = 0; a < xi.size(); ++a) {
+      xi[a] -= (1.0 - share) * xi_[a];
+      most = larger(most, std::abs(xi[a]));
+    }
+    return most;
+  };
+  double before = measure_rest(*r);
   for (int round = 0; round < 2; ++round) {
     std::fill(dr.begin(), dr.end(), 0.0);
     for (double& x : xi) x = -x;
     (void)solver_.solve(dr.data(), xi.data(), 1);
     std::vector<double> corrected = *r;
     for (std::size_t i = 0; i < dr.size(); ++i) corrected[i] += dr[i];
-    const double after = constraints.evaluate_values(model_.parallel, corrected.data(), xi.data());
+    const double after = measure_rest(corrected);
     if (!(after < before)) return;
     before = after;
     *r = std::move(corrected);
@@ -203,6 +247,16 @@ double NewtonDescent::find_frequency2() const {
   constexpr double small = 1e-6;
   const double stiffness = std::max(equations_.stiffness().largest(), small * residual_.scale / model_.scene_size);
   return stiffness / *std::max_element(model_.mass.begin(), model_.mass.end());
+}
+
+/// A; or where motions cost nothing, so that rounding and what is left of forces decide the sign of a pivot, with so
+/// little of the masses that the steps stay Newton's (a shift like the residual keeps their order, as in Levenberg and
+/// Marquardt's method).
+bool NewtonDescent::factorize_nearly_exact() {
+  constexpr double little = 1e-9;
+  if (factorize(0.0)) return true;
+  const double mass = *std::max_element(model_.mass.begin(), model_.mass.end());
+  return factorize(little * find_frequency2() + residual_.force / (model_.scene_size * mass));
 }
 
 /// A + s M, with as much of the masses as it takes.
@@ -218,51 +272,65 @@ bool NewtonDescent::factorize_with_masses() {
 bool NewtonDescent::try_descent(StaticState* state) {
   last_move_ = std::numeric_limits<double>::infinity();
   const double most_tension = 1e9 * std::max(residual_.scale, 1e-300);
-  std::vector<double> image(equations_.size()), rows(model_.num_rows());
   const std::vector<double> penalties_before = penalties_;
-  // Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly.
+  // Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so
+  // it does where the rods of a rigid body push and pull each other much harder than the load.
   constexpr double near = 1e-3;
+  constexpr int many = 5;
   auto curvature = StiffnessMatrix::Curvature::Convex;
-  if (combined(residual_) < near) {
+  if (combined(residual_) < near || slow_steps_ >= many) {
     equations_.linearise(state->r.data(), state->lambda.data());
-    if (factorize(0.0)) curvature = StiffnessMatrix::Curvature::Exact;
+    if (factorize_nearly_exact() || slow_steps_ >= 4 * many) curvature = StiffnessMatrix::Curvature::Exact;
   }
-  for (Step step; tension_ <= most_tension;) {
+  while (tension_ <= most_tension) {
     equations_.linearise(state->r.data(), state->lambda.data(), curvature);
     equations_.stiffness().add_tension(tension_, state->r.data());
     if (!factorize_with_masses()) return false;
-    solve_consistent_step(&step);
-
-    // nu is larger than any multiplier, so that the penalty is exact.
-    for (std::size_t a = 0; a < penalties_.size(); ++a)
-      penalties_[a] = std::max(penalties_before[a], 1.2 * std::abs(state->lambda[a] + step.dlambda[a]));
-    equations_.stiffness().multiply(step.dr.data(), image.data());
-    equations_.apply_transposed(step.dr.data(), rows.data());
-    double predicted = dot(step.dr, equations_.forces()) - 0.5 * dot(step.dr, image);
-    for (std::size_t a = 0; a < rows.size(); ++a)
-      predicted += penalties_[a] * (std::abs(xi_[a]) - std::abs(xi_[a] + rows[a]));
-    const double before = merit(state->r);
-    StaticState next = *state;
-    for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
-    correct_lengths(&next.r);
-    const double gained = before - merit(next.r), ratio = gained / predicted;
-    const double energy = std::max(std::abs(before), residual_.scale * model_.scene_size);
-    const bool is_lost_in_rounding = std::abs(predicted) < 1e-13 * energy;
-    if (std::isfinite(gained) && (is_lost_in_rounding || (predicted > 0.0 && ratio > 1e-3))) {
-      for (std::size_t a = 0; a < step.dlambda.size(); ++a) {
-        next.lambda[a] += step.dlambda[a];
-        penalties_[a] = std::max(0.5 * penalties_before[a], 1.2 * std::abs(next.lambda[a]));
-      }
-      *state = std::move(next);
-      residual_ = measure(*state);
-      tension_ *= ratio > 0.7 ? 0.1 : ratio > 0.3 ? 0.4 : ratio < 0.1 ? 3.0 : 1.0;
-      mass_shift_ = mass_shift_ > 1e-6 * find_frequency2() ? 0.1 * mass_shift_ : 0.0;
-      return true;
+    // Rods that are much too short want steps beyond all that the linear model knows: a part of it first.
+    constexpr double least = 1e-3;
+    for (double share = 1.0; share > least; share *= 0.25) {
+      Step step;
+      solve_consistent_step(&step, share);
+      if (take_step(step, share, penalties_before, state)) return true;
+      if (!(residual_.violation > near && longest(step.dr) > model_.smallest_length)) break;
     }
-    penalties_ = penalties_before;
     tension_ = std::max(4.0 * tension_, 1e-8 * residual_.scale);
-    residual_ = measure(*state);
   }
+  return false;
+}
+
+/// Where the step gains what was predicted; else the state stays.
+bool NewtonDescent::take_step(const Step& step, double share, const std::vector<double>& penalties_before,
+                              StaticState* state) {
+  std::vector<double> image(equations_.size()), rows(model_.num_rows());
+  // nu is larger than any multiplier, so that the penalty is exact.
+  for (std::size_t a = 0; a < penalties_.size(); ++a)
+    penalties_[a] = std::max(penalties_before[a], 1.2 * std::abs(state->lambda[a] + step.dlambda[a]));
+  equations_.stiffness().multiply(step.dr.data(), image.data());
+  equations_.apply_transposed(step.dr.data(), rows.data());
+  double predicted = dot(step.dr, equations_.forces()) - 0.5 * dot(step.dr, image);
+  for (std::size_t a = 0; a < rows.size(); ++a)
+    predicted += penalties_[a] * (std::abs(xi_[a]) - std::abs(xi_[a] + rows[a]));
+  const double before = merit(state->r);
+  StaticState next = *state;
+  for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
+  correct_lengths(share, &next.r);
+  const double gained = before - merit(next.r), ratio = gained / predicted;
+  const double energy = std::max(std::abs(before), residual_.scale * model_.scene_size);
+  const bool is_lost_in_rounding = std::abs(predicted) < 1e-13 * energy;
+  if (std::isfinite(gained) && (is_lost_in_rounding || (predicted > 0.0 && ratio > 1e-3))) {
+    for (std::size_t a = 0; a < step.dlambda.size(); ++a) {
+      next.lambda[a] += step.dlambda[a];
+      penalties_[a] = std::max(0.5 * penalties_before[a], 1.2 * std::abs(next.lambda[a]));
+    }
+    *state = std::move(next);
+    residual_ = measure(*state);
+    tension_ *= ratio > 0.7 ? 0.1 : ratio > 0.3 ? 0.4 : ratio < 0.1 ? 3.0 : 1.0;
+    mass_shift_ = mass_shift_ > 1e-6 * find_frequency2() ? 0.1 * mass_shift_ : 0.0;
+    return true;
+  }
+  penalties_ = penalties_before;
+  residual_ = measure(*state);
   return false;
 }
 

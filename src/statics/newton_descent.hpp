@@ -66,19 +66,23 @@ class NewtonDescent {
     std::vector<double> dr, dlambda;
   };
   bool is_small(const NewtonLimits& limits) const;
+  bool is_small_here(const NewtonLimits& limits, const StaticState& state);
+  bool is_linear_near(const StaticState& state);
   bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   bool try_descent(StaticState* state);
   Outcome explain(const char* why) const;
   bool factorize(double shift);
+  bool factorize_nearly_exact();
   bool factorize_with_masses();
   double find_frequency2() const;
-  void solve_step(Step* step);
-  void solve_consistent_step(Step* step);
+  void solve_step(Step* step, double share = 1.0);
+  void solve_consistent_step(Step* step, double share);
+  bool take_step(const Step& step, double share, const std::vector<double>& penalties_before, StaticState* state);
   void disturb(StaticState* state);
   double merit(const std::vector<double>& r);
   double find_tension() const;
-  void correct_lengths(std::vector<double>* r);
+  void correct_lengths(double share, std::vector<double>* r);
   double violation_tolerance() const;
   static double combined(const StaticResidual& residual) {
     return (residual.scale > 0.0 ? residual.known / residual.scale : 0.0) + residual.violation;
@@ -95,6 +99,7 @@ class NewtonDescent {
   double last_move_ = 0.0;         // m, of the last step; infinite where it was none of Newton's own
   double largest_scale_ = 0.0;     // N, of all forces on the way
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
+  int slow_steps_ = 0;  // one after the other
 };
 
 }  // namespace tanor

@@ -54,19 +54,113 @@ void add_products(Matrix6* to, const Product& product) {
   }
 }
 
-/// Combinations that move points, by 1 m on an average of squares, and that nothing answers to, by columns.
-Eigen::MatrixXd find_unanswered(const Matrix6& moves, const Matrix6& answers, double nothing) {
+/// Of the six motions of an island, combinations by columns.
+struct RigidMotions {
+  Eigen::MatrixXd unanswered;  // that move points, by 1 m on an average of squares, and that nothing answers to
+  Eigen::MatrixXd idle;        // that move no point: turns about the line of all of them
+};
+
+/// Squares lose what is small where a turn moves points little: candidates only, up to what rounding may hide.
+RigidMotions find_candidates(const Matrix6& moves, const Matrix6& answers, double nothing) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(moves);
-  Eigen::MatrixXd basis(6, 0);
-  for (int k = 0; k < 6; ++k) {
-    if (eigen.eigenvalues()[k] < 1e-10) continue;
-    basis.conservativeResize(6, basis.cols() + 1);
-    basis.rightCols(1) = eigen.eigenvectors().col(k) / std::sqrt(eigen.eigenvalues()[k]);
-  }
-  if (basis.cols() == 0) return basis;
+  const Eigen::Index num_idle = (eigen.eigenvalues().array() < 1e-10).count();
+  const Eigen::VectorXd squares = eigen.eigenvalues().tail(6 - num_idle);
+  const Eigen::MatrixXd basis =
+      eigen.eigenvectors().rightCols(6 - num_idle) * squares.cwiseSqrt().cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> answer(basis.transpose() * answers * basis);
-  return basis * answer.eigenvectors().leftCols((answer.eigenvalues().array() < nothing).count());
+  const double hidden = nothing / std::min(1.0, squares.minCoeff());
+  return {basis * answer.eigenvectors().leftCols((answer.eigenvalues().array() < hidden).count()),
+          eigen.eigenvectors().leftCols(num_idle)};
 }
+
+/// What answers to small motions u of islands: W u over the island's stiffness, and K'u.
+class AnswersToMotions {
+ public:
+  AnswersToMotions(const EquilibriumEquations& equations, const std::vector<int>& island, const RigidFields& fields)
+      : island_(island), fields_(fields), of_row_(equations.model().num_rows(), -1) {
+    const std::size_t n = island.size();
+    const std::vector<double> stiffness = find_island_stiffness(equations, island);
+    for (std::size_t a = 0; a < 6; ++a) {
+      forces_[a].resize(3 * n);
+      rows_[a].resize(of_row_.size());
+      equations.stiffness().multiply(fields.moves[a].data(), forces_[a].data());
+      equations.apply_transposed(fields.moves[a].data(), rows_[a].data());
+      for (std::size_t i = 0; i < n; ++i)
+        store(forces_[a].data(), i, (1.0 / stiffness[i]) * load(forces_[a].data(), i));
+    }
+    for (const Incidence& incidence : equations.model().incidences) {
+      if (static_cast<std::size_t>(incidence.point) < n)
+        of_row_[static_cast<std::size_t>(incidence.row)] = island[static_cast<std::size_t>(incidence.point)];
+    }
+  }
+
+  /// [island]
+  std::vector<RigidMotions> find_unanswered() const {
+    constexpr double nothing = 1e-14;  // of squares
+    const std::size_t n = island_.size();
+    std::vector<Matrix6> moves(n, Matrix6::Zero()), answers(n, Matrix6::Zero());
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto own = static_cast<std::size_t>(island_[i]);
+      add_products(&moves[own], [&](std::size_t a, std::size_t b) {
+        return dot(load(fields_.moves[a].data(), i), load(fields_.moves[b].data(), i)) / fields_.count[own];
+      });
+      add_products(&answers[own], [&](std::size_t a, std::size_t b) {
+        return dot(load(forces_[a].data(), i), load(forces_[b].data(), i));
+      });
+    }
+    for (std::size_t row = 0; row < of_row_.size(); ++row) {
+      if (of_row_[row] < 0) continue;
+      add_products(&answers[static_cast<std::size_t>(of_row_[row])],
+                   [&](std::size_t a, std::size_t b) { return rows_[a][row] * rows_[b][row]; });
+    }
+    std::vector<RigidMotions> motions(n);
+    for (std::size_t own = 0; own < n; ++own) {
+      if (fields_.count[own] > 0.0)
+        motions[own] = find_candidates(moves[own], answers[own], nothing * fields_.count[own]);
+    }
+    keep_unanswered(nothing, &motions);
+    return motions;
+  }
+
+ private:
+  /// The candidates whose own answers, summed before they are squared, are nothing.
+  void keep_unanswered(double nothing, std::vector<RigidMotions>* motions) const {
+    std::vector<Eigen::VectorXd> answered(island_.size());
+    for (std::size_t own = 0; own < island_.size(); ++own)
+      answered[own] = Eigen::VectorXd::Zero((*motions)[own].unanswered.cols());
+    for (std::size_t i = 0; i < island_.size(); ++i) {
+      const auto own = static_cast<std::size_t>(island_[i]);
+      for (Eigen::Index k = 0; k < answered[own].size(); ++k) {
+        Vec3 sum{};
+        for (std::size_t a = 0; a < 6; ++a)
+          sum = sum + (*motions)[own].unanswered(static_cast<int>(a), k) * load(forces_[a].data(), i);
+        answered[own][k] += dot(sum, sum);
+      }
+    }
+    for (std::size_t row = 0; row < of_row_.size(); ++row) {
+      if (of_row_[row] < 0) continue;
+      const auto own = static_cast<std::size_t>(of_row_[row]);
+      for (Eigen::Index k = 0; k < answered[own].size(); ++k) {
+        double sum = 0.0;
+        for (std::size_t a = 0; a < 6; ++a) sum += (*motions)[own].unanswered(static_cast<int>(a), k) * rows_[a][row];
+        answered[own][k] += sum * sum;
+      }
+    }
+    for (std::size_t own = 0; own < island_.size(); ++own) {
+      Eigen::MatrixXd& columns = (*motions)[own].unanswered;
+      Eigen::Index kept = 0;
+      for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+        if (answered[own][k] < nothing * fields_.count[own]) columns.col(kept++) = columns.col(k).eval();
+      }
+      columns.conservativeResize(Eigen::NoChange, kept);
+    }
+  }
+
+  const std::vector<int>& island_;
+  const RigidFields& fields_;
+  std::array<std::vector<double>, 6> forces_, rows_;  // [3 points], [row]
+  std::vector<int> of_row_;                           // [row] its island, -1: it joins no moving points
+};
 
 /// Where u(x) = shift + turn x (x - c) carries a point within 1 s (exponential of a twist).
 class Screw {
@@ -88,56 +182,127 @@ class Screw {
   double first_ = 1.0, second_ = 0.5, third_ = 1.0 / 6.0;
 };
 
-/// How many of the motions of each island, by columns of `motions`, leave its forces as they are on a finite way too:
-/// at the top of -x^4 nothing answers to a small one.
-std::size_t count_free(const EquilibriumEquations& equations, const std::vector<double>& r,
-                       const std::vector<int>& island, const RigidFields& fields,
-                       const std::vector<Eigen::MatrixXd>& motions) {
-  constexpr double part = 0.1, digits = 1e-7;
-  const Model& model = equations.model();
-  const std::vector<double> at_rest(r.size(), 0.0);
-  const auto forces_at = [&](const std::vector<double>& at) {
+/// Motions of islands on finite ways.
+class FiniteMotions {
+ public:
+  FiniteMotions(const EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<int>& island,
+                const RigidFields& fields, std::vector<RigidMotions>* motions)
+      : equations_(equations),
+        r_(r),
+        island_(island),
+        fields_(fields),
+        motions_(*motions),
+        before_(forces_at(r)),
+        stiffness_(find_island_stiffness(equations, island)) {}
+
+  /// How many of the unanswered motions leave the forces of their island as they are, turned with it, on a finite way
+  /// too: at the top of -x^4 nothing answers to a small one.
+  std::size_t count_free() {
+    std::size_t result = 0;
+    for (Eigen::Index k = 0; k < 6; ++k) result += count_free(k);
+    (void)forces_at(r_);  // which others may read on
+    return result;
+  }
+
+ private:
+  bool moves(std::size_t own, Eigen::Index k) const { return k < motions_[own].unanswered.cols(); }
+  std::size_t own(std::size_t i) const { return static_cast<std::size_t>(island_[i]); }
+
+  std::vector<double> forces_at(const std::vector<double>& at) const {
     std::vector<double> f(at.size(), 0.0);
-    equations.work().forces.evaluate(model.parallel, equations.time(), at.data(), at_rest.data(), f.data());
+    const std::vector<double> at_rest(at.size(), 0.0);
+    equations_.work().forces.evaluate(equations_.model().parallel, equations_.time(), at.data(), at_rest.data(),
+                                      f.data());
     return f;
-  };
-  const std::vector<double> before = forces_at(r), stiffness = find_island_stiffness(equations, island);
-  std::size_t result = 0;
-  for (Eigen::Index k = 0; k < 6; ++k) {
-    std::vector<double> moved = r;
-    std::vector<std::optional<Screw>> screws(island.size());
-    std::vector<double> size(island.size(), 0.0), largest(island.size(), 0.0);
-    for (std::size_t own = 0; own < island.size(); ++own) {
-      if (k >= motions[own].cols()) continue;
-      size[own] = part * std::max(fields.radius[own], model.smallest_length);
-      const double turn = fields.radius[own] > 0.0 ? size[own] / fields.radius[own] : 0.0;
-      const auto c = motions[own].col(k);
-      screws[own].emplace(size[own] * Vec3{c[0], c[1], c[2]}, turn * Vec3{c[3], c[4], c[5]});
+  }
+
+  /// How far motion k carries an island: a tenth of its size, or of a turn.
+  double find_size(std::size_t each, Eigen::Index k) const {
+    constexpr double part = 0.1;
+    const double radius = std::max(fields_.radius[each], equations_.model().smallest_length);
+    return part * radius / std::max(1.0, motions_[each].unanswered.col(k).tail<3>().norm());
+  }
+
+  /// Forces after motion k of all islands, so far as `sizes` say, less those before, turned with them [3 points], N.
+  std::vector<double> change_of_forces(Eigen::Index k, const std::vector<double>& sizes) const {
+    std::vector<std::optional<Screw>> screws(island_.size());
+    for (std::size_t each = 0; each < island_.size(); ++each) {
+      if (!moves(each, k)) continue;
+      const auto c = motions_[each].unanswered.col(k);
+      const double radius = fields_.radius[each], turn = radius > 0.0 ? sizes[each] / radius : 0.0;
+      screws[each].emplace(sizes[each] * Vec3{c[0], c[1], c[2]}, turn * Vec3{c[3], c[4], c[5]});
     }
-    const auto screw_of = [&](std::size_t i) -> const std::optional<Screw>& {
-      return screws[static_cast<std::size_t>(island[i])];
+    std::vector<double> moved = r_;
+    for (std::size_t i = 0; i < island_.size(); ++i) {
+      const Vec3 centre = fields_.centre[own(i)];
+      if (const auto& screw = screws[own(i)])
+        store(moved.data(), i, centre + screw->carry(load(r_.data(), i) - centre));
+    }
+    std::vector<double> change = forces_at(moved);
+    for (std::size_t i = 0; i < island_.size(); ++i) {
+      if (const auto& screw = screws[own(i)])
+        store(change.data(), i, load(change.data(), i) - screw->rotate(load(before_.data(), i)));
+    }
+    return change;
+  }
+
+  /// A turn about the line of all points moves none of them at first, but says about which axis they go on and where
+  /// forces turn to: as much of it as leaves least change, by Gauss and Newton's method.
+  void choose_idle_turns(Eigen::Index k, const std::vector<double>& sizes) {
+    constexpr int steps = 8;
+    constexpr double small = 1e-4;
+    const auto turns = [&](std::size_t each) { return moves(each, k) && motions_[each].idle.cols() == 1; };
+    const auto turn = [&](const std::vector<double>& by) {
+      for (std::size_t each = 0; each < by.size(); ++each) {
+        if (turns(each)) motions_[each].unanswered.col(k) += by[each] * motions_[each].idle.col(0);
+      }
     };
-    for (std::size_t i = 0; i < island.size(); ++i) {
-      const Vec3 centre = fields.centre[static_cast<std::size_t>(island[i])];
-      if (screw_of(i)) store(moved.data(), i, centre + screw_of(i)->carry(load(r.data(), i) - centre));
-    }
-    const std::vector<double> after = forces_at(moved);
-    std::vector<double> change(island.size(), 0.0);
-    for (std::size_t i = 0; i < island.size(); ++i) {
-      if (!screw_of(i)) continue;
-      const auto own = static_cast<std::size_t>(island[i]);
-      const Vec3 was = load(before.data(), i);
-      change[own] = larger(change[own], norm(load(after.data(), i) - screw_of(i)->rotate(was)));
-      largest[own] = larger(largest[own], norm(was));
-    }
-    for (std::size_t own = 0; own < island.size(); ++own) {
-      const double scale = largest[own] + stiffness[own] * size[own];
-      if (screws[own] && change[own] <= digits * scale) ++result;
+    bool any = false;
+    for (std::size_t each = 0; each < island_.size(); ++each) any = any || turns(each);
+    for (int step = 0; any && step < steps; ++step) {
+      const std::vector<double> here = change_of_forces(k, sizes);
+      turn(std::vector<double>(island_.size(), small));
+      const std::vector<double> there = change_of_forces(k, sizes);
+      std::vector<double> slope2(island_.size(), 0.0), along(island_.size(), 0.0), by(island_.size(), -small);
+      for (std::size_t i = 0; i < island_.size(); ++i) {
+        const Vec3 slope = (1.0 / small) * (load(there.data(), i) - load(here.data(), i));
+        slope2[own(i)] += dot(slope, slope);
+        along[own(i)] += dot(slope, load(here.data(), i));
+      }
+      for (std::size_t each = 0; each < by.size(); ++each) {
+        if (slope2[each] > 0.0) by[each] -= along[each] / slope2[each];
+      }
+      turn(by);
     }
   }
-  (void)forces_at(r);  // which others may read on
-  return result;
-}
+
+  std::size_t count_free(Eigen::Index k) {
+    constexpr double digits = 1e-7;
+    std::vector<double> sizes(island_.size(), 0.0), largest(island_.size(), 0.0), most(island_.size(), 0.0);
+    for (std::size_t each = 0; each < sizes.size(); ++each) {
+      if (moves(each, k)) sizes[each] = find_size(each, k);
+    }
+    choose_idle_turns(k, sizes);
+    const std::vector<double> change = change_of_forces(k, sizes);
+    for (std::size_t i = 0; i < island_.size(); ++i) {
+      most[own(i)] = larger(most[own(i)], norm(load(change.data(), i)));
+      largest[own(i)] = larger(largest[own(i)], norm(load(before_.data(), i)));
+    }
+    std::size_t result = 0;
+    for (std::size_t each = 0; each < sizes.size(); ++each) {
+      if (moves(each, k) && most[each] <= digits * (largest[each] + stiffness_[each] * sizes[each])) ++result;
+    }
+    return result;
+  }
+
+  const EquilibriumEquations& equations_;
+  const std::vector<double>& r_;
+  const std::vector<int>& island_;
+  const RigidFields& fields_;
+  std::vector<RigidMotions>& motions_;  // [island]
+  std::vector<double> before_;          // forces [3 points], N
+  std::vector<double> stiffness_;       // [point] of its island, N/m
+};
 
 }  // namespace
 
@@ -179,45 +344,10 @@ std::vector<double> find_island_stiffness(const EquilibriumEquations& equations,
 }
 
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
-  const Model& model = equations.model();
   const std::vector<int> island = find_statics_islands(equations);
-  const std::size_t n = island.size();
   const RigidFields fields(island, r.data());
-  std::array<std::vector<double>, 6> images, rows;
-  for (std::size_t k = 0; k < 6; ++k) {
-    images[k].resize(3 * n);
-    rows[k].resize(model.num_rows());
-    equations.stiffness().multiply(fields.moves[k].data(), images[k].data());
-    equations.apply_transposed(fields.moves[k].data(), rows[k].data());
-  }
-  // u'u, and what answers to u: W u and K'u.
-  const std::vector<double> stiffness = find_island_stiffness(equations, island);
-  std::vector<Matrix6> moves(n, Matrix6::Zero()), answers(n, Matrix6::Zero());
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto own = static_cast<std::size_t>(island[i]);
-    add_products(&moves[own], [&](std::size_t a, std::size_t b) {
-      return dot(load(fields.moves[a].data(), i), load(fields.moves[b].data(), i)) / fields.count[own];
-    });
-    add_products(&answers[own], [&](std::size_t a, std::size_t b) {
-      return dot(load(images[a].data(), i), load(images[b].data(), i)) / (stiffness[i] * stiffness[i]);
-    });
-  }
-  std::vector<int> of_row(model.num_rows(), -1);
-  for (const Incidence& incidence : model.incidences) {
-    if (static_cast<std::size_t>(incidence.point) < n)
-      of_row[static_cast<std::size_t>(incidence.row)] = island[static_cast<std::size_t>(incidence.point)];
-  }
-  for (std::size_t row = 0; row < of_row.size(); ++row) {
-    if (of_row[row] < 0) continue;
-    add_products(&answers[static_cast<std::size_t>(of_row[row])],
-                 [&](std::size_t a, std::size_t b) { return rows[a][row] * rows[b][row]; });
-  }
-  constexpr double nothing = 1e-14;  // of squares
-  std::vector<Eigen::MatrixXd> motions(n);
-  for (std::size_t own = 0; own < n; ++own) {
-    if (fields.count[own] > 0.0) motions[own] = find_unanswered(moves[own], answers[own], nothing * fields.count[own]);
-  }
-  return count_free(equations, r, island, fields, motions);
+  std::vector<RigidMotions> motions = AnswersToMotions(equations, island, fields).find_unanswered();
+  return FiniteMotions(equations, r, island, fields, &motions).count_free();
 }
 
 }  // namespace tanor

@@ -44,6 +44,7 @@ bool SmallestMultipliers::wants_decision() const {
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
                                              std::vector<double>* lambda, RankReport* rank) {
   if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
+  redundancy_.reset();
   if (!wants_decision()) {
     *rank = this->rank(r);
     return {};
@@ -51,31 +52,38 @@ Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const
   const Model& model = equations_.model();
   const auto rows = static_cast<Index>(equations_.num_rows());
   const double tolerance = dependent * std::min(1.0, short_chain / static_cast<double>(rows));
-  Redundancy redundancy(model.incidences, model.inverse_mass, model.numbering);
-  (void)redundancy.decide(linearization_.blocks().data(), {0, rows}, std::vector<double>(model.num_rows(), tolerance));
-  if (redundancy.num_dependent() > 0) {
-    redundancy.take_qr({0, rows});
+  redundancy_.emplace(model.incidences, model.inverse_mass, model.numbering);
+  (void)redundancy_->decide(linearization_.blocks().data(), {0, rows},
+                            std::vector<double>(model.num_rows(), tolerance));
+  if (redundancy_->is_found()) {
+    redundancy_->take_qr({0, rows});
     *lambda = given;
-    solve_by_qr(&redundancy, r, lambda);
+    solve_by_qr(r, lambda);
   }
-  *rank = rank_.describe(redundancy);
+  *rank = rank_.describe(*redundancy_);
   return {};
 }
 
+std::vector<double> SmallestMultipliers::keep_self_stress(std::vector<double> lambda) const {
+  std::vector<double> rest = lambda;
+  if (redundancy_ && redundancy_->is_found()) redundancy_->minimize_norm(rest.data());
+  for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] -= rest[a];
+  return lambda;
+}
+
 /// S dlambda = -K'M^-1(f + K lambda), without the rows that depend, and again for what rounding leaves.
-void SmallestMultipliers::solve_by_qr(Redundancy* redundancy, const std::vector<double>& r,
-                                      std::vector<double>* lambda) {
+void SmallestMultipliers::solve_by_qr(const std::vector<double>& r, std::vector<double>* lambda) {
   constexpr int rounds = 3;
   const std::vector<double> given = *lambda;
   for (int round = 0; round < rounds; ++round) {
     (void)equations_.evaluate(r.data(), lambda->data(), g_.data(), xi_.data());
     for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = equations_.model().inverse_mass[i / 3] * g_[i];
     (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
-    redundancy->solve_negative(b_.data(), b_.data());
+    redundancy_->solve_negative(b_.data(), b_.data());
     for (std::size_t a = 0; a < equations_.num_rows(); ++a) (*lambda)[a] += b_[a];
   }
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] -= given[a];
-  redundancy->minimize_norm(lambda->data());
+  redundancy_->minimize_norm(lambda->data());
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] += given[a];
 }
 

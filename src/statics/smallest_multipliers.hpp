@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "dynamics/gradient_rank.hpp"
@@ -23,6 +24,8 @@ class SmallestMultipliers {
   /// has brought together depend on each other, though the places know it to a millionth only.
   Outcome find_and_decide(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda,
                           RankReport* rank);
+  /// What of lambda [rows] no load sees: its part with K lambda = 0, by the last decision.
+  std::vector<double> keep_self_stress(std::vector<double> lambda) const;
   /// The rank of K at r, where `find` was asked last.
   RankReport rank(const std::vector<double>& r) { return rank_.report(r.data(), false); }
   /// K and the factor of S there.
@@ -30,13 +33,14 @@ class SmallestMultipliers {
 
  private:
   bool wants_decision() const;
-  void solve_by_qr(Redundancy* redundancy, const std::vector<double>& r, std::vector<double>* lambda);
+  void solve_by_qr(const std::vector<double>& r, std::vector<double>* lambda);
 
   EquilibriumEquations& equations_;
   Linearization linearization_;
   GradientRank rank_;
-  std::vector<double> g_, xi_, b_;  // scratch [3 moving points], [rows]
-  std::vector<double> w_, dw_;      // scratch [3 points]
+  std::optional<Redundancy> redundancy_;  // of the last decision
+  std::vector<double> g_, xi_, b_;        // scratch [3 moving points], [rows]
+  std::vector<double> w_, dw_;            // scratch [3 points]
 };
 
 /// The rows of the model that depend on others [inner order].

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// What answers to a shift of an island along the axes, u'(KK' + W'W)u, and the force on it.
+/// What answers to a shift of an island along the axes, u'(KK' + WW')u, and the force on it.
 struct Shifted {
   Matrix3d answer = Matrix3d::Zero();
   Vector3d force = Vector3d::Zero();
@@ -48,17 +48,19 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
   for (std::size_t row = 0; row < of_row.size(); ++row) {
     if (of_row[row] >= 0) result[of_row[row]].answer += row_shift[row] * row_shift[row].transpose();
   }
+  // The whole force along u does not depend on where the points are where u'W = 0.
   const StiffnessMatrix& W = equations.stiffness();
+  std::vector<Matrix3d> sums(n, Matrix3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
-    Matrix3d sum = Matrix3d::Zero();
     for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
+      const auto j = static_cast<std::size_t>(W.columns()[static_cast<std::size_t>(k)]);
       for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column)
-          sum(row, column) += W.blocks()[static_cast<std::size_t>(k)](row, column) / stiffness[i];
+          sums[j](row, column) += W.blocks()[static_cast<std::size_t>(k)](row, column) / stiffness[j];
       }
     }
-    result[island[i]].answer += sum.transpose() * sum;
   }
+  for (std::size_t j = 0; j < n; ++j) result[island[j]].answer += sums[j] * sums[j].transpose();
   return result;
 }
 

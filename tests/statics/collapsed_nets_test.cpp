@@ -2,6 +2,8 @@
 /// places come nearer, and how they pull against each other is determined by nothing. Equilibrium and modes say so.
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,8 @@
 #include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
+#include "dense_modes.hpp"
+#include "dynamics/workspace.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -38,6 +42,36 @@ TEST(CollapsedNets, HaveSelfStressAndNoModesWithoutAPrestress) {
     EXPECT_GT(found.self_stress_states, 0u) << name;
     EXPECT_TRUE(says_self_stress(found)) << name;
     EXPECT_EQ(modes(system, found.positions).outcome.status, Status::NotUnique) << name;
+  }
+}
+
+/// Nets that hang from an inner point fold over it. The smallest multipliers may have a motion that gains energy where
+/// others have none, so that the net rests; those that are told show it.
+TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
+  for (const auto& [columns, rows, held] : {std::array{6, 9, 52}, {10, 7, 37}, {10, 7, 16}, {12, 12, 0}}) {
+    System net = scenes::make_net(columns, rows);
+    net.supports = {{"", {held}, {}}};
+    net.forces = {scenes::gravity};
+    for (std::size_t i = 0; i < net.positions.size(); ++i)
+      net.positions[i] += 0.02 * std::sin(1.0 + 2.3 * static_cast<double>(i));
+
+    const EquilibriumResult found = find_equilibrium(net);
+
+    ASSERT_TRUE(found.outcome.ok()) << columns << " x " << rows << ": " << found.outcome.what;
+    EXPECT_EQ(found.status, Stability::Stable);
+    ASSERT_GT(found.self_stress_states, 0u);
+    // The second way: dense matrices with those multipliers.
+    Workspace work(net, {.threads = 1}, 0.0);
+    const Model& model = work.model();
+    EquilibriumEquations equations(work, 0.0);
+    std::vector<double> r(3 * model.num_points()), lambda(model.num_rows());
+    model.numbering.gather_points(found.positions, r);
+    for (std::size_t a = 0; a < lambda.size(); ++a)
+      lambda[a] = found.multipliers[static_cast<std::size_t>(model.numbering.user_row[a])];
+    equations.linearise(r.data(), lambda.data());
+    const DenseModes dense(equations, 1e-5);
+    ASSERT_GT(dense.freedoms(), 0u);
+    EXPECT_NEAR(dense.omega2[0], found.lowest_omega2, 1e-3 * found.lowest_omega2) << columns << " x " << rows;
   }
 }
 

@@ -259,5 +259,24 @@ TEST(DampedModes, OfUnsymmetricMatricesAreTheRootsOfTheirPolynomial) {
   }
 }
 
+/// A bead of 1 kg on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a time.
+TEST(DampedModes, WhereNothingIsStiffDecayByDragAlone) {
+  System system;
+  scenes::add_point({0.0, 0.0, 0.0}, &system);
+  system.masses = {1.0};
+  system.constraints = {Planes{.name = "table", .points = {0}, .normal = Vector3{0.0, 0.0, 1.0}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}, Drag{.name = "air", .points = {0}, .linear = 2.0}};
+
+  const Modes found = modes(system, system.positions, {.count = 4, .damped = true});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  ASSERT_EQ(found.decay.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(found.decay[k], k < 2 ? 0.0 : 2.0, 1e-12);
+    EXPECT_EQ(found.omega[k], 0.0);
+  }
+  EXPECT_EQ(found.zero_modes, 2u);
+}
+
 }  // namespace
 }  // namespace tanor

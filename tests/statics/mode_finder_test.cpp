@@ -8,6 +8,7 @@
 
 #include <tanor/modes.hpp>
 
+#include "dense_modes.hpp"
 #include "random_systems.hpp"
 #include "statics/block_lanczos.hpp"
 #include "statics/given_equilibrium.hpp"
@@ -18,44 +19,8 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
-/// W, K and M of linearised equations, and all modes the second way: Z by Householder reflections of K, and Eigen's
-/// generalised eigenvalue problem.
-struct Dense {
-  explicit Dense(const EquilibriumEquations& equations)
-      : W(size_of(equations.size()), size_of(equations.size())),
-        K(size_of(equations.size()), size_of(equations.num_rows())),
-        mass(size_of(equations.size())) {
-    for (Index i = 0; i < W.cols(); ++i) {
-      const VectorXd unit = VectorXd::Unit(W.cols(), i);
-      equations.stiffness().multiply(unit.data(), W.col(i).data());
-      mass[i] = equations.model().mass[static_cast<std::size_t>(i) / 3];
-    }
-    K.setZero();
-    for (Index a = 0; a < K.cols(); ++a) {
-      std::vector<double> unit(equations.model().num_rows());
-      unit[static_cast<std::size_t>(a)] = 1.0;
-      equations.add_reactions(unit.data(), K.col(a).data());
-    }
-    Eigen::ColPivHouseholderQR<MatrixXd> qr(K);
-    qr.setThreshold(1e-9);
-    const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(W.rows(), W.rows());
-    const MatrixXd Z = Q.rightCols(W.rows() - qr.rank());
-    if (Z.cols() == 0) return;
-    omega2 =
-        Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(Z.transpose() * W * Z, Z.transpose() * mass.asDiagonal() * Z)
-            .eigenvalues();
-  }
-
-  static Index size_of(std::size_t n) { return static_cast<Index>(n); }
-  bool is_symmetric() const { return (W - W.transpose()).norm() <= 1e-12 * W.norm(); }
-  std::size_t freedoms() const { return static_cast<std::size_t>(omega2.size()); }
-
-  MatrixXd W, K;
-  VectorXd mass, omega2;
-};
-
 /// Shapes are M-orthonormal, break no constraint, and have the wanted omega^2 with W q + K mu = omega^2 M q.
-void expect_modes(const ModeSet& found, const Dense& dense, double scale) {
+void expect_modes(const ModeSet& found, const DenseModes& dense, double scale) {
   const Index count = found.omega2.size();
   const MatrixXd& q = found.shapes;
   const MatrixXd masses = q.transpose() * dense.mass.asDiagonal() * q;
@@ -96,7 +61,7 @@ RC_GTEST_PROP(ModeFinder, FindsAllModesThatTheDenseMatricesHave, ()) {
   random.system.friction.clear();
   const AtRest rest(random);
   RC_PRE(rest.equations.size() > rest.equations.num_rows());
-  const Dense dense(rest.equations);
+  const DenseModes dense(rest.equations);
   RC_PRE(dense.is_symmetric());
   KktSolver kkt(rest.equations);
   ModeFinder finder(rest.equations, kkt, dense.freedoms());
@@ -112,7 +77,7 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesThatTheDenseMatricesHave, ()) {
   RandomSystem random = any_system();
   random.system.friction.clear();
   const AtRest rest(random);
-  const Dense dense(rest.equations);
+  const DenseModes dense(rest.equations);
   RC_PRE(dense.freedoms() >= 2u);
   RC_PRE(dense.is_symmetric());
   const std::size_t count = *rc::gen::inRange<std::size_t>(1, dense.freedoms() / 2 + 1).as("count");
@@ -159,7 +124,7 @@ RC_GTEST_PROP(ModeFinder, FindsEveryCopyOfTheModesOfEqualIslands, ()) {
   const int rods = *rc::gen::inRange(1, 5).as("rods"), copies = *rc::gen::inRange(1, 24).as("copies");
   const System system = hang_chains(copies, rods, *rc::gen::arbitrary<std::uint32_t>().as("seed"));
   const auto state = GivenEquilibrium::stand_at(system, {system.positions, {}, 1e-6}, {.solver = {.threads = 1}});
-  const Dense dense(state->equations());
+  const DenseModes dense(state->equations());
   RC_ASSERT(dense.freedoms() == static_cast<std::size_t>(2 * rods * copies));
   const std::size_t count = *rc::gen::inRange<std::size_t>(1, dense.freedoms() / 2 + 1).as("count");
   KktSolver kkt(state->equations());
@@ -195,7 +160,7 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
   RC_PRE(rest.outcome.ok() && rest.self_stress_states == 0);
   const auto state =
       GivenEquilibrium::stand_at(system, {rest.positions, rest.multipliers, 1e-6}, {.solver = {.threads = 1}});
-  const Dense dense(state->equations());
+  const DenseModes dense(state->equations());
   RC_PRE(dense.freedoms() >= 2u);
   KktSolver kkt(state->equations());
   ModeFinder finder(state->equations(), kkt, dense.freedoms());
