@@ -34,7 +34,7 @@ TEST(CollapsedNets, HaveSelfStressAndNoModesWithoutAPrestress) {
     const EquilibriumResult found = find_equilibrium(system);
 
     ASSERT_TRUE(found.outcome.ok()) << name << ": " << found.outcome.what;
-    EXPECT_EQ(found.status, Stability::Stable) << name;
+    EXPECT_EQ(found.stability.status, Stability::Stable) << name;
     EXPECT_GT(found.self_stress_states, 0u) << name;
     EXPECT_TRUE(says_self_stress(found)) << name;
     EXPECT_EQ(modes(system, found.positions).outcome.status, Status::NotUnique) << name;
@@ -54,7 +54,7 @@ TEST(HangingNets, HaveAsManyUnstableDirectionsByBothWays) {
     const Modes shaken = modes(net, found.positions, {.count = 2});
 
     ASSERT_TRUE(shaken.outcome.ok()) << shaken.outcome.what;
-    EXPECT_EQ(shaken.unstable_directions, found.unstable_directions);
+    EXPECT_EQ(shaken.unstable_directions, found.stability.unstable_directions);
   }
 }
 
@@ -91,9 +91,9 @@ TEST(Equilibrium, WhereNothingIsStiffIsOfRigidMotionsAlone) {
       const EquilibriumResult found = find_equilibrium(system);
 
       ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-      EXPECT_EQ(found.status, Stability::Stable);
-      EXPECT_EQ(found.zero_modes, each * static_cast<unsigned>(count));
-      EXPECT_EQ(found.rigid_zero_modes, found.zero_modes);
+      EXPECT_EQ(found.stability.status, Stability::Stable);
+      EXPECT_EQ(found.stability.zero_modes, each * static_cast<unsigned>(count));
+      EXPECT_EQ(found.stability.rigid_zero_modes, found.stability.zero_modes);
       const Modes still = modes(system, found.positions, {.count = 5});
       ASSERT_TRUE(still.outcome.ok()) << still.outcome.what;
       EXPECT_EQ(still.zero_modes, 5u);
