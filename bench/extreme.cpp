@@ -60,7 +60,7 @@ Row run(const Case& scene, Method method, double time_limit) {
     const MotionReport& report = simulation.report();
     row.steps = report.steps;
     row.drift = std::abs(report.energy.drift_relative());
-    row.violation = report.position_violation;
+    row.violation = report.violation.position;
     if (scene.error && simulation.time() == scene.t_end) row.error = scene.error(simulation);
     const bool finite = all_finite(simulation.positions()) && all_finite(simulation.velocities()) &&
                         all_finite(simulation.accelerations()) && all_finite(simulation.multipliers());

@@ -142,7 +142,7 @@ void simulate(const System& system, int steps) {
   const auto advance = [&](int count) { check(motion.advance_to(step * (reached += count))); };
   advance(1);
   measure("Simulation", steps, [&] { advance(10); });
-  std::printf("violation %.1e, solved by %s\n", motion.report().position_violation,
+  std::printf("violation %.1e, solved by %s\n", motion.report().violation.position,
               motion.plan().linear_solver().c_str());
 }
 

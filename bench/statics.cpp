@@ -40,7 +40,7 @@ void measure(const char* name, const System& system) {
   const EquilibriumResult found = find_equilibrium(system, {.solver = one_core});
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   std::printf("%-22s %7.3f s CPU  %3d iterations  %3d factors  residual %.1e of the largest force  %s\n", name, seconds,
-              found.iterations, found.factorizations, found.residual_force / found.largest_force,
+              found.search.iterations, found.search.factorizations, found.residual_force / found.largest_force,
               found.outcome.ok() ? "stable" : found.outcome.what.c_str());
 }
 

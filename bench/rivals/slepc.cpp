@@ -195,7 +195,7 @@ int measure(const Options& options) {
   const double begin = processor_seconds();
   const EquilibriumResult rest = find_equilibrium(make_hung_net(options.side), {.solver = {.threads = 1}});
   if (!rest.outcome.ok()) return std::printf("%s\n", rest.outcome.what.c_str()), 1;
-  std::printf("equilibrium: %d iterations, %.2f s, residual %.1e of the largest force\n", rest.iterations,
+  std::printf("equilibrium: %d iterations, %.2f s, residual %.1e of the largest force\n", rest.search.iterations,
               processor_seconds() - begin, rest.residual_force / rest.largest_force);
 
   const auto state = GivenEquilibrium::stand_at(system, {rest.positions, {}, 1e-6}, {.solver = {.threads = 1}});

@@ -59,32 +59,43 @@ struct EquilibriumOptions {
   SolverOptions solver{};        ///< ordering and threads
 };
 
-/// An equilibrium f + K lambda = 0, xi = 0 at rest. Arrays are in the user's order.
-struct [[nodiscard]] EquilibriumResult {
-  Outcome outcome;  ///< ok: found and accepted
+/// What a small push does where a system rests, by the moves Z that the constraints leave free.
+struct StabilityReport {
   Stability status = Stability::None;
-  EquilibriumMethod method_used = EquilibriumMethod::Newton;
-  int iterations = 0, factorizations = 0;
-  std::vector<double> positions;                  ///< 3n, m; the best that was found where outcome is not ok
-  /// [equations] lambda; the smallest where they are not unique, NaN where they join supports alone, or points that
-  /// prestress holds rigid.
-  std::vector<double> multipliers;
-  /// 3n, N: K lambda; the load that each support carries; NaN where a multiplier that is NaN takes part.
-  std::vector<double> reactions, support_forces;
-  std::vector<bool> multipliers_unique;           ///< [equations]
-  std::size_t self_stress_states = 0;             ///< ways in which rods can pull against each other without a load
-  std::vector<std::string> dependences;           ///< "rods[17] depends on rods[3], rods[9]"
-  double residual_force = 0.0,
-         largest_force = 0.0;  ///< N: the largest |f + K lambda| of a point; what it is small beside
-  double violation = 0.0;      ///< largest |xi|/|gradient|/length
-  double energy = 0.0;         ///< J, of all forces that have a potential
   std::size_t unstable_directions = 0, zero_modes = 0, rigid_zero_modes = 0;  ///< rigid ones are among zero modes
   /// Lowest omega^2 of Z'WZ q = omega^2 Z'MZ q that is no zero mode, 1/s^2, and its shape, 3n, q'Mq = 1; NaN and empty
   /// where nothing can move or energy decides nothing.
   double lowest_omega2 = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> lowest_shape;
+};
+
+/// How an equilibrium was searched.
+struct EquilibriumSearch {
+  EquilibriumMethod method_used = EquilibriumMethod::Newton;
+  int iterations = 0, factorizations = 0;
+  std::vector<double> residuals;  ///< N, of each iteration
+};
+
+/// An equilibrium f + K lambda = 0, xi = 0 at rest. Arrays are in the user's order.
+struct [[nodiscard]] EquilibriumResult {
+  Outcome outcome;  ///< ok: found and accepted
+  StabilityReport stability;
+  EquilibriumSearch search;
+  std::vector<double> positions;  ///< 3n, m; the best that was found where outcome is not ok
+  /// [equations] lambda; where they are not unique the smallest, or such that the place is stable with them where the
+  /// smallest are none; NaN where they join supports alone, or points that
+  /// prestress holds rigid.
+  std::vector<double> multipliers;
+  /// 3n, N: K lambda; the load that each support carries; NaN where a multiplier that is NaN takes part.
+  std::vector<double> reactions, support_forces;
+  std::vector<bool> multipliers_unique;  ///< [equations]
+  std::size_t self_stress_states = 0;    ///< ways in which rods can pull against each other without a load
+  std::vector<std::string> dependences;  ///< "rods[17] depends on rods[3], rods[9]"
+  double residual_force = 0.0,
+         largest_force = 0.0;  ///< N: the largest |f + K lambda| of a point; what it is small beside
+  double violation = 0.0;      ///< largest |xi|/|gradient|/length
+  double energy = 0.0;         ///< J, of all forces that have a potential
   double buckling_load_factor = std::numeric_limits<double>::quiet_NaN();  ///< NaN: nobody asked
-  std::vector<double> residuals;                                           ///< N, of each iteration
   /// [equations] one-sided ones that do not touch: they carry nothing; empty: there are no one-sided ones.
   std::vector<bool> open;
   std::vector<std::string> left_out;  ///< what took no part, by name; what was found on the way

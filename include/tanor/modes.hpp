@@ -14,7 +14,7 @@ struct ModesOptions {
 
   std::size_t count = 10;  ///< modes, the lowest omega^2 first; `all`: where at most 300 freedoms are
   double time = 0.0;       ///< s, at which what depends on time stands still
-  /// [equations] lambda of the equilibrium; empty: the smallest one of f + K lambda = 0.
+  /// [equations] lambda of the equilibrium; empty, or NaN of some: the smallest one of f + K lambda = 0.
   std::vector<double> multipliers{};
   /// Where rows depend on each other and forces do not determine the tensions, and `multipliers` are not given.
   std::vector<Prestress> prestress{};

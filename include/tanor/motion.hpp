@@ -115,6 +115,20 @@ struct FrictionSummary {
   std::string uniqueness_reason{};  ///< of the weakest that was found, where it is known
 };
 
+/// How far a motion left its constraints: the largest after any of its steps.
+struct Violations {
+  double position = 0.0;      ///< relative, as Dynamics::position_violation says it
+  double velocity = 0.0;      ///< likewise, over the velocity scale
+  double acceleration = 0.0;  ///< scaled residual |K'w + phi|
+};
+
+/// Where a motion came nearest to a singular configuration.
+struct NearestToSingular {
+  double reciprocal_condition = 1.0;  ///< of the scaled S or H, the smallest after any step
+  double time = 0.0;                  ///< s
+};
+
+/// How a motion went, from its start.
 struct [[nodiscard]] MotionReport {
   Method method = Method::Auto;  ///< the one used
   std::string method_reason{};   ///< why, where `auto` chose it
@@ -130,13 +144,10 @@ struct [[nodiscard]] MotionReport {
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
   StartReport start;
-  double position_violation = 0.0;         ///< largest after any step, relative
-  double velocity_violation = 0.0;         ///< likewise, over the velocity scale
-  double acceleration_violation = 0.0;     ///< largest scaled residual |K'w + phi|
-  double reciprocal_condition = 1.0;       ///< smallest met after a step …
-  double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular configuration
-  RankChanges rank_changes;                ///< since the start
-  SingularPassages singular_passages;      ///< in the order of time
+  Violations violation;
+  NearestToSingular nearest_to_singular;
+  RankChanges rank_changes;            ///< since the start
+  SingularPassages singular_passages;  ///< in the order of time
   EnergyReport energy;
   FrictionSummary friction;
   Counters counters;

@@ -27,11 +27,14 @@ namespace {
 std::string describe(const EquilibriumResult& found) {
   if (std::isnan(found.largest_force)) return "stable: no point can move";
   const double relative = found.largest_force > 0.0 ? found.residual_force / found.largest_force : 0.0;
-  std::string line = fmt::format("{} after {} iterations, residual {:.1e} N ({:.1e} of the largest force)",
-                                 name_of(found.status), found.iterations, found.residual_force, relative);
-  if (found.lowest_omega2 > 0.0) line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.lowest_omega2));
-  if (found.zero_modes > 0)
-    line += fmt::format(", {} zero modes, {} of them rigid", found.zero_modes, found.rigid_zero_modes);
+  std::string line =
+      fmt::format("{} after {} iterations, residual {:.1e} N ({:.1e} of the largest force)",
+                  name_of(found.stability.status), found.search.iterations, found.residual_force, relative);
+  if (found.stability.lowest_omega2 > 0.0)
+    line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.stability.lowest_omega2));
+  if (found.stability.zero_modes > 0)
+    line +=
+        fmt::format(", {} zero modes, {} of them rigid", found.stability.zero_modes, found.stability.rigid_zero_modes);
   if (const auto open = std::ranges::count(found.open, true); open > 0)
     line += fmt::format(", {} one-sided constraints open", open);
   if (found.self_stress_states > 0) line += fmt::format(", {} states of self-stress", found.self_stress_states);

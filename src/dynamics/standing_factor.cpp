@@ -24,7 +24,7 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
       blocks_(blocks),
       composite_(make_composite_solver(problem_of(work), options)),
       all_rows_(work, options.ordering, blocks, contacts) {
-  if (!composite_.has_value()) {
+  if (composite_.is_empty()) {
     GramSolver& S = all_rows_.gram();
     if (options.reuse) reuse_ = FactorReuse::make(work, S);
   }
@@ -53,7 +53,7 @@ void StandingFactor::note_sparse() {
 bool StandingFactor::linearise_by_composite(const double* r, const PointSource* source) {
   const Stopwatch watch(&work_.times.factor);
   ++work_.counters.factorizations;
-  return note_composite(composite_->linearise(model_.parallel, r, source, blocks_.data()).reciprocal_condition);
+  return note_composite(composite_.linearise(model_.parallel, r, source, blocks_.data()).reciprocal_condition);
 }
 
 std::optional<Elimination> StandingFactor::solve_by_composite(const FreeMotion& motion, FactorUse use, double* b,
@@ -62,7 +62,7 @@ std::optional<Elimination> StandingFactor::solve_by_composite(const FreeMotion& 
   const bool renews = use == FactorUse::Renew;
   if (renews && is_needed()) ++work_.counters.factorizations;
   ++work_.counters.solves;
-  const Elimination found = composite_->solve(model_.parallel, motion, use, blocks_.data(), b, lambda, w);
+  const Elimination found = composite_.solve(model_.parallel, motion, use, blocks_.data(), b, lambda, w);
   work_.counters.solves += static_cast<std::size_t>(found.refinements);
   if (renews) reciprocal_condition_ = found.reciprocal_condition;
   if (std::isfinite(found.largest_right_side) && !note_composite(reciprocal_condition_)) return std::nullopt;
@@ -115,8 +115,8 @@ bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vecto
 // ---- what it costs ----
 
 void StandingFactor::describe(PlanSummary* plan) const {
-  if (!composite_.has_value()) return describe_factor(all_rows_.summary(), plan);
-  const SchurSolver::Summary& summary = composite_->summary();
+  if (composite_.is_empty()) return describe_factor(all_rows_.summary(), plan);
+  const SchurSolver::Summary& summary = composite_.summary();
   plan->linear_solvers = summary.solvers;
   plan->linear_solver_reason = summary.reason;
   plan->orderings = summary.orderings;
@@ -128,7 +128,7 @@ void StandingFactor::describe(PlanSummary* plan) const {
 
 double StandingFactor::estimate_reciprocal_condition() {
   if (!is_of_composite()) return all_rows_.gram().estimate_reciprocal_condition();
-  return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), *composite_);
+  return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), composite_);
 }
 
 void StandingFactor::exchange_memory(Memory& memory) {

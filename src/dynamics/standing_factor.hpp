@@ -24,7 +24,7 @@ class StandingFactor {
   bool is_needed() const { return state_ == State::None || !work_.constraints.gradients_are_constant(); }
   /// The factor that stands was made by the composite, or the next one may be.
   bool is_of_composite() const { return state_ == State::Composite; }
-  bool may_be_of_composite() const { return composite_.has_value() && !all_rows_.redundancy().is_found(); }
+  bool may_be_of_composite() const { return !composite_.is_empty() && !all_rows_.redundancy().is_found(); }
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
   double reciprocal_condition() const { return reciprocal_condition_; }
 
@@ -47,10 +47,10 @@ class StandingFactor {
   // ---- to use it ----
 
   /// It is fresh.
-  SchurFactor& operator*() { return is_of_composite() ? static_cast<SchurFactor&>(*composite_) : all_rows_; }
+  SchurFactor& operator*() { return is_of_composite() ? static_cast<SchurFactor&>(composite_) : all_rows_; }
   SchurFactor* operator->() { return &**this; }
   /// Evaluates values and rates fastest; needs no factor.
-  SchurFactor& evaluator() { return composite_.has_value() ? static_cast<SchurFactor&>(*composite_) : all_rows_; }
+  SchurFactor& evaluator() { return composite_.is_empty() ? all_rows_ : static_cast<SchurFactor&>(composite_); }
   /// Null: every configuration has its own factor.
   FactorReuse* reuse() const { return reuse_.get(); }
   /// lambda [d] and dw [3n] for b with the factor of another configuration, to the error that is allowed. False: K
@@ -98,8 +98,8 @@ class StandingFactor {
 
   Workspace& work_;
   const Model& model_;
-  std::vector<double>& blocks_;               // K
-  std::optional<CompositeSolver> composite_;  // none: the factor of all rows is no slower
+  std::vector<double>& blocks_;  // K
+  CompositeSolver composite_;    // empty: the factor of all rows is no slower
   RankRevealingFactor all_rows_;
   State state_ = State::None;
   double reciprocal_condition_ = 1.0;

@@ -86,7 +86,7 @@ void bind_motion_reports(py::module_& module) {
   Record<SingularPassages>(module, "SingularPassages", "Where a motion passed singular configurations.")
       .field("first", &SingularPassages::first)
       .field("count", &SingularPassages::count);
-  Record<MotionReport>(module, "MotionReport", "How a motion went, from its start.")
+  Record<MotionReport>(module, "MotionReport")
       .field("method", &MotionReport::method)
       .field("method_reason", &MotionReport::method_reason)
       .field("time", &MotionReport::time)
@@ -97,11 +97,13 @@ void bind_motion_reports(py::module_& module) {
       .field("events", &MotionReport::events)
       .field("last_event", &MotionReport::last_event)
       .field("start", &MotionReport::start)
-      .field("position_violation", &MotionReport::position_violation)
-      .field("velocity_violation", &MotionReport::velocity_violation)
-      .field("acceleration_violation", &MotionReport::acceleration_violation)
-      .field("reciprocal_condition", &MotionReport::reciprocal_condition)
-      .field("reciprocal_condition_time", &MotionReport::reciprocal_condition_time)
+      .field("position_violation", "Violations.position", &MotionReport::violation, &Violations::position)
+      .field("velocity_violation", "Violations.velocity", &MotionReport::violation, &Violations::velocity)
+      .field("acceleration_violation", "Violations.acceleration", &MotionReport::violation, &Violations::acceleration)
+      .field("reciprocal_condition", "NearestToSingular.reciprocal_condition", &MotionReport::nearest_to_singular,
+             &NearestToSingular::reciprocal_condition)
+      .field("reciprocal_condition_time", "NearestToSingular.time", &MotionReport::nearest_to_singular,
+             &NearestToSingular::time)
       .field("rank_changes", &MotionReport::rank_changes)
       .field("singular_passages", &MotionReport::singular_passages)
       .field("energy", &MotionReport::energy)

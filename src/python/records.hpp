@@ -78,13 +78,21 @@ class Record {
         },
         in_stub<Value>());
   }
+  /// A member of a part of the report, which stands among the others in Python; its comment is that of `where`, such as
+  /// "Violations.position".
+  template <class Part, class Value>
+  Record& field(const char* name, const char* where, Part Report::*part, Value Part::*member, py::ssize_t columns = 0) {
+    return property(
+        name,
+        [part, member, columns](const py::object& self) {
+          return value_of(self.cast<const Report&>().*part.*member, columns, self);
+        },
+        in_stub<Value>(), where);
+  }
   /// A member that is no plain field; `type` as the stubs write it.
   template <class Get>
   Record& property(const char* name, const Get& get, const std::string& type) {
-    const std::string said = header_doc(name_ + "." + name);
-    type_.def_property_readonly(name, get, ("(" + type + ") " + (said.empty() ? name : said)).c_str());
-    fields_.append(name);
-    return *this;
+    return property(name, get, type, name_ + "." + name);
   }
 
   template <class Call, class... Arguments>
@@ -94,6 +102,15 @@ class Record {
   }
 
  private:
+  /// `where`: what the headers' comment belongs to.
+  template <class Get>
+  Record& property(const char* name, const Get& get, const std::string& type, const std::string& where) {
+    const std::string said = header_doc(where);
+    type_.def_property_readonly(name, get, ("(" + type + ") " + (said.empty() ? name : said)).c_str());
+    fields_.append(name);
+    return *this;
+  }
+
   template <class Value>
   static std::string in_stub() {
     if constexpr (std::is_same_v<Value, bool>)

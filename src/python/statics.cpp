@@ -105,10 +105,12 @@ void bind_records(py::module_& module) {
   Record<EquilibriumResult>(module, "EquilibriumResult")
       .property("ok", &is_ok<EquilibriumResult>, "bool")
       .field("outcome", &EquilibriumResult::outcome)
-      .field("status", &EquilibriumResult::status)
-      .field("method_used", &EquilibriumResult::method_used)
-      .field("iterations", &EquilibriumResult::iterations)
-      .field("factorizations", &EquilibriumResult::factorizations)
+      .field("status", "StabilityReport.status", &EquilibriumResult::stability, &StabilityReport::status)
+      .field("method_used", "EquilibriumSearch.method_used", &EquilibriumResult::search,
+             &EquilibriumSearch::method_used)
+      .field("iterations", "EquilibriumSearch.iterations", &EquilibriumResult::search, &EquilibriumSearch::iterations)
+      .field("factorizations", "EquilibriumSearch.factorizations", &EquilibriumResult::search,
+             &EquilibriumSearch::factorizations)
       .field("positions", &EquilibriumResult::positions, 3)
       .field("multipliers", &EquilibriumResult::multipliers)
       .field("reactions", &EquilibriumResult::reactions, 3)
@@ -120,12 +122,16 @@ void bind_records(py::module_& module) {
       .field("largest_force", &EquilibriumResult::largest_force)
       .field("violation", &EquilibriumResult::violation)
       .field("energy", &EquilibriumResult::energy)
-      .field("unstable_directions", &EquilibriumResult::unstable_directions)
-      .field("zero_modes", &EquilibriumResult::zero_modes)
-      .field("rigid_zero_modes", &EquilibriumResult::rigid_zero_modes)
-      .field("lowest_omega2", &EquilibriumResult::lowest_omega2)
-      .field("lowest_shape", &EquilibriumResult::lowest_shape, 3)
-      .field("residuals", &EquilibriumResult::residuals)
+      .field("unstable_directions", "StabilityReport.unstable_directions", &EquilibriumResult::stability,
+             &StabilityReport::unstable_directions)
+      .field("zero_modes", "StabilityReport.zero_modes", &EquilibriumResult::stability, &StabilityReport::zero_modes)
+      .field("rigid_zero_modes", "StabilityReport.rigid_zero_modes", &EquilibriumResult::stability,
+             &StabilityReport::rigid_zero_modes)
+      .field("lowest_omega2", "StabilityReport.lowest_omega2", &EquilibriumResult::stability,
+             &StabilityReport::lowest_omega2)
+      .field("lowest_shape", "StabilityReport.lowest_shape", &EquilibriumResult::stability,
+             &StabilityReport::lowest_shape, 3)
+      .field("residuals", "EquilibriumSearch.residuals", &EquilibriumResult::search, &EquilibriumSearch::residuals)
       .property("open", &flags_of<&EquilibriumResult::open>, "numpy.ndarray")
       .field("left_out", &EquilibriumResult::left_out);
   Record<Modes>(module, "Modes")

@@ -29,27 +29,28 @@ Json known(double number) {
 }
 
 Json describe(const EquilibriumResult& found) {
-  const bool is_known = found.status != Stability::None;
-  const bool knows_energy = is_known && found.status != Stability::NotConservative;
-  return {{"status", name_of(found.status)},
+  const StabilityReport& stability = found.stability;
+  const bool is_known = stability.status != Stability::None;
+  const bool knows_energy = is_known && stability.status != Stability::NotConservative;
+  return {{"status", name_of(stability.status)},
           {"accepted", found.outcome.ok()},
           {"why", json_or_null(std::string_view(found.outcome.what))},
-          {"iterations", found.iterations},
-          {"factorizations", found.factorizations},
-          {"method_used", name_of(found.method_used)},
+          {"iterations", found.search.iterations},
+          {"factorizations", found.search.factorizations},
+          {"method_used", name_of(found.search.method_used)},
           {"residual_force", known(found.residual_force)},
           {"largest_force", known(found.largest_force)},
           {"violation", known(found.violation)},
           {"energy", known(found.energy)},
-          {"unstable_directions", knows_energy ? Json(found.unstable_directions) : Json()},
-          {"zero_modes", knows_energy ? Json(found.zero_modes) : Json()},
-          {"rigid_zero_modes", knows_energy ? Json(found.rigid_zero_modes) : Json()},
-          {"lowest_omega2", known(found.lowest_omega2)},
+          {"unstable_directions", knows_energy ? Json(stability.unstable_directions) : Json()},
+          {"zero_modes", knows_energy ? Json(stability.zero_modes) : Json()},
+          {"rigid_zero_modes", knows_energy ? Json(stability.rigid_zero_modes) : Json()},
+          {"lowest_omega2", known(stability.lowest_omega2)},
           {"multipliers_unique", std::ranges::all_of(found.multipliers_unique, std::identity{})},
           {"self_stress_states", found.self_stress_states},
           {"dependences", found.dependences},
           {"buckling_load_factor", known(found.buckling_load_factor)},
-          {"residuals", found.residuals}};
+          {"residuals", found.search.residuals}};
 }
 
 /// visit(name, entry's number, first row, members), group by group.
@@ -100,7 +101,8 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     arrays.write_list("multipliers", found.multipliers);
     arrays.write_points("reactions", found.reactions);
     arrays.write_points("support_forces", found.support_forces);
-    arrays.write_points("lowest_shape", found.lowest_shape.empty() ? std::nullopt : Numbers(found.lowest_shape));
+    const std::vector<double>& shape = found.stability.lowest_shape;
+    arrays.write_points("lowest_shape", shape.empty() ? std::nullopt : Numbers(shape));
     json.end();
     json.add("left_out", found.left_out);
     json.finish();
@@ -268,7 +270,7 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
   const std::vector<double> at_rest(found.positions.size(), 0.0);
   XyzTrajectory(directory / "equilibrium.xyz", &shown, scene.cell)
       .write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
-  if (found.status != Stability::None) write_scene(directory / "equilibrium.json", scene, found);
+  if (found.stability.status != Stability::None) write_scene(directory / "equilibrium.json", scene, found);
 }
 
 }  // namespace tanor::report

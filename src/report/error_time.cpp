@@ -82,7 +82,7 @@ Run run_once(const scene::Scene& scene, const MotionOptions& options) {
   result.row.tolerance = has_fixed_steps(report.method) ? 0.0 : options.rtol;
   result.row.steps = report.steps;
   result.row.factorizations = report.counters.factorizations;
-  result.row.violation = report.position_violation;
+  result.row.violation = report.violation.position;
   result.row.energy_drift = report.energy.drift_relative();
   result.row.trouble = result.outcome.what;
   result.positions.assign(simulation.positions().begin(), simulation.positions().end());

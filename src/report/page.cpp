@@ -65,12 +65,12 @@ std::string line(const std::string& key, const std::string& text) {
 /// Tells how near the motion came to a singular configuration, and how well it keeps the constraints and its energy.
 std::string describe_quality(const MotionReport& report) {
   std::string text = line("condition", fmt::format("reciprocal condition {} (estimate), smallest at t = {} s",
-                                                   in_words(report.reciprocal_condition, "{:.1e}"),
-                                                   in_words(report.reciprocal_condition_time, "{:g}")));
+                                                   in_words(report.nearest_to_singular.reciprocal_condition, "{:.1e}"),
+                                                   in_words(report.nearest_to_singular.time, "{:g}")));
   text += line("violation",
                fmt::format("{} positions, {} velocities, {} accelerations (largest, relative)",
-                           in_words(report.position_violation, "{:.1e}"), in_words(report.velocity_violation, "{:.1e}"),
-                           in_words(report.acceleration_violation, "{:.1e}")));
+                           in_words(report.violation.position, "{:.1e}"), in_words(report.violation.velocity, "{:.1e}"),
+                           in_words(report.violation.acceleration, "{:.1e}")));
   return text +
          line("energy", fmt::format("{} J at the start, {} J at the end, relative drift {}",
                                     in_words(report.energy.start, "{:.10g}"), in_words(report.energy.now, "{:.10g}"),

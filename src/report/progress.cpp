@@ -86,7 +86,7 @@ void Progress::end() {
 std::string Progress::describe(const MotionReport& report, double part, Clock::time_point now) const {
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const std::string left = part > 0.0 ? describe_duration(elapsed * (1.0 - part) / part) : "?";
-  const double violation = std::max(report.position_violation, report.velocity_violation);
+  const double violation = std::max(report.violation.position, report.violation.velocity);
   return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {:.4g} s  {} steps", 100.0 * part, left,
                      in_words(violation, "{:.1e}"), report.time, t_end_, report.steps);
 }

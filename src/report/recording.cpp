@@ -108,10 +108,10 @@ void Recording::take_step(const MotionReport& report) {
               .kinetic = report.energy.kinetic,
               .potential = report.energy.potential,
               .drift = report.energy.drift_relative(),
-              .position_violation = report.position_violation,
-              .velocity_violation = report.velocity_violation,
-              .acceleration_violation = report.acceleration_violation,
-              .reciprocal_condition = report.reciprocal_condition,
+              .position_violation = report.violation.position,
+              .velocity_violation = report.violation.velocity,
+              .acceleration_violation = report.violation.acceleration,
+              .reciprocal_condition = report.nearest_to_singular.reciprocal_condition,
               .friction_iterations =
                   friction.solves > friction_solves_
                       ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)

@@ -47,8 +47,8 @@ Json describe_singular_passages(const SingularPassages& passages) {
 
 /// When the motion came nearest to a singular configuration.
 Json describe_nearest_to_singular(const RunFacts& facts, const MotionReport& report) {
-  return {{"t", if_started(facts, report.reciprocal_condition_time)},
-          {"reciprocal_condition", if_started(facts, report.reciprocal_condition)}};
+  return {{"t", if_started(facts, report.nearest_to_singular.time)},
+          {"reciprocal_condition", if_started(facts, report.nearest_to_singular.reciprocal_condition)}};
 }
 
 void add_work(const MotionReport& report, JsonObjectFile* json) {
@@ -88,9 +88,9 @@ void add_final(const std::filesystem::path& directory, const RunFacts& facts, co
 }
 
 Json describe_violation(const RunFacts& facts, const MotionReport& report) {
-  return {{"position_max", if_started(facts, report.position_violation)},
-          {"velocity_max", if_started(facts, report.velocity_violation)},
-          {"acceleration_max", if_started(facts, report.acceleration_violation)}};
+  return {{"position_max", if_started(facts, report.violation.position)},
+          {"velocity_max", if_started(facts, report.violation.velocity)},
+          {"acceleration_max", if_started(facts, report.violation.acceleration)}};
 }
 
 Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has_friction) {

@@ -222,8 +222,8 @@ void Trajectory::write_frame(const Simulation& simulation, std::span<const doubl
                     .guides = place_guides(simulation.system(), simulation.time(), start_, most_guides),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,
-                    .position_violation = report.position_violation,
-                    .velocity_violation = report.velocity_violation};
+                    .position_violation = report.violation.position,
+                    .velocity_violation = report.violation.velocity};
   const TrajectoryMark before = mark();
   try {
     for (const auto& [name, file] : files_) file->write(frame);

@@ -56,15 +56,15 @@ std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, con
 
 }  // namespace
 
-std::optional<CompositeSolver> make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted) {
+CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted) {
   const bool is_forced = wanted.linear_solver != LinearSolver::Auto;
-  const auto refuse = [&](const std::string& why) -> std::optional<CompositeSolver> {
+  const auto refuse = [&](const std::string& why) -> CompositeSolver {
     if (is_forced) throw InputError("/solver/linear_solver", "it does not serve this system: " + why);
-    return std::nullopt;
+    return CompositeSolver();
   };
   const Numbering& numbering = problem.numbering;
   if (wanted.linear_solver == LinearSolver::General || (!is_forced && numbering.num_rows() < plan::fewest_rows))
-    return std::nullopt;
+    return CompositeSolver();
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
   if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
 
@@ -74,7 +74,7 @@ std::optional<CompositeSolver> make_composite_solver(const SchurProblem& problem
   if (!left.empty()) {
     if (is_forced) return refuse("some islands have another structure");
     std::unique_ptr<SchurSolver> sparse = solvers.empty() ? nullptr : make_sparse_solver(problem, left);
-    if (sparse == nullptr) return std::nullopt;
+    if (sparse == nullptr) return CompositeSolver();
     solvers.push_back(std::move(sparse));
   }
   return CompositeSolver(std::move(solvers));

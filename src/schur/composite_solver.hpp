@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -9,11 +8,12 @@
 
 namespace tanor {
 
-/// Solves islands of several kinds, each kind with its own solver.
+/// Solves islands of several kinds, each kind with its own solver. An empty one has no solver, and answers for no row.
 class CompositeSolver final : public SchurSolver {
  public:
-  /// There is at least one solver.
-  explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers);
+  explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers = {});
+
+  bool is_empty() const { return solvers_.empty(); }
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
                     double* lambda, double* w) override;
@@ -42,9 +42,9 @@ class CompositeSolver final : public SchurSolver {
   Summary summary_;
 };
 
-/// Makes the solvers that serve all rows of a system together. None where the sparse factor of all rows is as good or
-/// better.
+/// Makes the solvers that serve all rows of a system together. It is empty where the sparse factor of all rows is as
+/// good or better.
 /// Throws InputError where `wanted` does not serve.
-std::optional<CompositeSolver> make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
+CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
 }  // namespace tanor

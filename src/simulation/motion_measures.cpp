@@ -32,9 +32,9 @@ void MotionMeasures::begin() {
   report_.energy.scale = std::max(
       rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall() + energy_of_a_move()), energy.kinetic);
   warn_of_tolerance();
-  report_.position_violation = form_.largest(work_.position_violation(state_.t, points_.r.data()));
-  report_.velocity_violation = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
-  report_.acceleration_violation = state_.report.residual;
+  report_.violation.position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
+  report_.violation.velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
+  report_.violation.acceleration = state_.report.residual;
 }
 
 void MotionMeasures::note(const Energy& energy) {
@@ -55,8 +55,8 @@ void MotionMeasures::measure_violations(const StepResult& step) {
     position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
     velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   }
-  report_.position_violation = std::max(report_.position_violation, position);
-  report_.velocity_violation = std::max(report_.velocity_violation, velocity);
+  report_.violation.position = std::max(report_.violation.position, position);
+  report_.violation.velocity = std::max(report_.violation.velocity, velocity);
 }
 
 void MotionMeasures::take(const StepResult& step, bool is_sound) {
@@ -82,7 +82,7 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
 
 /// K'w + phi of the state's accelerations.
 void MotionMeasures::measure_acceleration() {
-  report_.acceleration_violation = std::max(report_.acceleration_violation, state_.report.residual);
+  report_.violation.acceleration = std::max(report_.violation.acceleration, state_.report.residual);
 }
 
 /// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.

@@ -152,8 +152,8 @@ void exchange_report(Archive& archive, Report& report) {
   archive(report.method, report.method_reason, report.time, report.steps, report.rejected, report.last_step,
           report.accuracy_warning, report.events, report.last_event);
   archive(report.start.position_correction, report.start.velocity_correction, report.start.relative);
-  archive(report.position_violation, report.velocity_violation, report.acceleration_violation,
-          report.reciprocal_condition, report.reciprocal_condition_time);
+  archive(report.violation.position, report.violation.velocity, report.violation.acceleration,
+          report.nearest_to_singular.reciprocal_condition, report.nearest_to_singular.time);
   archive(report.rank_changes.start, report.rank_changes.now, report.rank_changes.count, report.rank_changes.first);
   archive(report.singular_passages.count, report.singular_passages.first);
   archive(report.times.evaluate, report.times.assemble, report.times.factor, report.times.solve, report.times.friction);

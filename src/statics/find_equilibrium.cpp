@@ -130,16 +130,17 @@ std::vector<double> Search::positions() const {
 }
 
 Outcome Search::search() {
+  EquilibriumSearch& report = result_.search;
   const NewtonLimits limits{options_.force_tolerance, options_.max_iterations};
   equations_.linearise(state_.r.data(), state_.lambda.data());
-  result_.method_used = EquilibriumMethod::Newton;
+  report.method_used = EquilibriumMethod::Newton;
   if (work_.forces.has_formulas()) {
     if (options_.method == EquilibriumMethod::Descent)
       result_.left_out.push_back("descent: forces by formulas may have no potential, Newton's method goes without it");
     UnsymmetricNewton newton(equations_, newton_);
-    Outcome outcome = newton.run(limits, &state_, &result_.residuals);
-    result_.iterations += newton.iterations();
-    result_.factorizations += newton.factorizations();
+    Outcome outcome = newton.run(limits, &state_, &report.residuals);
+    report.iterations += newton.iterations();
+    report.factorizations += newton.factorizations();
     return outcome;
   }
   if (options_.method == EquilibriumMethod::Descent) {
@@ -157,17 +158,17 @@ Outcome Search::search() {
 }
 
 Outcome Search::search_by_newton(const NewtonLimits& limits) {
-  Outcome outcome = newton_.run(limits, &state_, &result_.residuals);
-  result_.iterations += newton_.iterations();
-  result_.factorizations += newton_.factorizations();
+  Outcome outcome = newton_.run(limits, &state_, &result_.search.residuals);
+  result_.search.iterations += newton_.iterations();
+  result_.search.factorizations += newton_.factorizations();
   return outcome;
 }
 
 Outcome Search::descend(const NewtonLimits& limits) {
-  result_.method_used = EquilibriumMethod::Descent;
+  result_.search.method_used = EquilibriumMethod::Descent;
   ProjectedDescent descent(equations_, multipliers_);
-  Outcome outcome = descent.run(limits, &state_, &result_.residuals);
-  result_.iterations += descent.iterations();
+  Outcome outcome = descent.run(limits, &state_, &result_.search.residuals);
+  result_.search.iterations += descent.iterations();
   return outcome;
 }
 
@@ -264,9 +265,10 @@ void Search::find_inertia_here() {
 }
 
 Outcome Search::classify() {
+  StabilityReport& stability = result_.stability;
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
-    result_.status = Stability::NotConservative;
+    stability.status = Stability::NotConservative;
     without_potential_ =
         name_forces_without_potential(model_.system, positions(), options_.at, equations_.stiffness().largest());
     result_.left_out.push_back("stability: forces without a potential act (" + without_potential_ +
@@ -276,16 +278,16 @@ Outcome Search::classify() {
   find_inertia_here();
   if (count_self_stress() > 0 && options_.prestress.empty()) choose_multipliers();
   if (!inertia_.is_known) {
-    result_.status = Stability::None;
+    stability.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
   }
-  result_.unstable_directions = inertia_.negative;
-  result_.zero_modes = inertia_.zero;
-  result_.rigid_zero_modes = inertia_.rigid_zero;
-  result_.lowest_omega2 = inertia_.lowest;
-  result_.status = inertia_.negative > 0                 ? Stability::Unstable
-                   : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
-                                                         : Stability::Stable;
+  stability.unstable_directions = inertia_.negative;
+  stability.zero_modes = inertia_.zero;
+  stability.rigid_zero_modes = inertia_.rigid_zero;
+  stability.lowest_omega2 = inertia_.lowest;
+  stability.status = inertia_.negative > 0                 ? Stability::Unstable
+                     : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
+                                                           : Stability::Stable;
   return {};
 }
 
@@ -299,7 +301,8 @@ void Search::move_along_lowest_shape() {
 /// To a stable one somewhere else.
 void Search::leave_unstable() {
   constexpr int most_times = 12;
-  for (int time = 0; time < most_times && result_.status == Stability::Unstable && !inertia_.shape.empty(); ++time) {
+  for (int time = 0; time < most_times && result_.stability.status == Stability::Unstable && !inertia_.shape.empty();
+       ++time) {
     const StaticState unstable = state_;
     move_along_lowest_shape();
     result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
@@ -328,11 +331,10 @@ std::string Search::name_points_that_move() const {
 }
 
 Outcome Search::run(bool is_judged) {
-  result_.status = Stability::None;
-  result_.unstable_directions = result_.zero_modes = result_.rigid_zero_modes = 0;
-  result_.lowest_omega2 = std::numeric_limits<double>::quiet_NaN();
+  Stability& status = result_.stability.status;
+  result_.stability = {};
   if (model_.num_moving() == 0) {
-    result_.status = Stability::Stable;
+    status = Stability::Stable;
     return {};
   }
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
@@ -347,14 +349,14 @@ Outcome Search::run(bool is_judged) {
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
 
-  const bool is_wanted = options_.accept == AcceptedEquilibria::Any || result_.status == Stability::Stable ||
-                         (options_.accept == AcceptedEquilibria::Marginal && result_.status == Stability::Marginal);
+  const bool is_wanted = options_.accept == AcceptedEquilibria::Any || status == Stability::Stable ||
+                         (options_.accept == AcceptedEquilibria::Marginal && status == Stability::Marginal);
   if (is_wanted) return {};
-  if (result_.status == Stability::NotConservative)
+  if (status == Stability::NotConservative)
     return {Status::NoSolution,
             "the equilibrium is not accepted: forces without a potential act (" + without_potential_ +
                 "), so that energy does not say whether it is stable; \"accept\": \"any\" takes it"};
-  const bool is_marginal = result_.status == Stability::Marginal;
+  const bool is_marginal = status == Stability::Marginal;
   return {Status::NoSolution,
           std::string("the equilibrium is not accepted: it is ") +
               (is_marginal ? "marginal, with " + text_of_count(inertia_.zero - inertia_.rigid_zero, "zero mode") +
@@ -370,7 +372,8 @@ void Search::describe() {
     for (const RowDependence& dependence : rank_.dependences) result_.dependences.push_back(dependence.what);
     result_.self_stress_states = count_self_stress();
     note_useless_prestress(prestress_, result_.self_stress_states, &result_.left_out);
-    const bool is_judged = result_.status != Stability::None && result_.status != Stability::NotConservative;
+    const Stability status = result_.stability.status;
+    const bool is_judged = status != Stability::None && status != Stability::NotConservative;
     if (result_.self_stress_states > 0 && is_judged && options_.prestress.empty())
       result_.left_out.push_back(
           "stability: that with the multipliers that are told, since the load does not determine how rods pull against "
@@ -401,7 +404,7 @@ void Search::write() {
   result_.multipliers.assign(model_.numbering.num_user_rows, 0.0);
   model_.numbering.scatter_rows(state_.lambda, result_.multipliers);
   forget_idle_rows();
-  if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.lowest_shape);
+  if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.stability.lowest_shape);
 }
 
 /// What rows carry that join supports alone, or points that prestress holds rigid, is not determined, nor is the load
@@ -455,7 +458,7 @@ EquilibriumResult rest_from(const System& system, const EquilibriumOptions& opti
       search->start_at(positions, &before.lambda);
     }
     result.outcome = search->run(is_judged);
-    if (!result.outcome.ok() && result.status == Stability::None) break;
+    if (!result.outcome.ok() && result.stability.status == Stability::None) break;
   }
   search->describe();
   search->write();

@@ -87,9 +87,11 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   }
   if (given.empty()) return;
   check_size(given.size(), numbering.num_user_rows, "multipliers");
-  // Of rows that join supports alone nobody knows them.
-  for (std::size_t a = 0; a < equations_.num_rows(); ++a)
-    lambda_[a] = given[static_cast<std::size_t>(numbering.user_row[a])];
+  // Nobody knows those of rows that join supports alone, or points that prestress holds rigid: these are NaN.
+  for (std::size_t a = 0; a < equations_.num_rows(); ++a) {
+    const double each = given[static_cast<std::size_t>(numbering.user_row[a])];
+    if (!std::isnan(each)) lambda_[a] = each;
+  }
 }
 
 std::string GivenEquilibrium::find_complaint(double force_tolerance) {

@@ -13,245 +13,75 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 namespace {
 
-/// C over the stiffness of its points: conjugate residuals then take two or three steps, and half of the digits that it
-/// costs come back by one refinement.
-constexpr double penalty = 1e5;
-
 double largest(const Eigen::Ref<const MatrixXd>& a) {
   return a.size() > 0 ? a.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
-}
-
-/// Pairs (column, row) of a triangle of points.
-TrianglePattern make_triangle(std::size_t size, std::vector<std::pair<int, int>> entries) {
-  TrianglePattern result;
-  compress_pairs(size, std::move(entries), &result.start, &result.rows);
-  return result;
-}
-
-/// visit(a, b) for all pairs of blocks in one row of K.
-template <class Visit>
-void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
-  for (std::size_t row = 0; row < by_row.size(); ++row) {
-    for (const Incidence& a : by_row[row]) {
-      for (const Incidence& b : by_row[row]) visit(a, b);
-    }
-  }
 }
 
 }  // namespace
 
 KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
-    : equations_(equations), model_(equations.model()), penalties_(model_.num_rows(), 0.0) {
-  make_pattern(ordering);
-}
-
-void KktSolver::make_pattern(Ordering ordering) {
-  std::vector<std::pair<int, int>> entries;
-  for_each_stiffness_block([&](int i, int j, std::size_t) { entries.push_back(std::minmax(i, j)); });
-  const Groups<Incidence> by_row = group_by_row();
-  for_pairs_of_rows(by_row,
-                    [&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
-  order_points(ordering, std::move(entries));
-
-  stiffness_slots_.assign(equations_.stiffness().columns().size(), -1);
-  for_each_stiffness_block([&](int i, int j, std::size_t k) { stiffness_slots_[k] = slot(i, j); });
-  for_pairs_of_rows(by_row, [&](const Incidence& a, const Incidence& b) {
-    if (const int at = slot(a.point, b.point); at >= 0)
-      products_.push_back({a.row, a.block, b.block, a.sign * b.sign, at});
-  });
-  expand_pattern();
-  factor_.emplace(lower_);
-}
-
-/// visit(i, j, k) for block k of W, on point i in the place of point j.
-template <class Visit>
-void KktSolver::for_each_stiffness_block(const Visit& visit) const {
-  const StiffnessMatrix& W = equations_.stiffness();
-  for (int i = 0; i < static_cast<int>(W.num_points()); ++i) {
-    const auto begin = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i)]);
-    const auto end = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i) + 1]);
-    for (std::size_t k = begin; k < end; ++k) visit(i, W.columns()[k], k);
-  }
-}
-
-/// The blocks of K of moving points, row by row.
-Groups<Incidence> KktSolver::group_by_row() const {
-  const std::size_t n = equations_.stiffness().num_points(), num_rows = equations_.num_rows();
-  return {num_rows, [&](const auto& add) {
-            for (const Incidence& incidence : model_.incidences) {
-              if (static_cast<std::size_t>(incidence.row) < num_rows && static_cast<std::size_t>(incidence.point) < n)
-                add(incidence.row, incidence);
-            }
-          }};
-}
-
-/// Finds the order of elimination and the blocks of A in it. `entries`: pairs of points that have a block.
-void KktSolver::order_points(Ordering ordering, std::vector<std::pair<int, int>> entries) {
-  const std::size_t n = equations_.stiffness().num_points();
-  const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering);
-  place_.resize(n);
-  for (std::size_t k = 0; k < n; ++k)
-    place_[order.permutation.empty() ? k : static_cast<std::size_t>(order.permutation[k])] = static_cast<int>(k);
-
-  for (auto& [i, j] : entries) {
-    const auto [row, column] = std::minmax(place_[static_cast<std::size_t>(i)], place_[static_cast<std::size_t>(j)]);
-    i = column, j = row;
-  }
-  const TrianglePattern points = make_triangle(n, std::move(entries));
-  start_ = points.start;
-  rows_ = points.rows;
-  blocks_.resize(rows_.size());
-}
-
-/// From blocks to numbers: the upper triangle, and the lower one that is factorized.
-void KktSolver::expand_pattern() {
-  // Column c of point j: 3 rows of each block above the diagonal, then the rows up to c of the diagonal's.
-  for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
-    for (int c = 0; c < 3; ++c) {
-      for (int k = start_[j]; k < start_[j + 1]; ++k) {
-        const int first = 3 * rows_[static_cast<std::size_t>(k)], count = k + 1 < start_[j + 1] ? 3 : c + 1;
-        for (int row = 0; row < count; ++row) upper_.rows.push_back(first + row);
-      }
-      upper_.start.push_back(static_cast<int>(upper_.rows.size()));
-    }
-  }
-  values_.resize(upper_.rows.size());
-  // The lower triangle: the transpose, by counting.
-  const Groups<std::pair<int, int>> lower(upper_.size(), [&](const auto& add) {
-    for (std::size_t column = 0; column < upper_.size(); ++column) {
-      for (int k = upper_.start[column]; k < upper_.start[column + 1]; ++k)
-        add(upper_.rows[static_cast<std::size_t>(k)], std::pair{static_cast<int>(column), k});
-    }
-  });
-  lower_.start.assign(lower.start.begin(), lower.start.end());
-  for (const auto& [row, k] : lower.entries) {
-    lower_.rows.push_back(row);
-    transposed_.push_back(k);
-  }
-}
-
-/// Of the block (i, j) where it is in the upper triangle, else -1.
-int KktSolver::slot(int i, int j) const {
-  const int row = place_[static_cast<std::size_t>(i)], column = place_[static_cast<std::size_t>(j)];
-  if (row > column) return -1;
-  const auto begin = rows_.begin() + start_[static_cast<std::size_t>(column)];
-  const auto end = rows_.begin() + start_[static_cast<std::size_t>(column) + 1];
-  return static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
-}
-
-/// C_a = penalty (stiffness of the row's points)/|gradient|^2.
-void KktSolver::find_penalties(const std::vector<double>& shifts, double stiffer) {
-  const StiffnessMatrix& W = equations_.stiffness();
-  std::vector<double> stiffness(W.num_points());
-  double most = 0.0;
-  for (std::size_t i = 0; i < stiffness.size(); ++i) {
-    const Block3& own = blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)];
-    // Of W and of s M, which may cancel each other.
-    const double mass = shifts[i] * model_.mass[i];
-    for (int row = 0; row < 3; ++row) {
-      for (int c = 0; c < 3; ++c)
-        stiffness[i] = std::max(stiffness[i], std::abs(own(row, c) - (row == c ? mass : 0.0)) + std::abs(mass));
-    }
-    most = std::max(most, stiffness[i]);
-  }
-  const double least = most > 0.0 ? 1e-6 * most : 1.0;
-  std::vector<double> squares(penalties_.size(), 0.0);
-  std::fill(penalties_.begin(), penalties_.end(), least);
-  for (const Incidence& incidence : model_.incidences) {
-    const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
-    if (point >= stiffness.size()) continue;
-    const Vec3 gradient = load(equations_.gradients().data(), incidence.block);
-    squares[row] = std::max(squares[row], tanor::dot(gradient, gradient));
-    penalties_[row] = std::max(penalties_[row], stiffness[point]);
-  }
-  for (std::size_t row = 0; row < penalties_.size(); ++row)
-    penalties_[row] = squares[row] > 0.0 ? stiffer * penalty * penalties_[row] / squares[row] : 0.0;
-}
-
-void KktSolver::assemble(const std::vector<double>& shifts, double stiffer) {
-  const StiffnessMatrix& W = equations_.stiffness();
-  const double* const K = equations_.gradients().data();
-  std::fill(blocks_.begin(), blocks_.end(), Block3{});
-  for (std::size_t k = 0; k < stiffness_slots_.size(); ++k) {
-    if (stiffness_slots_[k] >= 0) blocks_[static_cast<std::size_t>(stiffness_slots_[k])] = W.blocks()[k];
-  }
-  for (std::size_t i = 0; i < place_.size(); ++i)
-    blocks_[static_cast<std::size_t>(start_[static_cast<std::size_t>(place_[i]) + 1] - 1)].add_identity(shifts[i] *
-                                                                                                        model_.mass[i]);
-  find_penalties(shifts, stiffer);
-  // += C g_a g_b'
-  for (const auto& [row, a, b, sign, at] : products_)
-    blocks_[static_cast<std::size_t>(at)].add_product(sign * penalties_[static_cast<std::size_t>(row)], load(K, a),
-                                                      load(K, b));
-  expand(values_.data());
-}
-
-void KktSolver::expand(double* values) const {
-  for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
-    for (int c = 0; c < 3; ++c) {
-      for (int k = start_[j]; k < start_[j + 1]; ++k) {
-        const int count = k + 1 < start_[j + 1] ? 3 : c + 1;
-        for (int row = 0; row < count; ++row) *values++ = blocks_[static_cast<std::size_t>(k)](row, c);
-      }
-    }
-  }
-}
+    : equations_(equations),
+      model_(equations.model()),
+      matrix_(equations, ordering),
+      factor_(matrix_.lower()),
+      penalties_(model_.num_rows(), 0.0) {}
 
 bool KktSolver::factorize(double shift) {
-  return factorize(std::vector<double>(place_.size(), shift));
+  return factorize(std::vector<double>(matrix_.num_points(), shift));
 }
 
 bool KktSolver::factorize(std::vector<double> shifts) {
   shifts_ = std::move(shifts);
-  assemble(shifts_, 1.0);
-  std::vector<double> values(transposed_.size());
-  for (std::size_t k = 0; k < values.size(); ++k) values[k] = values_[static_cast<std::size_t>(transposed_[k])];
-  return factor_->factorize(lower_, values.data(), model_.parallel.threads()) == lower_.size();
+  matrix_.assemble(shifts_, 1.0, &penalties_);
+  const TrianglePattern& lower = matrix_.lower();
+  return factor_.factorize(lower, matrix_.lower_values().data(), model_.parallel.threads()) == lower.size();
 }
 
 std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer) {
-  return count_below(std::vector<double>(place_.size(), omega2), stiffer);
+  return count_below(std::vector<double>(matrix_.num_points(), omega2), stiffer);
 }
 
 std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, double stiffer) {
-  const std::vector<double> of_factor = penalties_;  // which solve() goes on with
+  std::vector<double> penalties;  // those of the factor stay, since `solve` goes on with them
   for (double& each : omega2) each = -each;
-  assemble(omega2, stiffer);
-  penalties_ = of_factor;
-  return count_negative_eigenvalues(upper_, values_);
+  matrix_.assemble(omega2, stiffer, &penalties);
+  return count_negative_eigenvalues(matrix_.upper(), matrix_.upper_values());
 }
 
-/// x := A^-1 x, of many columns by eight at once.
+/// x := A^-1 x.
 void KktSolver::apply_inverse(MatrixXd* x) {
-  const int threads = model_.parallel.threads();
-  const std::size_t n = place_.size(), columns = static_cast<std::size_t>(x->cols());
-  if (columns == 1) {
-    ordered_.resize(3 * n);
-    for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), place_[i], load(x->data(), i));
-    factor_->solve(ordered_.data(), threads);
-    for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), place_[i]));
+  if (x->cols() != 1) {
+    apply_inverse_by_eights(x);
     return;
   }
-  model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes,
-                             [&](std::size_t begin, std::size_t end) {
-                               const std::size_t size = 3 * n * num_lanes;
-                               std::vector<double> lanes((end - begin) * size);
-                               const auto for_numbers = [&](const auto& visit) {
-                                 for (std::size_t j = begin * num_lanes; j < std::min(end * num_lanes, columns); ++j) {
-                                   double* const own = lanes.data() + (j / num_lanes - begin) * size + j % num_lanes;
-                                   double* const column = x->col(static_cast<Eigen::Index>(j)).data();
-                                   for (std::size_t i = 0; i < n; ++i) {
-                                     double* const at = own + 3 * num_lanes * static_cast<std::size_t>(place_[i]);
-                                     for (std::size_t axis = 0; axis < 3; ++axis)
-                                       visit(column[3 * i + axis], at[num_lanes * axis]);
-                                   }
-                                 }
-                               };
-                               for_numbers([](double& given, double& own) { own = given; });
-                               factor_->solve_eights(lanes.data(), end - begin);
-                               for_numbers([](double& found, double& own) { found = own; });
-                             },
-                             1);
+  const std::size_t n = matrix_.num_points();
+  ordered_.resize(3 * n);
+  for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), matrix_.place(i), load(x->data(), i));
+  factor_.solve(ordered_.data(), model_.parallel.threads());
+  for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_.place(i)));
+}
+
+/// The same of many columns, eight at once.
+void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
+  const std::size_t n = matrix_.num_points(), columns = static_cast<std::size_t>(x->cols());
+  const std::size_t size = 3 * n * num_lanes;
+  const auto solve_groups = [&](std::size_t begin, std::size_t end) {
+    std::vector<double> lanes((end - begin) * size);
+    const auto for_numbers = [&](const auto& visit) {
+      for (std::size_t j = begin * num_lanes; j < std::min(end * num_lanes, columns); ++j) {
+        double* const own = lanes.data() + (j / num_lanes - begin) * size + j % num_lanes;
+        double* const column = x->col(static_cast<Eigen::Index>(j)).data();
+        for (std::size_t i = 0; i < n; ++i) {
+          double* const at = own + 3 * num_lanes * matrix_.place(i);
+          for (std::size_t axis = 0; axis < 3; ++axis) visit(column[3 * i + axis], at[num_lanes * axis]);
+        }
+      }
+    };
+    for_numbers([](double& given, double& own) { own = given; });
+    factor_.solve_eights(lanes.data(), end - begin);
+    for_numbers([](double& found, double& own) { found = own; });
+  };
+  model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes, solve_groups, 1);
 }
 
 /// y += K lambda, and rows = K'x, by columns.

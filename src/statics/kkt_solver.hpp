@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include "base/groups.hpp"
 #include "factor/multifrontal.hpp"
+#include "statics/augmented_stiffness.hpp"
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor {
@@ -15,11 +15,11 @@ namespace tanor {
 /// Solves  [ W + s M  K ] [ x ]   [ a ]
 ///         [ K'       0 ] [ y ] = [ b ]   for symmetric W, by a sparse Cholesky factor of
 ///
-///   A = W + s M + K C K'      (C > 0 diagonal; Gould 1985: A is positive definite for large C where Z'(W + s M)Z is)
+///   A = W + s M + K C K'      (AugmentedStiffness)
 ///
-/// in a good order of elimination, and conjugate residuals on K'A^-1K y = K'A^-1(a + KCb) - b, whose matrix is nearly
-/// C^-1: two or three of them suffice. Residuals of the whole system refine the answer to rounding. Rows that depend on
-/// each other do no harm where b is consistent.
+/// and conjugate residuals on K'A^-1K y = K'A^-1(a + KCb) - b, whose matrix is nearly C^-1: two or three of them
+/// suffice. Residuals of the whole system refine the answer to rounding. Rows that depend on each other do no harm
+/// where b is consistent.
 class KktSolver {
  public:
   /// Reads `equations` where they were linearised last; these outlive the solver.
@@ -56,43 +56,18 @@ class KktSolver {
   std::optional<std::size_t> count_below(std::vector<double> omega2, double stiffer = 1.0);
 
  private:
-  /// A block of A that a product of two blocks of K is added to.
-  struct Product {
-    int row, block_a, block_b;
-    double sign;
-    int slot;
-  };
-  void make_pattern(Ordering ordering);
-  template <class Visit>
-  void for_each_stiffness_block(const Visit& visit) const;
-  Groups<Incidence> group_by_row() const;
-  void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
-  void expand_pattern();
-  int slot(int i, int j) const;
-  void assemble(const std::vector<double>& shifts, double stiffer);
-  void expand(double* values) const;
-  void find_penalties(const std::vector<double>& shifts, double stiffer);
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
+  void apply_inverse_by_eights(Eigen::MatrixXd* x) const;
   void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
   void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;
 
   const EquilibriumEquations& equations_;
   const Model& model_;
-  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
-  // have increasing rows, the diagonal last. Unknowns have the order of their points.
-  std::vector<int> place_;  // [moving point] -> place in the elimination
-  std::vector<int> start_, rows_;
-  std::vector<Block3> blocks_;
-  std::vector<int> stiffness_slots_;  // [block of W], -1: of the other triangle
-  std::vector<Product> products_;
-  TrianglePattern upper_;
-  std::vector<double> values_;
-  TrianglePattern lower_;
-  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one
-  std::optional<Multifrontal> factor_;
-  std::vector<double> penalties_;  // C [row], N/m over squared gradients
+  AugmentedStiffness matrix_;
+  Multifrontal factor_;
+  std::vector<double> penalties_;  // C [row] of the factor, N/m over squared gradients
   std::vector<double> shifts_;     // s [moving point], 1/s^2
   double row_residual_ = 0.0;
   std::vector<double> ordered_;  // scratch [size()]

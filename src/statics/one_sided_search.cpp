@@ -22,9 +22,9 @@ EquilibriumResult OneSidedSearch::rest(bool is_judged) {
   const std::vector<double> prestress = rows_.keep(input_.prestress);
   const auto rest_at = [&](const std::vector<double>& start) {
     EquilibriumResult found = rest_from(closed, options, prestress, start, is_judged);
-    iterations_ += found.iterations;
-    factorizations_ += found.factorizations;
-    residuals_.insert(residuals_.end(), found.residuals.begin(), found.residuals.end());
+    search_.iterations += found.search.iterations;
+    search_.factorizations += found.search.factorizations;
+    search_.residuals.insert(search_.residuals.end(), found.search.residuals.begin(), found.search.residuals.end());
     return found;
   };
   EquilibriumResult found = rest_at(positions_);
@@ -56,7 +56,7 @@ EquilibriumResult OneSidedSearch::run() {
   bool is_judged = false;
   for (int round = 0;; ++round) {
     EquilibriumResult found = rest(is_judged);
-    const bool rests = found.outcome.ok() || found.status != Stability::None;
+    const bool rests = found.outcome.ok() || found.stability.status != Stability::None;
     const bool is_final = is_judged && !rests;
     if (rests) {
       changed_ = wanted_ = exchange_.choose(rows_.find_wrong(found), rows_.open());
@@ -67,7 +67,7 @@ EquilibriumResult OneSidedSearch::run() {
     }
     if (is_final || (changed_.empty() && (is_judged || !rests))) return write(std::move(found));
     if (exchange_.is_stuck() || round == options_.max_iterations) {
-      found.status = Stability::None;
+      found.stability.status = Stability::None;
       found.outcome = {Status::NotConverged, "one-sided constraints do not settle after " +
                                                  text_of_count(static_cast<std::size_t>(round + 1), "round") + ": " +
                                                  rows_.name(changed_) + " would close and open in turn"};
@@ -92,9 +92,8 @@ EquilibriumResult OneSidedSearch::write(EquilibriumResult found) {
   found.multipliers_unique = std::move(unique);
   for (std::string& each : found.dependences) rows_.rename(&each);
   found.open = rows_.open();
-  found.iterations = iterations_;
-  found.factorizations = factorizations_;
-  found.residuals = std::move(residuals_);
+  search_.method_used = found.search.method_used;
+  found.search = std::move(search_);
   return found;
 }
 

@@ -36,8 +36,7 @@ class OneSidedSearch {
   std::vector<double> positions_;        // where it rested last
   std::set<std::vector<bool>> failed_;   // sets that have no equilibrium
   bool has_rested_ = false;
-  int iterations_ = 0, factorizations_ = 0;
-  std::vector<double> residuals_;
+  EquilibriumSearch search_;  // of all rounds
 };
 
 }  // namespace tanor

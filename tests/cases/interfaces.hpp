@@ -40,8 +40,8 @@ inline Answer through_library(const std::string&, const System& system, const Mo
           copy(simulation.multipliers()),
           copy(simulation.reactions()),
           copy(simulation.support_forces()),
-          report.position_violation,
-          report.velocity_violation,
+          report.violation.position,
+          report.violation.velocity,
           report.energy.now,
           report.energy.start,
           report.energy.work_of_supports};

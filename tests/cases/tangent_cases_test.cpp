@@ -125,8 +125,8 @@ TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
                         .reactions = copy(simulation.reactions()),
                         .support_forces = copy(simulation.support_forces())};
     EXPECT_LT(reference.error(answer, instant), 1e-10) << "t = " << instant.t;
-    EXPECT_LE(simulation.report().position_violation, 1e-12);
-    EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+    EXPECT_LE(simulation.report().violation.position, 1e-12);
+    EXPECT_LE(simulation.report().violation.velocity, 1e-12);
   }
 }
 

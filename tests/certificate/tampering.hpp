@@ -36,7 +36,7 @@ struct Tampering {
     if (!factor.is_of_composite()) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)factor.composite_->factorize(Parallel(1), blocks.data());
+    (void)factor.composite_.factorize(Parallel(1), blocks.data());
     return true;
   }
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.

@@ -151,7 +151,7 @@ TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
   const Counters& counters = simulation.report().counters;
   EXPECT_LE(counters.factorizations, 10U * 4U + 8U);
   EXPECT_LE(counters.solves, 10U * 4U + 12U);
-  EXPECT_LE(simulation.report().position_violation, 1e-15);
+  EXPECT_LE(simulation.report().violation.position, 1e-15);
 }
 
 TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {

@@ -54,7 +54,7 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
     EXPECT_LE(find_violation(scene.system, simulation.positions()), allowed);
   }
 
-  EXPECT_LE(simulation.report().position_violation, allowed) << "after every step";
+  EXPECT_LE(simulation.report().violation.position, allowed) << "after every step";
   if (!simulation.report().accuracy_warning.empty()) {
     EXPECT_TRUE(has_fixed_steps(simulation.report().method));
   } else if (scene.error) {
@@ -137,7 +137,7 @@ TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
 
     ASSERT_TRUE(simulation.advance_to(5e-4).ok()) << simulation.outcome().what;
 
-    EXPECT_LE(simulation.report().position_violation, 1e-12);
+    EXPECT_LE(simulation.report().violation.position, 1e-12);
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-12);
     EXPECT_LT(simulation.report().rejected, simulation.report().steps);
   }

@@ -51,7 +51,7 @@ TEST_P(FailuresTest, AGeometryThatBecomesImpossibleStopsAtTheLastGoodStep) {
   EXPECT_GT(simulation.time(), 0.45);
   EXPECT_LE(simulation.time(), 0.5);
   EXPECT_EQ(simulation.report().time, simulation.time());
-  EXPECT_LE(simulation.report().position_violation, 1e-11);
+  EXPECT_LE(simulation.report().violation.position, 1e-11);
   expect_finite_state(simulation);
   EXPECT_EQ(simulation.advance_to(1.0).status, outcome.status) << "a failed simulation stays failed";
 }
@@ -102,7 +102,7 @@ TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
   EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
   EXPECT_LT(simulation.time(), 20.0);
   EXPECT_GT(simulation.report().rejected, 0u);
-  EXPECT_LE(simulation.report().position_violation, 1e-11);
+  EXPECT_LE(simulation.report().violation.position, 1e-11);
   expect_finite_state(simulation);
 }
 
@@ -115,7 +115,7 @@ TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   EXPECT_GT(simulation.report().rejected, 0u);
   EXPECT_EQ(simulation.time(), 1.0);
-  EXPECT_LE(simulation.report().position_violation, 1e-11);
+  EXPECT_LE(simulation.report().violation.position, 1e-11);
 }
 
 /// Some halves of the first steps are good before one fails.

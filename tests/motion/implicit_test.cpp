@@ -246,7 +246,7 @@ TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
       EXPECT_LT(simulation.report().counters.evaluations, 1.5 * static_cast<double>(evaluations));
     }
     evaluations = simulation.report().counters.evaluations;
-    EXPECT_LT(simulation.report().position_violation, 1e-12);
+    EXPECT_LT(simulation.report().violation.position, 1e-12);
     EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-8);
   }
 }

@@ -65,7 +65,7 @@ std::vector<std::vector<double>> run(const System& system, const Way& way) {
     if (!outcome.ok()) return places;
     places.emplace_back(simulation.positions().begin(), simulation.positions().end());
   }
-  EXPECT_LE(simulation.report().position_violation, 1e-12);
+  EXPECT_LE(simulation.report().violation.position, 1e-12);
   EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), largest_drift(way));
   return places;
 }

@@ -32,8 +32,8 @@ void expect_on_constraints(const Simulation& simulation) {
   const Violation violation = measure_violation(simulation);
   EXPECT_LE(violation.position, 1e-12);
   EXPECT_LE(violation.velocity, 1e-12);
-  EXPECT_LE(simulation.report().position_violation, 1e-12);
-  EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+  EXPECT_LE(simulation.report().violation.position, 1e-12);
+  EXPECT_LE(simulation.report().violation.velocity, 1e-12);
 }
 
 TEST(ProjectionTest, HoldsTheConstraintsOver1e4Steps) {
@@ -50,8 +50,8 @@ TEST(ProjectionTest, WithoutItTheConstraintsDriftAndTheReportSaysSo) {
   const Violation violation = measure_violation(simulation);
   EXPECT_GT(violation.position, 1e-9);
   EXPECT_GT(violation.velocity, 1e-9);
-  EXPECT_GE(simulation.report().position_violation, violation.position);
-  EXPECT_GT(simulation.report().velocity_violation, 1e-9);
+  EXPECT_GE(simulation.report().violation.position, violation.position);
+  EXPECT_GT(simulation.report().violation.velocity, 1e-9);
 }
 
 TEST(ProjectionTest, HoldsTheConstraintsOfEveryKindOverALongRun) {

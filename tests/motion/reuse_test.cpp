@@ -64,9 +64,9 @@ TEST_P(ReuseTest, TheMotionIsThatOfAFactorEachTime) {
     return largest_difference(simulation.positions(), reference.positions());
   };
   EXPECT_LE(error(reused), 1.25 * error(each) + 1e-11);
-  EXPECT_LE(reused.report().position_violation, 1e-12);
-  EXPECT_LE(reused.report().velocity_violation, 1e-12);
-  EXPECT_LE(reused.report().acceleration_violation, 1e-11);
+  EXPECT_LE(reused.report().violation.position, 1e-12);
+  EXPECT_LE(reused.report().violation.velocity, 1e-12);
+  EXPECT_LE(reused.report().violation.acceleration, 1e-11);
   EXPECT_NEAR(reused.report().energy.drift_relative(), each.report().energy.drift_relative(), 1e-8);
   EXPECT_LE(reused.report().steps, each.report().steps + each.report().steps / 20 + 1);
 }

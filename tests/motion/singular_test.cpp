@@ -84,8 +84,8 @@ TEST_P(FourBar, PassesTheFlatPlace) {
   EXPECT_NEAR(simulation.positions()[6], std::cos(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[7], -std::sin(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[10], -std::sin(1.0), 1e-6);
-  EXPECT_NEAR(simulation.report().reciprocal_condition_time, 0.5, 5e-2);
-  EXPECT_LT(simulation.report().reciprocal_condition, 1e-2);
+  EXPECT_NEAR(simulation.report().nearest_to_singular.time, 0.5, 5e-2);
+  EXPECT_LT(simulation.report().nearest_to_singular.reciprocal_condition, 1e-2);
   ASSERT_EQ(simulation.report().singular_passages.count, 1U);
   EXPECT_NEAR(simulation.report().singular_passages.first[0].time, 0.5, 1e-4);
 }

@@ -20,7 +20,7 @@ std::string tell(Progress::Style style, std::chrono::milliseconds step_takes) {
     now += step_takes;
     report.time = 0.01 * static_cast<double>(step);
     report.steps = step;
-    report.position_violation = 1e-13 * static_cast<double>(step);  // the worst so far
+    report.violation.position = 1e-13 * static_cast<double>(step);  // the worst so far
     progress.update(report);
   }
   progress.end();

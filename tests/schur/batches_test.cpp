@@ -185,8 +185,8 @@ void expect_the_same_motion(const System& system, const std::string& solver) {
       EXPECT_EQ(simulation.plan().linear_solver(), k == 0 ? "general" : solver);
       const Outcome outcome = simulation.advance_to(0.05);
       ASSERT_TRUE(outcome.ok()) << outcome.what;
-      EXPECT_LE(simulation.report().position_violation, 1e-12);
-      EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+      EXPECT_LE(simulation.report().violation.position, 1e-12);
+      EXPECT_LE(simulation.report().violation.velocity, 1e-12);
       positions[k].assign(simulation.positions().begin(), simulation.positions().end());
       velocities[k].assign(simulation.velocities().begin(), simulation.velocities().end());
     }

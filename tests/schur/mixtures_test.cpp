@@ -338,8 +338,8 @@ TEST_P(MovingMixtures, MoveAsWithTheGeneralSolver) {
 
     ASSERT_TRUE(outcome.ok()) << outcome.what;
     ASSERT_TRUE(general.advance_to(0.05).ok());
-    EXPECT_LE(mixed.report().position_violation, 1e-12);
-    EXPECT_LE(mixed.report().velocity_violation, 1e-12);
+    EXPECT_LE(mixed.report().violation.position, 1e-12);
+    EXPECT_LE(mixed.report().violation.velocity, 1e-12);
     EXPECT_LE(relative_difference(Place(mixed).r, Place(general).r), 1e-9);
     EXPECT_LE(relative_difference(Place(mixed).v, Place(general).v), 1e-8);
   }

@@ -159,7 +159,7 @@ TEST(Rings, MotionIsThatOfTheGeneralSolver) {
 
     const std::vector<double> r(rings.positions().begin(), rings.positions().end());
     EXPECT_LE(relative_difference(r, {general.positions().begin(), general.positions().end()}), 1e-10);
-    EXPECT_LE(rings.report().position_violation, rounding);
+    EXPECT_LE(rings.report().violation.position, rounding);
   }
 }
 

@@ -22,7 +22,7 @@ struct SolverAtPlace {
 
   SolverAtPlace(const System& system, LinearSolver kind, int threads = 1, double t = 0.3)
       : work(system, {.threads = threads}, t),
-        solver(*make_composite_solver(
+        solver(make_composite_solver(
             {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass, {}},
             {.linear_solver = kind, .threads = threads})),
         r(3 * model.num_points()),

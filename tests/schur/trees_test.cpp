@@ -126,7 +126,7 @@ TEST(Trees, MotionIsThatOfTheGeneralSolver) {
   for (Simulation* each : {&trees, &general}) ASSERT_TRUE(each->advance_to(0.1).ok());
   const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
   EXPECT_LE(relative_difference(as_vector(trees.positions()), as_vector(general.positions())), 1e-9);
-  EXPECT_LE(trees.report().position_violation, 1e-12);
+  EXPECT_LE(trees.report().violation.position, 1e-12);
 }
 
 // ---- equal branches ----
@@ -230,7 +230,7 @@ TEST(Trees, OfEqualBranchesMoveAsWithTheGeneralSolver) {
   for (Simulation* each : {&trees, &general}) ASSERT_TRUE(each->advance_to(0.1).ok());
   const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
   EXPECT_LE(relative_difference(as_vector(trees.positions()), as_vector(general.positions())), 1e-9);
-  EXPECT_LE(trees.report().position_violation, 1e-12);
+  EXPECT_LE(trees.report().violation.position, 1e-12);
 }
 
 /// Steps of RATTLE project positions and velocities of branches in lanes and of what they hang on.
@@ -248,8 +248,8 @@ TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
     EXPECT_LE(relative_difference(as_vector(trees.positions()), as_vector(general.positions())), 1e-11);
     EXPECT_LE(relative_difference(as_vector(trees.velocities()), as_vector(general.velocities())), 1e-10);
     EXPECT_EQ(as_vector(trees.velocities()), as_vector(on_threads.velocities()));
-    EXPECT_LE(trees.report().position_violation, 1e-12);
-    EXPECT_LE(trees.report().velocity_violation, 1e-12);
+    EXPECT_LE(trees.report().violation.position, 1e-12);
+    EXPECT_LE(trees.report().violation.velocity, 1e-12);
   }
 }
 

@@ -85,7 +85,7 @@ Snapshot make_snapshot() {
                             .work_of_potentials = 0.4,
                             .work_of_friction = -0.3,
                             .scale = 3.0};
-  snapshot.report.velocity_violation = std::nan("");
+  snapshot.report.violation.velocity = std::nan("");
   snapshot.report.counters = {.evaluations = 1,
                               .factorizations = 2,
                               .solves = 3,
@@ -138,7 +138,7 @@ TEST(SavedState, EveryNumberReadsBackBitByBit) {
   EXPECT_EQ(read.report.singular_passages.first[0].reciprocal_condition, 1e-17);
   EXPECT_EQ(read.report.energy.work_of_forces, 0.2);
   EXPECT_EQ(read.report.energy.work_of_potentials, 0.4);
-  EXPECT_TRUE(std::isnan(read.report.velocity_violation));
+  EXPECT_TRUE(std::isnan(read.report.violation.velocity));
   EXPECT_EQ(read.report.counters.solves, 3u);
   EXPECT_EQ(read.report.times.solve, 0.4);
   EXPECT_EQ(read.report.times.friction, 0.5);

@@ -35,10 +35,10 @@ void expect_same_history(const MotionReport& a, const MotionReport& b) {
   EXPECT_EQ(a.steps, b.steps);
   EXPECT_EQ(a.rejected, b.rejected);
   EXPECT_EQ(a.last_step, b.last_step);
-  EXPECT_EQ(a.position_violation, b.position_violation);
-  EXPECT_EQ(a.velocity_violation, b.velocity_violation);
-  EXPECT_EQ(a.acceleration_violation, b.acceleration_violation);
-  EXPECT_EQ(a.reciprocal_condition, b.reciprocal_condition);
+  EXPECT_EQ(a.violation.position, b.violation.position);
+  EXPECT_EQ(a.violation.velocity, b.violation.velocity);
+  EXPECT_EQ(a.violation.acceleration, b.violation.acceleration);
+  EXPECT_EQ(a.nearest_to_singular.reciprocal_condition, b.nearest_to_singular.reciprocal_condition);
   EXPECT_EQ(a.rank_changes.start, b.rank_changes.start);
   EXPECT_EQ(a.rank_changes.now, b.rank_changes.now);
   EXPECT_EQ(a.rank_changes.count, b.rank_changes.count);

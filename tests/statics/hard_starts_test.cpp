@@ -41,10 +41,10 @@ TEST(Equilibrium, OfASlackChainIsFoundFromAStraightLine) {
         const EquilibriumResult found = find_equilibrium(make_slack_chain(count, chord * slack / count, 1.0, first));
 
         ASSERT_TRUE(found.outcome.ok()) << count << " rods, slack " << slack << ": " << found.outcome.what;
-        EXPECT_EQ(found.status, Stability::Stable);
+        EXPECT_EQ(found.stability.status, Stability::Stable);
         EXPECT_LE(found.residual_force, 1e-10 * found.largest_force);
         EXPECT_LE(found.violation, 1e-11);
-        EXPECT_LT(found.iterations, 200);
+        EXPECT_LT(found.search.iterations, 200);
       }
     }
   }
@@ -66,7 +66,7 @@ TEST(Equilibrium, OfARingHungAtOnePointIsFoundFromACircle) {
     const EquilibriumResult found = find_equilibrium(ring);
 
     ASSERT_TRUE(found.outcome.ok()) << count << ": " << found.outcome.what;
-    EXPECT_EQ(found.status, Stability::Stable);
+    EXPECT_EQ(found.stability.status, Stability::Stable);
   }
 }
 
@@ -90,9 +90,9 @@ TEST(Equilibrium, OfARigidBodyHungAtAPointTakesFewSteps) {
     const EquilibriumResult found = find_equilibrium(system);
 
     ASSERT_TRUE(found.outcome.ok()) << "body " << body << ": " << found.outcome.what;
-    EXPECT_EQ(found.status, Stability::Stable) << "body " << body;
-    if (found.zero_modes != 1u || found.rigid_zero_modes != 1u) ++missed;
-    if (found.iterations > 100) ++slow;
+    EXPECT_EQ(found.stability.status, Stability::Stable) << "body " << body;
+    if (found.stability.zero_modes != 1u || found.stability.rigid_zero_modes != 1u) ++missed;
+    if (found.search.iterations > 100) ++slow;
   }
   // One is so flat that rounding of its forces gives its turn about the vertical a stiffness of 1e-8 1/s^2.
   EXPECT_LE(missed, 1);
@@ -114,8 +114,8 @@ TEST(Equilibrium, OfTwoPointsThatTurnAsOneIsStable) {
     const EquilibriumResult found = find_equilibrium(mobile);
 
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-    EXPECT_EQ(found.zero_modes, 1u);
-    EXPECT_EQ(found.rigid_zero_modes, 1u);
+    EXPECT_EQ(found.stability.zero_modes, 1u);
+    EXPECT_EQ(found.stability.rigid_zero_modes, 1u);
   }
 }
 
@@ -132,9 +132,9 @@ TEST(Equilibrium, OfATriangleOfBondsAtASupportHasThreeRigidModes) {
   const EquilibriumResult found = find_equilibrium(triangle);
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-  EXPECT_EQ(found.status, Stability::Stable);
-  EXPECT_EQ(found.zero_modes, 3u);
-  EXPECT_EQ(found.rigid_zero_modes, 3u);
+  EXPECT_EQ(found.stability.status, Stability::Stable);
+  EXPECT_EQ(found.stability.zero_modes, 3u);
+  EXPECT_EQ(found.stability.rigid_zero_modes, 3u);
 }
 
 /// Opposite charges fall into each other. Where they have met, rounding of their places makes any force of any size.
@@ -150,7 +150,7 @@ TEST(Equilibrium, OfChargesThatAttractEachOtherDoesNotExist) {
       const EquilibriumResult found = find_equilibrium(charges, {.accept = accept});
 
       EXPECT_FALSE(found.outcome.ok());
-      EXPECT_EQ(found.status, Stability::None) << found.residual_force << " of " << found.largest_force;
+      EXPECT_EQ(found.stability.status, Stability::None) << found.residual_force << " of " << found.largest_force;
     }
   }
 }
@@ -166,7 +166,7 @@ TEST(Equilibrium, OfAForceWithoutPotentialIsFoundWhereItsPullEnds) {
     const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
 
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-    EXPECT_EQ(found.status, Stability::NotConservative);
+    EXPECT_EQ(found.stability.status, Stability::NotConservative);
     EXPECT_NEAR(found.positions[1], 1.0, 1e-12);
     EXPECT_NEAR(found.positions[2], 0.0, 1e-12);
   }

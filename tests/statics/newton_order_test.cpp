@@ -44,9 +44,10 @@ void expect_quadratic(const char* name, System system, double part) {
 
   const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-14});
 
-  const std::vector<double> orders = observed_orders(found.residuals, 1e-11 * found.largest_force);
-  ASSERT_EQ(orders.size(), 2u) << name << ": " << testing::PrintToString(found.residuals);
-  for (const double order : orders) EXPECT_GE(order, 1.8) << name << ": " << testing::PrintToString(found.residuals);
+  const std::vector<double> orders = observed_orders(found.search.residuals, 1e-11 * found.largest_force);
+  ASSERT_EQ(orders.size(), 2u) << name << ": " << testing::PrintToString(found.search.residuals);
+  for (const double order : orders)
+    EXPECT_GE(order, 1.8) << name << ": " << testing::PrintToString(found.search.residuals);
 }
 
 System make_catenary(int count, double chord) {

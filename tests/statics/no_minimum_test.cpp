@@ -24,7 +24,7 @@ TEST(Equilibrium, OfAPotentialThatFlattensDoesNotExist) {
     const EquilibriumResult found = find_equilibrium(make_point({0.3, 0.1, 0.0}, energy));
 
     EXPECT_FALSE(found.outcome.ok()) << energy;
-    EXPECT_EQ(found.status, Stability::None) << energy;
+    EXPECT_EQ(found.stability.status, Stability::None) << energy;
   }
 }
 
@@ -55,8 +55,8 @@ TEST(Equilibrium, OfPointsThatRepelEachOtherDoesNotExist) {
     const EquilibriumResult found = find_equilibrium(each);
 
     EXPECT_FALSE(found.outcome.ok());
-    EXPECT_NE(found.status, Stability::Stable);
-    EXPECT_NE(found.status, Stability::Marginal);
+    EXPECT_NE(found.stability.status, Stability::Stable);
+    EXPECT_NE(found.stability.status, Stability::Marginal);
   }
 }
 
@@ -69,7 +69,7 @@ TEST(Equilibrium, OnASoftFloorIsFoundFromFarAboveAndFromBelow) {
 
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
     EXPECT_NEAR(found.positions[2], -std::log(g), 1e-9);
-    EXPECT_NEAR(found.lowest_omega2, 2.0, 1e-9);
+    EXPECT_NEAR(found.stability.lowest_omega2, 2.0, 1e-9);
   }
 }
 
@@ -103,10 +103,10 @@ TEST(Equilibrium, OfAPendulumBesideStiffSpringsIsStable) {
     const EquilibriumResult found = find_equilibrium(system);
 
     ASSERT_TRUE(found.outcome.ok()) << stiffness << ": " << found.outcome.what;
-    EXPECT_EQ(found.status, Stability::Stable);
-    EXPECT_EQ(found.zero_modes, 5u);  // of the spring, which floats
-    EXPECT_EQ(found.rigid_zero_modes, 5u);
-    EXPECT_NEAR(found.lowest_omega2, g / std::hypot(0.1, 0.9), 1e-6);
+    EXPECT_EQ(found.stability.status, Stability::Stable);
+    EXPECT_EQ(found.stability.zero_modes, 5u);  // of the spring, which floats
+    EXPECT_EQ(found.stability.rigid_zero_modes, 5u);
+    EXPECT_NEAR(found.stability.lowest_omega2, g / std::hypot(0.1, 0.9), 1e-6);
   }
 }
 

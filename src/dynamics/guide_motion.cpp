@@ -1,0 +1,158 @@
+#include "dynamics/guide_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/numbers.hpp"
+
+namespace tanor {
+
+namespace {
+
+bool do_guides_rest(const Workspace& work) {
+  const Tangents& tangents = work.constraints.tangents();
+  bool rest = !work.constraints.depends_on_time() && !tangents.depends_on_time();
+  for (std::size_t c = 0; c < tangents.size(); ++c) rest = rest && norm(tangents.own_velocity(c).value) == 0.0;
+  return rest;
+}
+
+}  // namespace
+
+GuideMotion::GuideMotion(Workspace& work)
+    : work_(work), model_(work.model()), tangents_(work.constraints.tangents()), guides_rest_(do_guides_rest(work)) {}
+
+void GuideMotion::select(std::vector<std::size_t> contacts) {
+  contacts_ = std::move(contacts);
+  guides_.reset();
+}
+
+double GuideMotion::length_around(std::size_t contact) const {
+  return work_.scales.length(work_.scales.of_point(static_cast<std::size_t>(tangents_[contact].point)));
+}
+
+const GuideMotion::Places& GuideMotion::advance(const Places& start, double from, double t) {
+  constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
+  start_ = start;
+  ways_.assign(contacts_.size(), Vec3{});
+  double reached = from, h = t - reached;
+  for (int halvings = 0; reached != t;) {
+    const bool is_last = std::abs(h) >= std::abs(t - reached);
+    if (is_last) h = t - reached;
+    if (!extrapolate(reached, h, ways_, &next_) && halvings < most_halvings) {
+      ++halvings;
+      h *= 0.5;
+      continue;
+    }
+    std::swap(ways_, next_);
+    reached = is_last ? t : reached + h;
+  }
+  return ways_;
+}
+
+void GuideMotion::put_on_guides(double t, Places* places) {
+  for (int pass = 0; pass < 2; ++pass) {
+    evaluate_guides(t, *places, false);
+    for (std::size_t k = 0; k < contacts_.size(); ++k) (*places)[k] = (*places)[k] - across(contacts_[k], {});
+  }
+}
+
+/// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
+/// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
+bool GuideMotion::extrapolate(double t, double h, const Places& from, Places* ways) {
+  for (int j = 0; j < static_cast<int>(most_columns); ++j) {
+    Places& next = *ways;
+    advance_by_midpoints(t, h, 2 * (j + 1), from, &next);
+    double worst = std::numeric_limits<double>::infinity();
+    // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
+    for (int k = 1; k <= j; ++k) {
+      const double ratio = static_cast<double>(j + 1) / (j + 1 - k), part = 1.0 / (ratio * ratio - 1.0);
+      Places& before = table_[static_cast<std::size_t>(k - 1)];
+      worst = 0.0;
+      for (std::size_t i = 0; i < next.size(); ++i) {
+        const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
+        const double length = length_around(contacts_[i]);
+        const double way_of_time = std::abs(t / h) * norm(better - from[i]);
+        const double scale = std::max({norm(better - from[i]), length, way_of_time});
+        worst = larger(worst, norm(change) / scale);
+        before[i] = next[i];
+        next[i] = better;
+      }
+    }
+    table_[static_cast<std::size_t>(j)] = next;
+    if (worst <= 4.0 * eps) return true;
+  }
+  return false;
+}
+
+void GuideMotion::advance_by_midpoints(double t, double h, int count, const Places& from, Places* to) {
+  const double step = h / count;
+  Places &now = *to, &before = before_, &rates = rates_;
+  before = from;
+  rates.resize(from.size());
+  now.resize(from.size());
+  evaluate(t, from, &rates);
+  for (std::size_t k = 0; k < from.size(); ++k) now[k] = from[k] + step * rates[k];
+  for (int m = 1; m < count; ++m) {
+    evaluate(t + m * step, now, &rates);
+    for (std::size_t k = 0; k < from.size(); ++k) {
+      const Vec3 next = before[k] + 2.0 * step * rates[k];
+      before[k] = now[k];
+      now[k] = next;
+    }
+  }
+}
+
+/// p_dot where the places are `ways` away from the start.
+void GuideMotion::evaluate(double t, const Places& ways, Places* rates) {
+  places_.resize(ways.size());
+  for (std::size_t k = 0; k < ways.size(); ++k) places_[k] = start_[k] + ways[k];
+  evaluate_guides(t, places_, true);
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    const Vec3 u = tangents_.own_velocity(contacts_[k]).value;
+    (*rates)[k] = u - across(contacts_[k], u);
+  }
+}
+
+/// For the guides of the contacts: K_g at (t, places); and their xi, or xi_t.
+void GuideMotion::evaluate_guides(double t, const Places& places, bool wants_rates) {
+  if (!guides_) select_guides();
+  work_.set_time(t);
+  for (std::size_t k = 0; k < places.size(); ++k) store(points_.data(), tangents_[contacts_[k]].point, places[k]);
+  const Constraints& constraints = work_.constraints;
+  const Parallel& parallel = model_.parallel;
+  const double* const points = points_.data();
+  constraints.evaluate_gradients(parallel, *guides_, points, blocks_.data());
+  if (wants_rates)
+    (void)constraints.evaluate_rates(parallel, *guides_, points, at_rest_.data(), rows_.data());
+  else
+    (void)constraints.evaluate_values(parallel, *guides_, points, rows_.data());
+}
+
+void GuideMotion::select_guides() {
+  const Constraints& constraints = work_.constraints;
+  std::vector<char> takes_part(model_.num_rows(), 0);
+  for (const std::size_t c : contacts_) {
+    for (int g = 0; g < tangents_[c].num_guides; ++g)
+      takes_part[static_cast<std::size_t>(tangents_[c].guide_row[static_cast<std::size_t>(g)])] = 1;
+  }
+  guides_ = constraints.select(takes_part);
+  for (std::vector<double>* array : {&points_, &at_rest_}) array->resize(3 * model_.num_points(), 0.0);
+  rows_.resize(model_.num_rows());
+  blocks_.resize(3 * constraints.num_blocks());
+}
+
+/// K_g Gamma_g^-1 (K_g'u + rows), Gamma_g = K_g'K_g, with the last K_g and rows.
+Vec3 GuideMotion::across(std::size_t contact, const Vec3& u) const {
+  const Tangents::Place& place = tangents_[contact];
+  const Vec3 a = load(blocks_.data(), place.guide_block[0]);
+  const double in_a = dot(a, u) + rows_[static_cast<std::size_t>(place.guide_row[0])], aa = dot(a, a);
+  if (place.num_guides == 1) return (in_a / aa) * a;
+  const Vec3 b = load(blocks_.data(), place.guide_block[1]);
+  const double in_b = dot(b, u) + rows_[static_cast<std::size_t>(place.guide_row[1])];
+  const double ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
+  return ((bb * in_a - ab * in_b) / determinant) * a + ((aa * in_b - ab * in_a) / determinant) * b;
+}
+
+}  // namespace tanor

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "base/groups.hpp"
+#include "factor/cholesky.hpp"
+#include "statics/equilibrium_equations.hpp"
+
+namespace tanor {
+
+/// The stiffness of an equilibrium with a shift, and with penalties on its constraints,
+///
+///   A = W + s M + K C K'      (C > 0 diagonal; Gould 1985: A is positive definite for large C where Z'(W + s M)Z is)
+///
+/// in a good order of elimination. Only values change from one configuration to the next, the pattern is found once.
+class AugmentedStiffness {
+ public:
+  /// Reads `equations` where they were linearised last; these outlive the matrix.
+  AugmentedStiffness(const EquilibriumEquations& equations, Ordering ordering);
+
+  std::size_t num_points() const { return place_.size(); }
+  /// Where a moving point stands in the order of elimination; its three unknowns follow each other there.
+  std::size_t place(std::size_t point) const { return static_cast<std::size_t>(place_[point]); }
+
+  /// A for the shifts s [moving point], 1/s^2. Writes the penalties C that it found into `penalties` [rows of the
+  /// model], N/m over squared gradients: `stiffer` times a stiffness of the points that a row joins.
+  void assemble(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties);
+
+  /// The last A: its upper triangle, and the lower one, which is factorized.
+  const TrianglePattern& upper() const { return upper_; }
+  const std::vector<double>& upper_values() const { return values_; }
+  const TrianglePattern& lower() const { return lower_; }
+  std::vector<double> lower_values() const;
+
+ private:
+  /// A block of A that a product of two blocks of K is added to.
+  struct Product {
+    int row, block_a, block_b;
+    double sign;
+    int slot;
+  };
+  template <class Visit>
+  void for_each_stiffness_block(const Visit& visit) const;
+  Groups<Incidence> group_by_row() const;
+  void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
+  void list_products(const Groups<Incidence>& by_row);
+  void expand_pattern();
+  void transpose_pattern();
+  int slot(int i, int j) const;
+  std::size_t own_slot(std::size_t point) const;
+  void find_penalties(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties) const;
+  std::vector<double> stiffness_of_points(const std::vector<double>& shifts) const;
+  void expand_values();
+
+  const EquilibriumEquations& equations_;
+  const Model& model_;
+  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
+  // have increasing rows, the diagonal last. Unknowns have the order of their points.
+  std::vector<int> place_;  // [moving point] -> place in the elimination
+  std::vector<int> start_, rows_;
+  std::vector<Block3> blocks_;
+  std::vector<int> stiffness_slots_;  // [block of W], -1: of the other triangle
+  std::vector<Product> products_;
+  TrianglePattern upper_;
+  std::vector<double> values_;
+  TrianglePattern lower_;
+  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one
+};
+
+}  // namespace tanor
