@@ -4,6 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include <tanor/warnings.hpp>
+
 #include "base/text.hpp"
 #include "evaluate/pair_stiffness.hpp"
 #include "system/enum_check.hpp"
@@ -101,6 +103,7 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
   system.velocities.clear();
   leave_out_friction(&system, options.ignore_friction, &left_out);
   leave_out_coordinates(&system, &left_out);
+  for (std::string& warning : find_warnings(system)) left_out.push_back(std::move(warning));
   require_stiffness(system, options.accept == AcceptedEquilibria::Any, &left_out);
   prestress = read_prestress(system, options.prestress);
 }
