@@ -65,7 +65,8 @@ class Forces::Reader {
   void add(const Torsions& group) {
     // The force of a harmonic one jumps at rest +- pi.
     EnergyGroup energies = make_energy_group(system_, group);
-    group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies)) : add_energies(std::move(energies));
+    group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies), Course::Jumps)
+                                      : add_energies(std::move(energies));
   }
   template <HasEnergy Group>
   void add(const Group& group) {
@@ -95,10 +96,10 @@ class Forces::Reader {
     energies_.push_back(std::move(group));
   }
   /// Energies that may change within a small part of a step: steps look for that.
-  void add_narrow_energies(EnergyGroup group) {
+  void add_narrow_energies(EnergyGroup group, Course course = Course::Continuous) {
     std::vector<Index> points;
     for (const Index point : group.points) points.push_back(numbering_.inner_point[point]);
-    watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_));
+    watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_, course));
     add_energies(std::move(group));
   }
   void watch(std::unique_ptr<FormulaPassages> passages) {
