@@ -41,17 +41,21 @@ void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
 }  // namespace
 
 KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
-    : equations_(equations), model_(equations.model()), penalties_(model_.num_rows(), 0.0) {
-  make_pattern(ordering);
+    : equations_(equations), model_(equations.model()), ordering_(ordering), penalties_(model_.num_rows(), 0.0) {
+  make_pattern();
 }
 
-void KktSolver::make_pattern(Ordering ordering) {
+void KktSolver::make_pattern() {
+  pattern_version_ = equations_.stiffness().pattern_version();
+  products_.clear();
+  transposed_.clear();
+  upper_ = lower_ = {};
   std::vector<std::pair<int, int>> entries;
   for_each_stiffness_block([&](int i, int j, std::size_t) { entries.push_back(std::minmax(i, j)); });
   const Groups<Incidence> by_row = group_by_row();
   for_pairs_of_rows(by_row,
                     [&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
-  order_points(ordering, std::move(entries));
+  order_points(std::move(entries));
 
   stiffness_slots_.assign(equations_.stiffness().columns().size(), -1);
   for_each_stiffness_block([&](int i, int j, std::size_t k) { stiffness_slots_[k] = slot(i, j); });
@@ -86,9 +90,9 @@ Groups<Incidence> KktSolver::group_by_row() const {
 }
 
 /// Finds the order of elimination and the blocks of A in it. `entries`: pairs of points that have a block.
-void KktSolver::order_points(Ordering ordering, std::vector<std::pair<int, int>> entries) {
+void KktSolver::order_points(std::vector<std::pair<int, int>> entries) {
   const std::size_t n = equations_.stiffness().num_points();
-  const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering);
+  const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering_);
   place_.resize(n);
   for (std::size_t k = 0; k < n; ++k)
     place_[order.permutation.empty() ? k : static_cast<std::size_t>(order.permutation[k])] = static_cast<int>(k);
@@ -170,6 +174,7 @@ void KktSolver::find_penalties(const std::vector<double>& shifts, double stiffer
 
 void KktSolver::assemble(const std::vector<double>& shifts, double stiffer) {
   const StiffnessMatrix& W = equations_.stiffness();
+  if (pattern_version_ != W.pattern_version()) make_pattern();
   const double* const K = equations_.gradients().data();
   std::fill(blocks_.begin(), blocks_.end(), Block3{});
   for (std::size_t k = 0; k < stiffness_slots_.size(); ++k) {

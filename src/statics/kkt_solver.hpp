@@ -22,7 +22,7 @@ namespace tanor {
 /// each other do no harm where b is consistent.
 class KktSolver {
  public:
-  /// Reads `equations` where they were linearised last; these outlive the solver.
+  /// Reads `equations` where they were linearised last, whenever it factorizes; these outlive the solver.
   explicit KktSolver(const EquilibriumEquations& equations, Ordering ordering = Ordering::Auto);
 
   /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
@@ -62,11 +62,11 @@ class KktSolver {
     double sign;
     int slot;
   };
-  void make_pattern(Ordering ordering);
+  void make_pattern();
   template <class Visit>
   void for_each_stiffness_block(const Visit& visit) const;
   Groups<Incidence> group_by_row() const;
-  void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
+  void order_points(std::vector<std::pair<int, int>> entries);
   void expand_pattern();
   int slot(int i, int j) const;
   void assemble(const std::vector<double>& shifts, double stiffer);
@@ -80,6 +80,8 @@ class KktSolver {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
+  Ordering ordering_;
+  std::size_t pattern_version_ = 0;  // of W, for which all this was made
   // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
   // have increasing rows, the diagonal last. Unknowns have the order of their points.
   std::vector<int> place_;  // [moving point] -> place in the elimination

@@ -57,10 +57,11 @@ void require_stiffness(const System& system, bool ignores_stability, std::vector
     const std::string name = force_name(system, k);
     if (!ignores_stability)
       throw InputError("/forces/" + std::to_string(k),
-                       name +
-                           ": pair forces with a cutoff, of law log, or of more than 200 points have no stiffness "
-                           "here, and so neither stability nor modes are known; \"accept\": \"any\" in "
-                           "/equilibrium finds where the system rests");
+                       name + ": " + text(num_points(system, *pairs)) +
+                           " points all feel each other, and a stiffness of " +
+                           text(bytes_of_dense_stiffness(num_points(system, *pairs))) +
+                           " bytes would say whether they are stable and how they vibrate; up to 3000 points have "
+                           "one. \"accept\": \"any\" in /equilibrium finds where the system rests");
     left_out->push_back(name + ": it has no part in the stiffness; the status says what is without it");
   }
 }
