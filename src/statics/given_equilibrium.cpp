@@ -86,6 +86,7 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
     note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
   }
   if (given.empty()) {
+    if (rank_.dependences.empty()) return;
     std::vector<double> g(equations_.size()), xi(lambda_.size());
     (void)equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
     note_changed_prestress(equations_, prestress, lambda_, &input_.left_out);
