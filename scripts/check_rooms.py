@@ -14,7 +14,7 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "recorded", "user_kernel", "kinds/*", "kinds",
-                  "system", "ranks",
+                  "system", "warnings", "ranks",
                   "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
                   "motion", "enum_names", "statics_names", "tanor"]
 
@@ -45,7 +45,7 @@ def public_name(header: str) -> str:
 ROOMS = {
     "base":     Sees("", "error", "omp.h sys/mman.h"),
     "plan":     Sees("", "export", ""),
-    "system":   Sees("base", "system", "Eigen/"),
+    "system":   Sees("base", "warnings", "Eigen/"),
     "kinds":    Sees("base system", "system", ""),
     "evaluate": Sees("base system kinds", "system", "Eigen/"),
     "assembly": Sees("base system evaluate", "system", "Eigen/"),

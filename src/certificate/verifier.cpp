@@ -25,7 +25,8 @@ Certificate Verifier::verify() {
   if (d_ == 0 && forms_.tangent == nullptr) verify_free();
   has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
   if (has_both_) solve_other();
-  if (d_ > 0 && forms_.normal != nullptr) rcond_of_S_ = forms_.normal->linearization().factor().estimate_reciprocal_condition();
+  if (d_ > 0 && forms_.normal != nullptr)
+    rcond_of_S_ = forms_.normal->linearization().factor().estimate_reciprocal_condition();
   if (forms_.tangent != nullptr) rcond_of_H_ = forms_.tangent->dynamics().completed().estimate_reciprocal_condition();
   result_.reciprocal_condition = std::min(rcond_of_S_, rcond_of_H_);
   if (d_ > 0) verify_constraints();
@@ -69,26 +70,31 @@ void Verifier::add_point(double* figure, const std::string& identity, const Wors
 }
 
 /// Energies of tuples by their second definition. Near rest forces cancel, within a tuple too, and have the digits that
-/// rounding of the places leaves: they are measured by what they change where points move, as far as that is larger.
+/// rounding leaves: they are measured by what they change where points move, and by the roundings of the terms that
+/// they are the difference of, as far as these are larger.
 void Verifier::verify_energies() {
-  constexpr double small = 1e-9, digits = 1e-4;  // of the scene; of 1e-10: 1e-14 of df/dr times the scene
-  const auto define_at = [&](const Vector& r) {
+  constexpr double small = 1e-9, digits = 1e-4;       // of the scene; of 1e-10: 1e-14 of df/dr times the scene
+  constexpr double allowed = 1e-10, other_way = 8.0;  // roundings of the kernel beside those of the definition
+  const auto define_at = [&](const Vector& r) { return find_defined_forces(model_.system, answer_.t, to_user(r)); };
+  const auto gather = [&](const Vector& of_user) {
     Vector result(n_);
-    model_.numbering.gather_points(find_defined_forces(model_.system, answer_.t, to_user(r)), result);
+    model_.numbering.gather_points(of_user, result);
     return result;
   };
   Vector found(n_), moved = answer_.r;
   work_.forces.energies().write_forces(found.data());
   for (std::size_t i = 0; i < n_; ++i)
     moved[i] += small * model_.scene_size * std::sin(1.0 + 2.3 * static_cast<double>(i));
-  const Vector wanted = define_at(answer_.r), beside = define_at(moved);
+  const DefinedForces defined = define_at(answer_.r);
+  const Vector wanted = gather(defined.f), rounding = gather(defined.rounding), beside = gather(define_at(moved).f);
   Worst worst;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 here = load(wanted.data(), i), change = load(beside.data(), i) - here;
-    const double scale = std::max(at_point(acceleration_, i), digits / small * model_.inverse_mass[i] * norm(change));
+    const double in_sum = std::max(digits / small * norm(change), other_way / allowed * norm(load(rounding.data(), i)));
+    const double scale = std::max(at_point(acceleration_, i), model_.inverse_mass[i] * in_sum);
     worst.see(model_.inverse_mass[i] * norm(load(found.data(), i) - here) / scale, i);
   }
-  add_point(&result_.residual, "f = -dU/dr", worst, 1e-10 + rounding_of_places());
+  add_point(&result_.residual, "f = -dU/dr", worst, allowed + rounding_of_places());
 }
 
 /// Neither constraints nor coordinates: M w = f.

@@ -12,6 +12,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include <tanor/warnings.hpp>
+
 #include "cli/machine.hpp"
 #include "report/page.hpp"
 #include "report/terminal.hpp"
@@ -90,6 +92,8 @@ ExitCode tell(const std::filesystem::path& scene, const std::string& why) {
 
 scene::Scene prepare(scene::Scene scene) {
   for (const std::string& each : scene.old_names) print_message(scene.file.string() + ": " + each);
+  for (const std::string& each : find_warnings(scene.system))
+    print_message(scene.file.string() + ": warning: " + each, Tone::Warning);
   require_threads(scene.solver.threads);
   return scene;
 }

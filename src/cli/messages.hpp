@@ -35,8 +35,8 @@ void print_json_file(const std::filesystem::path& file);
 /// Says on stderr why a scene has no complete answer.
 ExitCode tell(const std::filesystem::path& scene, const std::string& why);
 
-/// A scene that was read: one line on stderr for each old name that it uses, and the threads that it asks for are
-/// there.
+/// A scene that was read: one line on stderr for each old name that it uses and for each warning, and the threads that
+/// it asks for are there.
 scene::Scene prepare(scene::Scene scene);
 
 /// "<where>: <what>", or what alone.

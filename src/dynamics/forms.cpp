@@ -1,10 +1,10 @@
 #include "dynamics/forms.hpp"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
-#include "base/text.hpp"
+#include <tanor/warnings.hpp>
+
 #include "dynamics/prestress_rigidity.hpp"
 #include "dynamics/split.hpp"
 
@@ -43,31 +43,6 @@ void Forms::choose(Form wanted) {
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
 }
 
-namespace {
-
-/// Bonds along rods whose lengths stand do nothing: a warning, since something else may have been meant.
-void note_rigid_bonds(const System& system, std::vector<std::string>* left_out) {
-  if (std::ranges::none_of(system.forces, [](const Force& force) { return std::holds_alternative<Bonds>(force); }))
-    return;
-  std::set<std::pair<Index, Index>> rigid;
-  for (const Constraint& constraint : system.constraints) {
-    const auto* const rods = std::get_if<Rods>(&constraint);
-    if (rods == nullptr || !std::ranges::all_of(rods->length.functions, &ScalarFunction::is_constant)) continue;
-    for (const auto& [i, j] : rods->pairs) rigid.insert(std::minmax(i, j));
-  }
-  for (std::size_t g = 0; g < system.forces.size(); ++g) {
-    const auto* const bonds = std::get_if<Bonds>(&system.forces[g]);
-    if (bonds == nullptr) continue;
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(
-        bonds->pairs, [&](const auto& pair) { return rigid.contains(std::minmax(pair[0], pair[1])); }));
-    if (count > 0)
-      left_out->push_back(force_name(system, g) + ": the energy of " + text_of_count(count, "bond") +
-                          " along rods is constant");
-  }
-}
-
-}  // namespace
-
 void Forms::make_plan() {
   plan.points = model.num_points();
   plan.supports = plan.points - model.num_moving();
@@ -93,7 +68,7 @@ void Forms::make_plan() {
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!work.forces.has_springs()) left_out.push_back("spring forces: none");
   if (!work.forces.has_pairs()) left_out.push_back("pair forces: none");
-  note_rigid_bonds(model.system, &left_out);
+  for (std::string& warning : find_warnings(model.system)) left_out.push_back(std::move(warning));
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {

@@ -127,8 +127,12 @@ void StandingFactor::describe(PlanSummary* plan) const {
 }
 
 double StandingFactor::estimate_reciprocal_condition() {
-  if (!is_of_composite()) return all_rows_.gram().estimate_reciprocal_condition();
-  return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), composite_);
+  const auto estimate = [&](SchurFactor& factor) {
+    return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), factor);
+  };
+  if (is_of_composite()) return estimate(composite_);
+  // Of rows that QR solves the factor of S knows nothing.
+  return all_rows_.redundancy().uses_qr() ? estimate(all_rows_) : all_rows_.gram().estimate_reciprocal_condition();
 }
 
 void StandingFactor::exchange_memory(Memory& memory) {

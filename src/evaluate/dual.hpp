@@ -49,7 +49,7 @@ struct Dual {
 
  private:
   static bool is_zero(double x) { return x == 0.0; }
-  static bool is_zero(const Dual<double>& x) requires(!std::is_same_v<S, double>) { return x.is_zero(); }
+  static bool is_zero(const S& x) requires(!std::is_same_v<S, double>) { return x.is_zero(); }
 };
 
 // The functions that Jet and Forward know.

@@ -1,5 +1,6 @@
 #include "evaluate/energy_definitions.hpp"
 
+#include "base/rounded.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/dual.hpp"
 #include "kinds/energy_groups.hpp"
@@ -10,8 +11,8 @@ namespace {
 
 /// Along one coordinate after the other.
 template <HasEnergy Group>
-void subtract_gradients(const System& system, const Group& group, std::span<const double> r, double* f) {
-  using Number = Dual<double>;
+void subtract_gradients(const System& system, const Group& group, std::span<const double> r, DefinedForces* to) {
+  using Number = Dual<Rounded>;
   constexpr std::size_t p = points_of_member<Group>();
   const typename KindOf<Group>::template Definition<Number> definition(group);
   for (std::size_t k = 0; k < num_members(group); ++k) {
@@ -25,16 +26,19 @@ void subtract_gradients(const System& system, const Group& group, std::span<cons
     const auto given = law_numbers_of(system, group, k);
     std::copy(given.begin(), given.end(), numbers.begin());
     for (std::size_t i = 0; i < p; ++i) {
-      Vec3 gradient;
+      Vec3 gradient, error;
       for (const auto& [in_place, in_gradient] :
            {std::pair{&TripleOf<Number>::x, &Vec3::x}, std::pair{&TripleOf<Number>::y, &Vec3::y},
             std::pair{&TripleOf<Number>::z, &Vec3::z}}) {
         Number& coordinate = places[i].*in_place;
         coordinate.d = 1.0;
-        gradient.*in_gradient = definition.energy(places, numbers).d;
+        const Rounded slope = definition.energy(places, numbers).d;
+        gradient.*in_gradient = slope.v;
+        error.*in_gradient = slope.error;
         coordinate.d = 0.0;
       }
-      add_to(f, points[i], -gradient);
+      add_to(to->f.data(), points[i], -gradient);
+      add_to(to->rounding.data(), points[i], error);
     }
   }
 }
@@ -55,23 +59,23 @@ void subtract_gradients(const System& system, const Potential& given, double t, 
 
 }  // namespace
 
-std::vector<double> find_defined_forces(const System& system, double t, std::span<const double> r) {
-  std::vector<double> f(r.size(), 0.0);
+DefinedForces find_defined_forces(const System& system, double t, std::span<const double> r) {
+  DefinedForces result{std::vector<double>(r.size(), 0.0), std::vector<double>(r.size(), 0.0)};
   for (const Force& force : system.forces) {
     std::visit(
         [&]<class Group>(const Group& group) {
           if constexpr (std::is_same_v<Group, Potential>) {
-            subtract_gradients(system, group, t, r, f.data());
+            subtract_gradients(system, group, t, r, result.f.data());
           } else if constexpr (HasEnergy<Group>) {
             if constexpr (std::is_same_v<Group, Bonds>) {
               if (group.law == BondLaw::Harmonic) return;
             }
-            subtract_gradients(system, group, r, f.data());
+            subtract_gradients(system, group, r, &result);
           }
         },
         force);
   }
-  return f;
+  return result;
 }
 
 }  // namespace tanor

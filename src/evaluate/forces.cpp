@@ -1,11 +1,13 @@
 #include "evaluate/forces.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "evaluate/pair_stiffness.hpp"
 #include "evaluate/point_sums.hpp"
 #include "kinds/force_kernel.hpp"
+#include "system/pair_rules.hpp"
 
 namespace tanor {
 
@@ -65,7 +67,8 @@ class Forces::Reader {
   void add(const Torsions& group) {
     // The force of a harmonic one jumps at rest +- pi.
     EnergyGroup energies = make_energy_group(system_, group);
-    group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies)) : add_energies(std::move(energies));
+    group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies), Course::Jumps)
+                                      : add_energies(std::move(energies));
   }
   template <HasEnergy Group>
   void add(const Group& group) {
@@ -95,10 +98,10 @@ class Forces::Reader {
     energies_.push_back(std::move(group));
   }
   /// Energies that may change within a small part of a step: steps look for that.
-  void add_narrow_energies(EnergyGroup group) {
+  void add_narrow_energies(EnergyGroup group, Course course = Course::Continuous) {
     std::vector<Index> points;
     for (const Index point : group.points) points.push_back(numbering_.inner_point[point]);
-    watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_));
+    watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_, course));
     add_energies(std::move(group));
   }
   void watch(std::unique_ptr<FormulaPassages> passages) {
@@ -264,8 +267,31 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
   energies_.add_derivatives(parallel, t, r, to);
 }
 
-bool has_stiffness(const System& system, const PairForces& pairs) {
+void Forces::for_each_pair_stiffness(const Parallel& parallel, const double* r,
+                                     const PairField::VisitStiffness& visit) {
+  for (PairField& pairs : pairs_) {
+    if (pairs.gives_stiffness()) pairs.for_each_stiffness(parallel, r, visit);
+  }
+}
+
+bool has_own_derivatives(const System& system, const PairForces& pairs) {
   return !make_pair_energies(system, pairs).points.empty();
+}
+
+bool has_stiffness(const System& system, const PairForces& pairs) {
+  constexpr std::size_t most_points = 3000;
+  return std::isfinite(cutoff_of(pairs)) || num_points(system, pairs) <= most_points;
+}
+
+double bytes_of_dense_stiffness(std::size_t num_points) {
+  // W, its triangle as blocks and as numbers in two orders with their places, and the factor beside the front
+  constexpr double matrices = 5.0;
+  const double size = 3.0 * static_cast<double>(num_points);
+  return matrices * sizeof(double) * size * size;
+}
+
+std::size_t num_points(const System& system, const PairForces& pairs) {
+  return pairs.points.empty() ? system.num_points() : pairs.points.size();
 }
 
 }  // namespace tanor

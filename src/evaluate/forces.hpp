@@ -68,9 +68,12 @@ class Forces {
   /// Points of a tuple with an energy or a formula, on each other: one for each ordered pair of them.
   std::vector<Influence> list_influences() const;
   /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau; null: as all others), drag, formulas,
-  /// energies and pair forces with a smooth law; those of pair forces with a cutoff are left out.
+  /// energies and pair forces of few points with a smooth law; those of other pair forces are left out.
   void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
                             const ForceDerivatives& to);
+
+  /// PairField::for_each_stiffness of pair forces that `evaluate_derivatives` leaves out.
+  void for_each_pair_stiffness(const Parallel& parallel, const double* r, const PairField::VisitStiffness& visit);
 
   /// Potential energy of gravity, constant forces, springs, pairs and tuples at t, J. Supports take part as far as
   /// springs hold them moving points push them: what two supports do to each other by pair forces is a load of theirs

@@ -74,14 +74,16 @@ class ForcePassages final : public TuplePassages {
 class EnergyPassages final : public TuplePassages {
  public:
   EnergyPassages(const PotentialKernel& kernel, std::span<const Index> points, std::span<const double> constants,
-                 std::span<const double> masses)
+                 std::span<const double> masses, Course course)
       : TuplePassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe,
                       static_cast<std::size_t>(kernel.num_constants), points, masses),
-        kernel_(kernel) {
+        kernel_(kernel),
+        course_(course) {
     append_constants(constants);
   }
 
  private:
+  bool has_jumps() const override { return course_ == Course::Jumps; }
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
     thread_local std::vector<double> r;
     r.resize(num_numbers());
@@ -98,6 +100,7 @@ class EnergyPassages final : public TuplePassages {
   }
 
   PotentialKernel kernel_;
+  Course course_;
 };
 
 /// What holds its points on xi = 0 while they move, and what turns other forces: with the gradient g of xi and the
@@ -214,10 +217,10 @@ std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, 
 
 std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
                                                       std::span<const Index> inner_points,
-                                                      std::span<const double> constants,
-                                                      std::span<const double> masses) {
+                                                      std::span<const double> constants, std::span<const double> masses,
+                                                      Course course) {
   if (kernel.expression == nullptr) return nullptr;
-  return if_needed(std::make_unique<EnergyPassages>(kernel, inner_points, constants, masses));
+  return if_needed(std::make_unique<EnergyPassages>(kernel, inner_points, constants, masses, course));
 }
 
 std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,

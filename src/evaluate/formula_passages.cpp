@@ -335,7 +335,8 @@ struct FormulaPassages::Integrals {
 ///
 ///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
 double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
-  constexpr double tolerances = 10.0;     // that an estimate may have missed
+  constexpr double tolerances = 10.0;  // that an estimate may have missed
+  constexpr double part_of_jumps = 0.1;
   constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
   thread_local std::vector<Part> parts;
   thread_local Integrals sums;
@@ -346,14 +347,17 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
     changes += divide(path, member, path.knot(k), path.knot(k + 1), depth, &parts);
   if (changes <= resolved_by(path.order)) return 1.0;
 
-  const Allowed allowed = allow(path, member);
+  const bool counts_jumps = has_jumps() && !path.follows_tolerance;
+  const double part = counts_jumps ? part_of_jumps : 1.0, more = counts_jumps ? 1.0 : tolerances;
+  Allowed allowed = allow(path, member);
+  allowed = {part * allowed.r, part * allowed.v};
   const double first_bad = integrate(path, member, parts, allowed, &sums);
   if (sums.exceed(allowed, path.h)) return std::clamp(first_bad, 0.125, 0.9);
-  if (path.looks.size() < least_looks) return 1.0;
+  if (path.looks.size() < least_looks && !counts_jumps) return 1.0;
   subtract_looks(path, member, &sums);
   const double noise = sums.noise(path.h);
-  const double error = std::max(norm_of(sums.end_v) / (tolerances * allowed.v + noise),
-                                norm_of(sums.end_x) / (tolerances * allowed.r + noise * path.h));
+  const double error = std::max(norm_of(sums.end_v) / (more * allowed.v + noise),
+                                norm_of(sums.end_x) / (more * allowed.r + noise * path.h));
   return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
 }
 

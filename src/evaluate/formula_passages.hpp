@@ -51,6 +51,9 @@ class FormulaPassages {
     double r, v;  // m, m/s: what a member may miss
   };
   virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
+  /// Accelerations jump where the formula has its kinks. Fixed steps then miss something each time they pass one, what
+  /// their few looks make of it: a tenth of what is worth a warning else is worth one.
+  virtual bool has_jumps() const { return false; }
   /// Accelerations that the formula causes, m/s^2: so many numbers of a member, at the fraction s of the step. What
   /// the step misses of them, it misses of the motion.
   virtual std::size_t num_accelerations() const = 0;
@@ -116,11 +119,12 @@ class FormulaPassages {
 /// Of forces on the p points of tuples, [member][p]. `masses` [moving point], kg, outlives it.
 std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
                                                      std::span<const double> masses);
+enum class Course { Continuous, Jumps };
 /// Of energies of p points, with each tuple's own constants.
 std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
                                                       std::span<const Index> inner_points,
-                                                      std::span<const double> constants,
-                                                      std::span<const double> masses);
+                                                      std::span<const double> constants, std::span<const double> masses,
+                                                      Course course = Course::Continuous);
 /// Of constraints, K'w = -phi: members of p points. Null: nothing is narrow, or nothing is known.
 std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
                                                           std::span<const Index> inner_points);

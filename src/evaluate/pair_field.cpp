@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/groups.hpp"
+#include "evaluate/pair_stiffness.hpp"
 
 namespace tanor {
 
@@ -39,7 +40,9 @@ struct CompensatedSum {
 }  // namespace
 
 PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering, Which which)
-    : potential_(pairs), box_(pairs.box) {
+    : potential_(pairs),
+      box_(pairs.box),
+      gives_stiffness_(has_stiffness(system, pairs) && !has_own_derivatives(system, pairs)) {
   const std::vector<Index> number_of = number_points(pairs, numbering, which);
   if (potential_.law() == PairLaw::Coulomb) read_charges(pairs, numbering);
   places_.resize(points_.size());
@@ -258,6 +261,33 @@ void PairField::add_forces(const Parallel& parallel, const double* r, double* f)
 double PairField::potential(const Parallel& parallel, const double* r) {
   follow(parallel, r);
   return parallel.sum(points_.size(), [&](std::size_t i) { return felt_[i].potential; });
+}
+
+void PairField::for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit) {
+  follow(parallel, r);
+  const auto visit_pair = [&](std::size_t i, std::size_t j) {
+    const Vec3 d = box_.nearest_image(places_[j] - places_[i]);
+    const double r2 = dot(d, d);
+    if (r2 >= potential_.cutoff2()) return;
+    const PairPotential::Slope slope = potential_.slope(r2, charges_.empty() ? 1.0 : charges_[i] * charges_[j]);
+    Block3 derivative;
+    derivative.add_identity(slope.force_over_r);
+    derivative.add_product(-(slope.force_over_r + slope.second) / r2, d, d);
+    visit(points_[i], points_[j], derivative);
+  };
+  if (neighbours_) {
+    neighbours_->for_each_point(Parallel(1), [&](std::size_t i, std::span<const Index> neighbours) {
+      for (const Index j : neighbours) {
+        if (static_cast<std::size_t>(j) > i) visit_pair(i, static_cast<std::size_t>(j));
+      }
+    });
+    return;
+  }
+  for (std::size_t i = 0; i < num_moving_; ++i) {
+    for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
+      for (std::size_t j = std::max(first, i + 1); j < last; ++j) visit_pair(i, j);
+    });
+  }
 }
 
 double PairField::power_of_supports(const Parallel& parallel, const double* r, const double* v) {

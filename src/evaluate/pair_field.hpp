@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <vector>
 
 #include <tanor/system.hpp>
 
+#include "base/block3.hpp"
 #include "base/parallel.hpp"
 #include "base/point_path.hpp"
 #include "evaluate/neighbours.hpp"
@@ -36,6 +38,15 @@ class PairField {
   double potential(const Parallel& parallel, const double* r);
   /// That supports put in by their velocities, W.
   double power_of_supports(const Parallel& parallel, const double* r, const double* v);
+
+  /// Whether stiffness is known here: of few points with a smooth law EnergyForces knows it, of too many nobody.
+  bool gives_stiffness() const { return gives_stiffness_; }
+  /// visit(i, j, B) for each pair that feels each other at r, once, in a fixed order; i and j are inner numbers, one of
+  /// them moves. B is the derivative of the force on j in r_j, N/m, at one distance u r = r_j - r_i:
+  ///
+  ///   B = (-u'/r) (I - uu') - u'' uu'
+  using VisitStiffness = std::function<void(Index, Index, const Block3&)>;
+  void for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit);
 
   /// The part of a step to make instead, where on its way a pair comes so near between two looks that the looks tell
   /// nothing of it; 1: there is none. `masses` [moving point], kg. In pair_passages.cpp.
@@ -106,7 +117,7 @@ class PairField {
   std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
   IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
 
-  bool is_known_ = false;
+  bool is_known_ = false, gives_stiffness_;
   std::vector<Vec3> places_;       // [point] of the last evaluation
   std::vector<double> x_, y_, z_;  // the same, without a cutoff
   std::vector<Feeling> felt_;      // [point]

@@ -27,6 +27,26 @@ PairPotential::PairPotential(const PairForces& pairs)
   shift_ = is_lennard_jones() ? 4.0 * epsilon_ * (s6 * s6 - s6) : smooth(cutoff2_, 1.0).energy;
 }
 
+PairPotential::Slope PairPotential::slope(double r2, double charges) const {
+  if (law_ == PairLaw::Log) return {strength_ / r2, strength_ / r2};
+  if (is_lennard_jones()) {
+    // u'' = 24 epsilon (26 s^12 - 7 s^6)/r^2
+    const double s2 = sigma2_ / r2, s6 = s2 * s2 * s2;
+    return {lennard_jones(r2).force_over_r, 24.0 * epsilon_ * s6 * (26.0 * s6 - 7.0) / r2};
+  }
+  const Radial pair = smooth(r2, charges);
+  if (law_ == PairLaw::Coulomb) return {pair.force_over_r, 2.0 * pair.energy / r2};
+  const double r = std::sqrt(r2);
+  if (law_ == PairLaw::Yukawa) {
+    // u'' = u ((1/r + 1/l)^2 + 1/r^2)
+    const double decay = 1.0 / r + 1.0 / length_;
+    return {pair.force_over_r, pair.energy * (decay * decay + 1.0 / r2)};
+  }
+  // u'' = 2 D a^2 e (2 e - 1)
+  const double e = std::exp(-width_ * (r - rest_length_));
+  return {pair.force_over_r, 2.0 * depth_ * width_ * width_ * e * (2.0 * e - 1.0)};
+}
+
 double PairPotential::signed_force_at(double r) const {
   if (r >= cutoff_) return 0.0;
   if (law_ == PairLaw::Log) return strength_ / r;

@@ -45,6 +45,12 @@ class PairPotential {
     return {depth_ * part * part, -2.0 * depth_ * width_ * e * part / r};
   }
 
+  /// What the force and its slope at a distance make of a small move, see PairField::for_each_stiffness.
+  struct Slope {
+    double force_over_r, second;  // N/m: -u'/r and u''
+  };
+  Slope slope(double r2, double charges) const;
+
   /// N, positive where points push each other away; of charges that between the largest ones.
   double signed_force_at(double r) const;
   double force_at(double r) const { return std::abs(signed_force_at(r)); }

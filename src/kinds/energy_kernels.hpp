@@ -15,6 +15,9 @@
 /// law ends (a FENE bond at its limit, three points in line), the gradient is NaN: a step that comes there is rejected.
 namespace tanor {
 
+/// The sine at which laws end: a little below that at which a start is refused, which other roundings decide there.
+inline constexpr double end_of_law = 0.99 * least_sine;
+
 /// f of each lane.
 template <class Function>
 [[gnu::always_inline]] inline Eight map_lanes(const Function& f, const Eight& x) {
@@ -114,8 +117,8 @@ struct EnergyKernel<Bendings> {
       const Eight bend = is_straight ? bend_of(sine, c, squared_sum(a, b, aa, bb)) : angle_of(sine, c) - numbers[1];
       energy = 0.5 * numbers[0] * bend * bend;
       // U of x = pi - theta, dc = sin x dx; or of theta, dc = -sin theta dtheta
-      slope = is_straight ? defined_where((c < 0.0) | (sine >= least_sine), numbers[0] * over_sine(bend, sine))
-                          : defined_where(sine >= least_sine, -numbers[0] * bend / sine);
+      slope = is_straight ? defined_where((c < 0.0) | (sine >= end_of_law), numbers[0] * over_sine(bend, sine))
+                          : defined_where(sine >= end_of_law, -numbers[0] * bend / sine);
     }
     const Eight along = slope * inverse;
     const Eight3 of_a = along * b - (slope * c / aa) * a, of_b = along * a - (slope * c / bb) * b;
@@ -172,10 +175,11 @@ struct EnergyKernel<Torsions> {
     const Eight3 a = cross(b1, b2), b = cross(b2, b3);
     const Eight aa = dot(a, a), bb = dot(b, b), middle2 = dot(b2, b2), middle = roots_of(middle2);
     const Eight inverse = 1.0 / roots_of(aa * bb);
-    const Eight c = dot(a, b) * inverse, s = middle * dot(b1, b) * inverse;
+    // |b2| b1.(b2 x b3) = (A x B).b2/|b2|, which keeps more digits where three points are nearly in line
+    const Eight c = dot(a, b) * inverse, s = dot(cross(a, b), b2) / middle * inverse;
     Eight energy, slope;  // dU/dphi
     measure(c, s, numbers, &energy, &slope);
-    constexpr double least2 = least_sine * least_sine;
+    constexpr double least2 = end_of_law * end_of_law;
     slope = defined_where((aa >= least2 * dot(b1, b1) * middle2) & (bb >= least2 * dot(b3, b3) * middle2), slope);
     // dphi/dr_1 = -|b2|/A^2 A, dphi/dr_4 = |b2|/B^2 B,
     // dphi/dr_2 = -dphi/dr_1 + u, dphi/dr_3 = -dphi/dr_4 - u, u = b1.b2/(|b2| A^2) A + b3.b2/(|b2| B^2) B

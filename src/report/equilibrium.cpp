@@ -1,13 +1,16 @@
 #include "report/equilibrium.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
+#include <tanor/enum_names.hpp>
 #include <tanor/statics_names.hpp>
 #include <tanor/version.hpp>
 
@@ -119,15 +122,26 @@ void make_paths_absolute(const fs::path& directory, Json* json) {
   }
 }
 
-template <class Pairs>
-Json rods_as_json(const Rods& rods, const Pairs& pairs) {
-  Json json = {{"name", rods.name}, {"kind", "rod"}, {"pairs", pairs}};
-  if (!rods.length.constants.empty()) json["length"] = rods.length.constants;
-  if (!rods.offsets.empty()) json["offsets"] = rods.offsets;
+/// A group of bonds, bendings or torsions as an entry of "forces".
+template <HasEnergy Group>
+Json energy_as_json(const Group& group) {
+  Json json = {{"name", group.name},
+               {"kind", KindOf<Group>::name},
+               {"law", name_of(group.law)},
+               {list_name<Group>(), group.*KindOf<Group>::members}};
+  for (const LawNumber& number : KindOf<Group>::law_numbers(group)) {
+    const std::vector<double>& all = number.value->constants;
+    json[number.name] = all.size() == 1 ? Json(all[0]) : Json(all);
+  }
+  if constexpr (std::is_same_v<Group, Torsions>) {
+    if (!group.coefficients.empty()) json["coefficients"] = group.coefficients;
+    if (group.law == TorsionLaw::Periodic) json["multiplicity"] = group.multiplicity;
+  }
   return json;
 }
 
-/// Supports, rods and angles that came with generated or imported points become the scene's own.
+/// Supports, rods, angles and energies that came with generated or imported points become the scene's own. Supports and
+/// constraints stand first in the system, energies last. All constraints get the names that they have.
 void write_what_came_with_points(const System& system, Json* json) {
   const auto own = [&](const char* key, std::size_t all) {
     return all - (json->contains(key) ? (*json)[key].size() : 0);
@@ -137,9 +151,11 @@ void write_what_came_with_points(const System& system, Json* json) {
     supports.push_back({{"points", system.supports[k].points}});
   for (std::size_t k = 0; k < own("constraints", system.constraints.size()); ++k) {
     if (const auto* rods = std::get_if<Rods>(&system.constraints[k])) {
-      constraints.push_back(rods_as_json(*rods, rods->pairs));
+      constraints.push_back({{"kind", "rod"}, {"pairs", rods->pairs}});
+      if (!rods->length.constants.empty()) constraints.back()["length"] = rods->length.constants;
+      if (!rods->offsets.empty()) constraints.back()["offsets"] = rods->offsets;
     } else if (const auto* angles = std::get_if<Angles>(&system.constraints[k])) {
-      constraints.push_back({{"name", angles->name}, {"kind", "angle"}, {"triples", angles->triples}});
+      constraints.push_back({{"kind", "angle"}, {"triples", angles->triples}});
     }
   }
   for (const auto& [key, list] : {std::pair{"supports", &supports}, {"constraints", &constraints}}) {
@@ -148,28 +164,107 @@ void write_what_came_with_points(const System& system, Json* json) {
     }
     if (!list->empty()) (*json)[key] = *list;
   }
+  for (std::size_t k = 0; k < system.constraints.size(); ++k)
+    (*json)["constraints"][k]["name"] = constraint_name(system, k);
+  for (std::size_t k = system.forces.size() - own("forces", system.forces.size()); k < system.forces.size(); ++k) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (HasEnergy<Group>) (*json)["forces"].push_back(energy_as_json(group));
+        },
+        system.forces[k]);
+  }
 }
 
-/// Lengths that the old positions gave stay what they were.
-void write_rest_lengths(const scene::Scene& scene, Json* json) {
-  if (!json->contains("forces")) return;
-  const auto distances = [&](const auto& pairs) {
-    std::vector<double> result;
-    const std::vector<double>& r = scene.system.positions;
-    for (const auto& [i, j] : pairs) {
-      const std::size_t a = 3 * static_cast<std::size_t>(i), b = 3 * static_cast<std::size_t>(j);
-      result.push_back(std::hypot(r[b] - r[a], r[b + 1] - r[a + 1], r[b + 2] - r[a + 2]));
-    }
-    return result;
-  };
-  for (std::size_t k = 0; k < scene.system.forces.size(); ++k) {
-    const auto* springs = std::get_if<Springs>(&scene.system.forces[k]);
-    const auto* bonds = std::get_if<Bonds>(&scene.system.forces[k]);
-    if (springs != nullptr && springs->rest_length.is_initial())
-      (*json)["forces"][k]["rest_length"] = distances(springs->pairs);
-    if (bonds != nullptr && bonds->law != BondLaw::Fene && bonds->rest_length.is_initial())
-      (*json)["forces"][k]["rest_length"] = distances(bonds->pairs);
+/// The points of a member where the scene puts them.
+struct StartingPlaces {
+  const std::vector<double>& positions;
+  std::span<const Index> points;
+
+  TripleOf<double> operator[](std::size_t p) const {
+    const std::size_t i = 3 * static_cast<std::size_t>(points[p]);
+    return {positions[i], positions[i + 1], positions[i + 2]};
   }
+};
+
+template <class Member>
+std::span<const Index> points_of(const Member& member) {
+  if constexpr (std::is_same_v<Member, Index>)
+    return {&member, 1};
+  else
+    return member;
+}
+
+/// What "initial" numbers of a constraint or of coordinates are: those of the positions that the scene had, with what
+/// moves by itself where it is at t = 0, as the search takes them.
+template <class Group>
+std::vector<double> measure_initial(const System& system, const Group& group) {
+  std::vector<double> numbers;
+  const auto& members = group.*KindOf<Group>::members;
+  const typename KindOf<Group>::template Definition<double> now(group, ClockOf<double>{0.0});
+  for (std::size_t k = 0; k < members.size(); ++k)
+    numbers.push_back(now.measure(StartingPlaces{system.positions, points_of(members[k])}, k));
+  return numbers;
+}
+
+std::vector<double> distances(const System& system, const std::vector<std::array<Index, 2>>& pairs) {
+  std::vector<double> result;
+  for (const auto& pair : pairs) {
+    const StartingPlaces at{system.positions, pair};
+    result.push_back(norm(at[1] - at[0]));
+  }
+  return result;
+}
+
+/// The parameter's name as scene files spell it.
+template <class Group>
+const char* parameter_name() {
+  const char* name = nullptr;
+  for_each_field<Group>([&](const auto& field) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field.value)>,
+                                 std::remove_cvref_t<decltype(KindOf<Group>::parameter)>>) {
+      if (field.value == KindOf<Group>::parameter) name = field.name;
+    }
+  });
+  return name;
+}
+
+/// Numbers that the old positions gave stay what they were.
+void write_initial_numbers(const System& system, Json* json) {
+  const auto write_parameter = [&]<class Group>(const Group& group, Json* entry) {
+    if constexpr (requires { KindOf<Group>::parameter; }) {
+      if ((group.*KindOf<Group>::parameter).is_initial())
+        (*entry)[parameter_name<Group>()] = measure_initial(system, group);
+    }
+  };
+  for (std::size_t k = 0; k < system.constraints.size(); ++k)
+    std::visit([&](const auto& group) { write_parameter(group, &(*json)["constraints"][k]); }, system.constraints[k]);
+  for (std::size_t k = 0; k < system.coordinates.size(); ++k) {
+    Json& entry = (*json)["coordinates"][k];
+    std::visit([&](const auto& group) { write_parameter(group, &entry); }, system.coordinates[k]);
+    const auto* const chain = std::get_if<ChainAngles>(&system.coordinates[k]);
+    if (chain == nullptr || !chain->length.is_initial()) continue;
+    std::vector<std::array<Index, 2>> links{{chain->anchor, chain->points[0]}};
+    for (std::size_t i = 1; i < chain->points.size(); ++i) links.push_back({chain->points[i - 1], chain->points[i]});
+    entry["length"] = distances(system, links);
+  }
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    const auto* const springs = std::get_if<Springs>(&system.forces[k]);
+    const auto* const bonds = std::get_if<Bonds>(&system.forces[k]);
+    const auto* const pairs = std::get_if<PairForces>(&system.forces[k]);
+    if (springs != nullptr && springs->rest_length.is_initial())
+      (*json)["forces"][k]["rest_length"] = distances(system, springs->pairs);
+    if (bonds != nullptr && bonds->law != BondLaw::Fene && bonds->rest_length.is_initial())
+      (*json)["forces"][k]["rest_length"] = distances(system, bonds->pairs);
+    if (pairs != nullptr && pairs->box != Vector3{}) (*json)["forces"][k]["box"] = pairs->box;
+  }
+}
+
+/// Coordinates of formulas begin at q of another place: they go, the constraints say the same.
+void leave_out_formula_coordinates(const System& system, Json* json) {
+  const auto is_formula = [](const Coordinates& each) { return std::holds_alternative<UserCoordinates>(each); };
+  if (std::ranges::none_of(system.coordinates, is_formula)) return;
+  json->erase("coordinates");
+  if (json->contains("solver")) (*json)["solver"].erase("form");
 }
 
 /// An entry of "constraints" with some of its members.
@@ -241,8 +336,9 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
   Json json = Json::parse(file);
   make_paths_absolute(scene.file.parent_path(), &json);
   json["name"] = scene.name;
-  write_rest_lengths(scene, &json);
   if (!json.contains("points")) write_what_came_with_points(scene.system, &json);
+  write_initial_numbers(scene.system, &json);
+  leave_out_formula_coordinates(scene.system, &json);
   write_closed_constraints(scene.system, found, &json);
   write_start(scene.equilibrium.at, &json);
   json.erase("generate");

@@ -33,7 +33,7 @@ void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
 // ---- the pattern ----
 
 AugmentedStiffness::AugmentedStiffness(const EquilibriumEquations& equations, Ordering ordering)
-    : equations_(equations), model_(equations.model()) {
+    : equations_(equations), model_(equations.model()), pattern_version_(equations.stiffness().pattern_version()) {
   std::vector<std::pair<int, int>> entries;
   for_each_stiffness_block([&](int i, int j, std::size_t) { entries.push_back(std::minmax(i, j)); });
   const Groups<Incidence> by_row = group_by_row();

@@ -19,6 +19,8 @@ class AugmentedStiffness {
   /// Reads `equations` where they were linearised last; these outlive the matrix.
   AugmentedStiffness(const EquilibriumEquations& equations, Ordering ordering);
 
+  /// That of W for which it was made.
+  std::size_t pattern_version() const { return pattern_version_; }
   std::size_t num_points() const { return place_.size(); }
   /// Where a moving point stands in the order of elimination; its three unknowns follow each other there.
   std::size_t place(std::size_t point) const { return static_cast<std::size_t>(place_[point]); }
@@ -55,6 +57,7 @@ class AugmentedStiffness {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
+  std::size_t pattern_version_;
   // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
   // have increasing rows, the diagonal last. Unknowns have the order of their points.
   std::vector<int> place_;  // [moving point] -> place in the elimination

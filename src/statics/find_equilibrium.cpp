@@ -381,6 +381,7 @@ void Search::describe() {
           text_of_count(result_.self_stress_states, "state") + " of self-stress)");
   }
   const StaticResidual residual = newton_.measure(state_);
+  if (result_.self_stress_states > 0) note_changed_prestress(equations_, prestress_, state_.lambda, &result_.left_out);
   result_.residual_force = residual.force;
   result_.largest_force = model_.num_moving() > 0 ? residual.scale : std::numeric_limits<double>::quiet_NaN();
   result_.violation = residual.violation;

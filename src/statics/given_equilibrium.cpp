@@ -85,7 +85,13 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
       throw InputError("", outcome.what);
     note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
   }
-  if (given.empty()) return;
+  if (given.empty()) {
+    if (rank_.dependences.empty()) return;
+    std::vector<double> g(equations_.size()), xi(lambda_.size());
+    (void)equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
+    note_changed_prestress(equations_, prestress, lambda_, &input_.left_out);
+    return;
+  }
   check_size(given.size(), numbering.num_user_rows, "multipliers");
   // Nobody knows those of rows that join supports alone, or points that prestress holds rigid: these are NaN.
   for (std::size_t a = 0; a < equations_.num_rows(); ++a) {

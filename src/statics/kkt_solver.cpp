@@ -20,32 +20,39 @@ double largest(const Eigen::Ref<const MatrixXd>& a) {
 }  // namespace
 
 KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
-    : equations_(equations),
-      model_(equations.model()),
-      matrix_(equations, ordering),
-      factor_(matrix_.lower()),
-      penalties_(model_.num_rows(), 0.0) {}
+    : equations_(equations), model_(equations.model()), ordering_(ordering), penalties_(model_.num_rows(), 0.0) {
+  follow_pattern();
+}
+
+/// Of W, where pairs have come within reach of each other or left it.
+void KktSolver::follow_pattern() {
+  if (matrix_ && matrix_->pattern_version() == equations_.stiffness().pattern_version()) return;
+  matrix_.emplace(equations_, ordering_);
+  factor_.emplace(matrix_->lower());
+}
 
 bool KktSolver::factorize(double shift) {
-  return factorize(std::vector<double>(matrix_.num_points(), shift));
+  return factorize(std::vector<double>(matrix_->num_points(), shift));
 }
 
 bool KktSolver::factorize(std::vector<double> shifts) {
   shifts_ = std::move(shifts);
-  matrix_.assemble(shifts_, 1.0, &penalties_);
-  const TrianglePattern& lower = matrix_.lower();
-  return factor_.factorize(lower, matrix_.lower_values().data(), model_.parallel.threads()) == lower.size();
+  follow_pattern();
+  matrix_->assemble(shifts_, 1.0, &penalties_);
+  const TrianglePattern& lower = matrix_->lower();
+  return factor_->factorize(lower, matrix_->lower_values().data(), model_.parallel.threads()) == lower.size();
 }
 
 std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer) {
-  return count_below(std::vector<double>(matrix_.num_points(), omega2), stiffer);
+  return count_below(std::vector<double>(matrix_->num_points(), omega2), stiffer);
 }
 
 std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, double stiffer) {
   std::vector<double> penalties;  // those of the factor stay, since `solve` goes on with them
   for (double& each : omega2) each = -each;
-  matrix_.assemble(omega2, stiffer, &penalties);
-  return count_negative_eigenvalues(matrix_.upper(), matrix_.upper_values());
+  follow_pattern();
+  matrix_->assemble(omega2, stiffer, &penalties);
+  return count_negative_eigenvalues(matrix_->upper(), matrix_->upper_values());
 }
 
 /// x := A^-1 x.
@@ -54,16 +61,16 @@ void KktSolver::apply_inverse(MatrixXd* x) {
     apply_inverse_by_eights(x);
     return;
   }
-  const std::size_t n = matrix_.num_points();
+  const std::size_t n = matrix_->num_points();
   ordered_.resize(3 * n);
-  for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), matrix_.place(i), load(x->data(), i));
-  factor_.solve(ordered_.data(), model_.parallel.threads());
-  for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_.place(i)));
+  for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), matrix_->place(i), load(x->data(), i));
+  factor_->solve(ordered_.data(), model_.parallel.threads());
+  for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_->place(i)));
 }
 
 /// The same of many columns, eight at once.
 void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
-  const std::size_t n = matrix_.num_points(), columns = static_cast<std::size_t>(x->cols());
+  const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
   const std::size_t size = 3 * n * num_lanes;
   const auto solve_groups = [&](std::size_t begin, std::size_t end) {
     std::vector<double> lanes((end - begin) * size);
@@ -72,13 +79,13 @@ void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
         double* const own = lanes.data() + (j / num_lanes - begin) * size + j % num_lanes;
         double* const column = x->col(static_cast<Eigen::Index>(j)).data();
         for (std::size_t i = 0; i < n; ++i) {
-          double* const at = own + 3 * num_lanes * matrix_.place(i);
+          double* const at = own + 3 * num_lanes * matrix_->place(i);
           for (std::size_t axis = 0; axis < 3; ++axis) visit(column[3 * i + axis], at[num_lanes * axis]);
         }
       }
     };
     for_numbers([](double& given, double& own) { own = given; });
-    factor_.solve_eights(lanes.data(), end - begin);
+    factor_->solve_eights(lanes.data(), end - begin);
     for_numbers([](double& found, double& own) { found = own; });
   };
   model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes, solve_groups, 1);

@@ -22,7 +22,7 @@ namespace tanor {
 /// where b is consistent.
 class KktSolver {
  public:
-  /// Reads `equations` where they were linearised last; these outlive the solver.
+  /// Reads `equations` where they were linearised last, whenever it factorizes; these outlive the solver.
   explicit KktSolver(const EquilibriumEquations& equations, Ordering ordering = Ordering::Auto);
 
   /// Factorizes A for the shift s, 1/s^2. False: it is not positive definite, so some omega^2 of
@@ -56,6 +56,7 @@ class KktSolver {
   std::optional<std::size_t> count_below(std::vector<double> omega2, double stiffer = 1.0);
 
  private:
+  void follow_pattern();
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
@@ -65,8 +66,9 @@ class KktSolver {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
-  AugmentedStiffness matrix_;
-  Multifrontal factor_;
+  Ordering ordering_;
+  std::optional<AugmentedStiffness> matrix_;  // of the pattern that W has
+  std::optional<Multifrontal> factor_;
   std::vector<double> penalties_;  // C [row] of the factor, N/m over squared gradients
   std::vector<double> shifts_;     // s [moving point], 1/s^2
   double row_residual_ = 0.0;

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <type_traits>
 
+#include <tanor/warnings.hpp>
+
 #include "base/text.hpp"
 #include "evaluate/pair_stiffness.hpp"
+#include "statics/equilibrium_equations.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
 
@@ -55,10 +58,11 @@ void require_stiffness(const System& system, bool ignores_stability, std::vector
     const std::string name = force_name(system, k);
     if (!ignores_stability)
       throw InputError("/forces/" + std::to_string(k),
-                       name +
-                           ": pair forces with a cutoff, of law log, or of more than 200 points have no stiffness "
-                           "here, and so neither stability nor modes are known; \"accept\": \"any\" in "
-                           "/equilibrium finds where the system rests");
+                       name + ": " + text(num_points(system, *pairs)) +
+                           " points all feel each other, and a stiffness of " +
+                           text(bytes_of_dense_stiffness(num_points(system, *pairs))) +
+                           " bytes would say whether they are stable and how they vibrate; up to 3000 points have "
+                           "one. \"accept\": \"any\" in /equilibrium finds where the system rests");
     left_out->push_back(name + ": it has no part in the stiffness; the status says what is without it");
   }
 }
@@ -101,6 +105,7 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
   system.velocities.clear();
   leave_out_friction(&system, options.ignore_friction, &left_out);
   leave_out_coordinates(&system, &left_out);
+  for (std::string& warning : find_warnings(system)) left_out.push_back(std::move(warning));
   require_stiffness(system, options.accept == AcceptedEquilibria::Any, &left_out);
   prestress = read_prestress(system, options.prestress);
 }
@@ -110,6 +115,33 @@ void note_useless_prestress(const std::vector<double>& prestress, std::size_t se
   const bool is_given = std::ranges::any_of(prestress, [](double tension) { return tension != 0.0; });
   if (is_given && self_stress_states == 0)
     left_out->push_back("prestress: the rods cannot pull against each other, the forces alone decide their tensions");
+}
+
+void note_changed_prestress(const EquilibriumEquations& equations, const std::vector<double>& given,
+                            const std::vector<double>& found, std::vector<std::string>* left_out) {
+  constexpr double digits = 1e-6;  // to which tensions are given
+  const auto largest = [](const std::vector<double>& x) {
+    double result = 0.0;
+    for (const double each : x) result = larger(result, std::abs(each));
+    return result;
+  };
+  const double allowed = digits * largest(given);
+  if (allowed == 0.0) return;
+  // K lambda, and f + K lambda
+  std::vector<double> left(equations.size(), 0.0), sum(equations.size());
+  equations.add_reactions(given.data(), left.data());
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = left[i] + equations.forces()[i];
+  if (largest(left) <= allowed || largest(sum) <= allowed) return;
+  std::size_t worst = 0;
+  for (std::size_t a = 1; a < given.size(); ++a) {
+    if (given[a] != 0.0 && !(std::abs(found[a] - given[a]) <= std::abs(found[worst] - given[worst]))) worst = a;
+  }
+  const Model& model = equations.model();
+  left_out->push_back(
+      "prestress: the rods do not balance with it, and the tensions that come nearest to it take its "
+      "place: that of " +
+      equation_name(model.system, static_cast<std::size_t>(model.numbering.user_row[worst])) + " is " +
+      text(-found[worst]) + " N where " + text(-given[worst]) + " N is asked for");
 }
 
 std::string describe_rigid_points(const std::vector<Index>& points) {

@@ -14,13 +14,14 @@ StiffnessMatrix::StiffnessMatrix(Workspace& work)
   const std::vector<Coupling> rods = work_.constraints.list_rods();
   couplings.insert(couplings.end(), rods.begin(), rods.end());
   for (const Coupling& coupling : couplings) couplings_.push_back({coupling, -1, -1});
-  make_pattern();
+  make_pattern(nullptr);
   point_velocities_.resize(point_positions_.size());
   coupling_positions_.resize(couplings_.size());
   coupling_velocities_.resize(couplings_.size());
 }
 
-void StiffnessMatrix::make_pattern() {
+void StiffnessMatrix::make_pattern(const double* r) {
+  ++pattern_version_;
   std::vector<Influence> influences = work_.forces.list_influences();
   num_energies_ = influences.size();
   const std::vector<Influence> curved = work_.constraints.list_curved();
@@ -41,9 +42,19 @@ void StiffnessMatrix::make_pattern() {
     entries.push_back({i, j});
     entries.push_back({j, i});
   }
+  num_pairs_ = 0;
+  if (r != nullptr) {
+    work_.forces.for_each_pair_stiffness(model_.parallel, r, [&](int i, int j, const Block3&) {
+      ++num_pairs_;
+      if (i >= n || j >= n) return;
+      entries.push_back({i, j});
+      entries.push_back({j, i});
+    });
+  }
   std::sort(entries.begin(), entries.end());
   entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
   start_.assign(static_cast<std::size_t>(n) + 1, 0);
+  columns_.clear();
   for (const auto& [i, j] : entries) {
     ++start_[static_cast<std::size_t>(i) + 1];
     columns_.push_back(j);
@@ -51,6 +62,7 @@ void StiffnessMatrix::make_pattern() {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) start_[i + 1] += start_[i];
   blocks_.resize(columns_.size());
 
+  diagonal_.clear();
   for (int i = 0; i < n; ++i) diagonal_.push_back(slot(i, i));
   for (CoupledBlocks& coupling : couplings_) {
     const auto [i, j] = coupling.points;
@@ -58,6 +70,7 @@ void StiffnessMatrix::make_pattern() {
     coupling.ij = slot(i, j);
     coupling.ji = slot(j, i);
   }
+  influence_slots_.clear();
   for (const auto& [i, j] : influences) influence_slots_.push_back(i < n && j < n ? slot(i, j) : -1);
 }
 
@@ -74,6 +87,37 @@ void add(double sign, const Block3& from, Block3* to) {
 }
 
 }  // namespace
+
+bool StiffnessMatrix::has_block(int i, int j) const {
+  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(i)];
+  const auto end = columns_.begin() + start_[static_cast<std::size_t>(i) + 1];
+  return std::binary_search(begin, end, j);
+}
+
+/// Whether the pairs that feel each other at r are those that the pattern was made for.
+bool StiffnessMatrix::knows_all_pairs(const double* r) {
+  std::size_t count = 0;
+  bool has_all = true;
+  const int n = static_cast<int>(num_points());
+  work_.forces.for_each_pair_stiffness(model_.parallel, r, [&](int i, int j, const Block3&) {
+    ++count;
+    has_all = has_all && (i >= n || j >= n || has_block(i, j));
+  });
+  return has_all && count == num_pairs_;
+}
+
+void StiffnessMatrix::add_pairs(const double* r) {
+  const int n = static_cast<int>(num_points());
+  work_.forces.for_each_pair_stiffness(model_.parallel, r, [&](int i, int j, const Block3& derivative) {
+    for (const int point : {i, j}) {
+      if (point < n)
+        add(-1.0, derivative, &blocks_[static_cast<std::size_t>(diagonal_[static_cast<std::size_t>(point)])]);
+    }
+    if (i >= n || j >= n) return;
+    add(1.0, derivative, &blocks_[static_cast<std::size_t>(slot(i, j))]);
+    add(1.0, derivative, &blocks_[static_cast<std::size_t>(slot(j, i))]);
+  });
+}
 
 /// With B the derivative of the force on j in r_j, W has -B at (i, i) and (j, j), and B at (i, j) and (j, i).
 void StiffnessMatrix::add_coupling(std::size_t k, const Block3& derivative) {
@@ -97,7 +141,9 @@ void StiffnessMatrix::evaluate(double t, const double* r, const double* lambda, 
   work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
   work_.constraints.evaluate_curvatures(r, lambda, influences_.data() + num_energies_);
 
+  if (!knows_all_pairs(r)) make_pattern(r);
   std::fill(blocks_.begin(), blocks_.end(), Block3{});
+  add_pairs(r);
   for (std::size_t i = 0; i < diagonal_.size(); ++i)
     add(-1.0, point_positions_[i], &blocks_[static_cast<std::size_t>(diagonal_[i])]);
   for (std::size_t k = 0; k < couplings_.size(); ++k) {

@@ -33,6 +33,8 @@ class StiffnessMatrix {
   /// N/m, where that is 0: what rounding leaves of a force then moves nothing far where motions cost nothing.
   void hold_rows(double share, double otherwise);
 
+  /// Changes where blocks come and go: pair forces with a cutoff have those of the pairs within it.
+  std::size_t pattern_version() const { return pattern_version_; }
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move
   /// Blocks of point i: start()[i] … start()[i + 1] - 1, beside increasing columns().
   std::span<const int> start() const { return start_; }
@@ -48,12 +50,17 @@ class StiffnessMatrix {
   double largest_of(std::size_t point) const;
 
  private:
-  void make_pattern();
+  /// `r`: where pair forces are; null: without them.
+  void make_pattern(const double* r);
+  bool knows_all_pairs(const double* r);
+  void add_pairs(const double* r);
+  bool has_block(int i, int j) const;
   int slot(int i, int j) const;
   void add_coupling(std::size_t k, const Block3& derivative);
 
   Workspace& work_;
   const Model& model_;
+  std::size_t pattern_version_ = 0, num_pairs_ = 0;  // pairs that feel each other, by forces of pairs
   std::vector<int> start_{0}, columns_;
   std::vector<Block3> blocks_;
   std::vector<int> diagonal_;  // [moving point] its own block

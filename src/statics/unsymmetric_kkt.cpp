@@ -11,6 +11,10 @@ UnsymmetricKkt::UnsymmetricKkt(const EquilibriumEquations& equations)
 
 void UnsymmetricKkt::make_pattern() {
   const StiffnessMatrix& W = equations_.stiffness();
+  pattern_version_ = W.pattern_version();
+  pattern_ = {};
+  stiffness_slots_.clear();
+  gradient_slots_.clear();
   const std::size_t n = equations_.size(), rows = equations_.num_rows();
   std::vector<std::vector<int>> columns(n + rows);
   for (std::size_t i = 0; i < W.num_points(); ++i) {
@@ -66,6 +70,7 @@ int UnsymmetricKkt::slot(std::size_t row, std::size_t column) const {
 void UnsymmetricKkt::assemble() {
   constexpr double compliance = 1e-14;  // over the largest stiffness
   const StiffnessMatrix& W = equations_.stiffness();
+  if (pattern_version_ != W.pattern_version()) make_pattern();
   const std::size_t n = equations_.size();
   double* const values = factor_->values();
   std::fill_n(values, pattern_.rows.size(), 0.0);

@@ -40,6 +40,7 @@ class UnsymmetricKkt {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
+  std::size_t pattern_version_ = 0;  // of W, for which all this was made
   SquarePattern pattern_;
   std::unique_ptr<SparseLu<double>> factor_;
   std::vector<int> stiffness_slots_;                // [9 block of W]

@@ -59,5 +59,30 @@ const End ends[] = {
 INSTANTIATE_TEST_SUITE_P(Scenes, EnergyEnds, testing::ValuesIn(ends),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
+/// Each command warns on stderr of a bond that a rod makes constant, and says it in `left_out`.
+TEST(EnergiesTest, ABondAlongARodIsWarnedOfByEachCommand) {
+  const std::string warning = "bb: the energy of 1 bond along rods is constant";
+  const Folder folder;
+  write_text(folder / "s.json", R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "motion": {"t_end": 0.01},
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
+               {"name": "bb", "kind": "bond", "law": "harmonic", "pairs": [[1,0]], "stiffness": 3, "rest_length": 0.8}]})");
+  for (const Words& words : std::vector<Words>{{"run", "s.json", "--out", "o", "--quiet"},
+                                               {"solve", "s.json", "--out", "o/solve.json"},
+                                               {"info", "s.json"},
+                                               {"equilibrium", "s.json", "--out", "o"},
+                                               {"modes", "s.json", "--out", "o"}}) {
+    const Ended ended = run_program(folder, words);
+
+    ASSERT_EQ(ended.code, 0) << words[0] << ended.err;
+    EXPECT_EQ(count(ended.err, "warning: " + warning), 1u) << words[0] << ended.err;
+    const std::string told = words[0] == "info"    ? ended.out
+                             : words[0] == "solve" ? read_text(folder / "o/solve.json")
+                                                   : read_text(folder / "o/summary.json");
+    EXPECT_NE(told.find(warning), std::string::npos) << words[0];
+  }
+}
+
 }  // namespace
 }  // namespace tanor::cli

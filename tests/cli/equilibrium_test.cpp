@@ -100,6 +100,142 @@ TEST(EquilibriumTest, AtALaterTimeIsWrittenAsASceneThatRunsFromThere) {
   }
 }
 
+/// Positions of the equilibrium of a scene and of that of the scene which it writes; a run of the latter starts there.
+void expect_same_at_written_scene(const Folder& folder, const json& scene, const std::string& what) {
+  const Ended first = find_in(folder, scene);
+  ASSERT_EQ(first.code, 0) << what << first.err;
+
+  const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
+  const Ended ran = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
+
+  ASSERT_EQ(again.code, 0) << what << again.err;
+  ASSERT_EQ(ran.code, 0) << what << ran.err;
+  const json before = json::parse(read_text(folder / "at_rest/summary.json")),
+             after = json::parse(read_text(folder / "again/summary.json"));
+  EXPECT_EQ(after["equilibrium"]["iterations"], 0) << what;
+  for (std::size_t i = 0; i < before["final"]["positions"].size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(after["final"]["positions"][i][k].get<double>(), before["final"]["positions"][i][k].get<double>(),
+                  1e-9)
+          << what;
+  }
+  EXPECT_LE(json::parse(read_text(folder / "motion/summary.json"))["start_correction"].get<double>(), 1e-4) << what;
+}
+
+/// The support has moved since lengths, angles and radii were measured, and stands at the time of the equilibrium.
+TEST(EquilibriumTest, InitialNumbersAreThoseOfTheSceneThatWasGiven) {
+  const Folder folder;
+  std::string drive;
+  for (int i = 0; i <= 60; ++i)
+    drive += std::to_string(0.05 * i) + ",0,0," + std::to_string(0.5 * std::sin(M_PI * 0.025 * i)) + "\n";
+  write_text(folder / "drive.csv", drive);
+  const json base = json::parse(R"json({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0.3,0,-1], [0,0,-2]], "masses": 1},
+    "supports": [{"points": [0], "motion": {"formula": ["0", "0", "0.5*sin(pi*t/2)"]}}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "equilibrium": {"at": 1, "accept": "marginal"}, "motion": {"t_end": 0.01}})json");
+  json angle = base, table = base, sphere = base, pulley = base;
+  angle["constraints"].push_back({{"kind", "angle"}, {"triples", {{0, 1, 2}}}});
+  table["supports"][0]["motion"] = {{"table", "drive.csv"}};
+  sphere["supports"].clear();
+  sphere["constraints"][0] = {
+      {"kind", "sphere"}, {"points", {1, 2, 0}}, {"center", {{"formula", {"0", "0", "3+(t-1)^2"}}}}};
+  sphere["constraints"].push_back({{"kind", "plane"},
+                                   {"points", {0, 1, 2}},
+                                   {"normal", {{"formula", {"0", "1", "0.1*(t-1)^2"}}}},
+                                   {"offset", "initial"}});
+  pulley["constraints"] = {{{"kind", "pulley"}, {"pairs", {{0, 1}}}, {"a", {0, 0, 1}}, {"b", {0, 0, 2}}},
+                           {{"kind", "rod"}, {"pairs", {{1, 2}}}}};
+
+  for (const auto& [scene, what] :
+       {std::pair{base, "rods"}, {table, "table"}, {angle, "angle"}, {sphere, "sphere"}, {pulley, "pulley"}})
+    expect_same_at_written_scene(folder, scene, what);
+}
+
+/// Energies of an imported file are the scene's own in what is written, and entries keep the names that they had.
+TEST(EquilibriumTest, WritesWhatCameWithItsPoints) {
+  const Folder folder;
+  write_text(folder / "chain.data", R"(chain
+
+4 atoms
+3 bonds
+2 angles
+1 dihedrals
+1 atom types
+1 bond types
+1 angle types
+1 dihedral types
+
+-9 9 xlo xhi
+-9 9 ylo yhi
+-9 9 zlo zhi
+
+Masses
+
+1 2
+
+Atoms # molecular
+
+1 1 1 0 0 0
+2 1 1 1 0 0
+3 1 1 1.5 0.8 0
+4 1 1 2.4 1 0.3
+
+Bonds
+
+1 1 1 2
+2 1 2 3
+3 1 3 4
+
+Angles
+
+1 1 1 2 3
+2 1 2 3 4
+
+Dihedrals
+
+1 1 1 2 3 4
+
+Bond Coeffs # harmonic
+
+1 50 1.1
+
+Angle Coeffs # harmonic
+
+1 20 110
+
+Dihedral Coeffs # opls
+
+1 1.1 -0.3 2.2 0.7
+)");
+  const json scene = json::parse(R"({
+    "tanor_scene": 1, "import": {"file": "chain.data", "format": "lammps-data", "bonds": "energies", "angles": "energies",
+                                 "dihedrals": "energies"},
+    "supports": [{"points": [0, 3]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
+      {"kind": "pair", "law": "yukawa", "strength": 1, "length": 1}],
+    "constraints": [{"kind": "plane", "points": [1], "normal": [0,0,1]}], "motion": {"t_end": 0.01}})");
+
+  expect_same_at_written_scene(folder, scene, "import");
+  const json written = json::parse(read_text(folder / "at_rest/equilibrium.json"));
+  ASSERT_EQ(written["forces"].size(), 5u);
+  EXPECT_EQ(written["forces"][2]["name"], "bonds1");
+  EXPECT_EQ(written["constraints"][0]["name"], "plane0");
+}
+
+/// A formula's coordinates begin where the given scene was; the constraints say the same.
+TEST(EquilibriumTest, LeavesOutCoordinatesThatBeginElsewhere) {
+  const Folder folder;
+  const json scene = json::parse(R"json({
+    "tanor_scene": 1, "points": {"positions": [[1,0,0]], "masses": 1},
+    "constraints": [{"kind": "formula", "points": [[0]], "equation": "x1^2 + z1^2 - 1"},
+                    {"kind": "plane", "points": [0], "normal": [0,1,0]}],
+    "coordinates": [{"kind": "formula", "points": [0], "q": {"a": 0}, "x": "cos(a)", "z": "-sin(a)"}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "motion": {"t_end": 0.01},
+    "solver": {"form": "tangent"}})json");
+
+  expect_same_at_written_scene(folder, scene, "formula");
+}
+
 TEST(EquilibriumTest, OfATautWireTellsNoTensionsThatItDoesNotKnow) {
   const Folder folder;
   const json wire = json::parse(R"({

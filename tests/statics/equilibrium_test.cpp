@@ -257,26 +257,6 @@ TEST(Equilibrium, OfChargesOnASphereHasThreeRigidZeroModes) {
   }
 }
 
-/// A bead hangs on a rod beside another one that repels it within a cutoff.
-TEST(Equilibrium, SaysNothingOfStabilityWherePairsHaveNoStiffness) {
-  System system;
-  system.positions = {0, 0, 0, 0, 0, -1, 0.9, 0, 0, 0.9, 0, -1};
-  system.masses.assign(4, 1.0);
-  system.supports.push_back({"", {0, 2}, {}});
-  system.constraints.push_back(Rods{.name = "rods", .pairs = {{0, 1}, {2, 3}}});
-  system.add_gravity({0.0, 0.0, -g});
-  system.forces.push_back(
-      PairForces{.name = "beads", .points = {1, 3}, .law = PairLaw::Wca, .epsilon = 1.0, .sigma = 0.8});
-
-  const std::string refusal = error_of([&] { (void)find_equilibrium(system); });
-  EXPECT_NE(refusal.find("beads: pair forces with a cutoff"), std::string::npos) << refusal;
-
-  const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
-  EXPECT_TRUE(std::ranges::any_of(found.left_out, [](const std::string& what) {
-    return what.find("beads: it has no part in the stiffness") != std::string::npos;
-  }));
-}
-
 /// A bead that stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
 TEST(Equilibrium, WithoutConstraintsIsToldBesideTheLargestSingleForce) {
   constexpr double mass = 2.0, stiffness = 500.0;

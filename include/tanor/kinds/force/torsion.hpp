@@ -74,7 +74,8 @@ struct KindOf<Torsions> {
                0.5 * coefficients[2] * (1.0 + c * (4.0 * square - 3.0)) +
                4.0 * coefficients[3] * square * (1.0 - square);
       }
-      const T s = norm(b2) * dot(b1, b) / lengths;
+      // |b2| b1.(b2 x b3) = (A x B).b2/|b2|, which keeps more digits where three points are nearly in line
+      const T s = dot(cross(a, b), b2) / (norm(b2) * lengths);
       const T turned_c = cos(numbers[1]), turned_s = sin(numbers[1]);
       if (law == TorsionLaw::Harmonic) {
         const T angle = atan2(s * turned_c - c * turned_s, c * turned_c + s * turned_s);

@@ -1,0 +1,59 @@
+/// Tensions that are asked for and that the rods cannot have.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <tanor/modes.hpp>
+
+namespace tanor {
+namespace {
+
+/// A wire of ten rods between two supports, without weight.
+System make_wire() {
+  System system;
+  Rods rods{.name = "r"};
+  for (int i = 0; i <= 10; ++i) {
+    system.positions.insert(system.positions.end(), {0.1 * i, 0.0, 0.0});
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.masses.assign(11, 1.0);
+  system.supports.push_back({"", {0, 10}, {}});
+  system.constraints = {rods};
+  return system;
+}
+
+std::string prestress_note(const Modes& found) {
+  const auto note =
+      std::ranges::find_if(found.left_out, [](const std::string& what) { return what.starts_with("prestress: "); });
+  return note == found.left_out.end() ? "" : *note;
+}
+
+TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
+  const System wire = make_wire();
+  std::vector<double> tensions(10, 100.0);
+  std::fill(tensions.begin() + 5, tensions.end(), 50.0);
+
+  const std::string note = prestress_note(modes(wire, wire.positions, {.prestress = {{"r", tensions}}}));
+
+  EXPECT_NE(note.find("is 75"), std::string::npos) << note;
+  EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
+}
+
+TEST(Prestress, ThatIsAStateOfSelfStressIsTakenWithoutAWord) {
+  const System wire = make_wire();
+
+  EXPECT_EQ(prestress_note(modes(wire, wire.positions, {.prestress = {{"r", {100.0}}}})), "");
+}
+
+/// Forces along the wire and the tensions that balance them.
+TEST(Prestress, ThatBalancesTheForcesIsTakenWithoutAWord) {
+  System wire = make_wire();
+  wire.forces.push_back(ConstantForce{.name = "pull", .points = {5}, .force = Vector3{50.0, 0.0, 0.0}});
+  std::vector<double> tensions(10, 100.0);
+  std::fill(tensions.begin() + 5, tensions.end(), 50.0);
+
+  EXPECT_EQ(prestress_note(modes(wire, wire.positions, {.prestress = {{"r", tensions}}})), "");
+}
+
+}  // namespace
+}  // namespace tanor
