@@ -20,9 +20,13 @@ std::size_t GradientRank::user_row(std::size_t row) const {
 }
 
 std::vector<RowDependence> GradientRank::list_dependences() const {
+  return list_dependences(linearization_.factor().all_rows().redundancy());
+}
+
+std::vector<RowDependence> GradientRank::list_dependences(const Redundancy& redundancy) const {
   const RankRevealingFactor& factor = linearization_.factor().all_rows();
   std::vector<RowDependence> result;
-  for (const Redundancy::Found& found : factor.redundancy().list()) {
+  for (const Redundancy::Found& found : redundancy.list()) {
     if (depends_on_contacts(found)) continue;
     RowDependence& dependence = result.emplace_back();
     dependence.row = user_row(static_cast<std::size_t>(found.row));
@@ -37,11 +41,14 @@ std::vector<RowDependence> GradientRank::list_dependences() const {
 }
 
 RankReport GradientRank::report(const double* r, bool thoroughly) {
+  if (thoroughly && model_.num_rows() > 0) (void)linearization_.factor().decide_whole_rank(r);
+  return describe(linearization_.factor().all_rows().redundancy());
+}
+
+RankReport GradientRank::describe(const Redundancy& redundancy) const {
   const std::size_t num_rows = model_.num_rows(), num_user_rows = model_.numbering.num_user_rows;
-  if (thoroughly && num_rows > 0) (void)linearization_.factor().decide_whole_rank(r);
-  const Redundancy& redundancy = linearization_.factor().all_rows().redundancy();
   RankReport report;
-  report.dependences = list_dependences();
+  report.dependences = list_dependences(redundancy);
   std::vector<bool> unique(num_rows, true);
   redundancy.mark_unique(&unique);
   std::fill(unique.begin() + static_cast<std::ptrdiff_t>(model_.numbering.first_idle_row()), unique.end(), false);

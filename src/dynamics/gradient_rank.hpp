@@ -19,6 +19,8 @@ class GradientRank final : public RankMonitor {
   RankReport report(const double* r, bool thoroughly);
   /// What depends, as it was decided, and nothing of the report that has a cost of its own.
   std::vector<RowDependence> list_dependences() const;
+  /// What another decision at the same configuration says.
+  RankReport describe(const Redundancy& redundancy) const;
 
   double mass_ratio() const override { return model_.mass_ratio; }
   void remember_gradients() override;
@@ -27,6 +29,7 @@ class GradientRank final : public RankMonitor {
  private:
   std::size_t user_row(std::size_t row) const;
   bool depends_on_contacts(const Redundancy::Found& found) const;
+  std::vector<RowDependence> list_dependences(const Redundancy& redundancy) const;
 
   Workspace& work_;
   const Model& model_;

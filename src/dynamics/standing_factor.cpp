@@ -43,13 +43,11 @@ bool StandingFactor::note_composite(double reciprocal_condition) {
   return is_fine;
 }
 
-/// Returns what it is given: whether the factor of all rows was made anew.
-bool StandingFactor::note_sparse(bool is_factorized) {
-  if (!is_factorized) return false;
+/// The factor of all rows was made anew.
+void StandingFactor::note_sparse() {
   state_ = State::Sparse;
   reciprocal_condition_ = all_rows_.reciprocal_condition();
   if (reuse_ != nullptr) reuse_->note_factor();
-  return true;
 }
 
 bool StandingFactor::linearise_by_composite(const double* r, const PointSource* source) {
@@ -73,7 +71,7 @@ std::optional<Elimination> StandingFactor::solve_by_composite(const FreeMotion& 
 
 Outcome StandingFactor::factorize(double t, const double* r) {
   Outcome outcome = all_rows_.factorize(t, r);
-  (void)note_sparse(true);
+  note_sparse();
   if (!outcome.ok()) state_ = State::None;
   return outcome;
 }
@@ -81,13 +79,26 @@ Outcome StandingFactor::factorize(double t, const double* r) {
 void StandingFactor::freshen() {
   if (state_ != State::Stale) return;
   all_rows_.factorize_again();
-  (void)note_sparse(true);
+  note_sparse();
+}
+
+bool StandingFactor::decide_rank_again(const double* r) {
+  const bool is_new = all_rows_.decide_rank_again(r);
+  if (is_new) note_sparse();
+  return is_new;
+}
+
+bool StandingFactor::decide_whole_rank(const double* r) {
+  const bool is_new = all_rows_.decide_whole_rank(r);
+  if (is_new) note_sparse();
+  return is_new;
 }
 
 bool StandingFactor::share_loads() {
   if (!all_rows_.share_loads()) return false;
   all_rows_.factorize_again();
-  return note_sparse(true);
+  note_sparse();
+  return true;
 }
 
 // ---- to use one of another configuration ----

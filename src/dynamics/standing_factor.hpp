@@ -65,12 +65,12 @@ class StandingFactor {
 
   RankRevealingFactor& all_rows() { return all_rows_; }
   const RankRevealingFactor& all_rows() const { return all_rows_; }
-  bool decide_rank_again(const double* r) { return note_sparse(all_rows_.decide_rank_again(r)); }
-  bool decide_whole_rank(const double* r) { return note_sparse(all_rows_.decide_whole_rank(r)); }
+  bool decide_rank_again(const double* r);
+  bool decide_whole_rank(const double* r);
   void decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                  const std::vector<double>& accelerations, double allowed) {
     all_rows_.decide_rank_of_poor_parts(r, rows, accelerations, allowed);
-    (void)note_sparse(true);
+    note_sparse();
   }
   /// Contacts that stick share their load from now on. Returns whether S was factorized anew for that.
   bool share_loads();
@@ -94,7 +94,7 @@ class StandingFactor {
     Stale       ///< for all rows together, of another K
   };
   bool note_composite(double reciprocal_condition);
-  bool note_sparse(bool is_factorized);
+  void note_sparse();
 
   Workspace& work_;
   const Model& model_;

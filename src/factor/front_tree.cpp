@@ -1,6 +1,7 @@
 #include "factor/front_tree.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "factor/front_kernels.hpp"
@@ -155,12 +156,12 @@ namespace {
 class Room {
  public:
   /// The first place for `size` numbers that none of those takes of which `meets(front)` says that they may be there at
-  /// the same time.
+  /// the same time; beyond `capacity` - size: there is none.
   template <class Meets>
-  std::size_t first_gap(std::size_t size, const Meets& meets) const {
+  std::size_t first_gap(std::size_t size, std::size_t capacity, const Meets& meets) const {
     std::size_t result = 0;
     for (const Stay& stay : stays_) {  // in the order of their places
-      if (stay.first >= result + size) break;
+      if (stay.first >= result + size || result + size > capacity) break;
       if (stay.end > result && meets(stay.front)) result = stay.end;
     }
     return result;
@@ -211,7 +212,8 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
     for (std::size_t k = 0; k < most_panels_tried && above >= 0 && front.home == Front::Home::Arena; ++k) {
       const Front& upper = fronts[static_cast<std::size_t>(above)];
       Room& panel = panels[static_cast<std::size_t>(above)];
-      if (const std::size_t gap = panel.first_gap(size, meets); gap + size <= upper.stride * upper.columns) {
+      const std::size_t capacity = upper.stride * upper.columns;
+      if (const std::size_t gap = panel.first_gap(size, capacity, meets); gap + size <= capacity) {
         front.home = Front::Home::Panels;
         front.update = upper.panel + gap;
         panel.add(s, gap, size);
@@ -219,7 +221,7 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
       above = upper.parent;
     }
     if (front.home == Front::Home::Panels) continue;
-    front.update = arena.first_gap(size, meets);
+    front.update = arena.first_gap(size, std::numeric_limits<std::size_t>::max(), meets);
     arena.add(s, front.update, size);
     arena_size = std::max(arena_size, front.update + size);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -81,45 +80,70 @@ class Clusters {
 
   const std::vector<Cluster>& all() const { return clusters_; }
 
-  /// METIS's cut of one cluster into pieces of equally many points: the part of each of its points.
+  /// METIS's cut of one cluster into pieces of equally many points: the part of each of its points. What a force joins
+  /// to a support stays together, since what the support carries is counted there.
   std::vector<int> cut(const Cluster& cluster, int pieces) {
-    place_.resize(system_.num_points());
-    for (std::size_t k = 0; k < cluster.points.size(); ++k)
-      place_[static_cast<std::size_t>(cluster.points[k])] = static_cast<idx_t>(k);
+    std::vector<idx_t> weights = number_vertices(cluster);
     const auto is_here = [&](Index point) { return of_point(point) == of_point(cluster.points.front()); };
-    const Groups<idx_t> neighbours(cluster.points.size(), [&](const auto& add) {
+    const auto vertex_of = [&](Index point) { return vertex_[static_cast<std::size_t>(point)]; };
+    const Groups<idx_t> neighbours(weights.size(), [&](const auto& add) {
       for_each_link(system_, [&](std::span<const Index> points, int) {
         for (const Index a : points) {
           for (const Index b : points)
-            if (a != b && is_here(a) && is_here(b))
-              add(place_[static_cast<std::size_t>(a)], place_[static_cast<std::size_t>(b)]);
+            if (is_here(a) && is_here(b) && vertex_of(a) != vertex_of(b)) add(vertex_of(a), vertex_of(b));
         }
       });
     });
-    auto num_points = static_cast<idx_t>(cluster.points.size()), num_weights = idx_t{1}, wanted = idx_t{pieces};
+    auto num_vertices = static_cast<idx_t>(weights.size()), num_weights = idx_t{1}, wanted = idx_t{pieces};
     std::vector<idx_t> start(neighbours.start.begin(), neighbours.start.end()), ends = neighbours.entries,
-                                                                                part(cluster.points.size());
+                                                                                part(weights.size());
     idx_t options[METIS_NOPTIONS], num_cut = 0;
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 1;
     constexpr int few = 8;
     const auto partition = pieces <= few ? METIS_PartGraphRecursive : METIS_PartGraphKway;
-    if (partition(&num_points, &num_weights, start.data(), ends.data(), nullptr, nullptr, nullptr, &wanted, nullptr,
-                  nullptr, options, &num_cut, part.data()) != METIS_OK)
-      throw std::runtime_error("METIS could not cut " + std::to_string(num_points) + " points");
-    return {part.begin(), part.end()};
+    if (partition(&num_vertices, &num_weights, start.data(), ends.data(), weights.data(), nullptr, nullptr, &wanted,
+                  nullptr, nullptr, options, &num_cut, part.data()) != METIS_OK)
+      throw std::runtime_error("METIS could not cut " + std::to_string(num_vertices) + " points");
+    std::vector<int> result;
+    for (const Index point : cluster.points) result.push_back(part[static_cast<std::size_t>(vertex_of(point))]);
+    return result;
   }
 
  private:
+  /// Numbers the vertices of a cluster's graph, each of one point or of several that stay together; returns how many
+  /// points each has.
+  std::vector<idx_t> number_vertices(const Cluster& cluster) {
+    std::vector<Index> together(root_.size());
+    std::iota(together.begin(), together.end(), 0);
+    for_each_tuple(system_, [&](std::span<const Index> points) {
+      const auto is_support = [&](Index point) { return root_[static_cast<std::size_t>(point)] == nobody; };
+      if (std::ranges::any_of(points, is_support)) join_all(points, &together);
+    });
+    vertex_.assign(root_.size(), -1);
+    std::vector<idx_t> weights;
+    for (const Index point : cluster.points) {
+      idx_t& vertex = vertex_[static_cast<std::size_t>(find_root(together.data(), point))];
+      if (vertex < 0) {
+        vertex = static_cast<idx_t>(weights.size());
+        weights.push_back(0);
+      }
+      ++weights[static_cast<std::size_t>(vertex)];
+      vertex_[static_cast<std::size_t>(point)] = vertex;
+    }
+    return weights;
+  }
   Index find(Index point) {
     return root_[static_cast<std::size_t>(point)] == nobody ? nobody : find_root(root_.data(), point);
   }
-  void join(std::span<const Index> points) {
+  void join(std::span<const Index> points) { join_all(points, &root_); }
+  /// Of those that are no supports.
+  void join_all(std::span<const Index> points, std::vector<Index>* roots) const {
     Index first = nobody;
     for (const Index point : points) {
       if (root_[static_cast<std::size_t>(point)] == nobody) continue;
       if (first == nobody) first = point;
-      join_sets(root_.data(), first, point);
+      join_sets(roots->data(), first, point);
     }
   }
   void number() {
@@ -148,31 +172,8 @@ class Clusters {
   std::vector<Index> root_;  // -1: a support
   std::vector<int> cluster_of_;
   std::vector<Cluster> clusters_;
-  std::vector<idx_t> place_;
+  std::vector<idx_t> vertex_;  // [point] of the cluster that is cut
 };
-
-/// Lets one rank have all points of a force that joins them to a support: what the support carries is counted there.
-void join_at_supports(const System& system, std::vector<int>* owner) {
-  bool has_changed = true;
-  while (has_changed) {
-    has_changed = false;
-    for_each_tuple(system, [&](std::span<const Index> points) {
-      int first = std::numeric_limits<int>::max();
-      bool has_support = false;
-      for (const Index point : points) {
-        const int own = (*owner)[static_cast<std::size_t>(point)];
-        has_support = has_support || own == nobody;
-        if (own != nobody) first = std::min(first, own);
-      }
-      for (const Index point : points) {
-        int& own = (*owner)[static_cast<std::size_t>(point)];
-        if (!has_support || own == nobody || own == first) continue;
-        own = first;
-        has_changed = true;
-      }
-    });
-  }
-}
 
 /// Loads of ranks; the next piece goes to the one with the least.
 class Loads {
@@ -226,7 +227,6 @@ std::vector<int> assign_owners(const System& system, int num_ranks) {
   }
   for (const Support& support : system.supports)
     for (const Index point : support.points) owner[static_cast<std::size_t>(point)] = nobody;
-  join_at_supports(system, &owner);
   require_all(owner, num_ranks);
   for (int& rank : owner) rank = std::max(rank, 0);
   return owner;

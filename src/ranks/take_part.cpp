@@ -231,11 +231,12 @@ class PartTaker {
     const std::string where = "/forces/" + text(f);
     const bool is_on_all = means_all_points(group);
     if constexpr (std::is_same_v<Group, PairForces>) require_one_owner(group, where);
-    Group own = group;
-    own.name = force_name(whole_, f);
+    const std::string name = force_name(whole_, f);
     if constexpr (joins_points<Group>()) {
-      if (!has_single_points<Group> || !tuples_of(group).empty()) return take_tuples(own, where);
+      if (!has_single_points<Group> || !tuples_of(group).empty()) return take_tuples(group, name, where);
     }
+    Group own = group;
+    own.name = name;
     if constexpr (requires { KindOf<Group>::members; }) {
       if (!is_on_all) {
         std::vector<std::size_t> members;
@@ -256,7 +257,7 @@ class PartTaker {
 
   /// Tuples with own points. Where other ranks have some, too, the first of them counts the energy.
   template <class Group>
-  void take_tuples(const Group& group, const std::string& where) {
+  void take_tuples(const Group& group, const std::string& name, const std::string& where) {
     std::vector<std::size_t> counted_here, counted_elsewhere;
     for (std::size_t k = 0; k < tuples_of(group).size(); ++k) {
       const std::span<const Index> points(tuples_of(group)[k]);
@@ -264,16 +265,16 @@ class PartTaker {
       if (owners.size() > 1) {
         ++result_.part.num_shared_tuples;
         if (std::ranges::any_of(points, [&](Index point) { return owner(point) == nobody; }))
-          throw InputError(where, group.name + "[" + text(k) + "] joins a support to points of several ranks");
+          throw InputError(where, name + "[" + text(k) + "] joins a support to points of several ranks");
       }
       if (!has(owners)) continue;
       const bool is_first = owners.empty() || owners.front() == rank();
       (is_first ? counted_here : counted_elsewhere).push_back(k);
     }
-    add_tuples(group, group.name, counted_here);
+    add_tuples(group, name, counted_here);
     if (counted_elsewhere.empty()) return;
     result_.part.energies_counted_elsewhere.push_back(result_.system.forces.size());
-    add_tuples(group, group.name + " (to other ranks)", counted_elsewhere);
+    add_tuples(group, name + " (to other ranks)", counted_elsewhere);
   }
   template <class Group>
   void add_tuples(const Group& group, const std::string& name, const std::vector<std::size_t>& chosen) {

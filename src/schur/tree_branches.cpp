@@ -1,14 +1,14 @@
 #include "schur/tree_branches.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "plan/thresholds.hpp"
 
 namespace tanor {
 
-TreeBranches::TreeBranches(std::span<const RodTree> trees, const RodRows& given, std::span<const double> inverse_mass,
-                           int threads)
-    : plan_(trees) {
+TreeBranches::TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads)
+    : plan_(std::move(plan)) {
   read_rods(given, inverse_mass);
   prepare_workspaces(threads);
 }

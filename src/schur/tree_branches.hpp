@@ -16,7 +16,7 @@ namespace tanor {
 class TreeBranches {
  public:
   /// `inverse_mass` [inner point].
-  TreeBranches(std::span<const RodTree> trees, const RodRows& given, std::span<const double> inverse_mass, int threads);
+  TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads);
 
   const EqualBranches& plan() const { return plan_; }
   std::size_t num_rods() const { return plan_.num_rods() * num_lanes; }

@@ -1,6 +1,7 @@
 #include "schur/tree_solver.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "plan/thresholds.hpp"
 #include "schur/tree_lanes.hpp"
@@ -22,26 +23,29 @@ std::unique_ptr<TreeSolver> TreeSolver::make(const SchurProblem& problem, int th
     trees.push_back(std::move(*tree));
     numbers.push_back(island);
   }
+  EqualBranches branches(trees);
   if (!eagerly) {
-    const EqualBranches branches(trees);
     std::size_t kept = 0;
     for (std::size_t tree = 0; tree < trees.size(); ++tree) {
       if (branches.share_in_lanes(tree) < plan::share_of_tree_in_lanes) continue;
       std::swap(trees[kept], trees[tree]);
       numbers[kept++] = numbers[tree];
     }
+    const bool keeps_all = kept == trees.size();
     trees.resize(kept);
     numbers.resize(kept);
+    if (!keeps_all) branches = EqualBranches(trees);
   }
   if (trees.empty()) return nullptr;
-  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, trees, threads));
+  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, trees, std::move(branches), threads));
   std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(numbers, island); });
   result->serve(problem, before, *islands);
   return result;
 }
 
-TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees, int threads)
-    : branches_(trees, rods, problem.inverse_mass, threads),
+TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees,
+                       EqualBranches branches, int threads)
+    : branches_(std::move(branches), rods, problem.inverse_mass, threads),
       trunks_(trees, branches_.plan(), rods, problem.inverse_mass, problem.numbering.num_moving),
       points_(problem.inverse_mass.size()),
       group_start_(group_islands(trunks_.size(), trunks_.num_rods(),

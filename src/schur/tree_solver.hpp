@@ -33,7 +33,8 @@ class TreeSolver final : public IslandSolver {
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
 
  private:
-  TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees, int threads);
+  TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees, EqualBranches branches,
+             int threads);
   void summarize();
 
   template <class Work>

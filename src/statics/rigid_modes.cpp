@@ -172,9 +172,7 @@ std::vector<double> find_island_stiffness(const EquilibriumEquations& equations,
   std::vector<double> largest(island.size(), 1e-150), result;
   for (std::size_t i = 0; i < island.size(); ++i) {
     double& own = largest[static_cast<std::size_t>(island[i])];
-    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
-      for (const double entry : W.blocks()[static_cast<std::size_t>(k)].entries) own = std::max(own, std::abs(entry));
-    }
+    own = std::max(own, W.largest_of(i));
   }
   for (const int own : island) result.push_back(largest[static_cast<std::size_t>(own)]);
   return result;

@@ -44,8 +44,10 @@ bool SmallestMultipliers::wants_decision() const {
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
                                              std::vector<double>* lambda, RankReport* rank) {
   if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
-  *rank = this->rank(r);
-  if (!wants_decision()) return {};
+  if (!wants_decision()) {
+    *rank = this->rank(r);
+    return {};
+  }
   const Model& model = equations_.model();
   const auto rows = static_cast<Index>(equations_.num_rows());
   const double tolerance = dependent * std::min(1.0, short_chain / static_cast<double>(rows));
@@ -56,7 +58,7 @@ Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const
     *lambda = given;
     solve_by_qr(&redundancy, r, lambda);
   }
-  *rank = describe(redundancy);
+  *rank = rank_.describe(redundancy);
   return {};
 }
 
@@ -75,35 +77,6 @@ void SmallestMultipliers::solve_by_qr(Redundancy* redundancy, const std::vector<
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] -= given[a];
   redundancy->minimize_norm(lambda->data());
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] += given[a];
-}
-
-/// As GradientRank tells it.
-RankReport SmallestMultipliers::describe(const Redundancy& redundancy) const {
-  const Model& model = equations_.model();
-  const auto user = [&](Index row) {
-    return static_cast<std::size_t>(model.numbering.user_row[static_cast<std::size_t>(row)]);
-  };
-  RankReport report;
-  for (const Redundancy::Found& found : redundancy.list()) {
-    RowDependence& each = report.dependences.emplace_back();
-    each.row = user(found.row);
-    each.what = linearization_.factor().all_rows().describe(found, "depends on");
-    for (const auto& [row, coefficient] : found.terms) each.terms.push_back({user(row), coefficient});
-  }
-  std::vector<bool> unique(model.num_rows(), true);
-  redundancy.mark_unique(&unique);
-  report.multipliers_unique.assign(model.numbering.num_user_rows, true);
-  for (std::size_t a = 0; a < model.num_rows(); ++a) {
-    const bool is_idle = a >= model.numbering.first_idle_row();
-    report.multipliers_unique[user(static_cast<Index>(a))] = unique[a] && !is_idle;
-    if (is_idle)
-      report.dependences.push_back(
-          {user(static_cast<Index>(a)), {}, equations_.work().name_row(a) + " joins supports alone"});
-  }
-  report.rank = model.numbering.num_user_rows - report.dependences.size();
-  report.degrees_of_freedom = equations_.size() - report.rank;
-  if (redundancy.has_decided()) report.smallest_singular_value = redundancy.smallest_singular_value();
-  return report;
 }
 
 std::vector<std::size_t> list_dependent_rows(const Model& model, const RankReport& rank) {

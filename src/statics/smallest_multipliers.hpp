@@ -31,7 +31,6 @@ class SmallestMultipliers {
  private:
   bool wants_decision() const;
   void solve_by_qr(Redundancy* redundancy, const std::vector<double>& r, std::vector<double>* lambda);
-  RankReport describe(const Redundancy& redundancy) const;
 
   EquilibriumEquations& equations_;
   Linearization linearization_;

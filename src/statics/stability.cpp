@@ -54,7 +54,7 @@ void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, R
     shift = result->negative + result->zero > 0 ? zero.least() : shift;
     while (!solver->factorize(shift)) {
       shift = 10.0 * std::abs(shift);
-      if (shift > 1e4 * std::max(finder->scale(), 1.0)) return;
+      if (shift > 1e4 * finder->scale()) return;
     }
   }
   // A block of Lanczos' method sees a zero mode as often as it has columns, and then what lies beyond.

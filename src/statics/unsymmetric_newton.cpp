@@ -11,14 +11,16 @@ namespace tanor {
 UnsymmetricNewton::UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure)
     : equations_(equations), model_(equations.model()), measure_(measure), kkt_(equations) {}
 
+/// W, K, g and xi at a state; returns the largest single force, N.
+double UnsymmetricNewton::linearise(const StaticState& state) {
+  equations_.linearise(state.r.data(), state.lambda.data());
+  return equations_.evaluate(state.r.data(), state.lambda.data(), g_.data(), xi_.data());
+}
+
 /// [ W  K ] [  dr     ]   [  g  ]
 /// [ K' 0 ] [ -dlambda] = [ -xi ]
-bool UnsymmetricNewton::find_step(const StaticState& state, double shift, bool is_held, std::vector<double>* dr,
-                                  std::vector<double>* minus_dlambda) {
-  equations_.linearise(state.r.data(), state.lambda.data());
-  const double scale = equations_.evaluate(state.r.data(), state.lambda.data(), g_.data(), xi_.data());
+bool UnsymmetricNewton::find_step(double shift, std::vector<double>* dr, std::vector<double>* minus_dlambda) {
   ++factorizations_;
-  if (is_held) equations_.stiffness().hold_rows(held_rows, held_rows * scale / model_.scene_size);
   if (!kkt_.factorize(shift)) return false;
   *dr = g_;
   minus_dlambda->resize(equations_.num_rows());
@@ -29,8 +31,10 @@ bool UnsymmetricNewton::find_step(const StaticState& state, double shift, bool i
 }
 
 bool UnsymmetricNewton::rests(const StaticState& state) {
+  const double scale = linearise(state);
+  equations_.stiffness().hold_rows(held_rows, held_rows * scale / model_.scene_size);
   std::vector<double> dr, minus_dlambda;
-  return !find_step(state, 0.0, true, &dr, &minus_dlambda) || longest(dr) <= short_step * model_.scene_size;
+  return !find_step(0.0, &dr, &minus_dlambda) || longest(dr) <= short_step * model_.scene_size;
 }
 
 Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals) {
@@ -58,15 +62,17 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
     // A lone force that vanishes where the point rests has no size there: it is small beside what it was.
     const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * first_scale;
-    if (now.known <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) {
+    const double force = iterations_ > 0 ? now.known : now.force;  // rounding is known where W was found
+    if (force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) {
       if (now.force == 0.0 || rests(*state)) return {};
       if (++long_steps == most_long_steps) return explain_fading(model_, now, iterations_);
     }
     if (iterations_++ == limits.max_iterations) return fail("no convergence");
     std::vector<double> dr, minus_dlambda;
     bool is_better = false;
+    (void)linearise(*state);
     for (int attempt = 0; attempt < 40 && !is_better; ++attempt) {
-      const bool is_found = find_step(*state, shift, false, &dr, &minus_dlambda);
+      const bool is_found = find_step(shift, &dr, &minus_dlambda);
       for (double length = 1.0; is_found && !is_better && length > 1e-3; length *= 0.5) {
         StaticState next = *state;
         for (std::size_t i = 0; i < equations_.size(); ++i) next.r[i] += length * dr[i];

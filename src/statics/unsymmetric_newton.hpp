@@ -19,8 +19,8 @@ class UnsymmetricNewton {
 
  private:
   bool rests(const StaticState& state);
-  bool find_step(const StaticState& state, double shift, bool is_held, std::vector<double>* dr,
-                 std::vector<double>* minus_dlambda);
+  double linearise(const StaticState& state);
+  bool find_step(double shift, std::vector<double>* dr, std::vector<double>* minus_dlambda);
 
   EquilibriumEquations& equations_;
   const Model& model_;
