@@ -38,7 +38,7 @@ class PairField {
   double power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
   /// The part of a step to make instead, where on its way a pair comes so near between two looks that the looks tell
-  /// nothing of it; 1: there is none. `masses` [moving point], kg. In pair_passages.cpp.
+  /// nothing of it; 1: there is none. `masses` [moving point, or all], kg: of what is pushed. In pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
 
  private:
