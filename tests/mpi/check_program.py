@@ -212,7 +212,17 @@ def melt(side=6):
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "pair", "law": "wca", "epsilon": 0.1, "sigma": 0.095, "exclude_rods": True,
                         "box": [0.1 * side] * 3}],
-            "motion": {"method": "dop853", "start": "project", "t_end": 0.05, "rtol": 1e-9}}
+            "motion": {"method": "rattle", "step": 2e-4, "start": "project", "t_end": 0.02}}
+
+
+def beam(cubes=5):
+    """Cubes in a row that all diagonals brace: many rods depend on others, on both sides of a cut."""
+    points = [[0.1 * i, 0.1 * j, 0.1 * k] for i in range(cubes + 1) for j in range(2) for k in range(2)]
+    pairs = [[a, b] for b in range(len(points)) for a in range(b) if math.dist(points[a], points[b]) < 0.18]
+    return {"name": "beam", "points": {"positions": points, "masses": 0.1}, "supports": [{"points": [0]}],
+            "constraints": [{"kind": "rod", "pairs": pairs}],
+            "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+            "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.05}}
 
 
 def beads(count=12):
@@ -237,6 +247,7 @@ def main():
     compare("polymer", polymer("dop853"), 1e-8)
     compare("polymer_in_series", polymer("auto"), 1e-9)
     compare("melt", melt(), 1e-9)
+    compare("beam", beam(), 1e-9)
     check_failures()
     check_options(path)
     check_folder(path)
