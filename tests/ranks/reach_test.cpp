@@ -58,7 +58,7 @@ TEST(Reach, PairForcesReachFromRankToRank) {
   auto& law = std::get<PairForces>(attracting.forces[0]);
   law.law = PairLaw::Lj;
   law.exclude_rods = false;
-  law.cutoff = 0.2;
+  law.cutoff = 0.23;  // no distance of the lattice that they start from
   for (const System& system : {melt, attracting}) {
     MotionOptions options = options_of(Method::Dop853);
     options.start = StartMode::Project;
@@ -69,7 +69,7 @@ TEST(Reach, PairForcesReachFromRankToRank) {
   }
 }
 
-/// Rods in a row that fly towards each other meet within what would be one step.
+/// Rods in a row that turn and fly towards each other meet within what would be one step.
 TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -77,7 +77,7 @@ TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
     for (int end = 0; end < 2; ++end) {
       const Index point = scenes::add_point({2.0 * k, 0.02 * k, 0.3 * end}, &system);
       if (end == 1) rods.pairs.push_back({point - 1, point});
-      system.velocities.insert(system.velocities.end(), {k < 2 ? 20.0 : -20.0, 0.0, 0.1 * k});
+      system.velocities.insert(system.velocities.end(), {k < 2 ? 20.0 : -20.0, end - 0.5, 0.1 * k});
     }
   }
   system.velocities.erase(system.velocities.begin(), system.velocities.end() - 24);
