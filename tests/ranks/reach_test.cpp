@@ -48,7 +48,9 @@ TEST(Reach, HaveTheEnergyScaleOfOneRank) {
   const Rods rods = std::get<Rods>(loose.constraints[0]);
   loose.constraints.clear();
   loose.forces = {Springs{"springs", rods.pairs, 1e9, scenes::spacing, 0.0}};
-  expect_same_motion(loose, options_of(Method::Rk4, 1e-6), 2e-6, 1e-12);
+  const MotionOptions options = options_of(Method::Rk4, 1e-6);
+  EXPECT_GT(run_whole(loose, options, 2e-6).report.energy.scale, 1e-3) << "of points that are moved";
+  expect_same_motion(loose, options, 2e-6, 1e-12);
 }
 
 /// Beads that repel each other in a periodic box: halos change while they move. Steps of a scheme that adapts them
@@ -69,20 +71,20 @@ TEST(Reach, PairForcesReachFromRankToRank) {
   }
 }
 
-/// Rods in a row that turn and fly towards each other meet within what would be one step.
+/// Rods in a row that fly towards each other meet within what would be one step.
 TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
   System system;
   Rods rods{"rods", {}, {}, {}};
   std::vector<double> velocities;
   for (int k = 0; k < 4; ++k) {
-    const Index low = scenes::add_point({2.0 * k, 0.02 * k, 0.0}, &system),
-                high = scenes::add_point({2.0 * k, 0.02 * k, 0.3}, &system);
+    const Index low = scenes::add_point({2.0 * k, 0.002 * k, 0.0}, &system),
+                high = scenes::add_point({2.0 * k, 0.002 * k, 0.3}, &system);
     rods.pairs.push_back({low, high});
-    for (const double turn : {-0.5, 0.5}) velocities.insert(velocities.end(), {k < 2 ? 20.0 : -20.0, turn, 0.1 * k});
+    for (int end = 0; end < 2; ++end) velocities.insert(velocities.end(), {k < 2 ? 20.0 : -20.0, 0.0, 0.1 * k});
   }
   system.velocities = velocities;
   system.constraints = {rods};
-  system.forces = {PairForces{.name = "beads", .epsilon = 1.0, .sigma = 0.1}};
+  system.forces = {PairForces{.name = "beads", .epsilon = 1.0, .sigma = 0.01}};
   const MotionOptions options = options_of(Method::Dop853);
   const Ending one = run_whole(system, options, 0.08);
   EXPECT_LT(one.velocities[6], 0.0) << "the inner ones have met";
