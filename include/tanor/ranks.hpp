@@ -118,7 +118,7 @@ struct RankSystem {
 
 /// Takes out the points of one rank, with all that acts on them. `owner` [point]: the rank of each point that moves
 /// (that of a support does not matter), the same on every rank. Not collective. Throws InputError where something joins
-/// points of several ranks that only constraints may join, or cannot be taken apart.
+/// points of several ranks that one rank must have, or cannot be taken apart.
 TANOR_API RankSystem take_part(const System& system, std::span<const int> owner, Ranks& ranks);
 
 }  // namespace tanor

@@ -47,7 +47,7 @@ TEST(Reach, HaveTheEnergyScaleOfOneRank) {
   System loose = make_net(7, 6);
   const Rods rods = std::get<Rods>(loose.constraints[0]);
   loose.constraints.clear();
-  loose.forces = {Springs{"springs", rods.pairs, 1e9, scenes::spacing, 0.0}};
+  loose.forces = {Springs{.name = "springs", .pairs = rods.pairs, .stiffness = 1e9, .rest_length = scenes::spacing}};
   const MotionOptions options = options_of(Method::Rk4, 1e-6);
   EXPECT_GT(run_whole(loose, options, 2e-6).report.energy.scale, 1e-3) << "of points that are moved";
   expect_same_motion(loose, options, 2e-6, 1e-12);
