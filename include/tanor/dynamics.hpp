@@ -310,8 +310,8 @@ class TANOR_API Dynamics {
   /// Rank of K: decided where S = K'M^-1K raised a suspicion, else d. `thoroughly`: decides in any case.
   RankReport rank(const StateView& at, bool thoroughly = false);
 
-  /// Proves accelerations, multipliers and reactions at a state, which are found anew for it: identities, and second
-  /// ways to the same numbers. Costs about as much as ten solves.
+  /// Proves accelerations, multipliers and reactions at a state, found for it unless the last solve found all of them
+  /// there: identities, and second ways to the same numbers. Costs about as much as ten solves.
   Certificate certify(const StateView& at);
 
   /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one. Velocities take no part.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -78,11 +79,23 @@ struct Part {
   };
   std::vector<SharedRow> shared_rows{};
   std::size_t num_shared_rows = 0;  ///< of all ranks
+  /// Constraints of the whole system close loops or are no distances: else K has full rank everywhere.
+  bool may_lose_rank = true;
 
   /// Forces of this System that join own points and guests and whose energies another rank counts. Every rank that owns
   /// one of their points has them, for what they do to its own.
   std::vector<std::size_t> energies_counted_elsewhere{};
   std::size_t num_shared_tuples = 0;  ///< of all ranks: springs, bonds, formulas … between their points
+
+  /// A group of pair forces with a cutoff between points of several ranks; those between own points are in this System
+  /// as well.
+  struct SharedPairs {
+    PairForces law;              ///< its points are this rank's own ones; there may be none
+    std::vector<Index> numbers;  ///< of these points, in the whole system
+    /// Pairs that leave each other alone: of these points one by its place in the list, another rank's by its number.
+    std::vector<std::array<Index, 2>> excluded;
+  };
+  std::vector<SharedPairs> shared_pairs{};  ///< as many on every rank, in the same order
 
   /// [point] The number of the island or neighbourhood, of those that lie on several ranks, which a point belongs to;
   /// -1: of none. Empty: there are none.
@@ -91,7 +104,7 @@ struct Part {
 
   bool is_whole() const { return ranks == nullptr || ranks->size() == 1; }
   /// Equations or forces reach from rank to rank, here or elsewhere.
-  bool is_cut() const { return num_shared_rows + num_shared_tuples > 0; }
+  bool is_cut() const { return num_shared_rows + num_shared_tuples + shared_pairs.size() > 0; }
 };
 
 /// A rank's part of a system that all ranks know.
@@ -105,7 +118,7 @@ struct RankSystem {
 
 /// Takes out the points of one rank, with all that acts on them. `owner` [point]: the rank of each point that moves
 /// (that of a support does not matter), the same on every rank. Not collective. Throws InputError where something joins
-/// points of several ranks that only constraints may join, or cannot be taken apart.
+/// points of several ranks that one rank must have, or cannot be taken apart.
 TANOR_API RankSystem take_part(const System& system, std::span<const int> owner, Ranks& ranks);
 
 }  // namespace tanor

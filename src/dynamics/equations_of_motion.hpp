@@ -28,13 +28,18 @@ class EquationsOfMotion : public Mechanics {
   /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
-  /// Where other processes have parts of the system: the states of their points that equations here need.
+  /// Where other processes have parts of the system: the states of their points that equations here need. A null `v`
+  /// is not wanted.
   virtual void fetch_guests(double* r, double* v) = 0;
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
+  /// Potential energy where all points are at r [3n], J.
+  virtual double potential(double t, const double* r) = 0;
   /// eta [3n] of what was found with accelerations at this state, where K stands; of supports: what the constraints do
   /// there.
   virtual void write_reactions(const Kinematics& at, const Reactions& found, double* eta) = 0;
+  /// lambda [d] := the multipliers of the same reactions with the least norm, where several serve, at this state.
+  virtual void minimize_multipliers(const Kinematics& at, double* lambda) = 0;
   /// Likewise tau [3n], of contacts that slide and of those that stick.
   virtual void write_friction(const Reactions& found, double* tau) const = 0;
 

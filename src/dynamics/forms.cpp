@@ -102,7 +102,10 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
 
 Outcome Forms::reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta) {
   if (eta != nullptr) main->write_reactions(at.own, found, eta);
-  if (given != nullptr) std::copy(found.lambda.begin(), found.lambda.end(), lambda);
+  if (given != nullptr) {
+    std::copy(found.lambda.begin(), found.lambda.end(), lambda);
+    given->minimize_multipliers(at.own, lambda);
+  }
   if (normal == nullptr) return {};
   if (is_tangent()) {
     scratch_.resize(3 * model.num_points());
@@ -111,7 +114,7 @@ Outcome Forms::reactions(const Place& at, const Request& request, const Reaction
   }
   const std::vector<double>& own = (is_tangent() ? found_ : found).lambda;
   std::copy(own.begin(), own.end(), lambda);
-  normal->linearization().minimize_multiplier_norm(at.points.x, lambda);
+  normal->minimize_multipliers(at.points, lambda);
   if (!is_tangent() || eta == nullptr) return {};
   // Supports carry what the constraints do there.
   normal->write_reactions(at.points, found_, scratch_.data());

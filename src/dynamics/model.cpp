@@ -5,12 +5,11 @@
 #include <numeric>
 #include <utility>
 
-#include "base/disjoint_sets.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/text.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
-#include "system/members.hpp"
+#include "system/loops.hpp"
 
 namespace tanor {
 
@@ -22,36 +21,6 @@ std::vector<double> masses_in_order(const System& system, const Numbering& numbe
     result[i] = system.masses[static_cast<std::size_t>(numbering.user_point[i])];
   }
   return result;
-}
-
-/// Rods that join what is joined already, or any constraint that is no distance.
-bool closes_loops(const System& system, const Numbering& numbering) {
-  // Points of one tree have one root; all supports and centers are one place.
-  std::vector<Index> parent(numbering.num_moving + 1);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto ground = static_cast<Index>(numbering.num_moving);
-  const auto place = [&](Index point) {
-    return std::min(numbering.inner_point[static_cast<std::size_t>(point)], ground);
-  };
-  const auto joins_what_is_joined = [&](Index i, Index j) {
-    if (find_root(parent.data(), i) == find_root(parent.data(), j)) return i != j;  // between supports alone: idle
-    join_sets(parent.data(), i, j);
-    return false;
-  };
-  const auto closes = [&]<class Group>(const Group& group) {
-    if constexpr (requires { KindOf<Group>::is_distance; }) {
-      for (std::size_t k = 0; k < num_members(group); ++k) {
-        const std::span<const Index> points = member_points(group, k);
-        if (joins_what_is_joined(place(points[0]), points.size() == 2 ? place(points[1]) : ground)) return true;
-      }
-      return false;
-    }
-    return true;
-  };
-  for (const Constraint& constraint : system.constraints) {
-    if (std::visit(closes, constraint)) return true;
-  }
-  return false;
 }
 
 std::size_t count_constrained(std::span<const Incidence> incidences, const Numbering& numbering) {
@@ -96,7 +65,7 @@ Model::Model(NumberedSystem numbered, const Families& families)
       gather(incidences, numbering.num_points()),
       scene_size(tanor::scene_size(system)),
       smallest_length(families.constraints.smallest_length(scene_size)),
-      may_lose_rank(closes_loops(system, numbering)),
+      may_lose_rank(closes_loops(system)),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       uniform_free_(families.forces.uniform_acceleration()),
       num_constrained_(count_constrained(incidences, numbering)),

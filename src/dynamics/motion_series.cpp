@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -19,15 +23,18 @@ std::vector<Incidence> join(std::vector<Incidence> constraints, const std::vecto
 
 }  // namespace
 
-MotionSeries::MotionSeries(const Workspace& work)
-    : model_(work.model()),
+MotionSeries::MotionSeries(Workspace& work)
+    : work_(work),
+      model_(work.model()),
       constraints_(model_.system, model_.numbering, model_.incidences, work.time()),
       forces_(model_.system, model_.numbering, work.time()),
       gather_(join(constraints_.turning(model_.incidences), forces_.incidences(), work.constraints.num_blocks()),
               model_.num_points()),
       first_force_(work.constraints.num_blocks()),
       blocks_(3 * (first_force_ + forces_.num_blocks()), 0.0),
-      ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0) {
+      ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0),
+      right_side_(model_.num_rows()),
+      rows_(model_.num_rows()) {
   for (const tanor::Support& support : model_.system.supports) {
     if (support.displacement.is_constant()) continue;
     supports_.push_back({support.displacement, {}});
@@ -47,7 +54,20 @@ const std::string& MotionSeries::obstacle() const {
   return obstacle_;
 }
 
-double MotionSeries::smooth_until() const {
+double MotionSeries::expand(double t, const std::vector<double>& lambda, int passes, SeriesFactor& factor,
+                            std::span<double* const> coefficients) {
+  {
+    const Stopwatch watch(&work_.times.evaluate);
+    begin(t, coefficients);
+  }
+  lambda_ = lambda;
+  for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
+    {
+      const Stopwatch watch(&work_.times.evaluate);
+      advance(k, coefficients);
+    }
+    if (k > 0) solve_order(k, passes, factor, coefficients[static_cast<std::size_t>(k) + 2]);
+  }
   return smooth_until_;
 }
 
@@ -71,9 +91,11 @@ void MotionSeries::begin(double t, std::span<double* const> coefficients) {
   }
 }
 
-void MotionSeries::advance(int k, std::span<double* const> coefficients, const double* last_lambda, double* rows) {
+/// Order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2]; and minus what
+/// K_0'r_{k+2} has to be. Orders follow one another; k = 0 prepares the others and finds nothing.
+void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   const Parallel& parallel = model_.parallel;
-  constraints_.advance(parallel, k, coefficients, last_lambda, blocks_.data(), rows);
+  constraints_.advance(parallel, k, coefficients, lambda_.data(), blocks_.data(), right_side_.data());
   if (forces_.num_blocks() > 0) forces_.advance(parallel, k, coefficients, blocks_.data() + 3 * first_force_);
   if (k == 0) return;
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
@@ -84,6 +106,32 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients, const d
   parallel.for_ranges(3 * moving, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) next[i] *= factor;
   });
+}
+
+/// S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu
+void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* next) {
+  factor.complete(next);
+  std::fill(lambda_.begin(), lambda_.end(), 0.0);
+  const auto measure = [&] { factor.apply_transposed(next, right_side_.data(), rows_.data()); };
+  measure();
+  refine_solution(passes, measure, [&](int) {
+    factor.correct(rows_.data(), next);
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
+  });
+  const double scale = (k + 1.0) * (k + 2.0);
+  for (double& lambda : lambda_) lambda *= scale;
+}
+
+void write_first_coefficients(const Kinematics& at, const double* w, std::size_t size,
+                              std::span<double* const> coefficients) {
+  std::copy(at.x, at.x + size, coefficients[0]);
+  std::copy(at.v, at.v + size, coefficients[1]);
+  if (w != coefficients[2]) std::copy(w, w + size, coefficients[2]);
+  for (std::size_t i = 0; i < size; ++i) coefficients[2][i] *= 0.5;
+}
+
+bool is_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double x_i) { return std::isfinite(x_i); });
 }
 
 }  // namespace tanor

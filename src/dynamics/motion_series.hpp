@@ -11,6 +11,20 @@
 
 namespace tanor {
 
+/// K_0 and the factor of its S, where a series begins.
+class SeriesFactor {
+ public:
+  /// Brings what other processes find of coefficients [3n] that are not complete yet.
+  virtual void complete(double* points) = 0;
+  /// rows := K_0'points + shift [d]
+  virtual void apply_transposed(const double* points, const double* shift, double* rows) = 0;
+  /// rows := -S^-1 rows [d], points += M^-1 K_0 rows [3n]
+  virtual void correct(double* rows, double* points) = 0;
+
+ protected:
+  ~SeriesFactor() = default;
+};
+
 /// The motion as a power series in time, with its multipliers:
 ///
 ///   r(t0 + s) = sum r_k s^k,   lambda(t0 + s) = sum lambda_k s^k
@@ -20,21 +34,22 @@ namespace tanor {
 /// The unknown lambda_k stands beside K_0 alone, so every order is one solve with the factor of S(r_0).
 class MotionSeries {
  public:
-  explicit MotionSeries(const Workspace& work);
+  explicit MotionSeries(Workspace& work);
 
   /// Why the system has no series; empty: it has.
   const std::string& obstacle() const;
 
-  /// Begins at t, with room for coefficients 0 … order, whose first three are known.
-  void begin(double t, std::span<double* const> coefficients);
-  /// s: no series holds beyond it.
-  double smooth_until() const;
-
-  /// Order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2]; and minus what
-  /// K_0'r_{k+2} has to be [d]. Orders follow one another; k = 0 prepares the others and finds nothing.
-  void advance(int k, std::span<double* const> coefficients, const double* last_lambda, double* rows);
+  /// Coefficients of r around t, whose first three are known; with lambda_0, and `passes` solves an order. Returns the
+  /// time beyond which no series holds, s.
+  double expand(double t, const std::vector<double>& lambda, int passes, SeriesFactor& factor,
+                std::span<double* const> coefficients);
 
  private:
+  void begin(double t, std::span<double* const> coefficients);
+  void advance(int k, std::span<double* const> coefficients);
+  void solve_order(int k, int passes, SeriesFactor& factor, double* next);
+
+  Workspace& work_;
   const Model& model_;
   ConstraintSeries constraints_;
   ForceSeries forces_;
@@ -48,6 +63,13 @@ class MotionSeries {
   double smooth_until_ = 0.0;
   std::size_t first_force_;  // block
   std::vector<double> blocks_, ones_;
+  std::vector<double> lambda_;             // [d] lambda_k of the last order
+  std::vector<double> right_side_, rows_;  // [d] scratch
 };
+
+/// coefficients[0], [1] and [2] of a motion that is at (x, v) with the accelerations w, which may stand in the last.
+void write_first_coefficients(const Kinematics& at, const double* w, std::size_t size,
+                              std::span<double* const> coefficients);
+bool is_finite(std::span<const double> numbers);
 
 }  // namespace tanor

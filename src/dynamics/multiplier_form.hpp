@@ -59,6 +59,9 @@ class MultiplierForm final : public PointForm {
   void write_reactions(const Kinematics&, const Reactions& found, double* eta) override {
     dynamics_.write_reactions(found.lambda, eta);
   }
+  void minimize_multipliers(const Kinematics& at, double* lambda) override {
+    linearization_.minimize_multiplier_norm(at.x, lambda);
+  }
   void write_friction(const Reactions& found, double* tau) const override;
   void describe(PlanSummary* plan) const override;
 

@@ -15,12 +15,12 @@ namespace tanor {
 
 /// The motion of points as a power series in time: coefficient k + 2 of r from S lambda_k = -b_k, with the one factor
 /// of S at the beginning (see MotionSeries; PathSeries where all islands are paths of rods).
-class MultiplierSeries final : public SeriesExpansion {
+class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
  public:
   MultiplierSeries(Workspace& work, Linearization& linearization);
 
   /// Why a system has no series; empty: it has.
-  static std::string find_obstacle(const Workspace& work);
+  static std::string find_obstacle(Workspace& work);
   std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
@@ -28,17 +28,18 @@ class MultiplierSeries final : public SeriesExpansion {
   bool has_cheap_terms() const override { return path_series_ != nullptr; }
   Power power_along(const Kinematics& at, const double* w) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
+  void find_largest(std::span<double>) override {}
 
  private:
-  void solve_order(int k, int passes, double* next);
+  void complete(double*) override {}
+  void apply_transposed(const double* points, const double* shift, double* rows) override;
+  void correct(double* rows, double* points) override;
 
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
   std::unique_ptr<PathSeries> path_series_;  // null: it does not serve
   std::unique_ptr<MotionSeries> series_;     // where the other one does not serve
-  std::vector<double> lambda_;               // [d] lambda_k of the last order
-  std::vector<double> right_side_, rows_;    // [d] scratch
   std::vector<double> reaction_;             // [3n] scratch
 };
 

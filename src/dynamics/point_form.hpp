@@ -62,6 +62,7 @@ class PointForm : public EquationsOfMotion {
   void prescribe(double t, double* r, double* v) final { work_.prescribe(t, r, v); }
   std::size_t rank() const final { return work_.rank; }
   Energy energy(double t, const double* r, const double* v) override { return work_.energy(t, r, v); }
+  double potential(double t, const double* r) override { return work_.forces.potential(model_.parallel, t, r); }
 
   Outcome set_state(double, const double* r, const double* v, double* x, double* x_dot) final {
     std::copy(r, r + size(), x);

@@ -122,6 +122,8 @@ class SeriesExpansion {
   virtual Power power_along(const Kinematics& at, const double* a) = 0;
   /// The neighbourhood that each three numbers belong to: what is small is small beside its own. Empty: all to one.
   virtual std::span<const Index> neighbourhoods() const = 0;
+  /// Of the largest number here in each of them makes that of all processes, which all ask where one does.
+  virtual void find_largest(std::span<double> of_neighbourhoods) = 0;
 
  protected:
   ~SeriesExpansion() = default;

@@ -22,6 +22,7 @@ class Scales {
   std::size_t of_point(std::size_t moving_point) const { return static_cast<std::size_t>(of_point_[moving_point]); }
   /// Of all points; supports have the last one. Empty where one is all.
   std::span<const Index> of_points() const { return are_one() ? std::span<const Index>() : of_all_points_; }
+  std::span<const Index> of_all_points() const { return of_all_points_; }
   std::size_t of_row(std::size_t row) const { return static_cast<std::size_t>(of_row_[row]); }
 
   bool has_rows(std::size_t k) const { return has_rows_[k] != 0; }

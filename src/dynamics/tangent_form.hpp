@@ -58,6 +58,8 @@ class TangentForm final : public EquationsOfMotion {
   void recentre(double t, double* q, double* q_dot, double* q_ddot, Reactions* found) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
   Energy energy(double t, const double* q, const double* q_dot) override;
+  void minimize_multipliers(const Kinematics&, double*) override {}  // coordinates have none
+  double potential(double t, const double* r) override { return work_.forces.potential(model_.parallel, t, r); }
   void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
     dynamics_.write_reactions(at, found, eta);
   }

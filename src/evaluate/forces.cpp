@@ -155,6 +155,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
   });
   for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
   for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
+  for (const auto& pairs : pairs_beyond_) pairs->add_forces(r, f);
 }
 
 double Forces::largest_single(const Parallel& parallel, const double* r) {
@@ -188,6 +189,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   if (has_pairs()) path->refine(path_error);
   double part = 1.0;
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
+  for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_passage(*path, mass_));
   for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));
   return part;
 }
@@ -208,6 +210,7 @@ double Forces::potential(const Parallel& parallel, double t, const double* r) {
   const double of_springs = springs_.energy(parallel, r);
   double of_pairs = 0.0;
   for (PairField& pairs : pairs_) of_pairs += pairs.potential(parallel, r);
+  for (const auto& pairs : pairs_beyond_) of_pairs += pairs->potential(r);
   const double of_tuples = energies_.energy(parallel, t, r);
   return of_points + of_springs + of_pairs + of_tuples;
 }

@@ -11,6 +11,7 @@
 #include "evaluate/formula_passages.hpp"
 #include "evaluate/given_forces.hpp"
 #include "evaluate/pair_field.hpp"
+#include "evaluate/pairs_beyond.hpp"
 #include "evaluate/spring_forces.hpp"
 #include "system/numbering.hpp"
 
@@ -32,7 +33,9 @@ class Forces {
   bool depends_on_velocity() const {
     return !drags_.empty() || springs_.has_damping() || formulas_.depends_on_velocity();
   }
-  bool has_pairs() const { return !pairs_.empty(); }
+  bool has_pairs() const { return !pairs_.empty() || !pairs_beyond_.empty(); }
+  /// Adds pair forces that reach to other processes: calls that need them are collective from here on.
+  void add_pairs_beyond(std::unique_ptr<PairsBeyond> pairs) { pairs_beyond_.push_back(std::move(pairs)); }
   bool has_springs() const { return !springs_.empty(); }
   bool has_energies() const { return !energies_.empty(); }
   bool has_formulas() const { return !formulas_.empty(); }
@@ -95,8 +98,9 @@ class Forces {
   SpringForces springs_;
   FormulaForces formulas_;
   EnergyForces energies_;
-  std::vector<PairField> pairs_;              // each keeps what belongs to the positions it saw last
-  std::vector<PairField> pairs_of_supports_;  // of both ends; on supports that stand it is found once
+  std::vector<PairField> pairs_;                            // each keeps what belongs to the positions it saw last
+  std::vector<PairField> pairs_of_supports_;                // of both ends; on supports that stand it is found once
+  std::vector<std::unique_ptr<PairsBeyond>> pairs_beyond_;  // between own points and other processes'
   std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
 };
 

@@ -49,7 +49,7 @@ class PairField {
   void for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit);
 
   /// The part of a step to make instead, where on its way a pair comes so near between two looks that the looks tell
-  /// nothing of it; 1: there is none. `masses` [moving point], kg. In pair_passages.cpp.
+  /// nothing of it; 1: there is none. `masses` [moving point, or all], kg: of what is pushed. In pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
 
  private:

@@ -379,8 +379,8 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
 
 /// How far a push that nobody saw would move the point, over the tolerance.
 double PairField::measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
-  if (i >= num_moving_) return 0.0;
   const Index point = points_[i];
+  if (static_cast<std::size_t>(point) >= masses.size()) return 0.0;
   const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
   const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
   const double change = impulse / masses[static_cast<std::size_t>(point)];
@@ -409,7 +409,8 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   constexpr double thrown_off = 0.05;  // of how deep the pair is in its range
   double inverse_mass = 0.0;
   for (const std::size_t i : {approach.i, approach.j})
-    if (i < num_moving_) inverse_mass += 1.0 / masses[static_cast<std::size_t>(points_[i])];
+    if (const auto point = static_cast<std::size_t>(points_[i]); point < masses.size())
+      inverse_mass += 1.0 / masses[point];
   const double depth = std::min(potential_.cutoff() - nearest_of_all.r, nearest_of_all.r);
   if (most * inverse_mass * path.h * path.h <= thrown_off * depth) {
     for (const double s : path.looks) seen = std::max(seen, force_seen(s));

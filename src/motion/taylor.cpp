@@ -122,17 +122,21 @@ void subtract_from(const double* __restrict a, double noise, std::size_t n, doub
   });
 }
 
-/// Does the same with the noise of each neighbourhood, `part` of its largest number in a; `own` [n/3].
-void subtract_from(const double* a, double part, std::span<const Index> own, std::vector<double>* scratch, double* b) {
-  std::vector<double>& noise = *scratch;
-  noise.clear();
+/// Finds the largest |a| in each neighbourhood; `own` [n/3].
+void find_largest(const double* a, std::span<const Index> own, std::vector<double>* largest) {
+  largest->clear();
   for (std::size_t i = 0; i < own.size(); ++i) {
     const auto k = static_cast<std::size_t>(own[i]);
-    if (k >= noise.size()) noise.resize(k + 1, 0.0);
-    for (std::size_t x = 3 * i; x < 3 * i + 3; ++x) noise[k] = std::max(noise[k], part * std::abs(a[x]));
+    if (k >= largest->size()) largest->resize(k + 1, 0.0);
+    for (std::size_t x = 3 * i; x < 3 * i + 3; ++x) (*largest)[k] = std::max((*largest)[k], std::abs(a[x]));
   }
+}
+
+/// Does the same with the noise of each neighbourhood, `part` of its largest number.
+void subtract_from(const double* a, double part, std::span<const Index> own, std::span<const double> largest,
+                   double* b) {
   for (std::size_t i = 0; i < own.size(); ++i)
-    subtract_from(a + 3 * i, noise[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
+    subtract_from(a + 3 * i, part * largest[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
 }
 
 /// Finds the nodes and weights of Gauss & Legendre on [0, 1] by Newton's method on the polynomial.
@@ -289,10 +293,13 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   constexpr double noise = 1e-11, most_noise = 1e-6;
   const Comparison here = compare(to.a.data(), inside_.a.data(), to.a.size());
   double* const missing = inside_.a.data();
-  if (const std::span<const Index> own = series_.neighbourhoods(); !own.empty())
-    subtract_from(to.a.data(), noise, own, &noise_, missing);
-  else
+  if (const std::span<const Index> own = series_.neighbourhoods(); !own.empty()) {
+    find_largest(to.a.data(), own, &largest_);
+    series_.find_largest(largest_);
+    subtract_from(to.a.data(), noise, own, largest_, missing);
+  } else {
     subtract_from(to.a.data(), noise * here.size, to.a.size(), missing);
+  }
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);

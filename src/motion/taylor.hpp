@@ -50,7 +50,7 @@ class Taylor final : public Scheme {
     std::vector<double> x, v, a;
   } inside_;                             // of the step
   Reactions found_;                      // where the series begins, if the state does not know them
-  std::vector<double> noise_;            // [neighbourhood] scratch
+  std::vector<double> largest_;          // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
   /// What is known of the series that was expanded last, and which steps it allows.

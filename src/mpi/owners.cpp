@@ -1,6 +1,7 @@
 #include <metis.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -40,13 +41,35 @@ void for_each_link(const System& system, const Visit& visit) {
   for_each_tuple(system, [&](std::span<const Index> points) { visit(points, 0); });
 }
 
+/// Which points are supports, [n].
+std::vector<char> mark_supports(const System& system) {
+  std::vector<char> result(system.num_points(), 0);
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) result[static_cast<std::size_t>(point)] = 1;
+  return result;
+}
+
+/// Ranks may share pairs that a cutoff ends. What supports carry is counted by one rank, which has all of the group.
+bool may_be_shared(const PairForces& pairs, std::span<const Index> points, std::span<const char> is_support) {
+  return has_cutoff(pairs) &&
+         std::ranges::none_of(points, [&](Index point) { return is_support[static_cast<std::size_t>(point)] != 0; });
+}
+
+/// visit(pairs, points) for pair forces; `all` [n] are the points.
+template <class Visit>
+void for_each_pair_group(const System& system, std::span<const Index> all, const Visit& visit) {
+  for (const Force& force : system.forces)
+    if (const auto* const pairs = std::get_if<PairForces>(&force))
+      visit(*pairs, pairs->points.empty() ? all : std::span<const Index>(pairs->points));
+}
+
 /// visit(points) of what joins points that one rank must have; `all` [n] are the points.
 template <class Visit>
 void for_each_bundle(const System& system, std::span<const Index> all, const Visit& visit) {
-  for (const Force& force : system.forces) {
-    if (const auto* const pairs = std::get_if<PairForces>(&force))
-      visit(pairs->points.empty() ? all : std::span<const Index>(pairs->points));
-  }
+  const std::vector<char> is_support = mark_supports(system);
+  for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
+    if (!may_be_shared(pairs, points, is_support)) visit(points);
+  });
   const auto visit_group = [&]<class Group>(const Group& group) {
     if constexpr (requires { KindOf<Group>::tied_points(group); }) {
       const std::vector<Index> points = KindOf<Group>::tied_points(group);
@@ -74,11 +97,17 @@ class Clusters {
       if (Cluster* const cluster = find_cluster(points); cluster != nullptr && points.size() > 1)
         cluster->may_be_cut = false;
     });
+    const std::vector<char> is_support = mark_supports(system);
+    for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
+      has_shared_pairs_ = has_shared_pairs_ || may_be_shared(pairs, points, is_support);
+    });
     if (!system.friction.empty())
       for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
   }
 
   const std::vector<Cluster>& all() const { return clusters_; }
+  /// Some pair forces reach from cluster to cluster.
+  bool has_shared_pairs() const { return has_shared_pairs_; }
 
   /// METIS's cut of one cluster into pieces of equally many points: the part of each of its points. What a force joins
   /// to a support stays together, since what the support carries is counted there.
@@ -172,22 +201,94 @@ class Clusters {
   std::vector<Index> root_;  // -1: a support
   std::vector<int> cluster_of_;
   std::vector<Cluster> clusters_;
+  bool has_shared_pairs_ = false;
   std::vector<idx_t> vertex_;  // [point] of the cluster that is cut
 };
 
-/// Loads of ranks; the next piece goes to the one with the least.
-class Loads {
- public:
-  explicit Loads(int num_ranks) : loads_(static_cast<std::size_t>(num_ranks), 0.0) {}
-  int add_to_least(double cost) {
-    const auto least = std::ranges::min_element(loads_);
-    *least += cost;
-    return static_cast<int>(least - loads_.begin());
-  }
-
- private:
-  std::vector<double> loads_;
+/// Points that go to one rank.
+struct Piece {
+  std::vector<Index> points;
+  double cost = 0.0;
+  std::array<double, 3> centre{};
+  int rank = 0;
 };
+
+Piece make_piece(const System& system, std::vector<Index> points, double cost) {
+  Piece piece{std::move(points), cost};
+  for (const Index point : piece.points)
+    for (std::size_t c = 0; c < 3; ++c)
+      piece.centre[c] +=
+          system.positions[3 * static_cast<std::size_t>(point) + c] / static_cast<double>(piece.points.size());
+  return piece;
+}
+
+/// Each cluster whole, or in pieces where it costs much more than a rank's share; the most expensive ones first.
+std::vector<Piece> make_pieces(const System& system, Clusters* clusters, int num_ranks) {
+  double total = 0.0;
+  std::vector<const Cluster*> order;
+  for (const Cluster& cluster : clusters->all()) {
+    total += cluster.cost();
+    order.push_back(&cluster);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Cluster* a, const Cluster* b) { return a->cost() > b->cost(); });
+  // What is a little more than a share does not pay for a cut.
+  constexpr double much = 1.25;
+  const double share = total / num_ranks;
+  std::vector<Piece> pieces;
+  for (const Cluster* const cluster : order) {
+    const int wanted = static_cast<int>(std::ceil(cluster->cost() / (much * share)));
+    const int count = std::min({wanted, num_ranks, static_cast<int>(cluster->points.size())});
+    std::vector<int> part(cluster->points.size(), 0);
+    if (cluster->may_be_cut && count > 1) part = clusters->cut(*cluster, count);
+    std::vector<std::vector<Index>> points(static_cast<std::size_t>(1 + *std::ranges::max_element(part)));
+    for (std::size_t k = 0; k < part.size(); ++k)
+      points[static_cast<std::size_t>(part[k])].push_back(cluster->points[k]);
+    const double cost = cluster->cost() / static_cast<double>(points.size());
+    for (std::vector<Index>& each : points) pieces.push_back(make_piece(system, std::move(each), cost));
+  }
+  return pieces;
+}
+
+/// Each piece to the rank with the least load so far.
+void balance(std::span<Piece> pieces, int num_ranks) {
+  std::vector<double> loads(static_cast<std::size_t>(num_ranks), 0.0);
+  for (Piece& piece : pieces) {
+    const auto least = std::ranges::min_element(loads);
+    *least += piece.cost;
+    piece.rank = static_cast<int>(least - loads.begin());
+  }
+}
+
+/// Pieces side by side to one rank, so that few points are near to others': recursive bisection across the longest
+/// side.
+void bisect(std::span<Piece> pieces, int first_rank, int num_ranks) {
+  for (Piece& piece : pieces) piece.rank = first_rank;
+  const auto count = static_cast<std::ptrdiff_t>(pieces.size());
+  if (num_ranks == 1 || count < 2) return;
+  std::size_t axis = 0;
+  double longest = -1.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto [low, high] =
+        std::ranges::minmax_element(pieces, {}, [&](const Piece& piece) { return piece.centre[c]; });
+    if (const double side = high->centre[c] - low->centre[c]; side > longest) {
+      longest = side;
+      axis = c;
+    }
+  }
+  std::ranges::stable_sort(pieces, {}, [&](const Piece& piece) { return piece.centre[axis]; });
+  const int on_the_left = num_ranks / 2;
+  double total = 0.0, left = 0.0;
+  for (const Piece& piece : pieces) total += piece.cost;
+  std::ptrdiff_t split = 0;
+  while (split < count && left + 0.5 * pieces[static_cast<std::size_t>(split)].cost < total * on_the_left / num_ranks)
+    left += pieces[static_cast<std::size_t>(split++)].cost;
+  // No rank goes without, where there are pieces enough.
+  const std::ptrdiff_t least = std::min<std::ptrdiff_t>(on_the_left, count - 1);
+  split = std::clamp(split, least, std::max(least, count - (num_ranks - on_the_left)));
+  bisect(pieces.first(static_cast<std::size_t>(split)), first_rank, on_the_left);
+  bisect(pieces.subspan(static_cast<std::size_t>(split)), first_rank + on_the_left, num_ranks - on_the_left);
+}
 
 void require_all(std::span<const int> owner, int num_ranks) {
   std::vector<char> has_some(static_cast<std::size_t>(num_ranks), 0);
@@ -205,26 +306,10 @@ std::vector<int> assign_owners(const System& system, int num_ranks) {
   std::vector<int> owner(system.num_points(), 0);
   if (num_ranks == 1) return owner;
   Clusters clusters(system);
-  double total = 0.0;
-  for (const Cluster& cluster : clusters.all()) total += cluster.cost();
-  // What is a little more than a share does not pay for a cut.
-  constexpr double much = 1.25;
-  const double share = total / num_ranks;
-  std::vector<const Cluster*> order;
-  for (const Cluster& cluster : clusters.all()) order.push_back(&cluster);
-  std::stable_sort(order.begin(), order.end(),
-                   [](const Cluster* a, const Cluster* b) { return a->cost() > b->cost(); });
-  Loads loads(num_ranks);
-  for (const Cluster* const cluster : order) {
-    const int wanted = static_cast<int>(std::ceil(cluster->cost() / (much * share)));
-    const int pieces = std::min({wanted, num_ranks, static_cast<int>(cluster->points.size())});
-    std::vector<int> part(cluster->points.size(), 0);
-    if (cluster->may_be_cut && pieces > 1) part = clusters.cut(*cluster, pieces);
-    std::vector<int> rank_of(static_cast<std::size_t>(1 + *std::ranges::max_element(part)));
-    for (int& rank : rank_of) rank = loads.add_to_least(cluster->cost() / static_cast<double>(rank_of.size()));
-    for (std::size_t k = 0; k < part.size(); ++k)
-      owner[static_cast<std::size_t>(cluster->points[k])] = rank_of[static_cast<std::size_t>(part[k])];
-  }
+  std::vector<Piece> pieces = make_pieces(system, &clusters, num_ranks);
+  clusters.has_shared_pairs() ? bisect(pieces, 0, num_ranks) : balance(pieces, num_ranks);
+  for (const Piece& piece : pieces)
+    for (const Index point : piece.points) owner[static_cast<std::size_t>(point)] = piece.rank;
   for (const Support& support : system.supports)
     for (const Index point : support.points) owner[static_cast<std::size_t>(point)] = nobody;
   require_all(owner, num_ranks);

@@ -1,16 +1,12 @@
 #include "ranks/cut_form.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 
 #include "base/numbers.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 #include "schur/refinement.hpp"
-#include "system/members.hpp"
-#include "system/neighbourhoods.hpp"
 
 namespace tanor {
 
@@ -20,79 +16,32 @@ CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part
       linearization_(work, part, options.ordering),
       agreement_(linearization_.agreement()),
       projector_(work, linearization_),
-      is_rheonomic_(agreement_.any(model_.is_rheonomic())),
+      energies_(work, part, agreement_),
+      neighbourhoods_(work, part),
       rank_(agreement_.largest(model_.mass_ratio)),
       lambda_(model_.num_rows()),
       b_(model_.num_rows()),
       rows_(model_.num_rows()),
       dw_(3 * model_.num_points()) {
-  measure_neighbourhoods();
-  if (!part.energies_counted_elsewhere.empty()) {
-    System others = model_.system;
-    others.forces.clear();
-    for (const std::size_t f : part.energies_counted_elsewhere) others.forces.push_back(model_.system.forces[f]);
-    counted_elsewhere_ = std::make_unique<Forces>(others, model_.numbering);
-  }
   for (const Part::SharedRow& shared : part.shared_rows) work_.rank -= shared.is_counted ? 0 : 1;
+  for (const Part::SharedPairs& pairs : part.shared_pairs)
+    work_.forces.add_pairs_beyond(std::make_unique<HaloPairs>(model_, pairs, *part.ranks));
 }
 
 Roles CutForm::roles() {
   Roles roles = common_roles();
   roles.step_projector = &projector_;
-  roles.rank_monitor = &rank_;
+  if (part_.may_lose_rank) roles.rank_monitor = &rank_;
   return roles;
 }
 
-// ---- scales ----
-
-/// Neighbourhoods that lie on several ranks have the length of all their points together.
-void CutForm::measure_neighbourhoods() {
-  constexpr double far = -std::numeric_limits<double>::max();
-  std::vector<double> ends(6 * part_.num_shared_neighbourhoods, far);  // the largest of r and of -r
-  const System& system = model_.system;
-  const auto include = [&](Index neighbourhood, std::size_t point) {
-    double* const own = ends.data() + 6 * static_cast<std::size_t>(neighbourhood);
-    for (std::size_t c = 0; c < 3; ++c) {
-      own[c] = std::max(own[c], system.positions[3 * point + c]);
-      own[3 + c] = std::max(own[3 + c], -system.positions[3 * point + c]);
-    }
-  };
-  for (std::size_t i = 0; i < system.num_points(); ++i)
-    if (shared_of(static_cast<Index>(i)) >= 0) include(shared_of(static_cast<Index>(i)), i);
-  // Supports belong to none, but hold those that do.
-  for_each_member(system, [&](std::span<const Index> points, int) {
-    const auto shared = std::ranges::max(points, {}, [&](Index point) { return shared_of(point); });
-    for (const Index point : points)
-      if (shared_of(shared) >= 0) include(shared_of(shared), static_cast<std::size_t>(point));
-  });
-  part_.ranks->find_largest(ends);
-  Neighbourhoods all = find_neighbourhoods(system, work_.time());
-  for (std::size_t i = 0; i < system.num_points(); ++i) {
-    const Index own = shared_of(static_cast<Index>(i));
-    if (own < 0 || all.of_point[i] < 0) continue;
-    const double* const box = ends.data() + 6 * static_cast<std::size_t>(own);
-    all.length[static_cast<std::size_t>(all.of_point[i])] =
-        norm(Vec3{box[0] + box[3], box[1] + box[4], box[2] + box[5]});
-  }
-  work_.scales = Scales(all, model_.numbering, model_.incidences, model_.scene_size);
+SeriesExpansion* CutForm::series() {
+  if (series_ == nullptr) series_ = std::make_unique<CutSeries>(work_, linearization_, energies_, neighbourhoods_);
+  return series_->obstacle().empty() ? series_.get() : nullptr;
 }
 
-/// Likewise the largest of their speeds; the scene's is the largest of all.
-void CutForm::share_speeds() {
-  std::vector<double> speeds(part_.num_shared_neighbourhoods + 1, 0.0), own = work_.scales.speeds();
-  speeds.back() = work_.velocity_scale;
-  const auto for_shared = [&](const auto& visit) {
-    for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-      const Index shared = part_.shared_neighbourhood[static_cast<std::size_t>(model_.numbering.user_point[i])];
-      if (shared >= 0) visit(speeds[static_cast<std::size_t>(shared)], own[work_.scales.of_point(i)]);
-    }
-  };
-  for_shared([](double& all, double here) { all = std::max(all, here); });
-  part_.ranks->find_largest(speeds);
-  for_shared([](double all, double& here) { here = all; });
-  own.back() = work_.velocity_scale = speeds.back();
-  work_.scales.set_speeds(own);
-  projector_.set_least_speed(agreement_.smallest(work_.scales.least_speed()));
+std::string CutForm::why_no_series() const {
+  return series_ != nullptr ? series_->obstacle() : MotionSeries(work_).obstacle();
 }
 
 // ---- accelerations ----
@@ -113,6 +62,28 @@ int CutForm::refine(const double* b, double scale, double good_enough, double* r
       });
 }
 
+/// S lambda = -b, dw = M^-1 K lambda. Rows that depended where K was seen last may be independent here, or contradict
+/// the others.
+Outcome CutForm::solve(const Kinematics& at, const Request& request, double scale, SolveReport* report) {
+  constexpr double contradiction = 1e-9;
+  const Stopwatch watch(&work_.times.solve);
+  const auto find_multipliers = [&] {
+    linearization_.solve(b_.data(), lambda_.data(), dw_.data());
+    report->refinements = refine(b_.data(), scale, request.exact ? 1e-15 : 1e-12, &report->residual);
+    return report->residual <= contradiction;
+  };
+  const bool is_fine = find_multipliers();
+  if (!std::isfinite(report->residual)) return model_.not_finite(at.t);
+  if (is_fine || !linearization_.rank().is_found()) return {};
+  if (linearization_.decide_rank_again(at.t, at.x) && find_multipliers()) return {};
+  return {Status::Contradictory, linearization_.rank().explain("contradicts") + " at t = " + text(at.t)};
+}
+
+void CutForm::minimize_multipliers(const Kinematics& at, double* lambda) {
+  (void)linearization_.decide_rank_again(at.t, at.x);
+  linearization_.rank().minimize_norm(lambda);
+}
+
 Outcome CutForm::accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
   work_.set_time(at.t);
   ++work_.counters.evaluations;
@@ -129,19 +100,14 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
   scale = agreement_.largest(scale);
   if (!std::isfinite(scale)) return model_.not_finite(at.t);
   if (is_new) {
-    if (Outcome outcome = linearization_.factorize(at.t); !outcome.ok()) return outcome;
+    if (Outcome outcome = linearization_.factorize(at.t, at.x); !outcome.ok()) return outcome;
   }
   SolveReport report;
-  {
-    const Stopwatch watch(&work_.times.solve);
-    linearization_.solve(b_.data(), lambda_.data(), dw_.data());
-    report.refinements = refine(b_.data(), scale, request.exact ? 1e-15 : 1e-12, &report.residual);
-  }
-  if (!std::isfinite(report.residual)) return model_.not_finite(at.t);
+  if (Outcome outcome = solve(at, request, scale, &report); !outcome.ok()) return outcome;
   for (std::size_t i = 0; i < dw_.size(); ++i) w[i] += dw_[i];
   report.reciprocal_condition = linearization_.reciprocal_condition();
   if (to.report != nullptr) *to.report = report;
-  if (to.power != nullptr) *to.power = find_power(at);
+  if (to.power != nullptr) *to.power = energies_.power(at, dw_.data());
   if (to.reactions != nullptr) {
     to.reactions->lambda = lambda_;
     to.reactions->refinements = report.refinements;
@@ -149,45 +115,11 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
   return {};
 }
 
-/// Of this rank's own points: reactions carry what supports do from rank to rank, also to ranks without any that move,
-/// and so do forces; what these do to guests is no work of a support.
-Power CutForm::find_power(const Kinematics& at) {
-  Power result;
-  if (is_rheonomic_) {
-    own_v_.assign(at.v, at.v + size());
-    clear_guests(own_v_.data());
-    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, own_v_.data()) +
-                      model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-                        return model_.mass[i] * dot(load(dw_.data(), i), load(at.v, i));
-                      });
-  }
-  if (work_.forces.has_work()) {
-    result.forces = work_.forces.power(model_.parallel, at.x, at.v);
-    result.potentials = work_.forces.energies().explicit_rate(model_.parallel);
-  }
-  if (counted_elsewhere_ && counted_elsewhere_->has_work()) {
-    counted_elsewhere_->evaluate_powers(model_.parallel, at.t, at.x, at.v);
-    result.potentials -= counted_elsewhere_->energies().explicit_rate(model_.parallel);
-  }
-  return result;
-}
-
-Energy CutForm::energy(double t, const double* r, const double* v) {
-  Energy result = work_.energy(t, r, v);
-  if (counted_elsewhere_) result.potential -= counted_elsewhere_->potential(model_.parallel, t, r);
-  return result;
-}
-
-void CutForm::clear_guests(double* points) const {
-  for (const Index guest : part_.guests)
-    store(points, model_.numbering.inner_point[static_cast<std::size_t>(guest)], Vec3{});
-}
-
 /// Errors of guests count where they are at home.
 ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   const auto take = [&](const double* from, std::vector<double>* own) {
     own->assign(from, from + size());
-    clear_guests(own->data());
+    energies_.clear_guests(own->data());
     return own->data();
   };
   StepErrors own = errors;
@@ -216,12 +148,28 @@ void CutForm::check_start(const double* r, const double* v) {
   (void)agreement_.together([&] { return complain("velocities", velocity); });
 }
 
+/// Where rows depend, they may hold what K alone lets move, such as the inner points of a straight row of rods between
+/// two supports. Some velocity that K allows then asks for accelerations that no multipliers give.
+Outcome CutForm::refuse_prestress(const Kinematics& at) {
+  std::vector<double> u(at.v, at.v + size()), w(size());
+  for (std::size_t k = 0; k < 3 * model_.num_moving(); ++k) u[k] += work_.velocity_scale * irregular(k);
+  linearization_.guests().fetch(u.data());
+  if (ProjectionReport report = project_velocities(at.t, at.x, u.data()); !report.outcome.ok()) return report.outcome;
+  Request request;
+  request.gradients = Gradients::Keep;
+  const Outcome outcome = accelerations({at.t, at.x, u.data()}, request, AccelerationOutput(w.data()));
+  if (outcome.status != Status::Contradictory) return outcome;
+  return {Status::Singular, linearization_.rank().explain("depends on") + " at t = " + text(at.t) +
+                                ", and prestress holds what they let move; take one rank"};
+}
+
 StartReport CutForm::start(double t, double* r, double* v, StartMode mode) {
   work_.set_time(t);
   work_.prescribe_all(t, r, v);
   fetch_guests(r, v);
   work_.measure_velocity_scale(t, r, v);
-  share_speeds();
+  neighbourhoods_.share_speeds(agreement_);
+  projector_.set_least_speed(agreement_.smallest(work_.scales.least_speed()));
   if (mode == StartMode::Check) check_start(r, v);
   StartReport report;
   const std::vector<double> r_given(r, r + size()), v_given(v, v + size());
@@ -230,6 +178,7 @@ StartReport CutForm::start(double t, double* r, double* v, StartMode mode) {
   if (report.outcome.ok()) report.outcome = linearise(t, r);
   if (report.outcome.ok()) report.outcome = project_velocities(t, r, v).outcome;
   if (!report.outcome.ok()) return report;
+  if (linearization_.rank().is_found()) report.outcome = refuse_prestress({t, r, v});
   report.position_correction = model_.largest_move(r, r_given.data());
   report.velocity_correction = model_.largest_move(v, v_given.data());
   report.relative = std::max(work_.largest_move(r, r_given.data(), work_.scales.lengths()),
@@ -258,7 +207,7 @@ void CutForm::resume(const Counters& counters, const PhaseTimes& times) {
 
 void CutForm::fetch_guests(double* r, double* v) {
   linearization_.guests().fetch(r);
-  linearization_.guests().fetch(v);
+  if (v != nullptr) linearization_.guests().fetch(v);
 }
 
 void CutForm::exchange_memory(Memory& memory) {

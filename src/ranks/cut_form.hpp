@@ -8,13 +8,17 @@
 
 #include "dynamics/point_form.hpp"
 #include "ranks/agreement.hpp"
+#include "ranks/cut_energies.hpp"
 #include "ranks/cut_linearization.hpp"
 #include "ranks/cut_projector.hpp"
+#include "ranks/cut_series.hpp"
+#include "ranks/halo_pairs.hpp"
+#include "ranks/shared_neighbourhoods.hpp"
 
 namespace tanor {
 
-/// The equations of motion in normal form of a rank's part, where constraints reach from rank to rank: ideal
-/// constraints, each independent of the others. What a rank writes of its own points it writes of its guests, too.
+/// The equations of motion in normal form of a rank's part, where ideal constraints or forces reach from rank to rank.
+/// What a rank writes of its own points it writes of its guests, too.
 ///
 /// Guests are supports here, for which motion is prescribed by their owners: positions and velocities come where a
 /// projection moved them, accelerations where these were found. In between a step does the same arithmetic to both.
@@ -22,7 +26,7 @@ class CutForm final : public PointForm {
  public:
   CutForm(Workspace& work, const SolverOptions& options, const Part& part);
 
-  bool has_work() const override { return is_rheonomic_ || work_.forces.has_work(); }
+  bool has_work() const override { return energies_.has_work(); }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override;
@@ -33,11 +37,12 @@ class CutForm final : public PointForm {
   }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   void exchange_memory(Memory& memory) override;
-  Energy energy(double t, const double* r, const double* v) override;
+  Energy energy(double t, const double* r, const double* v) override { return energies_.energy(t, r, v); }
+  double potential(double t, const double* r) override { return energies_.potential(t, r); }
 
   Roles roles() override;
-  SeriesExpansion* series() override { return nullptr; }
-  std::string why_no_series() const override { return "islands lie on several ranks"; }
+  SeriesExpansion* series() override;
+  std::string why_no_series() const override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
@@ -46,6 +51,7 @@ class CutForm final : public PointForm {
   void recentre(double, double*, double*, double*, Reactions*) override {}
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void write_reactions(const Kinematics&, const Reactions& found, double* eta) override;
+  void minimize_multipliers(const Kinematics& at, double* lambda) override;
   void write_friction(const Reactions& found, double* tau) const override;
   void describe(PlanSummary* plan) const override;
   void fetch_guests(double* r, double* v) override;
@@ -63,24 +69,22 @@ class CutForm final : public PointForm {
     double mass_ratio_;
   };
 
-  Index shared_of(Index point) const { return part_.shared_neighbourhood[static_cast<std::size_t>(point)]; }
-  void measure_neighbourhoods();
-  void share_speeds();
   void check_start(const double* r, const double* v);
-  Power find_power(const Kinematics& at);
-  void clear_guests(double* points) const;
+  Outcome refuse_prestress(const Kinematics& at);
   int refine(const double* b, double scale, double good_enough, double* residual);
+  Outcome solve(const Kinematics& at, const Request& request, double scale, SolveReport* report);
 
   Part part_;
-  std::unique_ptr<Forces> counted_elsewhere_;  // whose energies other ranks count; null: none
   CutLinearization linearization_;
   Agreement& agreement_;
   CutProjector projector_;
-  bool is_rheonomic_;
+  CutEnergies energies_;
+  SharedNeighbourhoods neighbourhoods_;
+  std::unique_ptr<CutSeries> series_;  // null: nobody has asked yet
   LastingRank rank_;
   std::vector<double> lambda_, b_, rows_;  // [d]
   std::vector<double> dw_;                 // [3n]
-  std::vector<double> own_x_, own_v_;      // [3n] errors or velocities, guests left out
+  std::vector<double> own_x_, own_v_;      // [3n] errors, those of guests left out
 };
 
 }  // namespace tanor

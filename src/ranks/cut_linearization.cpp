@@ -4,6 +4,7 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "dynamics/motion_series.hpp"
 
 namespace tanor {
 
@@ -13,6 +14,7 @@ CutLinearization::CutLinearization(Workspace& work, const Part& part, Ordering o
       agreement_(*part.ranks),
       guests_(part, model_.numbering),
       solver_(model_, part, ordering),
+      rank_(work, part, agreement_),
       blocks_(3 * work.constraints.num_blocks()),
       has_constant_gradients_(agreement_.all(work.constraints.gradients_are_constant())),
       right_side_(model_.num_rows()),
@@ -26,28 +28,37 @@ Outcome CutLinearization::update(double t, const double* r) {
     const Stopwatch watch(&work_.times.evaluate);
     work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
-  return factorize(t);
+  return factorize(t, r);
 }
 
-Outcome CutLinearization::factorize(double t) {
+Outcome CutLinearization::factorize(double t, const double* r) {
+  has_factor_ = factorize_rows();
+  if (!has_factor_ && !agreement_.all(is_finite(blocks_)))
+    return {Status::Singular, "some constraint has no gradient at t = " + text(t)};
+  // S of rows that depend has pivots of some roundings.
+  if (!has_factor_ && rank_.decide(blocks_.data(), r)) {
+    solver_.set_active(rank_.active_rows());
+    has_factor_ = factorize_rows();
+  }
+  if (has_factor_) return {};
+  return {Status::Singular,
+          "constraints that several ranks share are singular to rounding at t = " + text(t) + "; take one rank"};
+}
+
+/// Whether S is definite, and not singular to rounding, on all ranks.
+bool CutLinearization::factorize_rows() {
+  constexpr double poor = 1e-12;
   const Stopwatch watch(&work_.times.factor);
   ++work_.counters.factorizations;
   const CutSolver::Quality quality = solver_.factorize(blocks_.data());
   reciprocal_condition_ = quality.reciprocal_condition;
-  // Nobody decides ranks here. S of rows that depend leaves pivots of some roundings.
-  constexpr double poor = 1e-12;
-  const bool is_singular = quality.reciprocal_condition <= poor;
-  Outcome outcome;
-  if (!quality.own_is_definite || (quality.shared_is_definite && is_singular)) {
-    outcome = {Status::Singular, work_.name_row(quality.weakest_row) + " depends on other constraints at t = " +
-                                     text(t) + "; islands that lie on several ranks must not have such"};
-  } else if (!quality.shared_is_definite) {
-    outcome = {Status::Singular, "constraints between ranks depend on others at t = " + text(t) +
-                                     "; islands that lie on several ranks must not have such"};
-  }
-  outcome = agreement_.agree(std::move(outcome));
-  has_factor_ = outcome.ok();
-  return outcome;
+  return agreement_.all(quality.own_is_definite && quality.shared_is_definite && quality.reciprocal_condition > poor);
+}
+
+bool CutLinearization::decide_rank_again(double t, const double* r) {
+  if (!rank_.is_found() || !rank_.decide(blocks_.data(), r)) return false;
+  solver_.set_active(rank_.active_rows());
+  return factorize(t, r).ok();
 }
 
 void CutLinearization::solve(const double* b, double* x, double* dw) {

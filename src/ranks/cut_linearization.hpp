@@ -6,6 +6,7 @@
 
 #include "dynamics/workspace.hpp"
 #include "ranks/agreement.hpp"
+#include "ranks/cut_rank.hpp"
 #include "ranks/cut_solver.hpp"
 #include "ranks/guests.hpp"
 
@@ -19,8 +20,11 @@ class CutLinearization {
 
   /// K at (t, r), and the factor of its S. Nothing is done where K is constant.
   Outcome update(double t, const double* r);
-  /// Factorizes S for the K that `blocks()` has.
-  Outcome factorize(double t);
+  /// Factorizes S for the K that `blocks()` has, which stands at r.
+  Outcome factorize(double t, const double* r);
+  /// Decides anew which rows of K depend, at r, if some do. Returns whether they changed; S is then factorized without
+  /// them.
+  bool decide_rank_again(double t, const double* r);
   bool needs_factor() const { return !(has_factor_ && has_constant_gradients_); }
   /// 1/cond(S) of the last factorization.
   double reciprocal_condition() const { return reciprocal_condition_; }
@@ -35,15 +39,19 @@ class CutLinearization {
   void write_reactions(const double* rows, double* dw);
 
   void describe(PlanSummary* plan) const;
+  CutRank& rank() { return rank_; }
   Agreement& agreement() { return agreement_; }
   Guests& guests() { return guests_; }
 
  private:
+  bool factorize_rows();
+
   Workspace& work_;
   const Model& model_;
   Agreement agreement_;
   Guests guests_;
   CutSolver solver_;
+  CutRank rank_;
   std::vector<double> blocks_;  // K
   bool has_factor_ = false, has_constant_gradients_;
   double reciprocal_condition_ = 1.0;

@@ -41,7 +41,7 @@ class CutProjector final : public StepProjector, private ChordEquations {
   double beyond_rounding(const double* r, double violation, double allowed, double times) override;
   Outcome linearise_at(double t, const double* r) override;
   void correct_positions(double* r, double* sum) override;
-  bool decide_rank_again(const double*) override { return false; }  // nobody decides ranks here
+  bool decide_rank_again(const double* r) override { return linearization_.decide_rank_again(work_.time(), r); }
   Outcome explain_stall(double t, double violation) const override;
 
   Workspace& work_;

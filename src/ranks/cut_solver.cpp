@@ -57,8 +57,26 @@ CutSolver::CutSolver(const Model& model, const Part& part, Order order)
     shared_ = std::make_unique<ReplicatedRows>(*part.ranks, part.num_shared_rows, order.shared_place, threads_);
 }
 
+void CutSolver::set_active(std::span<const char> rows) {
+  is_active_.clear();
+  for (std::size_t k = 0; !rows.empty() && k < permutation_.size(); ++k)
+    is_active_.push_back(rows[static_cast<std::size_t>(permutation_[k])]);
+}
+
+/// Rows that take no part stand by themselves, with 1 on the diagonal.
+void CutSolver::leave_out_rows() {
+  double* value = factor_.values();
+  for (std::size_t j = 0; j < is_active_.size(); ++j) {
+    for (int e = plan_.column_start()[j]; e < plan_.column_start()[j + 1]; ++e, ++value) {
+      const auto i = static_cast<std::size_t>(plan_.rows()[static_cast<std::size_t>(e)]);
+      if (is_active_[i] == 0 || is_active_[j] == 0) *value = i == j ? 1.0 : 0.0;
+    }
+  }
+}
+
 CutSolver::Quality CutSolver::factorize(const double* blocks) {
   plan_.assemble(blocks, factor_.values());
+  leave_out_rows();
   const Cholesky::Quality own = factor_.factorize(threads_);
   Quality result{own.positive_definite, true, 0, own.reciprocal_condition};
   if (factor_.num_eliminated() > 0) result.weakest_row = static_cast<std::size_t>(permutation_[own.weakest_column]);
@@ -83,6 +101,9 @@ void CutSolver::solve_negative(const double* b, double* x) {
   for (std::size_t k = 0; k < n; ++k) x_[k] = -scale[k] * b[row(k)];
   for (std::size_t k = first_shared; k < n; ++k) {
     if (is_counted_[k - first_shared] == 0) x_[k] = 0.0;
+  }
+  for (std::size_t k = 0; k < is_active_.size(); ++k) {
+    if (is_active_[k] == 0) x_[k] = 0.0;
   }
   factor_.eliminate(x_.data(), threads_);
   for (std::size_t k = first_shared; k < n; ++k) x_[k] /= scale[k];

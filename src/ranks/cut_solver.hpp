@@ -24,6 +24,9 @@ class CutSolver {
  public:
   CutSolver(const Model& model, const Part& part, Ordering ordering);
 
+  /// [inner row of an island] The others take no part: x is 0 there, whatever b is. Empty: all do.
+  void set_active(std::span<const char> rows);
+
   struct Quality {
     bool own_is_definite = true, shared_is_definite = true;
     std::size_t weakest_row = 0;        ///< inner, of this rank's own rows
@@ -42,12 +45,14 @@ class CutSolver {
 
  private:
   struct Order;
+  void leave_out_rows();
   CutSolver(const Model& model, const Part& part, Order order);
 
   int threads_;
   std::size_t num_all_shared_;
   std::vector<int> permutation_;  // [place] -> inner row; shared ones last
   std::vector<char> is_counted_;  // [own shared row] its b is this rank's to add
+  std::vector<char> is_active_;   // [place] empty: all
   GatherPlan plan_;
   PartialCholesky factor_;
   std::unique_ptr<SharedRows> shared_;

@@ -29,9 +29,7 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
   if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);
   if (somebody_has(own.drives())) drives_ = std::make_unique<Drives>(own.drives(), *this);
   if (somebody_has(own.events())) events_ = std::make_unique<Events>(own.events(), *this);
-  SeriesExpansion* const series = own.series();
-  why_no_series_ = agreement_.first_text(series != nullptr ? "" : own.why_no_series());
-  if (why_no_series_.empty()) series_ = std::make_unique<Series>(*series, *this);
+  why_no_series_ = agreement_.first_text(own.why_no_series());
 }
 
 SharedMechanics::~SharedMechanics() = default;
@@ -47,6 +45,7 @@ Roles SharedMechanics::roles() {
 }
 
 SeriesExpansion* SharedMechanics::series() {
+  if (series_ == nullptr && why_no_series_.empty()) series_ = std::make_unique<Series>(*own_.series(), *this);
   return series_.get();
 }
 

@@ -61,9 +61,11 @@ class SharedMechanics final : public EquationsOfMotion {
   void resume(const Counters& counters, const PhaseTimes& times) override { own_.resume(counters, times); }
   void fetch_guests(double* r, double* v) override { own_.fetch_guests(r, v); }
   Energy energy(double t, const double* x, const double* v) override;
+  double potential(double t, const double* r) override { return agreement_.sum(own_.potential(t, r)); }
   void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
     own_.write_reactions(at, found, eta);
   }
+  void minimize_multipliers(const Kinematics& at, double* lambda) override { own_.minimize_multipliers(at, lambda); }
   void write_friction(const Reactions& found, double* tau) const override { own_.write_friction(found, tau); }
   void describe(PlanSummary* plan) const override { own_.describe(plan); }
 

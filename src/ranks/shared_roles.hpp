@@ -115,6 +115,7 @@ class SharedMechanics::Series final : public SeriesExpansion {
     return sum_powers(mechanics_.ranks_, own_.power_along(at, a));
   }
   std::span<const Index> neighbourhoods() const override { return own_.neighbourhoods(); }
+  void find_largest(std::span<double> of_neighbourhoods) override { own_.find_largest(of_neighbourhoods); }
 
  private:
   SeriesExpansion& own_;

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "base/text.hpp"
+#include "system/loops.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
@@ -150,7 +151,9 @@ class PartTaker {
     for_each_member(whole_, [&](std::span<const Index> points, int) { visit_member(points); });
     for_each_tuple(whole_, visit_member);
     const auto visit_single_points = [&]<class Group>(const Group& group) {
-      if constexpr (requires { KindOf<Group>::members; }) {
+      if constexpr (std::is_same_v<Group, PairForces>) {
+        if (const std::vector<Index> points = points_of(group); owners_of(points).size() <= 1) visit_member(points);
+      } else if constexpr (requires { KindOf<Group>::members; }) {
         if (!has_single_points<Group>) return;  // tuples, see above
         for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
       }
@@ -172,6 +175,7 @@ class PartTaker {
       for (const Index point : sent[r]) link.sent.push_back(local(point));
     }
     result_.part.ranks = &ranks_;
+    result_.part.may_lose_rank = closes_loops(whole_);
   }
 
   template <class Group>
@@ -230,8 +234,8 @@ class PartTaker {
   void take_force(const Group& group, std::size_t f) {
     const std::string where = "/forces/" + text(f);
     const bool is_on_all = means_all_points(group);
-    if constexpr (std::is_same_v<Group, PairForces>) require_one_owner(group, where);
     const std::string name = force_name(whole_, f);
+    if constexpr (std::is_same_v<Group, PairForces>) return take_pairs(group, name, where);
     if constexpr (joins_points<Group>()) {
       if (!has_single_points<Group> || !tuples_of(group).empty()) return take_tuples(group, name, where);
     }
@@ -245,11 +249,8 @@ class PartTaker {
         if (members.empty()) return;
         own = with_local_points(with_members(own, members));
       } else if constexpr (has_single_points<Group>) {
-        // Guests are others' points.
-        if constexpr (!std::is_same_v<Group, PairForces>) {
-          list_own_points(&own);
-          if (list_of(own).empty()) return;
-        }
+        list_own_points(&own);  // guests are others'
+        if (list_of(own).empty()) return;
       }
     }
     result_.system.forces.emplace_back(std::move(own));
@@ -290,17 +291,57 @@ class PartTaker {
       ((*group).*KindOf<Group>::members).push_back(static_cast<Index>(i));
   }
 
-  /// Pairs are found among the points that one rank has.
-  void require_one_owner(const PairForces& pairs, const std::string& where) const {
-    std::vector<int> owners;
-    if (!pairs.points.empty()) {
-      owners = owners_of(pairs.points);
-    } else {
-      std::vector<Index> all(whole_.num_points());
-      std::iota(all.begin(), all.end(), 0);
-      owners = owners_of(all);
+  std::vector<Index> points_of(const PairForces& pairs) const {
+    if (!pairs.points.empty()) return pairs.points;
+    std::vector<Index> all(whole_.num_points());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+
+  /// All pairs of one rank's points; of several ranks' those of own points, and what tells of the others.
+  void take_pairs(const PairForces& group, const std::string& name, const std::string& where) {
+    PairForces own = group;
+    own.name = name;
+    own.points = points_of(group);
+    const std::vector<int> owners = owners_of(own.points);
+    if (owners.size() > 1) {
+      require_cut(own, name, where);
+      std::erase_if(own.points, [&](Index point) { return owner(point) != rank(); });
+      share_pairs(own);
+    } else if (!has(owners)) {
+      return;
     }
-    if (owners.size() > 1) throw InputError(where, "pair forces act between points of several ranks; take one rank");
+    if (own.points.empty()) return;
+    result_.system.forces.emplace_back(with_local_points(std::move(own)));
+  }
+
+  /// A halo has the points within a cutoff; what a support carries is counted once, by a rank that has all of it.
+  void require_cut(const PairForces& pairs, const std::string& name, const std::string& where) const {
+    if (!has_cutoff(pairs))
+      throw InputError(where, name + " act at any distance between points of several ranks; take one rank");
+    if (std::ranges::any_of(pairs.points, [&](Index point) { return owner(point) == nobody; }))
+      throw InputError(where, name + " join supports to points of several ranks; take one rank");
+  }
+
+  /// `own`: the pairs of own points alone, by their numbers in the whole system.
+  void share_pairs(const PairForces& own) {
+    Part::SharedPairs shared{with_local_points(own), own.points, {}};
+    std::vector<Index> place(whole_.num_points(), -1);
+    for (std::size_t k = 0; k < own.points.size(); ++k)
+      place[static_cast<std::size_t>(own.points[k])] = static_cast<Index>(k);
+    const auto exclude = [&](Index here, Index there) {
+      if (place[static_cast<std::size_t>(here)] >= 0 && owner(there) != rank())
+        shared.excluded.push_back({place[static_cast<std::size_t>(here)], there});
+    };
+    for (const Constraint& constraint : whole_.constraints) {
+      const Rods* const rods = own.exclude_rods ? std::get_if<Rods>(&constraint) : nullptr;
+      if (rods == nullptr) continue;
+      for (const auto& [a, b] : rods->pairs) {
+        exclude(a, b);
+        exclude(b, a);
+      }
+    }
+    result_.part.shared_pairs.push_back(std::move(shared));
   }
 
   void take_friction() {

@@ -112,12 +112,13 @@ struct Dynamics::Implementation {
     return {};
   }
 
-  /// Solves at this state, unless the forms stand there.
-  const Outcome& stand_at(const StateView& at) {
+  /// Solves at this state, unless the forms stand there and, where reactions are wanted, know them.
+  const Outcome& stand_at(const StateView& at, bool with_reactions = false) {
     gather(at, &y, &z);
     const bool is_there = stands_there && at.time == now.t && y == (may_move_points ? given_r : now.r) &&
                           z == (may_move_points ? given_v : now.v);
-    return is_there ? now.outcome : solve(at);
+    const bool is_enough = !with_reactions || !now.eta.empty() || !now.outcome.ok();
+    return is_there && is_enough ? now.outcome : solve(at, with_reactions);
   }
 
   /// At a state that is not the one solved last: r is `y`, v is `z`.
@@ -303,7 +304,7 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
 Certificate Dynamics::certify(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  if (const Outcome& outcome = self.solve(at, true); !outcome.ok()) return make_failed_certificate(outcome);
+  if (const Outcome& outcome = self.stand_at(at, true); !outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
   self.form.write_friction(self.now.found, tau.data());

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
+#include <span>
 #include <string>
 
+#include "base/checksum.hpp"
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "base/vec3.hpp"
@@ -25,6 +28,7 @@ constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsil
 }  // namespace
 
 void MotionMeasures::begin() {
+  has_pairs_ = form_.largest(work_.forces.has_pairs() ? 1.0 : 0.0) > 0.0;
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
   report_.energy.start = energy.kinetic + energy.potential;
   note(energy);
@@ -100,19 +104,31 @@ double MotionMeasures::energy_of_a_fall() const {
 double MotionMeasures::energy_of_a_move() {
   constexpr double part = 0.01;
   moved_ = points_.r;
-  for (std::size_t k = 0; k < 3 * model_.num_moving(); ++k)
-    moved_[k] += part * work_.scales.length(work_.scales.of_point(k / 3)) * irregular(k);
-  return form_.sum(change_of_potential());
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const double length = work_.scales.length(work_.scales.of_point(i));
+    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += part * length * direction_of(i, c);
+  }
+  return change_of_potential();
 }
 
 /// From the points to those that are moved, J; 0 where it has no value there. Pairs, whose lists would be made anew,
 /// are soft beside stiff energies: where there are some, this is 0.
 double MotionMeasures::change_of_potential() {
-  if (work_.forces.has_pairs()) return 0.0;
-  const double moved = work_.forces.potential(model_.parallel, state_.t, moved_.data());
-  const double here = work_.forces.potential(model_.parallel, state_.t, points_.r.data());
+  if (has_pairs_) return 0.0;
+  form_.fetch_guests(moved_.data(), nullptr);
+  const double moved = form_.potential(state_.t, moved_.data());
+  const double here = form_.potential(state_.t, points_.r.data());
   const double change = std::abs(moved - here);
   return std::isfinite(change) ? change : 0.0;
+}
+
+/// In [-1, 1]. It follows from where the point was given, so that it is the same however points are spread over ranks.
+double MotionMeasures::direction_of(std::size_t point, std::size_t component) const {
+  constexpr std::uint64_t most = std::uint64_t{1} << 24;
+  const auto user = static_cast<std::size_t>(model_.numbering.user_point[point]);
+  Checksum sum;
+  sum.add(std::span(model_.system.positions).subspan(3 * user, 3));
+  return irregular(3 * static_cast<std::size_t>(sum.value() % most) + component);
 }
 
 /// An absolute tolerance that leaves a neighbourhood less than four digits.
@@ -144,10 +160,10 @@ double MotionMeasures::tolerated_energy() {
     const double acceleration = work_.scales.accelerations()[i];
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
-    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) moved_[k] += tolerances * dr * irregular(k);
+    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction_of(i, c);
   }
   // Where forces balance, dr'W dr/2 of stiff ones.
-  return form_.sum(sum + change_of_potential());
+  return form_.sum(sum) + change_of_potential();
 }
 
 /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.

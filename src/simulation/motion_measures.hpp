@@ -51,6 +51,7 @@ class MotionMeasures {
   double energy_of_a_fall() const;
   double energy_of_a_move();
   double change_of_potential();
+  double direction_of(std::size_t point, std::size_t component) const;
   void warn_of_tolerance();
   double tolerated_energy();
   void watch_accuracy();
@@ -67,6 +68,7 @@ class MotionMeasures {
   PointState& points_;
   MotionReport& report_;
   std::vector<double> moved_;    // [3n] places near the points
+  bool has_pairs_ = false;       ///< some rank has pair forces
   bool warns_of_drift_ = false;  ///< the accuracy warning is of the drift, which may become small again
 };
 

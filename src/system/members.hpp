@@ -105,6 +105,11 @@ void for_each_tuple(const System& system, const Visit& visit) {
   }
 }
 
+/// Points far enough from each other are no pair.
+inline bool has_cutoff(const PairForces& pairs) {
+  return pairs.law == PairLaw::Wca || pairs.law == PairLaw::Lj || pairs.cutoff.has_value();
+}
+
 /// A group has so many members, each with so many equations.
 struct GroupShape {
   std::size_t members, rows_per_member;

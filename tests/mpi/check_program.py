@@ -6,6 +6,7 @@
 
 import fcntl
 import json
+import math
 import pathlib
 import shutil
 import subprocess
@@ -189,7 +190,7 @@ def clusters(count=30):
             "motion": {"t_end": 0.2, "rtol": 1e-9}}
 
 
-def polymer(count=60):
+def polymer(method, count=60):
     """A stiff chain that hangs, with a net of springs: constraints and forces reach from rank to rank."""
     points = [[0.1 * i, 0.02 * (i % 3), 0.0] for i in range(count)]
     return {"name": "polymer", "points": {"positions": points, "masses": 0.1}, "supports": [{"points": [0]}],
@@ -199,7 +200,29 @@ def polymer(count=60):
                         "triples": [[i, i + 1, i + 2] for i in range(count - 2)]},
                        {"kind": "spring", "pairs": [[i, i + 3] for i in range(count - 3)], "stiffness": 5.0,
                         "rest_length": 0.25, "damping": 0.02}],
-            "motion": {"method": "dop853", "t_end": 0.2, "rtol": 1e-9}}
+            "motion": {"method": method, "t_end": 0.2, "rtol": 1e-9}}
+
+
+def melt(side=6):
+    """Pairs of beads in a periodic box that repel each other: pair forces reach from rank to rank."""
+    points = [[0.1 * i, 0.1 * j, 0.1 * k] for i in range(side) for j in range(side) for k in range(side)]
+    velocities = [[0.3 * math.sin(3 * k + c) for c in range(3)] for k in range(len(points))]
+    pairs = [[k, k + 1] for k in range(0, len(points), 2)]
+    return {"name": "melt", "points": {"positions": points, "velocities": velocities, "masses": 0.1},
+            "constraints": [{"kind": "rod", "pairs": pairs}],
+            "forces": [{"kind": "pair", "law": "wca", "epsilon": 0.1, "sigma": 0.095, "exclude_rods": True,
+                        "box": [0.1 * side] * 3}],
+            "motion": {"method": "rattle", "step": 2e-4, "start": "project", "t_end": 0.02}}
+
+
+def beam(cubes=5):
+    """Cubes in a row that all diagonals brace: many rods depend on others, on both sides of a cut."""
+    points = [[0.1 * i, 0.1 * j, 0.1 * k] for i in range(cubes + 1) for j in range(2) for k in range(2)]
+    pairs = [[a, b] for b in range(len(points)) for a in range(b) if math.dist(points[a], points[b]) < 0.18]
+    return {"name": "beam", "points": {"positions": points, "masses": 0.1}, "supports": [{"points": [0]}],
+            "constraints": [{"kind": "rod", "pairs": pairs}],
+            "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+            "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.05}}
 
 
 def beads(count=12):
@@ -221,7 +244,10 @@ def main():
     check_resume(path, wanted)
     compare("clusters", clusters(), 1e-9)
     compare("beads", beads(), 1e-9)
-    compare("polymer", polymer(), 1e-8)
+    compare("polymer", polymer("dop853"), 1e-8)
+    compare("polymer_in_series", polymer("auto"), 1e-9)
+    compare("melt", melt(), 1e-9)
+    compare("beam", beam(), 1e-9)
     check_failures()
     check_options(path)
     check_folder(path)

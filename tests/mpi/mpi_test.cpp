@@ -214,7 +214,9 @@ int main(int argc, char** argv) {
     compare(&checks, "chain", scenes::make_chain(2000), options_of(Method::Dop853, 0.0), 0.0);
     compare(&checks, "net", scenes::make_net(30, 24), options_of(Method::Rattle, 1e-3), 0.01);
     compare(&checks, "net, dop853", scenes::make_net(9, 8), options_of(Method::Dop853, 0.0), 0.03);
+    compare(&checks, "net, taylor", scenes::make_net(9, 8), options_of(Method::Taylor, 0.0), 0.03);
     compare(&checks, "lattice", scenes::make_lattice(7), options_of(Method::Rattle, 1e-3), 0.005);
+    compare(&checks, "melt", scenes::make_melt(8), options_of(Method::Rattle, 2e-4), 0.01);
     compare_spread(&checks, scenes::make_net(20, 18));
     compare_spread(&checks, scenes::make_lattice(6));
     compare_clusters(&checks);

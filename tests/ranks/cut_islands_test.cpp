@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "ranks/on_ranks.hpp"
 #include "scenes.hpp"
-#include "thread_ranks.hpp"
 
 namespace tanor {
 namespace {
@@ -16,96 +16,6 @@ namespace {
 using scenes::make_chain;
 using scenes::make_lattice;
 using scenes::make_net;
-
-/// Ranks along an axis, in pieces of equal length.
-std::vector<int> cut_along(const System& system, std::size_t axis, int num_ranks) {
-  std::vector<double> x;
-  for (std::size_t i = 0; i < system.num_points(); ++i) x.push_back(system.positions[3 * i + axis]);
-  const auto [low, high] = std::ranges::minmax(x);
-  std::vector<int> owner;
-  for (const double each : x)
-    owner.push_back(std::min(num_ranks - 1, static_cast<int>(num_ranks * (each - low) / (high - low) + 1e-9)));
-  return owner;
-}
-
-/// What a simulation ends with, of all points and equations.
-struct Ending {
-  std::vector<double> positions, velocities, accelerations, multipliers, reactions;
-  MotionReport report;
-  Outcome outcome;
-};
-
-SolverOptions one_thread() {
-  SolverOptions solver;
-  solver.threads = 1;
-  return solver;
-}
-
-Ending run_whole(const System& system, const MotionOptions& options, double t_end) {
-  Simulation simulation(system, options, one_thread());
-  if (t_end > 0.0) (void)simulation.advance_to(t_end);
-  const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
-  return {copy(simulation.positions()),
-          copy(simulation.velocities()),
-          copy(simulation.accelerations()),
-          copy(simulation.multipliers()),
-          copy(simulation.reactions()),
-          simulation.report(),
-          simulation.outcome()};
-}
-
-/// The same on ranks; every rank writes what it owns.
-Ending run_on_ranks(const System& system, const std::vector<int>& owner, int num_ranks, const MotionOptions& options,
-                    double t_end) {
-  Ending ending;
-  for (std::vector<double>* array : {&ending.positions, &ending.velocities, &ending.accelerations, &ending.reactions})
-    array->resize(3 * system.num_points());
-  ending.multipliers.resize(num_equations(system));
-  std::vector<MotionReport> reports(static_cast<std::size_t>(num_ranks));
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(num_ranks));
-  ThreadWorld(num_ranks).run([&](Ranks& ranks) {
-    const RankSystem own = take_part(system, owner, ranks);
-    Simulation simulation(own.system, own.part, options, one_thread());
-    if (t_end > 0.0) (void)simulation.advance_to(t_end);
-    const std::size_t num_written = ranks.rank() == 0 ? own.points.size() - own.part.guests.size() : own.num_owned;
-    const auto write = [&](std::span<const double> from, std::vector<double>* to) {
-      for (std::size_t i = 0; i < num_written; ++i)
-        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
-                    to->begin() + 3 * static_cast<std::ptrdiff_t>(own.points[i]));
-    };
-    write(simulation.positions(), &ending.positions);
-    write(simulation.velocities(), &ending.velocities);
-    write(simulation.accelerations(), &ending.accelerations);
-    write(simulation.reactions(), &ending.reactions);
-    std::vector<char> is_elsewhere(own.equations.size(), 0);
-    for (const Part::SharedRow& row : own.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
-    for (std::size_t a = 0; a < own.equations.size(); ++a)
-      if (is_elsewhere[a] == 0) ending.multipliers[own.equations[a]] = simulation.multipliers()[a];
-    reports[static_cast<std::size_t>(ranks.rank())] = simulation.report();
-    outcomes[static_cast<std::size_t>(ranks.rank())] = simulation.outcome();
-  });
-  for (int rank = 1; rank < num_ranks; ++rank) {
-    const MotionReport& own = reports[static_cast<std::size_t>(rank)];
-    EXPECT_EQ(own.steps, reports[0].steps);
-    EXPECT_EQ(own.rejected, reports[0].rejected);
-    EXPECT_EQ(own.time, reports[0].time);
-    EXPECT_EQ(own.energy.now, reports[0].energy.now);
-    EXPECT_EQ(own.accuracy_warning, reports[0].accuracy_warning);
-    EXPECT_EQ(outcomes[static_cast<std::size_t>(rank)].what, outcomes[0].what);
-  }
-  ending.report = reports[0];
-  ending.outcome = outcomes[0];
-  return ending;
-}
-
-double difference(const std::vector<double>& a, const std::vector<double>& b) {
-  double largest = 0.0, error = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    largest = std::max(largest, std::abs(b[k]));
-    error = std::max(error, std::abs(a[k] - b[k]));
-  }
-  return error / (largest > 0.0 ? largest : 1.0);
-}
 
 void expect_same_instant(const System& system, const std::vector<int>& owner, int num_ranks, double allowed) {
   MotionOptions options;
@@ -146,14 +56,6 @@ TEST(CutIslands, AnyOwnersGiveTheSameAccelerations) {
     SCOPED_TRACE(trial);
     expect_same_instant(system, owner, num_ranks, 1e-11);
   }
-}
-
-MotionOptions options_of(Method method, double step = 0.0) {
-  MotionOptions options;
-  options.method = method;
-  options.step = step;
-  options.rtol = 1e-9;
-  return options;
 }
 
 TEST(CutIslands, MoveAsOnOneRank) {
@@ -253,7 +155,11 @@ TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
     ThreadWorld(2).run([&](Ranks& ranks) { (void)take_part(system, cut_along(system, 0, 2), ranks); });
   };
   EXPECT_THROW(take(held), InputError);
-  EXPECT_THROW(take(scenes::make_melt(4)), InputError);
+  System charged = make_chain(6), walled = make_chain(6);
+  charged.forces.push_back(PairForces{.name = "charges", .law = PairLaw::Coulomb, .charges = {1e-6}});
+  walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // of the support as well
+  EXPECT_THROW(take(charged), InputError);
+  EXPECT_THROW(take(walled), InputError);
 }
 
 /// A run that two ranks saved goes on on one and on four.

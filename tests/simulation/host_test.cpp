@@ -468,6 +468,27 @@ TEST(Dynamics, SplitIsThatOfItsStateWhateverWasAskedInBetween) {
   EXPECT_EQ(solved.support_forces(), carried);
 }
 
+TEST(Dynamics, ACertificateOfWhatStandsIsThatOfWhatIsFoundAnew) {
+  RandomSystem random = make_random_system(12, 3);
+  const StateView state{.time = random.t, .positions = random.positions, .velocities = random.velocities};
+  Dynamics anew(random.system), stands(random.system), without_reactions(random.system);
+  std::vector<double> w(36), eta(36);
+
+  ASSERT_TRUE(stands.solve(state, {.accelerations = w, .reactions = eta}).outcome.ok());
+  ASSERT_TRUE(without_reactions.solve(state, {.accelerations = w}).outcome.ok());
+  const Certificate expected = anew.certify(state);
+
+  EXPECT_TRUE(expected.passed()) << expected.line();
+  for (Dynamics* const dynamics : {&stands, &without_reactions}) {
+    const Certificate certificate = dynamics->certify(state);
+    ASSERT_EQ(certificate.checks.size(), expected.checks.size());
+    for (std::size_t k = 0; k < expected.checks.size(); ++k)
+      EXPECT_EQ(certificate.checks[k].error, expected.checks[k].error) << expected.checks[k].identity;
+  }
+  EXPECT_EQ(stands.counters().factorizations, anew.counters().factorizations);
+  EXPECT_EQ(without_reactions.counters().factorizations, anew.counters().factorizations + 1);
+}
+
 TEST(Dynamics, ReactionsAtSupportsAreThoseOfTheirStateWhateverWasProjectedSince) {
   RandomSystem random = make_random_system(12, 3);
   Solved solved(random);

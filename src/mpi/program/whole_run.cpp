@@ -137,9 +137,10 @@ void WholeRun::merge_rank(Simulation& simulation) {
 Certificate WholeRun::prove(const SolverOptions& options) const {
   Dynamics alone(whole_, options);
   const StateView state{.time = report_.time, .positions = positions_, .velocities = velocities_};
-  Certificate certificate = alone.certify(state);
-  std::vector<double> w(positions_.size());
-  if (!alone.solve(state, {.accelerations = w}).outcome.ok()) return certificate;  // and so says the certificate
+  std::vector<double> w(positions_.size()), eta(positions_.size());
+  const bool is_solved = alone.solve(state, {.accelerations = w, .reactions = eta}).outcome.ok();
+  Certificate certificate = alone.certify(state);  // of that solution
+  if (!is_solved) return certificate;
   double error = 0.0, scale = 0.0;
   for (std::size_t i = 0; i < w.size(); ++i) {
     error = std::max(error, std::abs(w[i] - accelerations_[i]));

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+
+#include "base/point_path.hpp"
+
+namespace tanor {
+
+/// Pair forces between points of this process and those of others. All functions are collective.
+class PairsBeyond {
+ public:
+  virtual ~PairsBeyond() = default;
+
+  /// What others' points do to those of this process, N [3n].
+  virtual void add_forces(const double* r, double* f) = 0;
+  /// Half of the energy of these pairs, J: the other process counts the other half.
+  virtual double potential(const double* r) = 0;
+  /// As PairField's; `masses` [moving point], kg.
+  virtual double find_passage(const PointPath& path, std::span<const double> masses) = 0;
+};
+
+}  // namespace tanor

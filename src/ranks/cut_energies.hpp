@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <tanor/ranks.hpp>
+
+#include "dynamics/workspace.hpp"
+#include "ranks/agreement.hpp"
+
+namespace tanor {
+
+/// What a rank adds to the energies and powers of all, where constraints and forces reach from rank to rank. Each
+/// energy is counted by one rank, each point's power by its owner.
+class CutEnergies {
+ public:
+  CutEnergies(Workspace& work, const Part& part, Agreement& agreement);
+
+  /// Power is not identically 0, here.
+  bool has_work() const { return is_rheonomic_ || work_.forces.has_work(); }
+  Energy energy(double t, const double* r, const double* v);
+  double potential(double t, const double* r);
+  /// `reaction`: M^-1 eta [3n], where free accelerations were found last.
+  Power power(const Kinematics& at, const double* reaction);
+  /// Where the system moves with the accelerations w [3n].
+  Power power_along(const Kinematics& at, const double* w);
+  void clear_guests(double* points) const;
+
+ private:
+  Workspace& work_;
+  const Model& model_;
+  std::vector<std::size_t> guests_;            // inner
+  std::unique_ptr<Forces> counted_elsewhere_;  // whose energies other ranks count; null: none
+  bool is_rheonomic_;                          // on some rank
+  std::vector<double> own_v_, reaction_;       // [3n] scratch
+};
+
+}  // namespace tanor

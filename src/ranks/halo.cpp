@@ -1,0 +1,105 @@
+#include "ranks/halo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "evaluate/neighbours.hpp"
+
+namespace tanor {
+
+Halo::Halo(Ranks& ranks, const PeriodicBox& box, double cutoff, std::span<const Index> numbers)
+    : ranks_(ranks),
+      box_(box),
+      cutoff_(cutoff),
+      own_numbers_(numbers.begin(), numbers.end()),
+      start_(numbers.size() + 1, 0) {
+  std::vector<double> counts(static_cast<std::size_t>(ranks.size()), 0.0);
+  counts[static_cast<std::size_t>(ranks.rank())] = static_cast<double>(numbers.size());
+  ranks.sum(counts);
+  first_.push_back(0);
+  for (const double count : counts) first_.push_back(first_.back() + static_cast<std::size_t>(count));
+}
+
+double Halo::largest_move(std::span<const Vec3> own) const {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < own.size(); ++i) worst = larger(worst, squared(own[i] - made_at_[i]));
+  return std::sqrt(worst);
+}
+
+void Halo::make(std::span<const Vec3> own, double skin) {
+  skin_ = skin;
+  made_at_.assign(own.begin(), own.end());
+  const std::size_t num_all = first_.back(), first_own = first_[static_cast<std::size_t>(ranks_.rank())];
+  std::vector<double> all(4 * num_all, 0.0);  // places and numbers
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    double* const here = &all[4 * (first_own + i)];
+    store(here, 0, own[i]);
+    here[3] = static_cast<double>(own_numbers_[i]);
+  }
+  ranks_.sum(all);
+  // Own points first, as those that move: supports are no pairs of each other.
+  std::vector<Vec3> places(own.begin(), own.end());
+  std::vector<std::size_t> others;  // among those of all ranks
+  for (std::size_t k = 0; k < num_all; ++k) {
+    if (k >= first_own && k < first_own + own.size()) continue;
+    others.push_back(k);
+    places.push_back(load(&all[4 * k], 0));
+  }
+  const Parallel one_thread(1);
+  NeighbourLists lists(cutoff_, skin, box_, own.size(), {std::vector<std::size_t>(places.size() + 1, 0), {}});
+  if (!places.empty()) lists.make(one_thread, places, skin);
+  numbers_.clear();
+  near_.clear();
+  std::vector<Index> in_halo(others.size(), -1);
+  std::map<int, std::pair<Link, std::set<Index>>> links;
+  lists.for_each_point(one_thread, [&](std::size_t i, std::span<const Index> neighbours) {
+    if (i < own.size() || neighbours.empty()) return;
+    const std::size_t other = others[i - own.size()];
+    const auto rank = static_cast<int>(std::ranges::upper_bound(first_, other) - first_.begin()) - 1;
+    auto& [link, sent] = links[rank];
+    if (link.count++ == 0) link.first = numbers_.size();
+    link.rank = rank;
+    sent.insert(neighbours.begin(), neighbours.end());
+    in_halo[i - own.size()] = static_cast<Index>(numbers_.size());
+    numbers_.push_back(static_cast<Index>(all[4 * other + 3]));
+  });
+  lists.for_each_point(one_thread, [&](std::size_t i, std::span<const Index> neighbours) {
+    if (i >= own.size()) return;
+    for (const Index j : neighbours)
+      if (static_cast<std::size_t>(j) >= own.size()) near_.push_back(in_halo[static_cast<std::size_t>(j) - own.size()]);
+    start_[i + 1] = near_.size();
+  });
+  std::vector<Link> found;
+  for (auto& [rank, link] : links) {
+    link.first.sent_points.assign(link.second.begin(), link.second.end());
+    found.push_back(std::move(link.first));
+  }
+  connect(std::move(found));
+}
+
+/// Others' lists name the same points in the same order: distances are the same from both sides, bit by bit.
+void Halo::connect(std::vector<Link> links) {
+  links_ = std::move(links);
+  messages_.clear();
+  for (Link& link : links_) {
+    link.sent.resize(3 * link.sent_points.size());
+    link.received.resize(3 * link.count);
+    messages_.push_back({link.rank, link.sent, link.received});
+  }
+}
+
+void Halo::fetch(std::span<const Vec3> own, std::vector<Vec3>* places) {
+  for (Link& link : links_)
+    for (std::size_t k = 0; k < link.sent_points.size(); ++k)
+      store(link.sent.data(), k, own[static_cast<std::size_t>(link.sent_points[k])]);
+  ranks_.exchange(messages_);
+  places->resize(size());
+  for (const Link& link : links_)
+    for (std::size_t k = 0; k < link.count; ++k) (*places)[link.first + k] = load(link.received.data(), k);
+}
+
+}  // namespace tanor

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <tanor/ranks.hpp>
+
+#include "dynamics/workspace.hpp"
+#include "ranks/agreement.hpp"
+
+namespace tanor {
+
+/// Neighbourhoods that lie on several ranks: what is small there is small beside all of their points. All functions are
+/// collective.
+class SharedNeighbourhoods {
+ public:
+  /// Gives the scales of `work` the lengths of all ranks' points.
+  SharedNeighbourhoods(Workspace& work, const Part& part);
+
+  /// Of one number for each neighbourhood here, makes the largest of all ranks.
+  void find_largest(std::span<double> of_neighbourhoods) const;
+  /// Likewise of the speeds in the scales; the scene's speed is the largest of all.
+  void share_speeds(Agreement& agreement);
+
+ private:
+  void measure_lengths(const Part& part);
+
+  Workspace& work_;
+  Ranks& ranks_;
+  std::size_t num_shared_;
+  struct Shared {
+    std::size_t here, of_all;
+  };
+  std::vector<Shared> shared_;  // rising
+};
+
+}  // namespace tanor

@@ -1,0 +1,133 @@
+/// What reaches from rank to rank beside the equations of one instant: series in time, energies, pair forces, and
+/// decisions about rows that depend on others.
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "ranks/on_ranks.hpp"
+#include "scenes.hpp"
+
+namespace tanor {
+namespace {
+
+using scenes::make_chain;
+using scenes::make_lattice;
+using scenes::make_net;
+
+TEST(Reach, HaveSeriesInTime) {
+  MotionOptions options = options_of(Method::Taylor);
+  options.start = StartMode::Project;
+  expect_same_motion(make_chain(24), options, 0.1, 1e-12);
+  expect_same_motion(make_net(9, 6), options, 0.1, 1e-12);
+  expect_same_motion(make_lattice(4), options, 0.02, 1e-12);
+}
+
+/// What acts and what is prescribed has series as well; `auto` takes them.
+TEST(Reach, HaveSeriesOfWhatDrivesThem) {
+  System bent = scenes::make_shaken_chain(9);
+  Bendings bendings{.name = "bendings", .triples = {}, .law = BendingLaw::Cosine, .stiffness = 0.02};
+  Potential potential{.name = "energies",
+                      .points = {},
+                      .kernel = formula_potential("(1 + 0.5*sin(9*t))*((x2 - x1)^2 + (y2 - y1)^2 + (z2 - z1)^2)", 2)};
+  for (Index k = 1; k + 2 <= 9; ++k) {
+    bendings.triples.push_back({k, k + 1, k + 2});
+    potential.points.push_back({k, k + 2});
+  }
+  bent.forces.push_back(bendings);
+  bent.forces.push_back(potential);
+  for (const System& chain : {scenes::make_shaken_chain(9), scenes::make_breathing_chain(9),
+                              scenes::make_damped_chain(9), scenes::make_driven_chain(9), bent}) {
+    expect_same_motion(chain, options_of(Method::Taylor), 0.1, 1e-11);
+    expect_same_motion(chain, options_of(Method::Auto), 0.1, 1e-11);
+  }
+}
+
+/// Energies that cancel at rest: what they are beside others is known by points that are moved, guests as well.
+TEST(Reach, HaveTheEnergyScaleOfOneRank) {
+  System loose = make_net(7, 6);
+  const Rods rods = std::get<Rods>(loose.constraints[0]);
+  loose.constraints.clear();
+  loose.forces = {Springs{.name = "springs", .pairs = rods.pairs, .stiffness = 1e9, .rest_length = scenes::spacing}};
+  const MotionOptions options = options_of(Method::Rk4, 1e-6);
+  EXPECT_GT(run_whole(loose, options, 2e-6).report.energy.scale, 1e-3) << "of points that are moved";
+  expect_same_motion(loose, options, 2e-6, 1e-12);
+}
+
+/// Beads that repel each other in a periodic box: halos change while they move. Steps of a scheme that adapts them
+/// depend on the last bit soon, since forces have kinks at the cutoff: a few of them are compared.
+TEST(Reach, PairForcesReachFromRankToRank) {
+  System melt = scenes::make_melt(8), attracting = melt;
+  auto& law = std::get<PairForces>(attracting.forces[0]);
+  law.law = PairLaw::Lj;
+  law.exclude_rods = false;
+  law.cutoff = 0.23;  // no distance of the lattice that they start from
+  for (const System& system : {melt, attracting}) {
+    MotionOptions options = options_of(Method::Dop853);
+    options.start = StartMode::Project;
+    expect_same_motion(system, options, 0.002, 1e-12);
+    options = options_of(Method::Rattle, 2e-4);
+    options.start = StartMode::Project;
+    expect_same_motion(system, options, 0.05, 1e-12);
+  }
+}
+
+/// Rods in a row that fly towards each other meet within what would be one step.
+TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  std::vector<double> velocities;
+  for (int k = 0; k < 4; ++k) {
+    const Index low = scenes::add_point({2.0 * k, 0.002 * k, 0.0}, &system),
+                high = scenes::add_point({2.0 * k, 0.002 * k, 0.3}, &system);
+    rods.pairs.push_back({low, high});
+    for (int end = 0; end < 2; ++end) velocities.insert(velocities.end(), {k < 2 ? 20.0 : -20.0, 0.0, 0.1 * k});
+  }
+  system.velocities = velocities;
+  system.constraints = {rods};
+  system.forces = {PairForces{.name = "beads", .epsilon = 1.0, .sigma = 0.01}};
+  const MotionOptions options = options_of(Method::Dop853);
+  const Ending one = run_whole(system, options, 0.08);
+  EXPECT_LT(one.velocities[6], 0.0) << "the inner ones have met";
+  for (const int num_ranks : {2, 4}) {
+    const Ending many = run_on_ranks(system, cut_along(system, 0, num_ranks), num_ranks, options, 0.08);
+    ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
+    EXPECT_NEAR(static_cast<double>(many.report.steps), static_cast<double>(one.report.steps), 4.0);
+    EXPECT_LE(difference(many.positions, one.positions), 1e-8);
+    EXPECT_LE(difference(many.velocities, one.velocities), 1e-7);
+  }
+}
+
+/// Cubes in a row that all diagonals brace, hung up at one corner: of the 72 rods between 16 points 42 are independent.
+System make_braced_beam(int cubes) {
+  System system = scenes::make_grid({cubes + 1, 2, 2});
+  Rods& rods = std::get<Rods>(system.constraints[0]);
+  rods.pairs.clear();
+  const auto place = [&](Index i) { return &system.positions[3 * static_cast<std::size_t>(i)]; };
+  const auto count = static_cast<Index>(system.num_points());
+  for (Index i = 0; i < count; ++i)
+    for (Index j = i + 1; j < count; ++j)
+      if (std::hypot(place(i)[0] - place(j)[0], place(i)[1] - place(j)[1], place(i)[2] - place(j)[2]) <
+          1.8 * scenes::spacing)
+        rods.pairs.push_back({i, j});
+  rods.length = {};  // as drawn
+  system.supports = {{"hinge", {0}, {}}};
+  system.forces = {scenes::gravity};
+  for (std::size_t i = 0; i < system.num_points(); ++i) system.masses[i] = 0.1 + 0.01 * static_cast<double>(i % 5);
+  return system;
+}
+
+TEST(Reach, RowsThatDependAreFoundOnAllRanks) {
+  const System beam = make_braced_beam(3);
+  for (const MotionOptions& options : {options_of(Method::Dop853), options_of(Method::Rattle, 1e-3)}) {
+    expect_same_motion(beam, options, 0.05, 1e-12);
+    const Ending one = run_whole(beam, options, 0.0);
+    for (const int num_ranks : {2, 4}) {
+      const Ending many = run_on_ranks(beam, cut_along(beam, 0, num_ranks), num_ranks, options, 0.0);
+      EXPECT_LE(difference(many.multipliers, one.multipliers), 1e-11);
+      EXPECT_EQ(many.report.rank_changes.now, one.report.rank_changes.now);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tanor
