@@ -95,8 +95,24 @@ void add_triangle(const Crossing& a, const Crossing& b, const Crossing& c, std::
   surface->push_back({{a.r, b.r, c.r}, {is_on_line(a, b), is_on_line(b, c), is_on_line(c, a)}});
 }
 
-/// The part of the surface in a tetrahedron: nothing, a triangle or two. At a pole or a jump xi changes its sign too;
-/// there it is not smaller between the corners.
+/// Where xi is 0 between two corners, by halving; none where it has a pole there or jumps, and does not come to be
+/// small.
+std::optional<Vec3> find_zero(const ImplicitFunction& xi, const Node& inside, const Node& outside) {
+  constexpr int halvings = 5;
+  Vec3 a = inside.r, b = outside.r;
+  double xi_a = inside.xi, xi_b = outside.xi;
+  for (int k = 0; k < halvings; ++k) {
+    const Vec3 middle = 0.5 * (a + b);
+    const double between = xi(middle);
+    if (!std::isfinite(between)) return {};
+    (between < 0.0 ? a : b) = middle;
+    (between < 0.0 ? xi_a : xi_b) = between;
+  }
+  if (!(xi_b - xi_a < 0.5 * (outside.xi - inside.xi))) return {};
+  return a + xi_a / (xi_a - xi_b) * (b - a);
+}
+
+/// The part of the surface in a tetrahedron: nothing, a triangle or two.
 void cut_tetrahedron(const ImplicitFunction& xi, const std::array<const Node*, 4>& corners,
                      std::vector<SurfacePart>* surface) {
   std::array<const Node*, 4> sorted = corners;
@@ -104,11 +120,9 @@ void cut_tetrahedron(const ImplicitFunction& xi, const std::array<const Node*, 4
   std::vector<Crossing> crossings;
   for (auto in = sorted.begin(); in != middle; ++in) {
     for (auto out = middle; out != sorted.end(); ++out) {
-      // xi = 0 on the straight line through both values
-      const double part = (*in)->xi / ((*in)->xi - (*out)->xi);
-      const Vec3 r = (*in)->r + part * ((*out)->r - (*in)->r);
-      if (!(std::abs(xi(r)) < 0.5 * ((*out)->xi - (*in)->xi))) return;
-      crossings.push_back({*in, *out, r});
+      const std::optional<Vec3> zero = find_zero(xi, **in, **out);
+      if (!zero) return;
+      crossings.push_back({*in, *out, *zero});
     }
   }
   if (crossings.size() == 3) add_triangle(crossings[0], crossings[1], crossings[2], surface);

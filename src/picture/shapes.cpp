@@ -107,7 +107,7 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
   const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
-  constexpr std::size_t most_numbers = 16'000;  // of formulas, each of which is computed thousands of times
+  constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is computed thousands of times
   double covers = 0.0;
   std::size_t numbers = 0;
   for (const report::Guide& guide : guides) {

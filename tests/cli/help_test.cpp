@@ -186,8 +186,10 @@ TEST(JsonTest, EveryCommandPrintsIt) {
   EXPECT_EQ(ask({"check", "s.json"})["rank"]["rank"], 2);
   EXPECT_EQ(ask({"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01", "--quiet"})["rows"].size(), 4u);
   EXPECT_TRUE(ask({"selftest"})[0]["keeps_promise"]);
-  EXPECT_EQ(ask({"equilibrium", "s.json", "--out", "e"}), read_json(folder / "e/summary.json"));
-  EXPECT_EQ(ask({"modes", "e/equilibrium.json", "--out", "m"}), read_json(folder / "m/summary.json"));
+  const json rest = ask({"equilibrium", "s.json", "--out", "e"});
+  EXPECT_EQ(rest, read_json(folder / "e/summary.json"));
+  const json modes = ask({"modes", "e/equilibrium.json", "--out", "m"});
+  EXPECT_EQ(modes, read_json(folder / "m/summary.json"));
   EXPECT_EQ(ask({"help"}), read_table());
   EXPECT_EQ(ask({"completion", "zsh"})["script"], run_program(folder, {"completion", "zsh"}).out);
   EXPECT_EQ(ask({"manual", "run"})["page"], run_program(folder, {"manual", "run"}).out);

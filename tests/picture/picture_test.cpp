@@ -248,7 +248,7 @@ TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
   }
 }
 
-/// The corners lie on the sphere (to second order in the side of a cell), and its area is 4 pi.
+/// The corners lie on the sphere, and its area is 4 pi, to second order in the side of a cell.
 TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
   const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide("x1^2+y1^2+z1^2-1").numbers);
   ASSERT_TRUE(xi.has_value());
@@ -258,8 +258,8 @@ TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
     area += 0.5 * norm(cross(b - a, c - a));
     for (const Vec3& corner : part.corners) farthest = std::max(farthest, std::abs(norm(corner) - 1.0));
   }
-  EXPECT_LT(farthest, 0.01);
-  EXPECT_NEAR(area, 4.0 * std::numbers::pi, 0.15);
+  EXPECT_LT(farthest, 1e-4);
+  EXPECT_NEAR(area, 4.0 * std::numbers::pi, 0.05);
 }
 
 /// All operations, at a place and a time.

@@ -35,14 +35,25 @@ const isOnLine = (a: Crossing, b: Crossing) => [0, 1, 2].some((axis) => {
   return plane % partsOfALine === 0 && [a.outside, b.inside, b.outside].every((node) => node.at[axis] === plane);
 });
 
-/** The surface in a tetrahedron. At a pole or a jump xi changes its sign too; there it is not smaller between the corners. */
+/** Where xi is 0 between two corners, by halving; null where it has a pole there or jumps, and does not come to be small. */
+function findZero(xi: Formula, inside: Node, outside: Node): Place | null {
+  const between = (a: Place, b: Place, part: number) => a.map((x, axis) => x + part * (b[axis] - x)) as Place;
+  let [a, b, xiA, xiB] = [inside.r, outside.r, inside.xi, outside.xi];
+  for (let k = 0; k < 5; ++k) {
+    const middle = between(a, b, 0.5), value = xi(middle);
+    if (!Number.isFinite(value)) return null;
+    if (value < 0) [a, xiA] = [middle, value]; else [b, xiB] = [middle, value];
+  }
+  return xiB - xiA < 0.5 * (outside.xi - inside.xi) ? between(a, b, xiA / (xiA - xiB)) : null;
+}
+
+/** The surface in a tetrahedron: nothing, a triangle or two. */
 function cut(xi: Formula, corners: Node[], triangles: number[], lines: number[]): void {
   const crossings: Crossing[] = [];
   for (const inside of corners.filter((node) => node.xi < 0))
     for (const outside of corners.filter((node) => !(node.xi < 0))) {
-      const part = inside.xi / (inside.xi - outside.xi);
-      const r = inside.r.map((x, axis) => x + part * (outside.r[axis] - x)) as Place;
-      if (!(Math.abs(xi(r)) < 0.5 * (outside.xi - inside.xi))) return;
+      const r = findZero(xi, inside, outside);
+      if (!r) return;
       crossings.push({ inside, outside, r });
     }
   const add = (...three: Crossing[]) => three.forEach((each, k) => {
