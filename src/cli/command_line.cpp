@@ -110,7 +110,9 @@ Request parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return HelpOptions{.command = asked() == commands.end() ? std::string() : asked()->name};
+    HelpOptions help;
+    if (asked() != commands.end()) help.command = asked()->name;
+    return help;
   } catch (const CLI::CallForVersion& version) {
     return Words{version.what() + std::string("\n")};
   } catch (const CLI::ArgumentMismatch& error) {
