@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <map>
 
 #include <tanor/build_info.hpp>
@@ -12,6 +11,7 @@
 #include <tanor/motion.hpp>
 
 #include "cli/command_table.hpp"
+#include "cli/messages.hpp"
 #include "cli/suggestion.hpp"
 
 namespace tanor::cli {
@@ -91,7 +91,8 @@ std::string list_methods() {
 }  // namespace
 
 ExitCode execute(const Words& words) {
-  std::fputs(words.text.c_str(), stdout);
+  constexpr std::size_t column = 48;  // of what a method is
+  print_lines(words.text, column);
   return ExitCode::Done;
 }
 
@@ -109,7 +110,9 @@ Request parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return HelpOptions{.command = asked() == commands.end() ? std::string() : asked()->name};
+    HelpOptions help;
+    if (asked() != commands.end()) help.command = asked()->name;
+    return help;
   } catch (const CLI::CallForVersion& version) {
     return Words{version.what() + std::string("\n")};
   } catch (const CLI::ArgumentMismatch& error) {

@@ -94,15 +94,14 @@ struct PictureOptions : CommonOptions {
 };
 
 /// `tanor help`, `tanor manual`, `tanor completion`: what the table of commands says.
-struct HelpOptions {
+struct HelpOptions : CommonOptions {
   std::string command;  ///< empty: all
-  bool json = false;
 };
-struct ManualOptions {
+struct ManualOptions : CommonOptions {
   std::string command;                       ///< empty: the program
   std::optional<std::filesystem::path> out;  ///< folder of all pages; default: one on standard output
 };
-struct CompletionOptions {
+struct CompletionOptions : CommonOptions {
   std::string shell;
 };
 

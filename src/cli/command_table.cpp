@@ -77,13 +77,13 @@ std::vector<std::string> names_of_methods() {
 
 Value method(std::optional<std::string>* target) {
   return offer(names_of_methods(), {Word::Text, [target](const std::string& given) -> std::string {
-                                  const std::vector<std::string> names = names_of_methods();
-                                  if (std::ranges::find(names, given) == names.end())
-                                    return "must be one of those that tanor --methods lists, not '" + given + "'" +
-                                           suggest(given, names);
-                                  *target = given;
-                                  return {};
-                                }});
+                                      const std::vector<std::string> names = names_of_methods();
+                                      if (std::ranges::find(names, given) == names.end())
+                                        return "must be one of those that tanor --methods lists, not '" + given + "'" +
+                                               suggest(given, names);
+                                      *target = given;
+                                      return {};
+                                    }});
 }
 
 /// Words of an enumeration between commas; one that comes twice counts once.
@@ -390,6 +390,7 @@ Command describe_completion() {
           .summary = "a script with which bash or zsh completes commands, options and files",
           .text = "Debian packages of tanor install it. Elsewhere the shell's start file reads it.",
           .arguments = {{"SHELL", offer({"bash", "zsh"}, text(Word::Text, &options->shell)), "bash or zsh"}},
+          .options = {{"--json", "", yes(&options->json), "print the script inside JSON"}},
           .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
                        {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
           .request = [options] { return *options; }};
@@ -401,7 +402,8 @@ Command describe_manual() {
           .summary = "the manual page of tanor or of a command, for man",
           .text = "Prints roff. Debian packages of tanor install the pages.",
           .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: tanor itself", false}},
-          .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"}},
+          .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"},
+                      {"--json", "", yes(&options->json), "print the page, or the files written, as JSON"}},
           .examples = {{"tanor manual run | man -l -", "read one that is not installed"}},
           .request = [options] { return *options; }};
 }
@@ -440,7 +442,7 @@ std::span<const ExitMeaning> exit_meanings() {
       ExitMeaning{"0", "done; redundant but consistent constraints are no fault"},
       ExitMeaning{"2", "bad input or usage: one line says what and where, nothing was written"},
       ExitMeaning{"3", "no answer, no unique one, not certified, or not within the tolerance"},
-      ExitMeaning{"4", "memory, disk, standard output or another failure of the machine"},
+      ExitMeaning{"4", "memory, disk, a folder in use, standard output or another failure of the machine"},
       ExitMeaning{"129, 130, 143", "SIGHUP, SIGINT, SIGTERM came; files are whole, run --resume goes on"},
   };
   return meanings;

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include <tanor/error.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/command_table.hpp"
+#include "cli/messages.hpp"
 
 // Scripts with which shells complete commands, options, their words and files.
 namespace tanor::cli {
@@ -178,7 +180,8 @@ if [[ $zsh_eval_context[-1] == loadautofunc ]]; then _tanor "$@"; else compdef _
 ExitCode execute(const CompletionOptions& options) {
   if (options.shell != "bash" && options.shell != "zsh")
     throw InputError("SHELL", "must be bash or zsh, not '" + options.shell + "'");
-  fmt::print("{}", options.shell == "bash" ? write_bash() : write_zsh());
+  const std::string script = options.shell == "bash" ? write_bash() : write_zsh();
+  options.json ? print_json({{"shell", options.shell}, {"script", script}}) : fmt::print("{}", script);
   return ExitCode::Done;
 }
 

@@ -81,7 +81,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   report::write_equilibrium(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
-  if (!command.json) fmt::print("{}; results in {}\n", describe(found), typed(directory));
+  if (!command.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
   if (vibrations && !vibrations->outcome.ok()) return tell(command.scene, vibrations->outcome.what);
   if (!buckled.ok()) return tell(command.scene, buckled.what);
   return ExitCode::Done;

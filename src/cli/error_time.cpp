@@ -12,6 +12,7 @@
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
 #include "report/output_file.hpp"
+#include "report/terminal.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -74,7 +75,7 @@ ExitCode execute(const ErrorTimeOptions& options) {
   const scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
-    if (!options.quiet) fmt::print(stderr, "{}\n", line);
+    if (!options.quiet) fmt::print(stderr, "{}\n", report::wrap(line, 2, report::Terminal::of(stderr).width(), 0));
   };
   std::optional<scene::ReferenceState> reference;
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
@@ -85,7 +86,7 @@ ExitCode execute(const ErrorTimeOptions& options) {
   });
   if (!table.rows.empty()) {
     const std::string no_picture = report::write_error_time(destination.path(), table);
-    options.json ? print_json(report::describe_error_time(table)) : fmt::print("{}", report::format_error_time(table));
+    options.json ? print_json(report::describe_error_time(table)) : print_lines(report::format_error_time(table));
     if (!no_picture.empty()) say(no_picture);
   }
   if (table.outcome.ok()) return ExitCode::Done;

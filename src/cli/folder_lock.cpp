@@ -9,10 +9,9 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <stdexcept>
 #include <string_view>
 #include <thread>
-
-#include <tanor/error.hpp>
 
 #include "report/output_file.hpp"
 
@@ -60,9 +59,10 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& c
     if (!take(descriptor_)) {
       const std::string holder = read_holder(descriptor_);
       close(descriptor_);
-      throw InputError(folder.string(), fmt::format("is in use by {} (tanor {}); wait for it, or choose another folder "
-                                                    "with --out",
-                                                    holder, command));
+      throw std::runtime_error(
+          fmt::format("{}: is in use by {} (tanor {}); wait for it, or choose another folder "
+                      "with --out",
+                      folder.string(), holder, command));
     }
     if (is_named(descriptor_, file_)) break;
     close(descriptor_);

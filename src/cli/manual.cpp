@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include <tanor/version.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/command_table.hpp"
+#include "cli/messages.hpp"
 #include "report/output_file.hpp"
 
 // Manual pages in the macros of man(7).
@@ -99,15 +101,22 @@ std::string write_page_of_program() {
 
 ExitCode execute(const ManualOptions& options) {
   if (!options.out) {
-    fmt::print("{}", options.command.empty() ? write_page_of_program() : write_page(find_command(options.command)));
+    const bool is_whole = options.command.empty();
+    const std::string page = is_whole ? write_page_of_program() : write_page(find_command(options.command));
+    options.json ? print_json({{"name", is_whole ? "tanor" : "tanor-" + options.command}, {"page", page}})
+                 : fmt::print("{}", page);
     return ExitCode::Done;
   }
   report::make_folder(*options.out);
+  nlohmann::ordered_json files = nlohmann::json::array();
   const auto write = [&](const std::string& name, const std::string& page) {
-    report::replace_file(*options.out / (name + ".1"), [&](report::OutputFile* file) { file->write(page); });
+    const std::filesystem::path path = *options.out / (name + ".1");
+    report::replace_file(path, [&](report::OutputFile* file) { file->write(page); });
+    files.push_back(path.string());
   };
   write("tanor", write_page_of_program());
   for (const Command& each : make_commands()) write("tanor-" + each.name, write_page(each));
+  if (options.json) print_json({{"files", files}});
   return ExitCode::Done;
 }
 

@@ -55,6 +55,18 @@ void print(std::string_view key, const std::string& value) {
              report::wrap(value, std::max(column, taken + 1), terminal.width()));
 }
 
+void print_lines(std::string_view text, std::size_t column) {
+  const std::optional<std::size_t> width = Terminal::of(stdout).width();
+  if (width && column + 24 > *width) column = 4;  // too little is left there for words
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    const std::size_t blanks = std::min(line.find_first_not_of(' '), line.size());
+    fmt::print("{}{}\n", line.substr(0, blanks), report::wrap(line.substr(blanks), column, width, blanks));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 void print_heading(std::string_view title) {
   fmt::print("\n{}\n", Terminal::of(stdout).bold(title));
 }

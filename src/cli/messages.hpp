@@ -23,6 +23,8 @@ std::string typed(const std::filesystem::path& path);
 
 /// "<key>:   <value>" on standard output, in as many lines as a terminal needs; one elsewhere.
 void print(std::string_view key, const std::string& value);
+/// Lines on standard output; what is longer than a terminal goes on below, somewhat to the right, or at a column.
+void print_lines(std::string_view text, std::size_t column = 4);
 /// The title of some rows, after an empty line.
 void print_heading(std::string_view title);
 /// A page of a run (`report::format_page`) on standard output, in as many lines as a terminal needs.

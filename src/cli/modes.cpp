@@ -70,7 +70,7 @@ ExitCode execute(const ModesCommand& command) {
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
   if (command.json) print_json_file(directory / "summary.json");
-  if (!command.json) fmt::print("{}; results in {}\n", describe(found), typed(directory));
+  if (!command.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
   if (!facts.buckling) return ExitCode::Done;
   if (!facts.buckling->outcome.ok()) return tell(command.scene, facts.buckling->outcome.what);
   if (command.json) return ExitCode::Done;

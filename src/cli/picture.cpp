@@ -1,9 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
@@ -48,6 +50,9 @@ ExitCode execute(const PictureOptions& options) {
   const picture::Drawn drawn = draw({.frame = instant.frame, .extent = motion.measure(), .style = options.style});
   report::replace_file(file, [&](report::OutputFile* png) { png->write(std::string_view(drawn.png)); });
 
+  std::vector<std::string> without_picture;
+  for (const report::Guide& guide : instant.frame.guides)
+    if (!report::has_picture(guide)) without_picture.push_back(report::name_guide(guide));
   const bool is_frame = instant.before == instant.after;
   if (options.json) {
     const auto or_null = [](double number) { return number > 0.0 ? nlohmann::ordered_json(number) : nullptr; };
@@ -58,13 +63,16 @@ ExitCode execute(const PictureOptions& options) {
                 {"height", options.style.height},
                 {"tension_scale", or_null(drawn.tension_scale)},
                 {"arrow", or_null(drawn.arrow)},
-                {"guides_left_out", drawn.left_out}});
+                {"guides_left_out", drawn.left_out + without_picture.size()}});
   } else if (!options.quiet) {
     print_message(fmt::format(
         "t = {:g} s in {}{}", instant.frame.time, typed(file),
         is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
     if (drawn.left_out > 0)
-      print_message(fmt::format("{} guides are left out: those before them cover the picture", drawn.left_out));
+      print_message(
+          fmt::format("{} guides are left out: those before them cover the picture, or take too long", drawn.left_out));
+    if (!without_picture.empty())
+      print_message(fmt::format("not drawn, since no picture of them is known: {}", fmt::join(without_picture, ", ")));
   }
   return ExitCode::Done;
 }

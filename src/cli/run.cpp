@@ -36,7 +36,7 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   const std::chrono::duration<double> checkpoint_every(options.checkpoint_every.value_or(60.0));
   plan.checkpoint_every = std::chrono::duration_cast<RunPlan::Clock::duration>(checkpoint_every);
   plan.has_html_page = options.report && report::has_html_page();
-  plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
+  plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);
@@ -117,7 +117,11 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     const double begin = simulation->time();
     target = next_output_time(begin, scene.output_every, scene.t_end);
     const Outcome outcome = simulation->advance_to(target, observe);
-    if (simulation->time() > begin) folder->write_frame(*simulation);
+    const bool is_stopped = outcome.ok() && not_proven.empty() && simulation->time() < target;  // by a signal
+    if (is_stopped)
+      folder->write_stop(*simulation);
+    else if (simulation->time() > begin)
+      folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
     if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
     if (const auto interrupt = caught_interrupt(); interrupt && simulation->time() < scene.t_end) {
@@ -133,7 +137,10 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
                 report::Progress* progress) {
   try {
     if (!simulation->outcome().ok()) return {ExitCode::NoAnswer, simulation->outcome().what};
-    if (is_new) folder->write_frame(*simulation);
+    if (is_new)
+      folder->write_frame(*simulation);
+    else
+      folder->take_resumed(*simulation);
     return advance(scene, simulation, folder, progress);
   } catch (...) {
     const Failure failure = describe_current_exception();

@@ -23,6 +23,7 @@ report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simu
   facts.scene = scene.name;
   facts.source = scene.source;
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
+  facts.t_start = scene.t_start;
   facts.t_end = scene.t_end;
   facts.has_started = simulation.outcome().ok();
   return facts;
@@ -78,17 +79,35 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
                        report::OutputTimes{.duration = scene.t_end - simulation.time(), .every = scene.output_every});
 }
 
-void RunFolder::write_frame(Simulation& simulation) {
+void RunFolder::append_frame(Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   const std::vector<double> friction = find_friction(simulation);
   trajectory_.write_frame(simulation, friction);
-  if (recording_) {
-    recording_->take_frame(simulation, friction);
-    if (begin >= next_page_) show(simulation);
-  }
+  if (!recording_) return;
+  recording_->take_frame(simulation, friction);
+  if (begin >= next_page_) show(simulation);
+}
+
+void RunFolder::write_frame(Simulation& simulation) {
+  const auto begin = RunPlan::Clock::now();
+  append_frame(simulation);
   last_frame_ = simulation.time();
   if (begin >= next_publication_) publish(simulation);
   output_ += seconds_since(begin);
+}
+
+void RunFolder::write_stop(Simulation& simulation) {
+  const auto begin = RunPlan::Clock::now();
+  publish(simulation);  // which marks the end of the frames that are kept
+  append_frame(simulation);
+  output_ += seconds_since(begin);
+}
+
+void RunFolder::take_resumed(Simulation& simulation) {
+  facts_.t_resumed = simulation.time();
+  if (!recording_) return;
+  const Solution now = simulation.solution();
+  if (now.outcome.ok()) recording_->take_frame(simulation.system(), now, find_friction(simulation));
 }
 
 bool RunFolder::is_in_place() const {

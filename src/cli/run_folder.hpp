@@ -43,6 +43,11 @@ class RunFolder {
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
   void write_frame(Simulation& simulation);
+  /// The state at which a signal stopped the run between two output times, as a last frame. A run that goes on from
+  /// here does not keep it: its frames are those of a run that was never stopped.
+  void write_stop(Simulation& simulation);
+  /// Where a run goes on: its page begins here.
+  void take_resumed(Simulation& simulation);
   /// What the page keeps of a step (of some with a picture), and a checkpoint where the last one is old: of a
   /// simulation between two frames (null at a frame, which is to be written before).
   void take_step(const MotionReport& report, Simulation* between_frames);
@@ -54,6 +59,7 @@ class RunFolder {
   std::string finish(Simulation& simulation, bool can_go_on);
 
  private:
+  void append_frame(Simulation& simulation);
   bool is_in_place() const;
   void require_folder(const std::string& file) const;
   /// Replaces the checkpoint.

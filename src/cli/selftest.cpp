@@ -29,7 +29,7 @@ ExitCode execute(const SelftestOptions& options) {
   for (const auto& list : {list_known_motions, list_known_mechanisms, list_known_friction, list_known_forces}) {
     for (const KnownProblem& problem : list()) rows.push_back(solve(problem));
   }
-  options.json ? print_json(report::describe_digits(rows)) : fmt::print("{}", report::format_digits(rows));
+  options.json ? print_json(report::describe_digits(rows)) : print_lines(report::format_digits(rows));
   const Outcome outcome = report::verify_digits(rows);
   if (outcome.ok()) return ExitCode::Done;
   print_message("selftest: " + outcome.what, Tone::Error);

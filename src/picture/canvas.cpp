@@ -13,6 +13,7 @@ namespace {
 
 constexpr int fine = 3;  // samples along a side of a pixel
 constexpr float nothing = std::numeric_limits<float>::infinity();
+constexpr float sheet = 0.09f, line = 0.28f;  // what of a sample a surface covers, and a line on it
 
 /// Light from above and the left. What faces the eye has the colour that it was given, so that colours can be read;
 /// what faces the light is a little whiter.
@@ -164,7 +165,6 @@ void Canvas::finish(double haze, double radius) {
 /// How much of a sample a surface covers at a place on it: little, more where a line of it runs.
 float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
   constexpr double lines = 12.0;  // in a turn, and along a side
-  constexpr float sheet = 0.09f, line = 0.28f;
   const double half_line = 0.6 * camera_.pixel(place.z) * std::max(1.0, width_ / 1000.0);
   const Vec3 e = (1.0 / norm(direction)) * direction, from = place - surface.center;
   const Vec3 &u = surface.axes[0], &v = surface.axes[1], &w = surface.axes[2];
@@ -221,6 +221,27 @@ void Canvas::add(const Surface& surface) {
       if (depth > 0.0 && depth < static_cast<double>(depths_[sample]))
         part = 1.0f - (1.0f - part) * (1.0f - cover(surface, ray.origin + depth * e, e));
     if (part > 0.0f) colours_[sample] = mix(colours_[sample], guide_colour, part);
+  });
+}
+
+void Canvas::add(const Triangle& triangle) {
+  const auto& [a, b, c] = triangle.corners;
+  const Vec3 normal = cross(b - a, c - a);
+  if (!(squared(normal) > 0.0)) return;
+  visit(camera_.bound(triangle.center(), triangle.reach()), [&](std::size_t sample, const Ray& ray) {
+    const double depth = dot(a - ray.origin, normal) / dot(ray.direction, normal);
+    if (!(depth > 0.0 && depth < static_cast<double>(depths_[sample]))) return;
+    const Vec3 place = ray.origin + depth * ray.direction;
+    const double half_line = 0.6 * camera_.pixel(place.z) * std::max(1.0, width_ / 1000.0);
+    bool is_line = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 from = triangle.corners[k], side = triangle.corners[(k + 1) % 3] - from;
+      const Vec3 inwards = cross(normal, side);
+      const double away = dot(place - from, inwards);
+      if (away < 0.0) return;
+      is_line = is_line || (triangle.is_line[k] && away < half_line * norm(inwards));
+    }
+    colours_[sample] = mix(colours_[sample], guide_colour, is_line ? line : sheet);
   });
 }
 

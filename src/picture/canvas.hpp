@@ -36,6 +36,19 @@ struct Surface {
   }
 };
 
+/// A part of a curved surface that one can look through, with lines along some edges: from a corner to the next.
+struct Triangle {
+  std::array<Vec3, 3> corners;
+  std::array<bool, 3> is_line;
+
+  Vec3 center() const { return (1.0 / 3.0) * (corners[0] + corners[1] + corners[2]); }
+  /// No corner is farther from the center.
+  double reach() const {
+    const Vec3 c = center();
+    return std::max({norm(corners[0] - c), norm(corners[1] - c), norm(corners[2] - c)});
+  }
+};
+
 /// Rows of a picture, each pixel of several samples with their depth.
 class Canvas {
  public:
@@ -47,6 +60,7 @@ class Canvas {
   void finish(double haze, double radius);
   /// After `finish`, since surfaces hide nothing.
   void add(const Surface& surface);
+  void add(const Triangle& triangle);
   /// Writes the rows first … last - 1 of a picture, 0xffrrggbb a pixel.
   void resolve(int first, int last, std::uint32_t* picture) const;
 

@@ -35,6 +35,7 @@ void draw_band(const Picture& picture, const Camera& camera, const Shapes& shape
   for (const Ball& ball : shapes.balls) canvas.add(ball);
   canvas.finish(choose_haze(picture), bead);
   for (const Surface& surface : shapes.surfaces) canvas.add(surface);
+  for (const Triangle& triangle : shapes.triangles) canvas.add(triangle);
   canvas.resolve(first, last, pixels);
 }
 

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <span>
 
 #include <tanor/kinds/line_frame.hpp>
+
+#include "picture/implicit_surface.hpp"
 
 namespace tanor::picture {
 
@@ -72,6 +75,15 @@ void add_circle(Vec3 center, Vec3 normal, double radius, const GuideSpace& space
   add_curve(places, space, shapes);
 }
 
+void add_formula(std::span<const double> n, const GuideSpace& space, Shapes* shapes) {
+  const std::optional<ImplicitFunction> xi = ImplicitFunction::read(n);
+  if (!xi) return;
+  for (const SurfacePart& part : polygonise(*xi, space.middle, 0.5 * space.size)) {
+    const auto& [a, b, c] = part.corners;
+    shapes->triangles.push_back({{turned(space, a), turned(space, b), turned(space, c)}, part.is_line});
+  }
+}
+
 }  // namespace
 
 void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes) {
@@ -96,6 +108,8 @@ void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shap
     add_circle(at(0), at(3), n[6], space, shapes);
   } else if (guide.kind == "helix") {
     add_helix(n, space, shapes);
+  } else if (guide.kind == "formula") {
+    add_formula(n, space, shapes);
   }
 }
 

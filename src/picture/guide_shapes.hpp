@@ -12,7 +12,7 @@ struct GuideSpace {
   double most_parts;  ///< straight parts of a curve
 };
 
-/// Adds the picture of a plane, sphere, ellipsoid, line, circle or helix; other kinds have none.
+/// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix or surface of a formula; other kinds have none.
 void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes);
 
 }  // namespace tanor::picture

@@ -107,13 +107,18 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
   const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
+  constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is computed thousands of times
   double covers = 0.0;
+  std::size_t numbers = 0;
   for (const report::Guide& guide : guides) {
-    if (covers >= most_covers) {
+    if (!report::has_picture(guide)) continue;
+    numbers += guide.kind == "formula" ? guide.numbers.size() : 0;
+    if (covers >= most_covers || numbers > most_numbers) {
       ++shapes->left_out;
       continue;
     }
-    const std::size_t first_cone = shapes->cones.size(), first_surface = shapes->surfaces.size();
+    const std::size_t first_cone = shapes->cones.size(), first_surface = shapes->surfaces.size(),
+                      first_triangle = shapes->triangles.size();
     add_guide(guide, space, shapes);
     for (std::size_t k = first_cone; k < shapes->cones.size(); ++k) {
       const Cone& cone = shapes->cones[k];
@@ -124,6 +129,10 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
     for (std::size_t k = first_surface; k < shapes->surfaces.size(); ++k) {
       const Surface& surface = shapes->surfaces[k];
       covers += weight_of_surface * measure_cover(camera.bound(surface.center, surface.reach()), picture.style);
+    }
+    for (std::size_t k = first_triangle; k < shapes->triangles.size(); ++k) {
+      const Triangle& triangle = shapes->triangles[k];
+      covers += measure_cover(camera.bound(triangle.center(), triangle.reach()), picture.style);
     }
   }
 }

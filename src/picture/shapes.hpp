@@ -28,6 +28,7 @@ struct Shapes {
   std::vector<Ball> balls;
   std::vector<Cone> cones;
   std::vector<Surface> surfaces;
+  std::vector<Triangle> triangles;
   std::size_t left_out = 0;  ///< guides: each costs all samples that it covers, however little is seen of it
 };
 Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& camera);

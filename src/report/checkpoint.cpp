@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include <tanor/enum_names.hpp>
+
 #include "base/checksum.hpp"
 #include "report/words.hpp"
 #include "scene/text_file.hpp"
@@ -19,7 +21,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int format = 12;
+constexpr int format = 13;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -89,6 +91,25 @@ std::string_view open_content(std::string_view text) {
   return text.substr(first_line().size(), end - first_line().size());
 }
 
+constexpr std::string_view start_of_points = "the start of its points", options_place = "/motion/";
+
+/// A value without a blank, and what it is of.
+std::pair<std::string_view, std::string_view> split_line(std::string_view line) {
+  const std::size_t end = std::min(line.find(' '), line.size());
+  return {line.substr(0, end), line.substr(std::min(end + 1, line.size()))};
+}
+
+/// "net.json, drive.csv": the files of a fingerprint.
+std::string list_files(std::string_view fingerprint) {
+  std::string list;
+  for (scene::LineReader lines("", fingerprint); lines.next();) {
+    const std::string_view name = split_line(lines.line()).second;
+    if (name == start_of_points) break;
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", name);
+  }
+  return list;
+}
+
 Checkpoint read_content(std::string_view content, const std::string& fingerprint) {
   const std::size_t end_of_head = std::min(content.find('\n'), content.size());
   Checkpoint checkpoint;
@@ -113,18 +134,24 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
 
 std::string name_difference(std::string_view before, std::string_view now) {
   std::string changed;
+  const std::string their = list_files(before), our = list_files(now);
+  const std::string strangers = their.empty() || our.empty()
+                                    ? "belongs to another scene"
+                                    : fmt::format("belongs to another scene, of {}, not of {}", their, our);
   scene::LineReader old_lines("", before), new_lines("", now);
-  const auto name_of = [](std::string_view line) { return line.substr(std::min(line.find(' '), line.size())); };
   while (old_lines.next() && new_lines.next()) {
-    const std::string_view name = name_of(new_lines.line());
-    if (name.empty() || name != name_of(old_lines.line())) return "belongs to another scene";
-    if (changed.empty() && new_lines.line() != old_lines.line())
-      changed = fmt::format("is of an earlier version of the scene:{} was changed", name);
+    const auto [old_value, old_name] = split_line(old_lines.line());
+    const auto [value, name] = split_line(new_lines.line());
+    if (name.empty() || name != old_name) return strangers;
+    if (!changed.empty() || value == old_value) continue;
+    changed = name.starts_with(options_place)
+                  ? fmt::format("is of a run with {} {}, not {}", name, old_value, value)
+                  : fmt::format("is of an earlier version of the scene: {} was changed", name);
   }
-  return changed.empty() ? "belongs to another scene" : changed;
+  return changed.empty() ? strangers : changed;
 }
 
-std::string make_fingerprint(std::span<const fs::path> files, const System& system) {
+std::string make_fingerprint(std::span<const fs::path> files, const System& system, const MotionOptions& motion) {
   std::string lines;
   for (const fs::path& file : files) {
     Checksum sum;
@@ -134,7 +161,12 @@ std::string make_fingerprint(std::span<const fs::path> files, const System& syst
   Checksum sum;
   for (const auto* numbers : {&system.positions, &system.velocities, &system.masses})
     sum.add(std::span<const double>(*numbers));
-  return lines + fmt::format("{} the start of its points\n", sum.text());
+  lines += fmt::format("{} {}\n", sum.text(), start_of_points);
+  lines += fmt::format("{} {}method\n", name_of(motion.method), options_place);
+  for (const auto& [name, number] :
+       {std::pair{"step", motion.step}, {"max_step", motion.max_step}, {"rtol", motion.rtol}, {"atol", motion.atol}})
+    lines += fmt::format("{} {}{}\n", number, options_place, name);
+  return lines;
 }
 
 void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint, Wait wait) {

@@ -25,11 +25,14 @@ struct Checkpoint {
   std::vector<std::byte> state;  ///< of Simulation::save
 };
 
-/// A line for each file of a scene and for the start that they led to: 16 hexadecimal digits of the bytes, the name.
-std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
+/// A line for each file of a scene and for the start that they led to: 16 hexadecimal digits of the bytes, the name;
+/// and one for each choice that another motion would follow from: its value, the place in a scene.
+std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system,
+                             const MotionOptions& motion = {});
 
 /// Why two fingerprints differ, by the first thing that both name and that is another one: "is of an earlier version of
-/// the scene: net.json was changed"; or that they are of two scenes.
+/// the scene: net.json was changed", "is of a run with /motion/method rk4, not dop853"; or of which two scenes they
+/// are.
 std::string name_difference(std::string_view before, std::string_view now);
 
 /// Replaces `directory/checkpoint`: a line with the format's number; a line with a JSON object; the bytes of the

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -156,6 +157,33 @@ void add_guides(const Group& group, const Now& now, const Now& start, std::size_
   }
 }
 
+/// A formula of one point is a surface, where its operations are known and not too many for a picture.
+bool has_surface(const UserConstraints& group) {
+  constexpr std::size_t most_steps = 500;
+  const std::shared_ptr<const Expression>& expression = group.kernel.expression;
+  return group.kernel.num_points == 1 && expression != nullptr && expression->instructions.size() <= most_steps;
+}
+template <class Group>
+bool has_surface(const Group&) {
+  return false;
+}
+
+Guide place_surface(const UserConstraints& group, double t) {
+  const Expression& expression = *group.kernel.expression;
+  Guide guide{std::string(KindOf<UserConstraints>::name), group.name, {}};
+  guide.numbers = {group.kernel.depends_on_time ? t : 0.0, static_cast<double>(expression.results[0])};
+  for (std::size_t k = 0; k < expression.instructions.size(); ++k) {
+    const Expression::Instruction& step = expression.instructions[k];
+    const auto variable = std::ranges::find(expression.variables, static_cast<int>(k));
+    const double constant = variable == expression.variables.end()
+                                ? step.constant
+                                : static_cast<double>(variable - expression.variables.begin());
+    guide.numbers.insert(guide.numbers.end(), {static_cast<double>(step.operation), static_cast<double>(step.a),
+                                               static_cast<double>(step.b), constant});
+  }
+  return guide;
+}
+
 template <class Visit>
 void visit_groups(const System& system, const Visit& visit) {
   for (const Constraint& each : system.constraints) std::visit(visit, each);
@@ -175,22 +203,31 @@ void mark(const Points& points, std::vector<bool>* marks) {
 std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most) {
   std::vector<Guide> guides;
   const Now then{start.time, start.positions}, now{t, {}};
-  visit_groups(system, [&](const auto& group) { add_guides(group, now, then, most, &guides); });
+  visit_groups(system, [&]<class Group>(const Group& group) {
+    if constexpr (std::is_same_v<Group, UserConstraints>) {
+      if (has_surface(group) && guides.size() < most) guides.push_back(place_surface(group, t));
+    } else {
+      add_guides(group, now, then, most, &guides);
+    }
+  });
   return guides;
 }
 
-std::vector<std::string> list_guides_without_picture(const System& system) {
-  std::vector<std::string> names;
+std::vector<Guide> list_guides_without_picture(const System& system) {
+  std::vector<Guide> guides;
   for (const Constraint& each : system.constraints) {
     std::visit(
         [&]<class Group>(const Group& group) {
           if constexpr (!is_drawn<Group> && !std::is_same_v<Group, Rods>)
-            names.push_back(group.name.empty() ? std::string(KindOf<Group>::name)
-                                               : fmt::format("{} ({})", group.name, KindOf<Group>::name));
+            if (!has_surface(group)) guides.push_back({std::string(KindOf<Group>::name), group.name, {0.0}});
         },
         each);
   }
-  return names;
+  return guides;
+}
+
+std::string name_guide(const Guide& guide) {
+  return guide.name.empty() ? guide.kind : fmt::format("{} ({})", guide.name, guide.kind);
 }
 
 std::vector<bool> find_held_points(const System& system) {

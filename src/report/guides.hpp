@@ -13,9 +13,14 @@ struct Guide {
   std::string kind, name;
   /// What places it at one time, m but for directions, the turns of a helix and its phase (rad):
   /// plane n, offset | sphere c, R | line o, d | circle c, n, R | ellipsoid c, radii, axis, second axis |
-  /// helix o, axis, radius, pitch, phase.
+  /// helix o, axis, radius, pitch, phase | formula t, which step is xi, then each step of an Expression: operation, a,
+  /// b, constant (of a variable: 0 to 3 for x, y, z, t). One number: it has no picture.
   std::vector<double> numbers;
 };
+
+inline bool has_picture(const Guide& guide) {
+  return guide.numbers.size() > 1;
+}
 
 /// A state that decides radii, offsets and phases which a scene leaves to the start.
 struct GuideStart {
@@ -27,8 +32,11 @@ struct GuideStart {
 /// ones. Points with a number each have a guide each.
 std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most);
 
-/// Names of the groups whose guides have no picture: formulas, angles, pulleys and the like.
-std::vector<std::string> list_guides_without_picture(const System& system);
+/// Groups whose guides have no picture: formulas of several points, angles, pulleys and the like.
+std::vector<Guide> list_guides_without_picture(const System& system);
+
+/// "saddle (formula)"
+std::string name_guide(const Guide& guide);
 
 /// Points that a constraint other than a rod, coordinates or a support holds: guides act on these.
 std::vector<bool> find_held_points(const System& system);

@@ -110,7 +110,9 @@ Vector3 find_up(const System& system) {
 Json describe_motion(const Simulation& simulation, const Recording& recording, PackedBytes* bytes) {
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
-  Json times = Json::array(), supports = Json::array();
+  Json times = Json::array(), supports = Json::array(), without_picture = Json::array();
+  for (const Guide& each : list_guides_without_picture(simulation.system()))
+    without_picture.push_back(name_guide(each));
   for (const RecordedFrame& frame : frames) times.push_back(frame.time);
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (shown.is_support[k]) supports.push_back(k);
@@ -124,7 +126,7 @@ Json describe_motion(const Simulation& simulation, const Recording& recording, P
               {"supports", supports},
               {"images", describe_images(shown)},
               {"guides", describe_guides(recording.guides(), frames)},
-              {"without_picture", list_guides_without_picture(simulation.system())},
+              {"without_picture", without_picture},
               {"up", find_up(simulation.system())},
               {"has_friction", !simulation.system().friction.empty()}};
   motion["ranges"] = {{"positions", pack_positions(frames, bytes)},
@@ -201,6 +203,8 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"linear_solver", plan.linear_solver()},
           {"steps", report.steps},
           {"rejected", report.rejected},
+          {"t_start", facts.t_start},
+          {"t_resumed", facts.t_resumed ? Json(*facts.t_resumed) : Json()},
           {"t_end", facts.t_end},
           {"t_reached", simulation.time()},
           {"certificate", describe_certificate(facts.certificate)},

@@ -35,7 +35,8 @@ std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, d
 /// Where guides stand between two frames; those that are not the same ones stay.
 std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide>& later, double part) {
   for (std::size_t k = 0; k < std::min(guides.size(), later.size()); ++k)
-    if (guides[k].kind == later[k].kind) guides[k].numbers = mix(guides[k].numbers, later[k].numbers, part);
+    if (guides[k].kind == later[k].kind && guides[k].numbers.size() == later[k].numbers.size())
+      guides[k].numbers = mix(guides[k].numbers, later[k].numbers, part);
   return guides;
 }
 

@@ -19,7 +19,9 @@ struct RunFacts {
   std::string scene;                       ///< its name
   std::string source;                      ///< where its points come from
   int threads = 1;                         ///< used
+  double t_start = 0.0;                    ///< s, of the scene
   double t_end = 0.0;                      ///< asked for, s
+  std::optional<double> t_resumed;         ///< s, where this part of the run began; none: at t_start
   bool has_started = true;                 ///< a start was found; else no state is known
   std::optional<Certificate> certificate;  ///< of the end, or the first one that failed
   std::size_t certificates = 0;            ///< made since the run began or was resumed

@@ -52,23 +52,27 @@ std::string_view first_columns(std::string_view text, std::size_t columns) {
   return text.substr(0, end);
 }
 
-std::string wrap(std::string_view text, std::size_t indent, std::optional<std::size_t> width) {
+std::string wrap(std::string_view text, std::size_t indent, std::optional<std::size_t> width,
+                 std::optional<std::size_t> begin) {
   if (!width) return std::string(text);
   std::string lines;
-  std::size_t column = indent;
+  std::size_t column = begin.value_or(indent);
+  bool has_words = false;  // this line
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(' '), text.size());
     const std::string_view word = text.substr(0, end);
     const std::size_t columns = count_columns(word);
-    if (column > indent && column + 1 + columns > *width) {
+    if (has_words && column + 1 + columns > *width) {
       lines += '\n' + std::string(indent, ' ');
       column = indent;
-    } else if (column > indent) {
+      has_words = false;
+    } else if (has_words) {
       lines += ' ';
       ++column;
     }
     lines += word;
     column += columns;
+    has_words = has_words || columns > 0;
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;

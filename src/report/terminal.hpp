@@ -42,8 +42,9 @@ std::size_t count_columns(std::string_view text);
 std::string_view first_columns(std::string_view text, std::size_t columns);
 
 /// Breaks a text at spaces into lines of at most `width` columns; lines behind the first begin with `indent` spaces.
-/// The first line begins at column `indent` too, where the caller has set something. A word that is longer has a line
-/// of its own.
-std::string wrap(std::string_view text, std::size_t indent, std::optional<std::size_t> width);
+/// The first line begins at column `begin`, by default `indent` too, where the caller has set something. A word that is
+/// longer has a line of its own.
+std::string wrap(std::string_view text, std::size_t indent, std::optional<std::size_t> width,
+                 std::optional<std::size_t> begin = {});
 
 }  // namespace tanor::report

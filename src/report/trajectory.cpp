@@ -118,13 +118,15 @@ void remove_trajectory(const fs::path& directory) {
     remove_file(directory / (std::string(name) + packed));
   }
   for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) remove_file(directory / name);
+  const fs::path frames = directory / VtpTrajectory::frame_folder;
   std::error_code error;  // without a folder there are no frames
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory / VtpTrajectory::frame_folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(frames, error)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part"))) {
       remove_file(entry.path());
     }
   }
+  fs::remove(frames, error);  // which fails where something else lies there
 }
 
 Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options)
@@ -208,6 +210,8 @@ void Trajectory::write_frame(const Simulation& simulation, std::span<const doubl
   if (start_.positions.empty())
     start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
   const MotionReport& report = simulation.report();
+  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_, most_guides);
+  for (Guide& each : list_guides_without_picture(simulation.system())) guides.push_back(std::move(each));
   const Frame frame{.number = frames_,
                     .steps = report.steps,
                     .time = simulation.time(),
@@ -219,7 +223,7 @@ void Trajectory::write_frame(const Simulation& simulation, std::span<const doubl
                     .tensions = tensions_,
                     .guide_forces = guide_forces_,
                     .friction_forces = friction_,
-                    .guides = place_guides(simulation.system(), simulation.time(), start_, most_guides),
+                    .guides = std::move(guides),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,
                     .position_violation = report.violation.position,

@@ -197,7 +197,7 @@ TEST(FolderTest, BelongsToOneRunAtATime) {
   ASSERT_TRUE(wait_for_frames(folder / "o", 4));
 
   for (const Words& words : {Words{"run", "s.json", "--out", "o"}, Words{"run", "s.json", "--out", "o", "--resume"}}) {
-    const std::string line = complaint(folder, words);
+    const std::string line = complaint(folder, words, 4);
     EXPECT_TRUE(contains(line, "o: is in use by process " + std::to_string(first.process()) + " ")) << line;
   }
   EXPECT_EQ(kill(first.process(), 0), 0) << "the first one does not mind";
@@ -235,6 +235,14 @@ TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {
   }
   for (const std::string name : {"final_report.npy", "notes.txt", "trajectory/notes.txt", "picture.svg"})
     EXPECT_EQ(read_text(folder / ("o/" + name)), "of a user") << name;
+}
+
+TEST(FolderTest, ARunWithoutFramesForParaViewLeavesNoFolderOfThem) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--trajectory", "csv"}).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "o/trajectory"));
 }
 
 TEST(SignalTest, EndsARunThatCanBeResumed) {

@@ -112,6 +112,29 @@ TEST(PageTest, FitsIntoTheWindow) {
   }
 }
 
+TEST(PageTest, TablesAndVerdictsGoOnBelowAtWords) {
+  for (const unsigned short columns : std::initializer_list<unsigned short>{60, 80}) {
+    const Folder folder;
+    write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+    const Window window{.columns = columns, .environment = {{"TERM", "xterm"}, {"NO_COLOR", "1"}}};
+    const auto read = [&](const Words& arguments) {
+      const Ended ended = run_on_terminal(folder, arguments, window);
+      EXPECT_EQ(ended.code, 0) << ended.out;
+      std::istringstream lines(ended.out);
+      for (std::string line; std::getline(lines, line);) {
+        std::erase(line, '\r');
+        EXPECT_LE(count_columns(line), columns) << line;
+      }
+      return ended.out;
+    };
+    EXPECT_TRUE(contains(read({"--methods"}), "\nrattle "));
+    EXPECT_TRUE(contains(read({"selftest"}), "keep their promise"));
+    EXPECT_TRUE(contains(read({"equilibrium", "s.json"}), " after "));
+    EXPECT_TRUE(contains(read({"modes", "pendulum.out/equilibrium.json"}), "omega = "));
+    EXPECT_TRUE(contains(read({"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01"}), "energy drift"));
+  }
+}
+
 TEST(HelpTest, AWordThatIsNearlyOneIsRecognized) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -139,16 +162,18 @@ TEST(ColourTest, IsOnATerminalOnlyAndNotWhereItIsUnwanted) {
   }
 }
 
-TEST(JsonTest, EveryCommandThatFindsSomethingPrintsIt) {
+TEST(JsonTest, EveryCommandPrintsIt) {
   const Folder folder;
+  std::set<std::string> asked;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
   const auto ask = [&](Words arguments) {
     arguments.push_back("--json");
+    asked.insert(arguments[0]);
     const Ended ended = run_program(folder, arguments);
     EXPECT_EQ(ended.code, 0) << arguments[0] << ended.err;
     EXPECT_TRUE(json::accept(ended.out)) << ended.out;
-    return json::parse(ended.out);
+    return json::parse(ended.out, nullptr, false);
   };
 
   const json run = ask({"run", "s.json"}), solution = ask({"solve", "s.json", "--out", "a.json"});
@@ -161,6 +186,26 @@ TEST(JsonTest, EveryCommandThatFindsSomethingPrintsIt) {
   EXPECT_EQ(ask({"check", "s.json"})["rank"]["rank"], 2);
   EXPECT_EQ(ask({"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01", "--quiet"})["rows"].size(), 4u);
   EXPECT_TRUE(ask({"selftest"})[0]["keeps_promise"]);
+  const json rest = ask({"equilibrium", "s.json", "--out", "e"});
+  EXPECT_EQ(rest, read_json(folder / "e/summary.json"));
+  const json modes = ask({"modes", "e/equilibrium.json", "--out", "m"});
+  EXPECT_EQ(modes, read_json(folder / "m/summary.json"));
+  EXPECT_EQ(ask({"help"}), read_table());
+  EXPECT_EQ(ask({"completion", "zsh"})["script"], run_program(folder, {"completion", "zsh"}).out);
+  EXPECT_EQ(ask({"manual", "run"})["page"], run_program(folder, {"manual", "run"}).out);
+  EXPECT_EQ(ask({"manual"})["name"], "tanor");
+  const json pages = ask({"manual", "--out", "man"});
+  EXPECT_EQ(pages["files"].size(), list_names(folder / "man").size());
+  EXPECT_TRUE(std::filesystem::exists(folder / std::filesystem::path(pages["files"][1].get<std::string>())));
+  // Those that a build may be without: view (tests/cli/view_test.cpp reads its JSON) and picture.
+  asked.insert("view");
+  const Ended picture = run_program(folder, {"picture", "pendulum.out", "--json"});
+  EXPECT_TRUE(picture.code == 0 ? json::accept(picture.out) : contains(picture.err, "built without cairo"));
+  asked.insert("picture");
+  for (const json& command : read_table()) {
+    EXPECT_TRUE(asked.contains(command["name"])) << command["name"];
+    EXPECT_TRUE(std::ranges::any_of(command["options"], [](const json& each) { return each["name"] == "--json"; }));
+  }
 }
 
 /// What bash offers behind words of which the last one is begun.

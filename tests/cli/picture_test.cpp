@@ -67,6 +67,32 @@ TEST(PictureCommandTest, ANewRunTakesThePictureOfTheOldOneAway) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o/picture.png"));
 }
 
+/// A surface of one point is drawn; what holds two points has no picture, and that is said.
+TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
+  const Folder folder;
+  const std::string saddle = R"json({"kind": "formula", "name": "saddle", "points": [[0]],
+    "equation": "z1-0.2*((x1-5)^2-y1^2)"})json";
+  const std::string wire = R"({"kind": "formula", "name": "wire", "points": [[0, 1]], "equation": "x1-2*x2"})";
+  const auto draw = [&](const std::string& constraints) {
+    write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "guides",
+      "points": {"positions": [[6, 1, 0], [3, 0, 0]]}, "constraints": [)" +
+                                      constraints + R"(],
+      "motion": {"t_end": 0.1}})");
+    EXPECT_EQ(run_program(folder, {"run", "s.json", "--quiet"}).code, 0);
+    const Ended said = run_program(folder, {"picture", "guides.out", "--size", "100x100"});
+    const json facts = json::parse(run_program(folder, {"picture", "guides.out", "--json", "--size", "100x100"}).out);
+    return std::pair{said.err, facts["guides_left_out"].get<int>()};
+  };
+
+  const auto [saddle_said, saddle_left_out] = draw(saddle);
+  EXPECT_FALSE(contains(saddle_said, "not drawn")) << saddle_said;
+  EXPECT_EQ(saddle_left_out, 0);
+  const auto [both_said, both_left_out] = draw(saddle + "," + wire);
+  EXPECT_TRUE(contains(both_said, "tanor: not drawn, since no picture of them is known: wire (formula)\n"))
+      << both_said;
+  EXPECT_EQ(both_left_out, 1);
+}
+
 TEST(PictureCommandTest, SaysWhatIsWrong) {
   const Folder folder;
   simulate(folder, {"--out", "o"});

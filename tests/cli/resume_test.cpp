@@ -70,6 +70,9 @@ TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
 
   EXPECT_EQ(without_work(read_json(folder / "parts/summary.json")),
             without_work(read_json(folder / "whole/summary.json")));
+  for (const std::string name : {"trajectory.xyz", "trajectory.pvd"})
+    EXPECT_EQ(read_text(folder / ("parts/" + name)), read_text(folder / ("whole/" + name))) << name;
+  EXPECT_EQ(list_names(folder / "parts/trajectory"), list_names(folder / "whole/trajectory"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest,
@@ -194,6 +197,26 @@ TEST(ResumeTest, OtherScenesAndEarlierEndsAreRefused) {
   EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume"}),
                        "o/checkpoint: is of an earlier version of the scene: s.json was changed; run without"));
   EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
+}
+
+/// Two methods in one run would be the motion of neither.
+TEST(ResumeTest, OtherMethodsAndStepsAreRefusedByName) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.2, "method": "rk4", "step": 0.0125)"));
+  write_text(folder / "same.json", read_text(folder / "s.json"));
+  run_program(folder, {"run", "s.json", "--out", "o"});
+  const auto refuse = [&](const std::string& scene, Words options) {
+    options.insert(options.begin(), {"run", scene, "--out", "o", "--resume", "--t-end", "0.3"});
+    return complaint(folder, options);
+  };
+
+  EXPECT_TRUE(contains(refuse("s.json", {"--method", "dopri5"}),
+                       "o/checkpoint: is of a run with /motion/method rk4, not dopri5; run without --resume"));
+  EXPECT_TRUE(contains(refuse("s.json", {"--step", "0.025"}),
+                       "o/checkpoint: is of a run with /motion/step 0.0125, not 0.025; run without --resume"));
+  EXPECT_TRUE(contains(refuse("same.json", {}),
+                       "o/checkpoint: belongs to another scene, of s.json, not of same.json; run without --resume"));
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", "0.3"}).code, 0);
 }
 
 TEST(ResumeTest, ATableThatWasChangedIsAnotherScene) {

@@ -1,8 +1,9 @@
-/// driver CORPUS EXECUTIONS: what libFuzzer does, in short and the same in every run, for builds without it.
+/// driver CORPUS MUTANTS SECONDS: what libFuzzer does, in short, for builds without it.
 ///
-/// Takes every file of the corpus as an input, then as many mutants of them: bits turned, numbers replaced, pieces
-/// removed, moved, doubled, joined with those of another file, or repeated until they make a megabyte. An input that
-/// crashes, takes more than ten seconds or more than a gigabyte ends the program and is left in `crash-<pid>`.
+/// Takes every file of the corpus as an input, then mutants of them: bits turned, numbers replaced, pieces removed,
+/// moved, doubled, joined with those of another file, or repeated until they make a megabyte. The first ones, MUTANTS,
+/// are the same in every run; it goes on with further ones until the SECONDS are over. An input that crashes, takes
+/// more than ten seconds or more than a gigabyte ends the program and is left in `crash-<pid>`.
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <random>
@@ -152,15 +154,18 @@ void execute(const std::string& next) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
+  using Clock = std::chrono::steady_clock;
+  if (argc != 4) return 2;
   const std::vector<std::string> corpus = read_corpus(argv[1]);
-  const int executions = std::atoi(argv[2]);
-  if (corpus.empty() || executions < 1) return 2;
+  const int least = std::atoi(argv[2]);
+  const auto end = Clock::now() + std::chrono::duration<double>(std::atof(argv[3]));
+  if (corpus.empty() || least < 1) return 2;
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGALRM}) std::signal(signal, keep_input);
   limit_memory();
   for (const std::string& file : corpus) execute(file);
   Mutator mutator(corpus);
-  for (int k = 0; k < executions; ++k) execute(mutator.next());
+  int executions = 0;
+  for (; executions < least || Clock::now() < end; ++executions) execute(mutator.next());
   std::printf("%zu files and %d mutants of them\n", corpus.size(), executions);
   return 0;
 }

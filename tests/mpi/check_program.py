@@ -165,7 +165,7 @@ def check_folder(path):
     with open(out / ".run.lock", "w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         done = run(2, [path, "--out", out])
-        expect(done.returncode == 2 and "is in use by" in complaint(done), f"two runs: {complaint(done)}")
+        expect(done.returncode == 4 and "is in use by" in complaint(done), f"two runs: {complaint(done)}")
     # The frame of a smaller scene that stops at once is all that is there, not the end of a longer file.
     done = run(2, [folder / "flat.json", "--out", out, "--quiet"])
     size = (out / "trajectory.npy").stat().st_size

@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
+#include <optional>
 
 #include <gtest/gtest.h>
 
 #include "picture/decoded.hpp"
 #include "picture/draw.hpp"
+#include "picture/implicit_surface.hpp"
 #include "picture/shapes.hpp"
 #include "report/motion_extent.hpp"
 
@@ -54,6 +57,15 @@ Bounds bound_drawn(const Decoded& picture) {
 }
 Bounds bound_colour(const Decoded& picture, const Colour& colour, int allowed = 8) {
   return bound(picture, [&](int x, int y) { return is_near(picture.at(x, y), colour, allowed); });
+}
+
+/// As a run writes it into its frames.
+report::Guide formula_guide(const std::string& equation, double t = 0.0) {
+  System system;
+  system.positions = {0, 0, 0};
+  system.masses = {1.0};
+  system.constraints = {UserConstraints{"surface", {{0}}, formula_constraint(equation, 1)}};
+  return report::place_guides(system, t, {}, 10).at(0);
 }
 
 /// A support at the origin and a bead at (1, 0, 0), joined by a rod.
@@ -195,7 +207,8 @@ TEST(PictureTest, EveryKindOfGuideIsDrawn) {
                                           {"line", "", {0, 0.2, 0, 1, 0, 0}},
                                           {"circle", "", {0.5, 0, 0, 0, 0, 1, 0.4}},
                                           {"ellipsoid", "", {0.5, 0, 0, 0.4, 0.3, 0.2, 1, 0, 0, 0, 1, 0}},
-                                          {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 0.3, 0}}};
+                                          {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 0.3, 0}},
+                                          formula_guide("z1-0.2*((x1-0.5)^2-y1^2)")};
   Picture picture = make_rod(5.0);
   picture.style.from = {{0.3, 0.2, 1}};
   for (const report::Guide& guide : guides) {
@@ -216,7 +229,16 @@ TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
   const std::vector<report::Guide> nowhere{{"plane", "no normal", {0, 0, 0, 0}},
                                            {"line", "no direction", {0, 0, 0, 0, 0, 0}},
                                            {"ellipsoid", "one axis", {0.5, 0, 0, 1e-3, 1e-3, 1e-3, 1, 0, 0, 1, 0, 0}},
-                                           {"helix", "no pitch", {0, 0, 0, 0, 0, 1, 1, 0, 0}}};
+                                           {"helix", "no pitch", {0, 0, 0, 0, 0, 1, 1, 0, 0}},
+                                           {"formula", "no steps", {0, 0}},
+                                           {"formula", "half a step", {0, 0, 0, 0}},
+                                           {"formula", "no such result", {0, 1, 0, 0, 0, 0}},
+                                           {"formula", "no such variable", {0, 0, 0, 0, 0, 4}},
+                                           {"formula", "of what comes later", {0, 0, 2, 1, 0, 1, 0, 0, 0, 0}},
+                                           {"formula", "no operation", {0, 0, 99, 0, 0, 0}},
+                                           {"formula", "NaN", {0, 0, NAN, NAN, NAN, NAN}},
+                                           formula_guide("x1^2+y1^2+z1^2+1"),
+                                           formula_guide("1/(z1-0.01)")};
   for (const report::Guide& guide : nowhere) {
     picture.frame.guides = {guide};
     picture.style.shows_guides = true;
@@ -224,6 +246,43 @@ TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
     picture.style.shows_guides = false;
     EXPECT_TRUE(with.bytes == paint(picture).bytes) << guide.kind;
   }
+}
+
+/// The corners lie on the sphere, and its area is 4 pi, to second order in the side of a cell.
+TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
+  const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide("x1^2+y1^2+z1^2-1").numbers);
+  ASSERT_TRUE(xi.has_value());
+  double area = 0.0, farthest = 0.0;
+  for (const SurfacePart& part : polygonise(*xi, {0.1, 0.05, -0.1}, 1.5)) {
+    const auto& [a, b, c] = part.corners;
+    area += 0.5 * norm(cross(b - a, c - a));
+    for (const Vec3& corner : part.corners) farthest = std::max(farthest, std::abs(norm(corner) - 1.0));
+  }
+  EXPECT_LT(farthest, 1e-4);
+  EXPECT_NEAR(area, 4.0 * std::numbers::pi, 0.05);
+}
+
+/// All operations, at a place and a time.
+TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
+  const std::string formula =
+      "sqrt(x1)+exp(-y1)*log(z1)-sin(t)/cos(x1)+sinh(y1)*cosh(z1)+asin(0.1*x1)+atan(y1)+atan2(y1,z1)+abs(-x1)+"
+      "min(x1,y1)-max(y1,z1)+2*x1-3";
+  const auto at = [](double x, double y, double z, double t) {
+    return std::sqrt(x) + std::exp(-y) * std::log(z) - std::sin(t) / std::cos(x) + std::sinh(y) * std::cosh(z) +
+           std::asin(0.1 * x) + std::atan(y) + std::atan2(y, z) + std::abs(-x) + std::min(x, y) - std::max(y, z) +
+           2.0 * x - 3.0;
+  };
+  const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide(formula, 0.7).numbers);
+  ASSERT_TRUE(xi.has_value());
+  EXPECT_NEAR((*xi)({0.3, 0.8, 1.9}), at(0.3, 0.8, 1.9, 0.7), 1e-13);
+}
+
+// A formula costs as much as it is long, thousands of times.
+TEST(PictureTest, OfManyFormulasSoManyAreDrawnAsTakeNoTime) {
+  Picture picture = make_rod(5.0);
+  picture.extent = report::measure_motion({picture.frame});
+  picture.frame.guides.assign(9000, formula_guide("x1^2+y1^2+z1^2+1"));
+  EXPECT_GT(draw(picture).left_out, 8000u);
 }
 
 // Each costs all samples that it covers.

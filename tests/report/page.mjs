@@ -4,7 +4,7 @@
 // and compares the tensions shown there with those of summary.json (scenes whose constraints are rods alone). At most
 // 12 MB.
 // Times are printed, not judged: they depend on the machine.
-import { readFileSync, statSync } from "node:fs";
+import { existsSync, readFileSync, statSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser, tryInBrowser } from "./browser.mjs";
@@ -21,7 +21,7 @@ async function tryPage(browser) {
   await orbit(browser);
   await readOrder(browser);
   await tryEvents(browser);
-  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child .u-value"), (each) => each.textContent)`);
+  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t / s").map(([, value]) => value)`);
   browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
@@ -84,6 +84,35 @@ async function readOrder(browser) {
   const wanted = ["Energy drift", "Violation", "Conditioning", "Error against run time"];
   if (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.has_friction`)) wanted.push("Friction iterations");
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
+  await readErrorTime(browser);
+  await readTimes(browser);
+}
+
+/** The table of tanor error-time beside the page is a curve for each method; without it the page says how to get one. */
+async function readErrorTime(browser) {
+  const table = join(dirname(pagePath), "error_time.csv");
+  const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h2").textContent.startsWith("Error against run time"))`;
+  if (!existsSync(table)) {
+    browser.expect(await browser.ask(`!!${card}.querySelector(".hint")`), "nothing says how errors are measured");
+    return;
+  }
+  const [head, ...rows] = readFileSync(table, "utf8").trim().split("\n").map((row) => row.split(","));
+  const methods = [...new Set(rows.map((row) => row[head.indexOf("method")]))].join(" ");
+  const shown = await browser.ask(`Array.from(${card}.querySelectorAll(".u-series .u-label"), (each) => each.textContent).slice(1).join(" ")`);
+  browser.expect(shown === methods, `the errors of ${shown} are shown, the table has ${methods}`);
+}
+
+/** How long the motion is that was simulated, and where its picture begins. */
+async function readTimes(browser) {
+  const { t_start, t_resumed } = await browser.ask(`JSON.parse(document.getElementById("data").textContent).run`);
+  const { final } = JSON.parse(readFileSync(summaryPath, "utf8"));
+  const simulated = await browser.ask(`Array.from(document.querySelectorAll("#headline dt")).find((each) => each.textContent === "simulated").nextSibling.textContent`);
+  browser.expect(simulated === `${+(final.t - t_start).toPrecision(4)} s`, `${simulated} are simulated, from ${t_start} s to ${final.t} s`);
+  const begin = await browser.ask("tanorPage.begin"), notes = await browser.ask(`document.getElementById("view-notes").textContent`);
+  browser.expect(begin === (t_resumed ?? t_start), `the picture begins at ${begin} s`);
+  browser.expect(notes.includes("went on at t = ") === (t_resumed !== null), `beside the picture stands: ${notes}`);
+  const { guides, without_picture } = await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion`);
+  browser.expect(notes.includes("Not drawn") === without_picture.length > 0, `${guides.length} guides, and beside the picture stands: ${notes}`);
 }
 
 /** Each event is a mark on the line of time and a row; both lead the view there. */

@@ -2,16 +2,19 @@
 """Runs a scene with all formats of a trajectory and reads each back with another program's reader: numpy, h5py, ASE, VTK,
 LAMMPS (`read_dump` and `rerun`), MDAnalysis (H5MD), ParaView (pvpython).
 
-    read_trajectories.py TANOR FOLDER [--all]
+    read_trajectories.py TANOR FOLDER [--all] [--page FILE]
 
 A run in two parts must give the files of one run, and compressed ones those of plain ones. Readers that are not installed are
-left out, with `--all` none but ParaView may be; the last line names who has read.
+left out, with `--all` none but ParaView may be; the last line names who has read, FILE gets a table of it. No program reads
+a dump local of LAMMPS back (`read_dump` and `rerun` take atoms alone): this script reads the tensions of rods there.
 """
 
 import csv
+import datetime
 import gzip
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -30,6 +33,7 @@ except ImportError:
     ase = None
 try:
     from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkVersion
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 except ImportError:
     vtk_to_numpy = None
@@ -253,6 +257,58 @@ def check_lammps(out: pathlib.Path, arrays: dict) -> None:
         assert np.allclose(rows[:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
 
 
+def ask(*command: str) -> str:
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False).stdout
+
+
+def ask_versions() -> dict:
+    """Of each reader that is there, as it tells itself."""
+    versions = {"Python": ".".join(map(str, sys.version_info[:3])), "numpy": np.__version__}
+    versions |= {name: module.__version__ for name, module in (("h5py", h5py), ("ASE", ase), ("MDAnalysis", MDAnalysis)) if module}
+    if vtk_to_numpy:
+        versions["VTK"] = vtkVersion.GetVTKVersion()
+    if LAMMPS:
+        versions["LAMMPS"] = re.search(r"- (.*\d{4}.*)", ask(LAMMPS, "-help"))[1]
+    if PVPYTHON:
+        versions["ParaView"] = ask(PVPYTHON, "--version").split()[-1]
+    return versions
+
+
+# File, what it must give, by whom it is read.
+READINGS = [
+    ("trajectory.xyz", "positions", ["ASE"]),
+    ("trajectory.pvd, trajectory/", "positions, velocities, accelerations, supports, tensions, forces of guides, gravity", ["VTK"]),
+    ("trajectory.pvd, trajectory/", "times, positions, tensions", ["ParaView"]),
+    ("trajectory.dump", "positions, velocities (read_dump), all frames (rerun)", ["LAMMPS"]),
+    ("trajectory.dump", "positions", ["ASE"]),
+    ("trajectory_rods.dump", "ids, lengths, tensions; no other program reads a dump local", ["Python"]),
+    ("trajectory.h5", "all", ["h5py"]),
+    ("trajectory.h5", "positions, velocities, forces, in single precision", ["MDAnalysis"]),
+    ("trajectory.csv", "times, positions, velocities, tensions", ["Python"]),
+    ("trajectory.npz", "all; Newton's law of a bead", ["numpy"]),
+]
+
+
+def count_bytes(out: pathlib.Path, files: str) -> int:
+    parts = [out / name for name in files.split(", ")]
+    return sum(path.stat().st_size for part in parts for path in ([part] if part.is_file() else part.iterdir()))
+
+
+def write_page(path: pathlib.Path, out: pathlib.Path, packed: pathlib.Path) -> None:
+    versions = ask_versions()
+    lines = ["# Trajectories read back by other programs", "",
+             f"`scripts/test-formats --page bench/results/formats.md`, {datetime.date.today()}: nine frames of four points and two rods,",
+             "once at one go, once in two parts by `--resume`, once compressed; what each reader finds is compared with the others.",
+             "A file that is compressed as a whole (`.gz`) is unpacked for readers that do not do it themselves.", "",
+             "| file | bytes | compressed | read by | what is compared |", "|---|--:|--:|---|---|"]
+    for files, what, readers in READINGS:
+        names = ", ".join(f"{name} {versions[name]}" if name in versions else f"{name}: not installed" for name in readers)
+        plain = [name for name in files.split(", ")]
+        squeezed = ", ".join(name if (packed / name).is_dir() or not (packed / f"{name}.gz").exists() else f"{name}.gz" for name in plain)
+        lines.append(f"| `{files}` | {count_bytes(out, files)} | {count_bytes(packed, squeezed)} | {names} | {what} |")
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
 def main() -> int:
     tanor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     readers = {"h5py": h5py, "ASE": ase, "VTK": vtk_to_numpy, "LAMMPS": LAMMPS, "MDAnalysis": MDAnalysis,
@@ -294,6 +350,8 @@ def main() -> int:
             check_ase(out, arrays)
     for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
         assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
+    if "--page" in sys.argv:
+        write_page(pathlib.Path(sys.argv[sys.argv.index("--page") + 1]), folder / "whole", folder / "packed")
     print("read back:", ", ".join(["numpy", "csv", "gzip", *(name for name, reader in readers.items() if reader)]))
     return 0
 

@@ -258,7 +258,7 @@ TEST(CheckpointTest, WhatWasChangedIsNamed) {
   write_text(folder / "drive.csv", "0, 1");
   EXPECT_EQ(error_now(), "is of an earlier version of the scene: drive.csv was changed; run without --resume");
   EXPECT_EQ(error_of(folder, make_fingerprint(std::vector{folder / "a.json"}, system)),
-            "belongs to another scene; run without --resume");
+            "belongs to another scene, of a.json, drive.csv, not of a.json; run without --resume");
 }
 
 std::vector<std::string> list_keys(const json& object) {

@@ -74,7 +74,7 @@ class Run {
         options_(options),
         scene_(prepare()),
         folder_(cli::choose_folder(options.out, scene_)),
-        mark_(report::make_fingerprint(scene_.files, scene_.system)) {
+        mark_(report::make_fingerprint(scene_.files, scene_.system, scene_.motion)) {
     choose_threads(&scene_);
     part_ = take_part(scene_.system, assign_owners(scene_.system, ranks.size()), ranks);
     simulation_.emplace(cli::naming_file(scene_.file, [&] {

@@ -141,7 +141,7 @@ export class Charts {
     const points = lines.map((line) => ({ method: line[column("method")], wall: Number(line[column("wall_s")]), error: Number(line[column("error_m")]) }))
       .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
     if (!points.length) return;
-    const card = this.card("Error (m) against run time (s), by method");
+    const card = this.card("Error against run time (m, s), by method");
     new uPlot({
       width: card.clientWidth - 34, height: 190, scales: { x: { time: false, ...logarithmic }, y: logarithmic }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
       cursor: { drag: { x: false, y: false } },

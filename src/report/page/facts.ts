@@ -14,18 +14,18 @@ function describeCertificate(run: any): string {
 
 /** Warnings first, then what ran, how well and how fast, and what was left out. */
 export function fillHeadline({ run, motion }: PageData): void {
-  const done = run.t_end > 0 ? run.t_reached / run.t_end : 1;
+  const done = run.t_end > run.t_start ? (run.t_reached - run.t_start) / (run.t_end - run.t_start) : 1;
   document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
   find("scene").textContent = run.scene;
   find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}, ${count(run.islands, "island")} · ${run.method} · tanor ${run.version}`;
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
-  find("done-words").textContent = `The run goes on: ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
+  find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
   const facts: [string, string][] = [
     ["certified", describeCertificate(run)],
     ["run time", wait(run.wall.total)],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
-    ["simulated", words(run.t_reached, "s")],
+    ["simulated", words(run.t_reached - run.t_start, "s")],
     ["violation", words(Math.max(run.position_violation, run.velocity_violation), "", 2)],
     ["energy drift", words(run.drift, "", 2)],
     ["threads", String(run.threads)],

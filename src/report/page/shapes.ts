@@ -4,6 +4,7 @@ import {
   PlaneGeometry, Points, ShaderMaterial, SphereGeometry, Vector2, Vector3,
 } from "three";
 import type { Guide } from "./data";
+import { polygonise, readFormula } from "./implicit";
 
 /** What is far away takes on the colour of the ground, so that a crowd has depth; shared by all materials of a view. */
 export const makeHaze = (ground: number[], most: number) => ({
@@ -199,6 +200,11 @@ export function drawGuide(guide: Guide, row: number[], middle: Vector3, size: nu
       points.push(origin.clone().addScaledVector(d, z).addScaledVector(e1, radius * Math.cos(angle)).addScaledVector(e2, radius * Math.sin(angle)));
     }
     group.add(curve(points, colour));
+  } else if (guide.kind === "formula") {
+    const { triangles, lines } = polygonise(readFormula(row), middle.toArray(), 0.5 * size);
+    const shape = (places: number[]) => new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(places), 3));
+    group.add(new Mesh(shape(triangles), veil(colour)), new LineSegments(shape(lines),
+      new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.22, depthWrite: false })));
   }
   return group;
 }
