@@ -83,8 +83,7 @@ struct [[nodiscard]] EquilibriumResult {
   EquilibriumSearch search;
   std::vector<double> positions;  ///< 3n, m; the best that was found where outcome is not ok
   /// [equations] lambda; where they are not unique the smallest, or such that the place is stable with them where the
-  /// smallest are none; NaN where they join supports alone, or points that
-  /// prestress holds rigid.
+  /// smallest are none; NaN where they join supports alone, or points that prestress holds rigid.
   std::vector<double> multipliers;
   /// 3n, N: K lambda; the load that each support carries; NaN where a multiplier that is NaN takes part.
   std::vector<double> reactions, support_forces;
