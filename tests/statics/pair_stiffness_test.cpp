@@ -153,7 +153,7 @@ TEST(PairStiffness, OfManyChargesKnowsWhetherTheyAreStable) {
   const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Marginal});
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-  EXPECT_EQ(found.rigid_zero_modes, 3u);
+  EXPECT_EQ(found.stability.rigid_zero_modes, 3u);
   double sum = 0.0;
   for (const double lambda : found.multipliers) sum += lambda;
   EXPECT_NEAR(sum, -found.energy, 1e-8 * found.energy);
