@@ -93,6 +93,7 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
   Power power_along(const Kinematics&, const double*) override { return {}; }
   bool has_cheap_terms() const override { return false; }
   std::span<const Index> neighbourhoods() const override { return {}; }
+  void find_largest(std::span<double>) override {}
   Outcome expand(const Kinematics&, const double*, const Reactions&, std::span<double* const> coefficients,
                  double* smooth_until) override {
     for (double* const coefficient : coefficients) *coefficient = 1.0;
