@@ -41,14 +41,26 @@ class Tags {
     const std::size_t at = tag_.find(wanted);
     if (at == std::string_view::npos) return {};
     const std::size_t begin = at + wanted.size();
-    std::string value(tag_.substr(begin, tag_.find('"', begin) - begin));
-    for (const auto& [entity, letter] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}})
-      for (std::size_t k = value.find(entity); k != std::string::npos; k = value.find(entity, k + 1))
-        value.replace(k, std::strlen(entity), letter);
-    return value;
+    return without_entities(tag_.substr(begin, tag_.find('"', begin) - begin));
   }
 
  private:
+  static std::string without_entities(std::string_view text) {
+    std::string result;
+    for (std::size_t k = 0; k < text.size();) {
+      const std::string_view rest = text.substr(k);
+      std::size_t taken = 0;
+      for (const auto& [entity, letter] : {std::pair{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&amp;", '&'}}) {
+        if (!rest.starts_with(entity)) continue;
+        result += letter;
+        taken = std::strlen(entity);
+      }
+      if (taken == 0) result += rest[0];
+      k += std::max<std::size_t>(taken, 1);
+    }
+    return result;
+  }
+
   std::string_view rest_, tag_;
 };
 

@@ -75,6 +75,9 @@ class Bins {
     const Vector3 fractions{a, b, c};
     for (std::size_t k = 0; k < 3; ++k) {
       const double inside = fractions[k] - std::floor(fractions[k]);
+      if (!std::isfinite(inside))
+        throw InputError("", fmt::format("found an atom at ({}, {}, {}) m, wanted coordinates of the size of the box",
+                                         r[0], r[1], r[2]));
       bin[k] = std::min(static_cast<std::int64_t>(inside * static_cast<double>(counts_[k])), counts_[k] - 1);
     }
     return bin;

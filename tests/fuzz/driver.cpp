@@ -7,6 +7,7 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,6 +38,13 @@ extern "C" void keep_input(int signal) {
     std::fprintf(stderr, "the input is in %s\n", name.data());
   std::signal(signal, SIG_DFL);
   std::raise(signal);
+}
+
+/// Of the processor: others may keep it busy.
+void limit_seconds(unsigned seconds) {
+  itimerval limit{};
+  limit.it_value.tv_sec = seconds;
+  setitimer(ITIMER_PROF, &limit, nullptr);
 }
 
 /// Memory beyond what the process has now; sanitizers map all addresses.
@@ -144,11 +152,11 @@ class Mutator {
 
 void execute(const std::string& next) {
   input = next;
-  alarm(most_seconds);
+  limit_seconds(most_seconds);
   // Bytes on the heap, as long as they are: one beyond them is found.
   const std::vector<std::uint8_t> bytes(input.begin(), input.end());
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
-  alarm(0);
+  limit_seconds(0);
 }
 
 }  // namespace
@@ -160,7 +168,7 @@ int main(int argc, char** argv) {
   const int least = std::atoi(argv[2]);
   const auto end = Clock::now() + std::chrono::duration<double>(std::atof(argv[3]));
   if (corpus.empty() || least < 1) return 2;
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGALRM}) std::signal(signal, keep_input);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPROF}) std::signal(signal, keep_input);
   limit_memory();
   for (const std::string& file : corpus) execute(file);
   Mutator mutator(corpus);

@@ -210,7 +210,7 @@ def melt(side=6):
     pairs = [[k, k + 1] for k in range(0, len(points), 2)]
     return {"name": "melt", "points": {"positions": points, "velocities": velocities, "masses": 0.1},
             "constraints": [{"kind": "rod", "pairs": pairs}],
-            "forces": [{"kind": "pair", "law": "wca", "epsilon": 0.1, "sigma": 0.095, "exclude_rods": True,
+            "forces": [{"kind": "pair", "law": "wca", "epsilon": 0.1, "sigma": 0.095, "exclude": "rods",
                         "box": [0.1 * side] * 3}],
             "motion": {"method": "rattle", "step": 2e-4, "start": "project", "t_end": 0.02}}
 

@@ -126,12 +126,12 @@ void WholeRun::merge_report(const MotionReport& own) {
   report_.friction.several = add(own.friction.several);
 }
 
-/// Ranks of islands that lie on one rank each add up; of islands that are cut the motion knows it.
+/// Ranks of islands that lie on one rank each add up; where constraints or forces reach from rank to rank the motion
+/// knows it.
 void WholeRun::merge_rank(Simulation& simulation) {
-  const std::size_t num_shared = part_.part.shared_rows.size();
-  const double all_shared = sum_of(ranks_, static_cast<double>(num_shared));
-  const double whole = sum_of(ranks_, num_shared > 0 ? 0.0 : static_cast<double>(simulation.rank().rank));
-  rank_of_K_ = all_shared > 0.0 ? report_.rank_changes.now : static_cast<std::size_t>(whole);
+  rank_of_K_ = part_.part.is_cut()
+                   ? report_.rank_changes.now
+                   : static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(simulation.rank().rank)));
 }
 
 Certificate WholeRun::prove(const SolverOptions& options) const {
