@@ -122,7 +122,7 @@ struct Violations {
   double acceleration = 0.0;  ///< scaled residual |K'w + phi|
 };
 
-/// Where a motion came nearest to a singular configuration.
+/// The place where a motion came nearest to a singular configuration.
 struct NearestToSingular {
   double reciprocal_condition = 1.0;  ///< of the scaled S or H, the smallest after any step
   double time = 0.0;                  ///< s

@@ -19,7 +19,7 @@ class GradientRank final : public RankMonitor {
   RankReport report(const double* r, bool thoroughly);
   /// What depends, as it was decided, and nothing of the report that has a cost of its own.
   std::vector<RowDependence> list_dependences() const;
-  /// What another decision at the same configuration says.
+  /// Puts into words what another decision at the same configuration found.
   RankReport describe(const Redundancy& redundancy) const;
 
   double mass_ratio() const override { return model_.mass_ratio; }

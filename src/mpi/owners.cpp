@@ -166,7 +166,7 @@ class Clusters {
     return root_[static_cast<std::size_t>(point)] == nobody ? nobody : find_root(root_.data(), point);
   }
   void join(std::span<const Index> points) { join_all(points, &root_); }
-  /// Of those that are no supports.
+  /// Joins those of the points that are no supports.
   void join_all(std::span<const Index> points, std::vector<Index>* roots) const {
     Index first = nobody;
     for (const Index point : points) {
@@ -232,7 +232,7 @@ std::vector<Piece> make_pieces(const System& system, Clusters* clusters, int num
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const Cluster* a, const Cluster* b) { return a->cost() > b->cost(); });
-  // What is a little more than a share does not pay for a cut.
+  // A cluster that costs a little more than a share stays whole: its cut would cost more than it gains.
   constexpr double much = 1.25;
   const double share = total / num_ranks;
   std::vector<Piece> pieces;

@@ -6,7 +6,7 @@ Outcome CutSeries::expand(const Kinematics& at, const double* w, const Reactions
                           std::span<double* const> coefficients, double* smooth_until) {
   const std::size_t size = 3 * model_.num_points();
   write_first_coefficients(at, w, size, coefficients);
-  // As many passes as w took.
+  // Coefficients are refined as often as w was.
   *smooth_until = series_.expand(at.t, found.lambda, 1 + found.refinements, *this, coefficients);
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
