@@ -68,7 +68,7 @@ ROOMS = {
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "sys/resource.h zlib.h hdf5.h zip.h"),
-    "picture":  Sees("base/vec3.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
+    "picture":  Sees("base/vec3.hpp system/operations.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ unistd.h fcntl.h spawn.h sys/file.h sys/stat.h dlfcn.h"),

@@ -17,6 +17,9 @@ struct Rounded {
   /// The result of an operation, whose operands bring the error `carried`.
   Rounded(double result, double carried) : v(result), error(carried + unit * std::abs(result)) {}
 
+  /// The result of a function that the mathematical library knows to one ulp, where operations are right to half of it.
+  static Rounded of_library(double result, double carried) { return {result, carried + unit * std::abs(result)}; }
+
   double value() const { return v; }
   bool is_zero() const { return v == 0.0 && error == 0.0; }
 
@@ -49,21 +52,22 @@ inline Rounded sqrt(const Rounded& a) {
   return {root, a.error > 0.0 ? std::fmin(a.error / root, std::sqrt(a.error)) : 0.0};
 }
 inline Rounded exp(const Rounded& a) {
-  return {std::exp(a.v), std::exp(a.v + a.error) * a.error};
+  return Rounded::of_library(std::exp(a.v), std::exp(a.v + a.error) * a.error);
 }
 inline Rounded log(const Rounded& a) {
-  return {std::log(a.v), a.error / Rounded::positive(a.v - a.error)};
+  return Rounded::of_library(std::log(a.v), a.error / Rounded::positive(a.v - a.error));
 }
 inline Rounded sin(const Rounded& a) {
-  return {std::sin(a.v), a.error};
+  return Rounded::of_library(std::sin(a.v), a.error);
 }
 inline Rounded cos(const Rounded& a) {
-  return {std::cos(a.v), a.error};
+  return Rounded::of_library(std::cos(a.v), a.error);
 }
 inline Rounded atan2(const Rounded& y, const Rounded& x) {
   // The angle turns by the error of the place over the distance.
   const double place = std::hypot(y.error, x.error);
-  return {std::atan2(y.v, x.v), place > 0.0 ? place / Rounded::positive(std::hypot(y.v, x.v) - place) : 0.0};
+  const double carried = place > 0.0 ? place / Rounded::positive(std::hypot(y.v, x.v) - place) : 0.0;
+  return Rounded::of_library(std::atan2(y.v, x.v), carried);
 }
 
 }  // namespace tanor

@@ -51,8 +51,8 @@ class FormulaPassages {
     double r, v;  // m, m/s: what a member may miss
   };
   virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
-  /// Accelerations jump where the formula has its kinks. Fixed steps then miss something each time they pass one, what
-  /// their few looks make of it: a tenth of what is worth a warning else is worth one.
+  /// Accelerations jump where the formula has its kinks. Fixed steps then miss something each time they pass one, so
+  /// that a warning is due from a tenth of the error on that is worth one elsewhere.
   virtual bool has_jumps() const { return false; }
   /// Accelerations that the formula causes, m/s^2: so many numbers of a member, at the fraction s of the step. What
   /// the step misses of them, it misses of the motion.

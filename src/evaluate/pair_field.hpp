@@ -39,7 +39,8 @@ class PairField {
   /// That supports put in by their velocities, W.
   double power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
-  /// Whether stiffness is known here: of few points with a smooth law EnergyForces knows it, of too many nobody.
+  /// Whether stiffness is known here. EnergyForces knows that of few points with a smooth law; nobody knows it of too
+  /// many.
   bool gives_stiffness() const { return gives_stiffness_; }
   /// visit(i, j, B) for each pair that feels each other at r, once, in a fixed order; i and j are inner numbers, one of
   /// them moves. B is the derivative of the force on j in r_j, N/m, at one distance u r = r_j - r_i:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "system/operations.hpp"
+
 namespace tanor::picture {
 
 namespace {
@@ -11,54 +13,6 @@ using Operation = Expression::Operation;
 
 constexpr int parts = 24;           // of a side of the cube
 constexpr int parts_of_a_line = 2;  // of the net that is drawn on the surface
-
-double compute(const Expression::Instruction& step, const std::vector<double>& values) {
-  const double a = values[static_cast<std::size_t>(step.a)], b = values[static_cast<std::size_t>(step.b)];
-  switch (step.operation) {
-    case Operation::Variable:
-    case Operation::Constant:
-      return step.constant;
-    case Operation::Scale:
-      return a * step.constant;
-    case Operation::Shift:
-      return a + step.constant;
-    case Operation::Add:
-      return a + b;
-    case Operation::Subtract:
-      return a - b;
-    case Operation::Multiply:
-      return a * b;
-    case Operation::Divide:
-      return a / b;
-    case Operation::Sqrt:
-      return std::sqrt(a);
-    case Operation::Exp:
-      return std::exp(a);
-    case Operation::Log:
-      return std::log(a);
-    case Operation::Sin:
-      return std::sin(a);
-    case Operation::Cos:
-      return std::cos(a);
-    case Operation::Sinh:
-      return std::sinh(a);
-    case Operation::Cosh:
-      return std::cosh(a);
-    case Operation::Asin:
-      return std::asin(a);
-    case Operation::Atan:
-      return std::atan(a);
-    case Operation::Atan2:
-      return std::atan2(a, b);
-    case Operation::Abs:
-      return std::abs(a);
-    case Operation::Min:
-      return std::min(a, b);
-    case Operation::Max:
-      return std::max(a, b);
-  }
-  return 0.0;
-}
 
 /// A number that was a small whole one, and may have passed through an interpolation.
 std::optional<int> read_whole(double number, std::size_t bound) {
@@ -117,16 +71,17 @@ void cut_tetrahedron(const ImplicitFunction& xi, const std::array<const Node*, 4
                      std::vector<SurfacePart>* surface) {
   std::array<const Node*, 4> sorted = corners;
   const auto middle = std::partition(sorted.begin(), sorted.end(), [](const Node* each) { return each->xi < 0.0; });
-  std::vector<Crossing> crossings;
+  std::array<Crossing, 4> crossings;
+  std::size_t count = 0;
   for (auto in = sorted.begin(); in != middle; ++in) {
     for (auto out = middle; out != sorted.end(); ++out) {
       const std::optional<Vec3> zero = find_zero(xi, **in, **out);
       if (!zero) return;
-      crossings.push_back({*in, *out, *zero});
+      crossings[count++] = {*in, *out, *zero};
     }
   }
-  if (crossings.size() == 3) add_triangle(crossings[0], crossings[1], crossings[2], surface);
-  if (crossings.size() == 4) {  // in the order a c, a d, b c, b d
+  if (count == 3) add_triangle(crossings[0], crossings[1], crossings[2], surface);
+  if (count == 4) {  // in the order a c, a d, b c, b d
     add_triangle(crossings[0], crossings[1], crossings[3], surface);
     add_triangle(crossings[0], crossings[3], crossings[2], surface);
   }
@@ -163,7 +118,7 @@ double ImplicitFunction::operator()(Vec3 place) const {
   for (std::size_t k = 0; k < steps_.size(); ++k) {
     const Expression::Instruction& step = steps_[k];
     values_[k] = step.operation == Operation::Variable ? variables[static_cast<std::size_t>(std::lround(step.constant))]
-                                                       : compute(step, values_);
+                                                       : perform(step, values_);
   }
   return values_[result_];
 }

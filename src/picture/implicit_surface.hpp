@@ -19,7 +19,6 @@ class ImplicitFunction {
 
   /// Not thread-safe.
   double operator()(Vec3 place) const;
-  std::size_t num_steps() const { return steps_.size(); }
 
  private:
   bool append(std::span<const double> row);

@@ -31,7 +31,9 @@ class Halo {
   /// The numbers of the points, in the whole system.
   const std::vector<Index>& numbers() const { return numbers_; }
   /// The halo's points that are near to own point i.
-  std::span<const Index> near(std::size_t i) const { return {&near_[start_[i]], start_[i + 1] - start_[i]}; }
+  std::span<const Index> near(std::size_t i) const {
+    return std::span(near_).subspan(start_[i], start_[i + 1] - start_[i]);
+  }
 
   /// The places of the halo's points [size()], of own points' on their ranks. Collective.
   void fetch(std::span<const Vec3> own, std::vector<Vec3>* places);

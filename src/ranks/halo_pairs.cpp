@@ -185,7 +185,7 @@ class HaloPairs::Path final : public PointPath {
   }
   void refine(double) override {}
 
-  /// In the order of the surroundings; their masses as well.
+  /// Places stand in the order of the surroundings, and so do the masses.
   void arrange(std::vector<double>* masses) {
     for (Knot& knot : knots_) {
       write(knot.own_r, knot.halo_r, &knot.r);

@@ -154,6 +154,7 @@ Outcome Search::search() {
   const StaticState stalled = std::exchange(state_, start);
   if (descend(limits).ok() && search_by_newton(limits).ok()) return {};
   state_ = stalled;
+  report.method_used = EquilibriumMethod::Newton;
   return outcome;
 }
 
@@ -215,7 +216,7 @@ Outcome Search::search_from_smallest(Outcome before) {
   return outcome.ok() ? outcome : before;
 }
 
-/// Where they balance the load as well as those at hand.
+/// The smallest multipliers take the place of those at hand where they balance the load as well.
 void Search::take_smallest() {
   const double allowed = std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale);
   if (!smallest_.empty() && count_self_stress() > 0 && newton_.measure({state_.r, smallest_}).force <= allowed)
@@ -376,7 +377,8 @@ void Search::describe() {
     const bool is_judged = status != Stability::None && status != Stability::NotConservative;
     if (result_.self_stress_states > 0 && is_judged && options_.prestress.empty())
       result_.left_out.push_back(
-          "stability: that with the multipliers that are told, since the load does not determine how rods pull against "
+          "stability: that with the multipliers that this result tells, since the load does not determine how rods "
+          "pull against "
           "each other (" +
           text_of_count(result_.self_stress_states, "state") + " of self-stress)");
   }

@@ -24,7 +24,7 @@ KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
   follow_pattern();
 }
 
-/// Of W, where pairs have come within reach of each other or left it.
+/// W has another pattern where pairs have come within reach of each other or left it; then all is made anew.
 void KktSolver::follow_pattern() {
   if (matrix_ && matrix_->pattern_version() == equations_.stiffness().pattern_version()) return;
   matrix_.emplace(equations_, ordering_);
@@ -68,7 +68,7 @@ void KktSolver::apply_inverse(MatrixXd* x) {
   for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_->place(i)));
 }
 
-/// The same of many columns, eight at once.
+/// It does the same to many columns, eight at once.
 void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
   const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
   const std::size_t size = 3 * n * num_lanes;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "statics/dot.hpp"
 
@@ -11,7 +12,6 @@ namespace tanor {
 namespace {
 
 constexpr int most_disturbances = 3;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 /// Forces that have fallen so far beside the largest one on the way have died away.
 constexpr double nothing = 1e-100;
 
@@ -111,8 +111,7 @@ bool NewtonDescent::is_small_here(const NewtonLimits& limits, const StaticState&
 bool NewtonDescent::is_linear_near(const StaticState& state) {
   constexpr double part = 1e-8, enough = 0.5;
   std::vector<double> dr(equations_.size()), image(dr.size()), xi(xi_.size());
-  for (std::size_t i = 0; i < dr.size(); ++i)
-    dr[i] = part * model_.scene_size * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  for (std::size_t i = 0; i < dr.size(); ++i) dr[i] = part * model_.scene_size * irregular(i);
   StaticState moved = state;
   for (std::size_t i = 0; i < dr.size(); ++i) moved.r[i] += dr[i];
   const std::vector<double> before = g_;
@@ -278,9 +277,11 @@ bool NewtonDescent::try_descent(StaticState* state) {
   constexpr double near = 1e-3;
   constexpr int many = 5;
   auto curvature = StiffnessMatrix::Curvature::Convex;
-  if (combined(residual_) < near || slow_steps_ >= many) {
+  if (slow_steps_ >= 4 * many) {
+    curvature = StiffnessMatrix::Curvature::Exact;
+  } else if (combined(residual_) < near || slow_steps_ >= many) {
     equations_.linearise(state->r.data(), state->lambda.data());
-    if (factorize_nearly_exact() || slow_steps_ >= 4 * many) curvature = StiffnessMatrix::Curvature::Exact;
+    if (factorize_nearly_exact()) curvature = StiffnessMatrix::Curvature::Exact;
   }
   while (tension_ <= most_tension) {
     equations_.linearise(state->r.data(), state->lambda.data(), curvature);

@@ -132,9 +132,10 @@ void note_changed_prestress(const EquilibriumEquations& equations, const std::ve
   equations.add_reactions(given.data(), left.data());
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = left[i] + equations.forces()[i];
   if (largest(left) <= allowed || largest(sum) <= allowed) return;
-  std::size_t worst = 0;
-  for (std::size_t a = 1; a < given.size(); ++a) {
-    if (given[a] != 0.0 && !(std::abs(found[a] - given[a]) <= std::abs(found[worst] - given[worst]))) worst = a;
+  std::size_t worst = given.size();
+  for (std::size_t a = 0; a < given.size(); ++a) {
+    if (given[a] == 0.0) continue;
+    if (worst == given.size() || !(std::abs(found[a] - given[a]) <= std::abs(found[worst] - given[worst]))) worst = a;
   }
   const Model& model = equations.model();
   left_out->push_back(

@@ -3,7 +3,7 @@
 /// Takes every file of the corpus as an input, then mutants of them: bits turned, numbers replaced, pieces removed,
 /// moved, doubled, joined with those of another file, or repeated until they make a megabyte. The first ones, MUTANTS,
 /// are the same in every run; it goes on with further ones until the SECONDS are over. An input that crashes, takes
-/// more than ten seconds or more than a gigabyte ends the program and is left in `crash-<pid>`.
+/// more than ten seconds of the processor or more than a gigabyte ends the program and is left in `crash-<pid>`.
 
 #include <fcntl.h>
 #include <sys/resource.h>

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <gtest/gtest.h>
+#include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
 namespace tanor {
@@ -22,7 +23,8 @@ System make_wire() {
   return system;
 }
 
-std::string prestress_note(const Modes& found) {
+template <class Result>
+std::string prestress_note(const Result& found) {
   const auto note =
       std::ranges::find_if(found.left_out, [](const std::string& what) { return what.starts_with("prestress: "); });
   return note == found.left_out.end() ? "" : *note;
@@ -37,6 +39,23 @@ TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
 
   EXPECT_NE(note.find("is 75"), std::string::npos) << note;
   EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
+}
+
+/// A rod that nothing was asked of is not blamed.
+TEST(Prestress, OfSomeRodsIsToldOfOneOfThem) {
+  const System wire = make_wire();
+  std::vector<double> tensions(10, 0.0);
+  std::fill(tensions.begin() + 5, tensions.end(), 100.0);
+  const std::vector<Prestress> prestress{{"r", tensions}};
+
+  const EquilibriumResult found = find_equilibrium(wire, {.prestress = prestress});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  for (const std::string& note :
+       {prestress_note(found), prestress_note(modes(wire, wire.positions, {.prestress = prestress}))}) {
+    EXPECT_NE(note.find("is 50"), std::string::npos) << note;
+    EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
+  }
 }
 
 TEST(Prestress, ThatIsAStateOfSelfStressIsTakenWithoutAWord) {
