@@ -282,8 +282,7 @@ bool has_own_derivatives(const System& system, const PairForces& pairs) {
 }
 
 bool has_stiffness(const System& system, const PairForces& pairs) {
-  constexpr std::size_t most_points = 3000;
-  return std::isfinite(cutoff_of(pairs)) || num_points(system, pairs) <= most_points;
+  return std::isfinite(cutoff_of(pairs)) || num_points(system, pairs) <= most_points_of_dense_stiffness;
 }
 
 double bytes_of_dense_stiffness(std::size_t num_points) {

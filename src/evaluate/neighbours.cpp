@@ -17,6 +17,26 @@ void resize_with_room(std::size_t size, std::vector<Number>* vector) {
 
 }  // namespace
 
+void PointRoom::add(Vec3 r) {
+  const std::array<double, 6> here{r.x, r.y, r.z, -r.x, -r.y, -r.z};
+  for (std::size_t c = 0; c < ends_.size(); ++c) ends_[c] = std::max(ends_[c], here[c]);
+}
+
+bool PointRoom::is_crowded(std::size_t num_points, double radius) const {
+  constexpr std::size_t few_points = 1000;
+  constexpr double most_spacings = 3.0;
+  if (num_points <= few_points) return false;
+  double volume = 1.0, dimensions = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double extent = ends_[c] + ends_[c + 3];
+    if (!(extent > 0.0)) continue;
+    volume *= extent;
+    dimensions += 1.0;
+  }
+  const double spacing = std::pow(volume / static_cast<double>(num_points), 1.0 / std::max(dimensions, 1.0));
+  return radius > most_spacings * spacing;
+}
+
 bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& places) {
   const bool is_first = places_.size() != places.size();
   const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {

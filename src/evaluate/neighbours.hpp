@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,19 @@ struct IndexLists {
   std::span<const Index> operator[](std::size_t i) const {
     return {numbers.data() + start[i], numbers.data() + start[i + 1]};
   }
+};
+
+/// The room that points take: the largest of each coordinate and of its negative, so that rooms join by maxima.
+class PointRoom {
+ public:
+  void add(Vec3 r);
+  std::span<double> ends() { return ends_; }
+  /// Whether `num_points` spread evenly here had more than some hundred others each within `radius`.
+  bool is_crowded(std::size_t num_points, double radius) const;
+
+ private:
+  std::array<double, 6> ends_{-unbounded, -unbounded, -unbounded, -unbounded, -unbounded, -unbounded};
+  static constexpr double unbounded = std::numeric_limits<double>::max();
 };
 
 /// For each point, all others nearer than a cutoff, and some that are a little farther.

@@ -249,24 +249,11 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   return {std::sqrt(move2) + sagitta, sagitta};
 }
 
-/// More than some hundred partners a point in long lists; then points would be spread evenly.
+/// Lists would be long.
 bool PairField::are_too_many(double radius) const {
-  constexpr std::size_t few_points = 1000;
-  constexpr double most_spacings = 3.0;
-  if (begins_.size() <= few_points) return false;
-  Vec3 low = begins_[0], high = begins_[0];
-  for (const Vec3& r : begins_) {
-    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
-    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
-  }
-  double volume = 1.0, dimensions = 0.0;
-  for (const double extent : {high.x - low.x, high.y - low.y, high.z - low.z}) {
-    if (!(extent > 0.0)) continue;
-    volume *= extent;
-    dimensions += 1.0;
-  }
-  const double spacing = std::pow(volume / static_cast<double>(begins_.size()), 1.0 / std::max(dimensions, 1.0));
-  return radius > most_spacings * spacing;
+  PointRoom room;
+  for (const Vec3& r : begins_) room.add(r);
+  return room.is_crowded(begins_.size(), radius);
 }
 
 /// Lists of all pairs that may count while no point goes farther than `move`: without a cutoff those that may

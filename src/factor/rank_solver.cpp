@@ -179,4 +179,16 @@ std::vector<RankSolver::Contradiction> RankSolver::contradictions(std::span<cons
   return result;
 }
 
+std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scaling)>& make, double tolerance,
+                                        const std::function<double()>& find_mass_ratio) {
+  constexpr double unequal = 1e4;
+  auto solver = std::make_unique<RankSolver>(make(Scaling::ByMasses), tolerance);
+  const std::size_t found = solver->dependences().size();
+  if (found == 0 || find_mass_ratio() < unequal) return solver;
+  const std::size_t of_K = RankSolver(make(Scaling::None), tolerance).dependences().size();
+  if (of_K >= found) return solver;
+  auto finest = std::make_unique<RankSolver>(make(Scaling::ByMasses));
+  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
+}
+
 }  // namespace tanor

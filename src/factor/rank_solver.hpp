@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -73,5 +75,14 @@ class RankSolver {
   SparseColumns null_space_;  ///< [d x (d - rho)] Z = D [-X; 1], unit columns: they span the null space of C
   TriangularFactor null_factor_;
 };
+
+/// How the columns of K stand before QR: as they are, or as those of M^-1/2 K.
+enum class Scaling { None, ByMasses };
+
+/// The columns `make` of M^-1/2 K, decided. They come together where masses differ much: what K itself keeps apart
+/// depends on nothing, however little K is known. Then those of M^-1/2 K are told apart down to rounding.
+/// `find_mass_ratio`: largest over smallest mass, asked for where something depends.
+std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scaling)>& make, double tolerance,
+                                        const std::function<double()>& find_mass_ratio);
 
 }  // namespace tanor

@@ -162,10 +162,15 @@ void Canvas::finish(double haze, double radius) {
   }
 }
 
+/// Half the width of a line that is drawn on a surface.
+double Canvas::half_line(double depth) const {
+  return 0.6 * camera_.pixel(depth) * std::max(1.0, width_ / 1000.0);
+}
+
 /// How much of a sample a surface covers at a place on it: little, more where a line of it runs.
 float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
   constexpr double lines = 12.0;  // in a turn, and along a side
-  const double half_line = 0.6 * camera_.pixel(place.z) * std::max(1.0, width_ / 1000.0);
+  const double half_width = half_line(place.z);
   const Vec3 e = (1.0 / norm(direction)) * direction, from = place - surface.center;
   const Vec3 &u = surface.axes[0], &v = surface.axes[1], &w = surface.axes[2];
   // A line of a coordinate that grows along t is as wide for the eye everywhere: |t - n (e.t)/(e.n)| of it a pixel.
@@ -173,7 +178,7 @@ float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
     constexpr double steepest = 5.0;
     const Vec3 seen = t - (dot(e, t) / dot(e, n)) * n;
     const double away = std::abs(turns * lines - std::round(turns * lines)) / lines * length;
-    return away < half_line * std::min(steepest, norm(seen));
+    return away < half_width * std::min(steepest, norm(seen));
   };
   bool is_line = false;
   if (squared(w) > 0.0) {
@@ -232,14 +237,14 @@ void Canvas::add(const Triangle& triangle) {
     const double depth = dot(a - ray.origin, normal) / dot(ray.direction, normal);
     if (!(depth > 0.0 && depth < static_cast<double>(depths_[sample]))) return;
     const Vec3 place = ray.origin + depth * ray.direction;
-    const double half_line = 0.6 * camera_.pixel(place.z) * std::max(1.0, width_ / 1000.0);
+    const double half_width = half_line(place.z);
     bool is_line = false;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 from = triangle.corners[k], side = triangle.corners[(k + 1) % 3] - from;
       const Vec3 inwards = cross(normal, side);
       const double away = dot(place - from, inwards);
       if (away < 0.0) return;
-      is_line = is_line || (triangle.is_line[k] && away < half_line * norm(inwards));
+      is_line = is_line || (triangle.is_line[k] && away < half_width * norm(inwards));
     }
     colours_[sample] = mix(colours_[sample], guide_colour, is_line ? line : sheet);
   });

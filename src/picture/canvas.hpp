@@ -73,6 +73,7 @@ class Canvas {
   void paint(const std::array<double, 4>& bounds, double nearest, Rgb colour, const Intersect& intersect);
   template <class Visit>
   void visit(const std::array<double, 4>& bounds, const Visit& visit);
+  double half_line(double depth) const;
   float cover(const Surface& surface, Vec3 place, Vec3 direction) const;
 
   const Camera& camera_;

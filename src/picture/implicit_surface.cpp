@@ -51,7 +51,7 @@ void add_triangle(const Crossing& a, const Crossing& b, const Crossing& c, std::
 
 /// Where xi is 0 between two corners, by halving; none where it has a pole there or jumps, and does not come to be
 /// small.
-std::optional<Vec3> find_zero(const ImplicitFunction& xi, const Node& inside, const Node& outside) {
+std::optional<Vec3> find_zero(ImplicitFunction& xi, const Node& inside, const Node& outside) {
   constexpr int halvings = 5;
   Vec3 a = inside.r, b = outside.r;
   double xi_a = inside.xi, xi_b = outside.xi;
@@ -67,7 +67,7 @@ std::optional<Vec3> find_zero(const ImplicitFunction& xi, const Node& inside, co
 }
 
 /// The part of the surface in a tetrahedron: nothing, a triangle or two.
-void cut_tetrahedron(const ImplicitFunction& xi, const std::array<const Node*, 4>& corners,
+void cut_tetrahedron(ImplicitFunction& xi, const std::array<const Node*, 4>& corners,
                      std::vector<SurfacePart>* surface) {
   std::array<const Node*, 4> sorted = corners;
   const auto middle = std::partition(sorted.begin(), sorted.end(), [](const Node* each) { return each->xi < 0.0; });
@@ -113,7 +113,7 @@ bool ImplicitFunction::append(std::span<const double> row) {
   return steps_.back().operation != Operation::Variable || read_whole(row[3], num_variables).has_value();
 }
 
-double ImplicitFunction::operator()(Vec3 place) const {
+double ImplicitFunction::operator()(Vec3 place) {
   const std::array<double, 4> variables{place.x, place.y, place.z, t_};
   for (std::size_t k = 0; k < steps_.size(); ++k) {
     const Expression::Instruction& step = steps_[k];
@@ -123,7 +123,7 @@ double ImplicitFunction::operator()(Vec3 place) const {
   return values_[result_];
 }
 
-std::vector<SurfacePart> polygonise(const ImplicitFunction& xi, Vec3 middle, double half_side) {
+std::vector<SurfacePart> polygonise(ImplicitFunction xi, Vec3 middle, double half_side) {
   constexpr int nodes = parts + 1;
   std::vector<Node> grid;
   grid.reserve(nodes * nodes * nodes);

@@ -17,8 +17,7 @@ class ImplicitFunction {
   /// None where the numbers are no list of operations.
   static std::optional<ImplicitFunction> read(std::span<const double> numbers);
 
-  /// Not thread-safe.
-  double operator()(Vec3 place) const;
+  double operator()(Vec3 place);
 
  private:
   bool append(std::span<const double> row);
@@ -26,7 +25,7 @@ class ImplicitFunction {
   std::vector<Expression::Instruction> steps_;
   std::size_t result_ = 0;
   double t_ = 0.0;
-  mutable std::vector<double> values_;
+  std::vector<double> values_;  // of the steps, at the place at hand
 };
 
 /// A triangle of a surface; an edge that runs along a line of its net is drawn.
@@ -36,6 +35,6 @@ struct SurfacePart {
 };
 
 /// The surface xi = 0 in a cube, by marching tetrahedra.
-std::vector<SurfacePart> polygonise(const ImplicitFunction& xi, Vec3 middle, double half_side);
+std::vector<SurfacePart> polygonise(ImplicitFunction xi, Vec3 middle, double half_side);
 
 }  // namespace tanor::picture

@@ -5,24 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "ranks/share.hpp"
+
 namespace tanor {
-
-namespace {
-
-/// Where the numbers of this rank begin among those of all, and how many these are.
-struct Share {
-  std::size_t first, all;
-};
-Share find_share(Ranks& ranks, std::size_t own) {
-  std::vector<double> counts(static_cast<std::size_t>(ranks.size()), 0.0);
-  const auto here = counts.begin() + ranks.rank();
-  *here = static_cast<double>(own);
-  ranks.sum(counts);
-  return {static_cast<std::size_t>(std::accumulate(counts.begin(), here, 0.0)),
-          static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), 0.0))};
-}
-
-}  // namespace
 
 CutRank::CutRank(Workspace& work, const Part& part, Agreement& agreement)
     : work_(work),
@@ -36,15 +21,15 @@ CutRank::CutRank(Workspace& work, const Part& part, Agreement& agreement)
   const auto shared_at = [&](std::size_t row) {
     return shared_of[static_cast<std::size_t>(model_.numbering.user_row[row])];
   };
-  const Share rows = find_share(ranks_, row_number_.size() - part.shared_rows.size());
-  const Share points = find_share(ranks_, model_.num_moving());
+  const Share rows(ranks_, row_number_.size() - part.shared_rows.size());
+  const Share points(ranks_, model_.num_moving());
   first_point_ = points.first;
-  num_all_points_ = points.all;
-  num_all_rows_ = rows.all + part.num_shared_rows;
+  num_all_points_ = points.all();
+  num_all_rows_ = rows.all() + part.num_shared_rows;
   std::size_t next = rows.first;
   for (std::size_t a = 0; a < row_number_.size(); ++a) {
     const Part::SharedRow* const shared = shared_at(a);
-    row_number_[a] = shared != nullptr ? rows.all + shared->place : next++;
+    row_number_[a] = shared != nullptr ? rows.all() + shared->place : next++;
     if (shared != nullptr) is_counted_[a] = shared->is_counted ? 1 : 0;
   }
 }
@@ -61,11 +46,11 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
     own.insert(own.end(),
                {static_cast<double>(row_number_[row]), static_cast<double>(first_point_ + point), g.x, g.y, g.z});
   }
-  const Share place = find_share(ranks_, own.size());
-  std::vector<double> all(place.all, 0.0);
+  const Share place(ranks_, own.size());
+  std::vector<double> all(place.all(), 0.0);
   std::ranges::copy(own, all.begin() + static_cast<std::ptrdiff_t>(place.first));
   ranks_.sum(all);
-  std::vector<std::size_t> order(place.all / width);
+  std::vector<std::size_t> order(place.all() / width);
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](std::size_t entry) { return std::array{all[width * entry], all[width * entry + 1]}; };
   std::ranges::sort(order, {}, key);
@@ -90,23 +75,12 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
   return columns;
 }
 
-/// As Redundancy::find_rank: what K itself keeps apart depends on nothing, where masses differ much.
-std::unique_ptr<RankSolver> CutRank::find_rank(const double* blocks, double tolerance) {
-  constexpr double unequal = 1e4;
-  auto solver = std::make_unique<RankSolver>(gather_columns(blocks, Scaling::ByMasses), tolerance);
-  const std::size_t found = solver->dependences().size();
-  if (found == 0 || agreement_.largest(model_.mass_ratio) < unequal) return solver;
-  const std::size_t of_K = RankSolver(gather_columns(blocks, Scaling::None), tolerance).dependences().size();
-  if (of_K >= found) return solver;
-  auto finest = std::make_unique<RankSolver>(gather_columns(blocks, Scaling::ByMasses));
-  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
-}
-
 bool CutRank::decide(const double* blocks, const double* r) {
   ++work_.counters.rank_decisions;
   const std::vector<double> tolerances = work_.rank_tolerances(r);
   const double own = tolerances.empty() ? 0.0 : *std::ranges::max_element(tolerances);
-  solver_ = find_rank(blocks, agreement_.largest(own));
+  solver_ = decide_rank([&](Scaling scaling) { return gather_columns(blocks, scaling); }, agreement_.largest(own),
+                        [&] { return agreement_.largest(model_.mass_ratio); });
   std::vector<char> depends(num_all_rows_, 0);
   for (const Dependence& dependence : solver_->dependences()) depends[static_cast<std::size_t>(dependence.column)] = 1;
   std::vector<char> active(row_number_.size());

@@ -33,9 +33,7 @@ class CutRank {
   void minimize_norm(double* lambda);
 
  private:
-  enum class Scaling { None, ByMasses };
   SparseColumns gather_columns(const double* blocks, Scaling scaling);
-  std::unique_ptr<RankSolver> find_rank(const double* blocks, double tolerance);
 
   Workspace& work_;
   const Model& model_;

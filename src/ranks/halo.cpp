@@ -16,13 +16,8 @@ Halo::Halo(Ranks& ranks, const PeriodicBox& box, double cutoff, std::span<const 
       box_(box),
       cutoff_(cutoff),
       own_numbers_(numbers.begin(), numbers.end()),
-      start_(numbers.size() + 1, 0) {
-  std::vector<double> counts(static_cast<std::size_t>(ranks.size()), 0.0);
-  counts[static_cast<std::size_t>(ranks.rank())] = static_cast<double>(numbers.size());
-  ranks.sum(counts);
-  first_.push_back(0);
-  for (const double count : counts) first_.push_back(first_.back() + static_cast<std::size_t>(count));
-}
+      share_(ranks, numbers.size()),
+      start_(numbers.size() + 1, 0) {}
 
 double Halo::largest_move(std::span<const Vec3> own) const {
   double worst = 0.0;
@@ -33,7 +28,7 @@ double Halo::largest_move(std::span<const Vec3> own) const {
 void Halo::make(std::span<const Vec3> own, double skin) {
   skin_ = skin;
   made_at_.assign(own.begin(), own.end());
-  const std::size_t num_all = first_.back(), first_own = first_[static_cast<std::size_t>(ranks_.rank())];
+  const std::size_t num_all = share_.all(), first_own = share_.first;
   std::vector<double> all(4 * num_all, 0.0);  // places and numbers
   for (std::size_t i = 0; i < own.size(); ++i) {
     double* const here = &all[4 * (first_own + i)];
@@ -59,7 +54,7 @@ void Halo::make(std::span<const Vec3> own, double skin) {
   lists.for_each_point(one_thread, [&](std::size_t i, std::span<const Index> neighbours) {
     if (i < own.size() || neighbours.empty()) return;
     const std::size_t other = others[i - own.size()];
-    const auto rank = static_cast<int>(std::ranges::upper_bound(first_, other) - first_.begin()) - 1;
+    const auto rank = static_cast<int>(std::ranges::upper_bound(share_.start, other) - share_.start.begin()) - 1;
     auto& [link, sent] = links[rank];
     if (link.count++ == 0) link.first = numbers_.size();
     link.rank = rank;

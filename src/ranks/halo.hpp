@@ -8,6 +8,7 @@
 
 #include "base/vec3.hpp"
 #include "evaluate/periodic_box.hpp"
+#include "ranks/share.hpp"
 
 namespace tanor {
 
@@ -25,7 +26,7 @@ class Halo {
   double largest_move(std::span<const Vec3> own) const;
   double skin() const { return skin_; }
   /// Points of all ranks.
-  std::size_t num_all() const { return first_.back(); }
+  std::size_t num_all() const { return share_.all(); }
 
   std::size_t size() const { return numbers_.size(); }
   /// The numbers of the points, in the whole system.
@@ -51,7 +52,7 @@ class Halo {
   PeriodicBox box_;
   double cutoff_;
   std::vector<Index> own_numbers_;
-  std::vector<std::size_t> first_;  // [rank + 1] of its points among those of all ranks
+  Share share_;  // of the points of all ranks
   // Of the last lists.
   double skin_ = 0.0;
   std::vector<Vec3> made_at_;  // [own point]

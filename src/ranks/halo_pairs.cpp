@@ -249,27 +249,12 @@ std::array<double, 2> HaloPairs::measure_reach(const PointPath& path) {
   return reach;
 }
 
-/// As PairField's, of all ranks: more than some hundred partners a point; then points would be spread evenly.
+/// As PairField's, of all ranks.
 bool HaloPairs::are_too_many(std::span<const Vec3> own, double radius) {
-  constexpr std::size_t few_points = 1000;
-  constexpr double most_spacings = 3.0;
-  if (halo_.num_all() <= few_points) return false;
-  std::array<double, 6> ends;  // the largest of r and of -r
-  ends.fill(-std::numeric_limits<double>::max());
-  for (const Vec3& r : own) {
-    const std::array<double, 6> here{r.x, r.y, r.z, -r.x, -r.y, -r.z};
-    for (std::size_t c = 0; c < ends.size(); ++c) ends[c] = std::max(ends[c], here[c]);
-  }
-  (void)agreement_.agree({}, ends);
-  double volume = 1.0, dimensions = 0.0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double extent = ends[c] + ends[c + 3];
-    if (!(extent > 0.0)) continue;
-    volume *= extent;
-    dimensions += 1.0;
-  }
-  const double spacing = std::pow(volume / static_cast<double>(halo_.num_all()), 1.0 / std::max(dimensions, 1.0));
-  return radius > most_spacings * spacing;
+  PointRoom room;
+  for (const Vec3& r : own) room.add(r);
+  (void)agreement_.agree({}, room.ends());
+  return room.is_crowded(halo_.num_all(), radius);
 }
 
 double HaloPairs::find_passage(const PointPath& path, std::span<const double> masses) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ranks/share.hpp"
 #include "ranks/shared_mechanics.hpp"
 
 /// \file The roles of SharedMechanics. `own` is null on a rank whose part does not have the role.
@@ -154,18 +155,18 @@ class SharedMechanics::Events final : public EventFunctions {
  public:
   Events(EventFunctions* own, SharedMechanics& mechanics) : own_(own), mechanics_(mechanics) { count(); }
 
-  std::size_t num_events() const override { return num_events_; }
+  std::size_t num_events() const override { return share_.all(); }
   void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override {
     fill(values, [&](double* here) { own_->evaluate_events(at, found, here); });
   }
   void shape_events(const Reactions& found, const double* values, double* shapes) const override {
-    fill(shapes, [&](double* here) { own_->shape_events(found, values + first_, here); });
+    fill(shapes, [&](double* here) { own_->shape_events(found, values + share_.first, here); });
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
                            const Request& request, const AccelerationOutput& to) override {
     std::vector<std::size_t> here;
     for (const std::size_t event : which)
-      if (event >= first_ && event < first_ + num_own_) here.push_back(event - first_);
+      if (event >= share_.first && event < share_.first + num_own_) here.push_back(event - share_.first);
     has_switched_ = !here.empty();
     Outcome outcome = mechanics_.conclude(
         [&] {
@@ -190,26 +191,20 @@ class SharedMechanics::Events final : public EventFunctions {
  private:
   void count() {
     num_own_ = own_ != nullptr ? own_->num_events() : 0;
-    std::vector<double> counts(static_cast<std::size_t>(mechanics_.ranks_.size()), 0.0);
-    counts[static_cast<std::size_t>(mechanics_.ranks_.rank())] = static_cast<double>(num_own_);
-    mechanics_.ranks_.sum(counts);
-    first_ = num_events_ = 0;
-    for (std::size_t k = 0; k < counts.size(); ++k) {
-      if (k < static_cast<std::size_t>(mechanics_.ranks_.rank())) first_ += static_cast<std::size_t>(counts[k]);
-      num_events_ += static_cast<std::size_t>(counts[k]);
-    }
+    share_ = Share(mechanics_.ranks_, num_own_);
   }
   template <class Evaluate>
   void fill(double* values, const Evaluate& evaluate) const {
-    std::vector<double> all(num_events_, 0.0);
-    if (num_own_ > 0) evaluate(all.data() + first_);
+    std::vector<double> all(share_.all(), 0.0);
+    if (num_own_ > 0) evaluate(all.data() + share_.first);
     mechanics_.ranks_.sum(all);
     std::copy(all.begin(), all.end(), values);
   }
 
   EventFunctions* own_;
   SharedMechanics& mechanics_;
-  std::size_t num_own_ = 0, first_ = 0, num_events_ = 0;
+  std::size_t num_own_ = 0;
+  Share share_;  // of the events of all ranks
   bool has_switched_ = false;
 };
 

@@ -79,26 +79,14 @@ double Redundancy::mass_ratio_of(Rows rows) const {
   return find_mass_ratio(own, inverse_mass_);
 }
 
-/// Columns of M^-1/2 K come together where masses differ much: what K itself keeps apart depends on nothing, however
-/// little K is known. Then those of M^-1/2 K are told apart down to rounding.
-std::unique_ptr<RankSolver> Redundancy::find_rank(const double* blocks, Rows rows, double tolerance) {
-  constexpr double unequal = 1e4;
-  auto solver = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses), tolerance);
-  const std::size_t found = solver->dependences().size();
-  if (found == 0 || mass_ratio_of(rows) < unequal) return solver;
-  const std::size_t of_K = RankSolver(columns(blocks, rows, Scaling::None), tolerance).dependences().size();
-  if (of_K >= found) return solver;
-  auto finest = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses));
-  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
-}
-
 bool Redundancy::decide_island(const double* blocks, Rows rows, std::span<const double> tolerances) {
   const double tolerance = *std::max_element(tolerances.begin() + rows.first, tolerances.begin() + rows.second);
   const auto place = std::lower_bound(islands_.begin(), islands_.end(), rows.first,
                                       [](const Island& island, Index row) { return island.first < row; });
   const bool is_known = place != islands_.end() && place->first == rows.first;
   Island& island = is_known ? *place : *islands_.insert(place, Island{rows.first, rows.second, nullptr, false});
-  island.solver = find_rank(blocks, rows, tolerance);
+  island.solver = decide_rank([&](Scaling scaling) { return columns(blocks, rows, scaling); }, tolerance,
+                              [&] { return mass_ratio_of(rows); });
   bool has_changed = false;
   std::vector<char> dependent(static_cast<std::size_t>(rows.second - rows.first), 0);
   for (const Dependence& dependence : island.solver->dependences())

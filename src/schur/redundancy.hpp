@@ -80,9 +80,7 @@ class Redundancy {
     std::unique_ptr<RankSolver> solver;
     bool by_qr = false;
   };
-  enum class Scaling { None, ByMasses };
   SparseColumns columns(const double* blocks, Rows rows, Scaling scaling);
-  std::unique_ptr<RankSolver> find_rank(const double* blocks, Rows rows, double tolerance);
   void stand_alone(Index first_row, SparseColumns* C) const;
   bool decide_island(const double* blocks, Rows rows, std::span<const double> tolerances);
   double mass_ratio_of(Rows rows) const;

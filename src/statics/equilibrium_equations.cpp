@@ -15,8 +15,7 @@ EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
       blocks_(3 * work.constraints.num_blocks()),
       f_(3 * model_.num_points()),
       reactions_(3 * model_.num_points()),
-      at_rest_(3 * model_.num_points(), 0.0),
-      padded_(3 * model_.num_points(), 0.0) {}
+      at_rest_(3 * model_.num_points(), 0.0) {}
 
 double EquilibriumEquations::evaluate(const double* r, const double* lambda, double* g, double* xi) {
   work_.set_time(t_);
@@ -53,14 +52,15 @@ double EquilibriumEquations::rounding_of_forces(std::size_t point) const {
 }
 
 void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {
-  model_.gather.reactions(model_.parallel, blocks_.data(), lambda, padded_.data());
-  for (std::size_t i = 0; i < size(); ++i) y[i] += padded_[i];
+  std::vector<double> all(3 * model_.num_points());
+  model_.gather.reactions(model_.parallel, blocks_.data(), lambda, all.data());
+  for (std::size_t i = 0; i < size(); ++i) y[i] += all[i];
 }
 
 void EquilibriumEquations::apply_transposed(const double* x, double* rows) const {
-  std::copy_n(x, size(), padded_.begin());
-  std::fill(padded_.begin() + static_cast<std::ptrdiff_t>(size()), padded_.end(), 0.0);
-  work_.constraints.apply_transposed(model_.parallel, blocks_.data(), padded_.data(), nullptr, rows);
+  std::vector<double> all(3 * model_.num_points(), 0.0);  // supports stand
+  std::copy_n(x, size(), all.begin());
+  work_.constraints.apply_transposed(model_.parallel, blocks_.data(), all.data(), nullptr, rows);
 }
 
 }  // namespace tanor

@@ -57,7 +57,6 @@ class EquilibriumEquations {
   StiffnessMatrix stiffness_;
   std::vector<double> stiffest_;  // [moving point] largest |W_ij| of its rows
   std::vector<double> blocks_, f_, reactions_, at_rest_;
-  mutable std::vector<double> padded_;  // [3 points] x, with supports that stand
 };
 
 }  // namespace tanor

@@ -12,6 +12,8 @@ namespace tanor {
 namespace {
 
 constexpr int most_disturbances = 3;
+/// Of forces over their scale, and of lengths.
+constexpr double near_equilibrium = 1e-3;
 /// Forces that have fallen so far beside the largest one on the way have died away.
 constexpr double nothing = 1e-100;
 
@@ -268,21 +270,21 @@ bool NewtonDescent::factorize_with_masses() {
   return true;
 }
 
+/// Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so it
+/// does where the rods of a rigid body push and pull each other much harder than the load.
+StiffnessMatrix::Curvature NewtonDescent::choose_curvature(const StaticState& state) {
+  constexpr int many = 5;
+  if (slow_steps_ >= 4 * many) return StiffnessMatrix::Curvature::Exact;
+  if (combined(residual_) >= near_equilibrium && slow_steps_ < many) return StiffnessMatrix::Curvature::Convex;
+  equations_.linearise(state.r.data(), state.lambda.data());
+  return factorize_nearly_exact() ? StiffnessMatrix::Curvature::Exact : StiffnessMatrix::Curvature::Convex;
+}
+
 bool NewtonDescent::try_descent(StaticState* state) {
   last_move_ = std::numeric_limits<double>::infinity();
   const double most_tension = 1e9 * std::max(residual_.scale, 1e-300);
   const std::vector<double> penalties_before = penalties_;
-  // Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so
-  // it does where the rods of a rigid body push and pull each other much harder than the load.
-  constexpr double near = 1e-3;
-  constexpr int many = 5;
-  auto curvature = StiffnessMatrix::Curvature::Convex;
-  if (slow_steps_ >= 4 * many) {
-    curvature = StiffnessMatrix::Curvature::Exact;
-  } else if (combined(residual_) < near || slow_steps_ >= many) {
-    equations_.linearise(state->r.data(), state->lambda.data());
-    if (factorize_nearly_exact()) curvature = StiffnessMatrix::Curvature::Exact;
-  }
+  const StiffnessMatrix::Curvature curvature = choose_curvature(*state);
   while (tension_ <= most_tension) {
     equations_.linearise(state->r.data(), state->lambda.data(), curvature);
     equations_.stiffness().add_tension(tension_, state->r.data());
@@ -293,7 +295,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
       Step step;
       solve_consistent_step(&step, share);
       if (take_step(step, share, penalties_before, state)) return true;
-      if (!(residual_.violation > near && longest(step.dr) > model_.smallest_length)) break;
+      if (!(residual_.violation > near_equilibrium && longest(step.dr) > model_.smallest_length)) break;
     }
     tension_ = std::max(4.0 * tension_, 1e-8 * residual_.scale);
   }

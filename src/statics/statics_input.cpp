@@ -61,8 +61,9 @@ void require_stiffness(const System& system, bool ignores_stability, std::vector
                        name + ": " + text(num_points(system, *pairs)) +
                            " points all feel each other, and a stiffness of " +
                            text(bytes_of_dense_stiffness(num_points(system, *pairs))) +
-                           " bytes would say whether they are stable and how they vibrate; up to 3000 points have "
-                           "one. \"accept\": \"any\" in /equilibrium finds where the system rests");
+                           " bytes would say whether they are stable and how they vibrate; up to " +
+                           text(most_points_of_dense_stiffness) +
+                           " points have one. \"accept\": \"any\" in /equilibrium finds where the system rests");
     left_out->push_back(name + ": it has no part in the stiffness; the status says what is without it");
   }
 }

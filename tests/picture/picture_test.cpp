@@ -272,7 +272,7 @@ TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
            std::asin(0.1 * x) + std::atan(y) + std::atan2(y, z) + std::abs(-x) + std::min(x, y) - std::max(y, z) +
            2.0 * x - 3.0;
   };
-  const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide(formula, 0.7).numbers);
+  std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide(formula, 0.7).numbers);
   ASSERT_TRUE(xi.has_value());
   EXPECT_NEAR((*xi)({0.3, 0.8, 1.9}), at(0.3, 0.8, 1.9, 0.7), 1e-13);
 }
