@@ -65,7 +65,8 @@ ExitCode execute(const EquilibriumCommand& command) {
         wanted.count = *command.modes;
         const std::vector<double> multipliers = multipliers_of_closed(found);
         // Else modes() says whether they depend on a self-stress.
-        if (found.self_stress_states == 0) wanted.multipliers = multipliers;
+        const bool are_known = std::ranges::none_of(multipliers, [](double each) { return std::isnan(each); });
+        if (found.self_stress_states == 0 && are_known) wanted.multipliers = multipliers;
         vibrations = modes(held, found.positions, wanted);
       }
       if (scene.buckling_loads.empty()) return;

@@ -10,6 +10,7 @@
 
 #include <tanor/modes.hpp>
 
+#include "base/numbers.hpp"
 #include "base/quiet_traps.hpp"
 #include "statics/dot.hpp"
 #include "statics/given_equilibrium.hpp"
@@ -21,12 +22,14 @@ namespace {
 
 /// Load factors beyond these count as none and as all.
 constexpr double least_factor = 1e-9, most_factor = 1e12;
-/// Of the scale of omega^2, added to W(p): motions that cost nothing at any load leave it a factor.
+/// Of the scale of omega^2, added to W(p) where motions cost nothing without load: it then has a factor.
 constexpr double little_mass = 1e-9;
 /// The critical factor is bracketed so closely; inverse iteration does the rest.
 constexpr double bracket = 1.1;
 constexpr int most_iterations = 200;
 constexpr double rounding_of_factor = 1e-14, settled = 1e-11;
+/// Rounding of both stiffnesses, by their terms, that leaves a load factor no digits.
+constexpr double too_much_rounding = 1e-4;
 
 EquilibriumOptions describe_system(const BucklingOptions& options) {
   EquilibriumOptions result;
@@ -68,28 +71,30 @@ class LoadedStiffness {
       : state_(*state),
         lambda_0_(std::move(lambda_0)),
         lambda_1_(state->multipliers()),
-        W_0_(evaluate(lambda_0_)),
-        W_1_(evaluate(lambda_1_)),
-        kkt_(state->equations()),
-        scale_(ModeFinder(state->equations(), kkt_, 0).scale()) {}
+        W_0_((state->linearise(lambda_0_), state->equations().stiffness())),
+        kkt_(state->equations()) {
+    const double little = little_mass * ModeFinder(state->equations(), kkt_, 0).scale();
+    shift_ = kkt_.factorize(0.0) ? 0.0 : little;
+  }
 
-  double scale() const { return scale_; }
   /// Where it is, the solver has the factor.
   bool is_stable_at(double p) {
     // lambda = lambda_0 + p (lambda_1 - lambda_0)
     std::vector<double> lambda(lambda_0_);
     for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += p * (lambda_1_[a] - lambda_0_[a]);
     state_.linearise(lambda);
-    return kkt_.factorize(little_mass * scale_);
+    return kkt_.factorize(shift_);
   }
-  /// W(0) x, and what the load adds, (W(1) - W(0)) x.
+  /// W(0) x, and what the load adds, (W(p) - W(0)) x, at the last p.
   std::pair<std::vector<double>, std::vector<double>> multiply(const std::vector<double>& x) const {
     std::vector<double> without(x.size()), by_load(x.size());
     W_0_.multiply(x.data(), without.data());
-    W_1_.multiply(x.data(), by_load.data());
+    state_.equations().stiffness().multiply(x.data(), by_load.data());
     for (std::size_t i = 0; i < x.size(); ++i) by_load[i] -= without[i];
     return {std::move(without), std::move(by_load)};
   }
+  /// What x'W(0)x is a sum of, without signs.
+  double sum_terms(const std::vector<double>& x) const { return W_0_.sum_terms(x.data()); }
   /// x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
   void solve(std::vector<double>* x) {
     std::vector<double> y(lambda_0_.size(), 0.0);
@@ -97,16 +102,11 @@ class LoadedStiffness {
   }
 
  private:
-  StiffnessMatrix evaluate(const std::vector<double>& lambda) {
-    state_.linearise(lambda);
-    return state_.equations().stiffness();
-  }
-
   GivenEquilibrium& state_;
   std::vector<double> lambda_0_, lambda_1_;  // without the load, under it
-  StiffnessMatrix W_0_, W_1_;
+  StiffnessMatrix W_0_;
   KktSolver kkt_;
-  double scale_;
+  double shift_ = 0.0;  // s, 1/s^2
 };
 
 Buckling never_buckles() {
@@ -143,20 +143,23 @@ double find_stable_factor(LoadedStiffness* stiffness) {
   return low;
 }
 
-/// Inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and Rayleigh's quotient, which a shift
-/// does not falsify: its changes fall until rounding is left. None where it does not settle.
+/// Inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and Rayleigh's quotient: its changes
+/// fall until rounding is left, which is much where bending is a small difference of large terms. None where it does
+/// not settle.
 std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
   double factor = low, last_change = std::numeric_limits<double>::infinity();
   for (int k = 0; k < most_iterations; ++k) {
-    // (W_0 + low W_1 + s M) y = -W_1 x
-    auto [W0x, W1x] = stiffness->multiply(*x);
-    const double before = factor;
-    if (k > 0) factor = -dot(*x, W0x) / dot(*x, W1x);
+    // (W_0 + low W_1 + s M) y = -low W_1 x
+    auto [W0x, by_load] = stiffness->multiply(*x);
+    const double before = factor, work_of_load = dot(*x, by_load);
+    if (k > 0) factor = -low * dot(*x, W0x) / work_of_load;
     const double change = std::abs(factor - before) / std::abs(factor);
-    if (k > 1 && (change <= rounding_of_factor || (change <= settled && change >= last_change))) return factor;
+    const double rounding = eps * stiffness->sum_terms(*x) / std::abs(work_of_load);
+    if (k > 1 && (change <= rounding_of_factor || (change <= settled + rounding && change >= last_change)))
+      return rounding <= too_much_rounding ? std::optional(factor) : std::nullopt;
     if (k > 1) last_change = change;
-    for (double& value : W1x) value = -value;
-    *x = std::move(W1x);
+    for (double& value : by_load) value = -value;
+    *x = std::move(by_load);
     stiffness->solve(x);
     const double size = std::sqrt(dot(*x, *x));
     for (double& value : *x) value /= size > 0.0 ? size : 1.0;

@@ -6,9 +6,11 @@
 #include <complex>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "statics/damping_matrix.hpp"
+#include "statics/forces_without_potential.hpp"
 
 namespace tanor {
 
@@ -31,6 +33,26 @@ std::vector<Rows> choose(const VectorXcd& lambda, double zero) {
   return chosen;
 }
 
+/// y^H A y of a real matrix in its symmetric and its skew part: each keeps its own axis to the last bit.
+std::complex<double> work_of(const MatrixXd& symmetric, const MatrixXd& skew, const VectorXcd& y) {
+  return {y.dot(symmetric * y).real(), y.dot(skew * y).imag()};
+}
+
+/// The root next to lambda of lambda^2 + lambda y^H D y + y^H W y = 0, which each mode y obeys: rounding of the fast
+/// ones is none of a slow one's decay.
+std::complex<double> refine(std::complex<double> lambda, std::complex<double> damping, std::complex<double> stiffness) {
+  const std::complex<double> middle = -0.5 * damping, half_width = std::sqrt(middle * middle - stiffness);
+  const std::complex<double> one = middle + half_width, other = middle - half_width;
+  return std::abs(one - lambda) < std::abs(other - lambda) ? one : other;
+}
+
+/// Half of A + A' and of A - A', which is nothing where it is rounding.
+std::pair<MatrixXd, MatrixXd> split(const MatrixXd& A) {
+  MatrixXd skew = 0.5 * (A - A.transpose());
+  if (skew.norm() <= symmetric_to * A.norm()) skew.setZero();
+  return {0.5 * (A + A.transpose()), std::move(skew)};
+}
+
 }  // namespace
 
 DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const double* r, const MatrixXd& Z,
@@ -51,14 +73,17 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
   companion.bottomRightCorner(s, s) = -damping / rate;
   const Eigen::EigenSolver<MatrixXd> eigen(companion);
   const std::vector<Rows> chosen = choose(eigen.eigenvalues(), zero / rate);
+  const auto [W, W_skew] = split(stiffness);
+  const auto [D, D_skew] = split(damping);
 
   const auto count = static_cast<Rows>(chosen.size());
   DampedModeSet result{VectorXcd(count), MatrixXcd(Z.rows(), count)};
   for (Rows k = 0; k < count; ++k) {
     std::complex<double> lambda = rate * eigen.eigenvalues()[chosen[static_cast<std::size_t>(k)]];
-    if (std::abs(lambda.imag()) <= rounding * rate) lambda = lambda.real();
     VectorXcd y = eigen.eigenvectors().col(chosen[static_cast<std::size_t>(k)]).head(s);
     y /= y.norm();
+    lambda = refine(lambda, work_of(D, D_skew, y), work_of(W, W_skew, y));
+    if (std::abs(lambda.imag()) <= rounding * rate) lambda = lambda.real();
     // The phase in which the real part is largest.
     const std::complex<double> square = y.cwiseProduct(y).sum();
     if (std::abs(square) > 0.0) y *= std::sqrt(std::conj(square) / std::abs(square));

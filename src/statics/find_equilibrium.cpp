@@ -18,6 +18,7 @@
 #include "statics/smallest_multipliers.hpp"
 #include "statics/stability.hpp"
 #include "statics/statics_input.hpp"
+#include "statics/stiffening_stress.hpp"
 #include "statics/unbalanced_load.hpp"
 #include "statics/unsymmetric_newton.hpp"
 
@@ -56,9 +57,7 @@ class Search {
   void move_along_lowest_shape();
   void leave_unstable();
   Outcome classify();
-  void find_inertia_here();
-  std::vector<double> stiffening(const std::vector<double>& q);
-  void choose_multipliers();
+  ReducedInertia find_inertia_with(const std::vector<double>& lambda);
   void forget_idle_rows();
   void choose_start_multipliers();
   std::string name_points_that_move() const;
@@ -149,8 +148,9 @@ Outcome Search::search() {
   }
   const StaticState start = state_;
   Outcome outcome = search_by_newton(limits);
-  if (outcome.status != Status::NotConverged || options_.method != EquilibriumMethod::Auto) return outcome;
-  // From slack shapes, where Newton's method may stall, descent finds a way.
+  const bool is_stuck = outcome.status == Status::NotConverged || outcome.status == Status::NotFinite;
+  if (!is_stuck || options_.method != EquilibriumMethod::Auto) return outcome;
+  // From slack shapes, where Newton's method may stall, and from points that lie on each other, descent finds a way.
   const StaticState stalled = std::exchange(state_, start);
   if (descend(limits).ok() && search_by_newton(limits).ok()) return {};
   state_ = stalled;
@@ -223,46 +223,10 @@ void Search::take_smallest() {
     state_.lambda = smallest_;
 }
 
-/// -q'Hess xi_a q of each row: what one more of its multiplier adds to the stiffness of a motion q.
-std::vector<double> Search::stiffening(const std::vector<double>& q) {
-  constexpr double part = 1e-5;
-  const double step = part * model_.scene_size / longest(q);
-  std::vector<double> ahead(model_.num_rows()), behind(model_.num_rows());
-  for (const auto& [sign, rows] : {std::pair{1.0, &ahead}, std::pair{-1.0, &behind}}) {
-    std::vector<double> moved = state_.r;
-    for (std::size_t i = 0; i < q.size(); ++i) moved[i] += sign * step * q[i];
-    equations_.linearise(moved.data(), state_.lambda.data());
-    equations_.apply_transposed(q.data(), rows->data());
-  }
-  for (std::size_t a = 0; a < ahead.size(); ++a) ahead[a] = (behind[a] - ahead[a]) / (2.0 * step);
-  return ahead;
-}
-
-/// The energy has a strict minimum where Z'WZ is positive definite with some multipliers that balance the load. Where
-/// rods pull against each other in ways that no load determines there are many: as long as a motion gains energy with
-/// those at hand, they move to where it does not, by the relaxation of Agmon and Motzkin (1954).
-void Search::choose_multipliers() {
-  constexpr int most_times = 100;
-  constexpr double beyond = 1.5;
-  const ReducedInertia first = inertia_;
-  const std::vector<double> given = state_.lambda;
-  for (int time = 0; time < most_times && inertia_.is_known && inertia_.negative > 0; ++time) {
-    if (inertia_.shape.empty() || !(inertia_.lowest < 0.0)) break;
-    const std::vector<double> adds = stiffening(inertia_.shape), stress = multipliers_.keep_self_stress(adds);
-    const double gained = dot(adds, stress), wanted = -beyond * inertia_.lowest;
-    if (!(gained > 1e-9 * dot(adds, adds))) break;
-    for (std::size_t a = 0; a < stress.size(); ++a) state_.lambda[a] += wanted / gained * stress[a];
-    find_inertia_here();
-  }
-  if (inertia_.is_known && inertia_.negative == 0) return;
-  state_.lambda = given;
-  inertia_ = first;
-}
-
-void Search::find_inertia_here() {
-  equations_.linearise(state_.r.data(), state_.lambda.data());
-  inertia_ = find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
-                          &newton_.solver());
+ReducedInertia Search::find_inertia_with(const std::vector<double>& lambda) {
+  equations_.linearise(state_.r.data(), lambda.data());
+  return find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
+                      &newton_.solver());
 }
 
 Outcome Search::classify() {
@@ -276,8 +240,11 @@ Outcome Search::classify() {
                                "), so that energy does not say what a small push does; damped modes do");
     return {};
   }
-  find_inertia_here();
-  if (count_self_stress() > 0 && options_.prestress.empty()) choose_multipliers();
+  inertia_ = find_inertia_with(state_.lambda);
+  if (count_self_stress() > 0 && options_.prestress.empty()) {
+    const auto find = [this](const std::vector<double>& lambda) { return find_inertia_with(lambda); };
+    StiffeningStress(equations_, multipliers_, find).choose(state_.r, &state_.lambda, &inertia_);
+  }
   if (!inertia_.is_known) {
     stability.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};

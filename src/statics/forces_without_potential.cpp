@@ -2,14 +2,16 @@
 
 #include <variant>
 
+#include "statics/damping_matrix.hpp"
 #include "statics/stiffness_matrix.hpp"
 
 namespace tanor {
 
-/// Each formula alone: all other forces have a potential, or are at rest nothing.
-std::string name_forces_without_potential(const System& system, const std::vector<double>& positions, double t,
-                                          double largest) {
-  std::string names;
+namespace {
+
+/// Calls visit(name, work, r) for each formula alone; all other forces have a potential, or are at rest nothing.
+template <class Visit>
+void for_each_formula(const System& system, const std::vector<double>& positions, double t, const Visit& visit) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
     if (!std::holds_alternative<FormulaForce>(system.forces[k])) continue;
     System alone;
@@ -20,11 +22,30 @@ std::string name_forces_without_potential(const System& system, const std::vecto
     Workspace work(std::move(alone), {}, t);
     std::vector<double> r(positions.size());
     work.model().numbering.gather_points(positions, r);
+    visit(force_name(system, k), work, r);
+  }
+}
+
+}  // namespace
+
+std::string name_forces_without_potential(const System& system, const std::vector<double>& positions, double t,
+                                          double largest) {
+  std::string names;
+  for_each_formula(system, positions, t, [&](const std::string& name, Workspace& work, const std::vector<double>& r) {
     StiffnessMatrix stiffness(work);
     stiffness.evaluate(t, r.data(), nullptr);
     if (stiffness.asymmetry() * stiffness.largest() > symmetric_to * largest)
-      names += (names.empty() ? "" : ", ") + force_name(system, k);
-  }
+      names += (names.empty() ? "" : ", ") + name;
+  });
+  return names;
+}
+
+std::vector<std::string> list_formulas_on_velocities(const System& system, const std::vector<double>& positions,
+                                                     double t) {
+  std::vector<std::string> names;
+  for_each_formula(system, positions, t, [&](std::string name, Workspace& work, const std::vector<double>& r) {
+    if (find_damping(work, t, r.data()).norm() > 0.0) names.push_back(std::move(name));
+  });
   return names;
 }
 

@@ -18,4 +18,8 @@ inline constexpr double symmetric_to = 1e-8;
 std::string name_forces_without_potential(const System& system, const std::vector<double>& positions, double t,
                                           double largest);
 
+/// The formulas whose forces change with the velocities at rest there, by name.
+std::vector<std::string> list_formulas_on_velocities(const System& system, const std::vector<double>& positions,
+                                                     double t);
+
 }  // namespace tanor

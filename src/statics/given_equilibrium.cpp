@@ -15,10 +15,33 @@ namespace {
 
 /// Positions that a file keeps break the constraints by rounding, |xi|/|gradient|/length; more is another place.
 constexpr double allowed_violation = 1e-6;
-/// What self-stress may change in y'Wz of moves y, z, over what it changes in W: rounding.
+/// What self-stress may change in y'Wz of moves y, z, over the terms of that change: rounding.
 constexpr double allowed_change = 1e-8;
 
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
+
+/// y'(A - B)z, and the sum of its terms without their signs.
+struct ChangeOfWork {
+  double sum = 0.0, terms = 0.0;
+};
+
+ChangeOfWork compare_work(const StiffnessMatrix& A, const StiffnessMatrix& B, const std::vector<double>& y,
+                          const std::vector<double>& z) {
+  ChangeOfWork result;
+  for (std::size_t i = 0; i < A.num_points(); ++i) {
+    for (int k = A.start()[i]; k < A.start()[i + 1]; ++k) {
+      const auto block = static_cast<std::size_t>(k), j = static_cast<std::size_t>(A.columns()[block]);
+      for (std::size_t entry = 0; entry < 9; ++entry) {
+        const double term = y[3 * i + entry / 3] *
+                            (A.blocks()[block].entries[entry] - B.blocks()[block].entries[entry]) *
+                            z[3 * j + entry % 3];
+        result.sum += term;
+        result.terms += std::abs(term);
+      }
+    }
+  }
+  return result;
+}
 
 /// "a; b; c; and 9 more"
 std::string name_some(const std::vector<std::string>& all) {
@@ -121,12 +144,12 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     if (!is_rounding(i) && (is_rounding(worst) || left(i) > left(worst))) worst = i;
   }
   if (is_rounding(worst)) return {};
-  relative_residual_ = left(worst) / scale;
-  if (relative_residual_ <= force_tolerance) return {};
+  residual_ = left(worst);
+  if (residual_ <= force_tolerance * scale) return {};
   const Vec3 at = load(r_.data(), worst);
-  return "the positions are no equilibrium: nothing balances " + text(left(worst)) + " N at point " +
+  return "the positions are no equilibrium: nothing balances " + text(residual_) + " N at point " +
          std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
-         text(at.z) + "), " + text(relative_residual_) + " of the largest force, where at most " +
+         text(at.z) + "), " + text(residual_ / scale) + " of the largest force, where at most " +
          text(force_tolerance) + " is allowed" + advice;
 }
 
@@ -174,17 +197,17 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
       degrees_of_freedom() == 0)
     return {};
   const std::vector<std::vector<double>> moves = random_moves(2);
-  std::vector<double> with(equations_.size()), without(equations_.size());
-  equations_.stiffness().multiply(moves[0].data(), without.data());
+  const StiffnessMatrix without = equations_.stiffness();
+  // So large a self-stress that the rounding of W is none of it.
+  const double large = std::max(1.0, without.largest() * model().smallest_length);
   for (const RowDependence& dependence : rank_.dependences) {
     if (dependence.terms.empty()) continue;
     std::vector<double> lambda = self_stress(dependence);
-    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] += lambda_[a];
+    for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] = lambda_[a] + large * lambda[a];
     linearise(lambda);
-    equations_.stiffness().multiply(moves[0].data(), with.data());
     // y'(W(lambda + nu) - W(lambda))z
-    for (std::size_t i = 0; i < with.size(); ++i) with[i] -= without[i];
-    if (std::abs(dot(moves[1], with)) > allowed_change * std::sqrt(dot(with, with))) found.push_back(dependence.what);
+    const ChangeOfWork change = compare_work(equations_.stiffness(), without, moves[0], moves[1]);
+    if (std::abs(change.sum) > allowed_change * change.terms) found.push_back(dependence.what);
   }
   linearise(lambda_);
   return name_some(found);

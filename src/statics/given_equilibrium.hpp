@@ -36,7 +36,7 @@ class GivenEquilibrium {
   const EquilibriumEquations& equations() const { return equations_; }
   const std::vector<double>& positions() const { return r_; }         ///< [3 points]
   const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows]
-  double relative_residual() const { return relative_residual_; }     ///< largest |f + K lambda| over the largest force
+  double residual() const { return residual_; }                       ///< largest |f + K lambda|, N
   const std::vector<std::string>& left_out() const { return input_.left_out; }
   std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
   /// Rows of K that depend on others.
@@ -59,7 +59,7 @@ class GivenEquilibrium {
   EquilibriumEquations equations_;
   SmallestMultipliers smallest_;
   std::vector<double> r_, lambda_;
-  double relative_residual_ = 0.0;
+  double residual_ = 0.0;
   RankReport rank_;
 };
 

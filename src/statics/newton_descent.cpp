@@ -73,7 +73,13 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
     const double size = residual_.force + residual_.scale + residual_.violation;
-    if (!std::isfinite(size)) return {Status::NotFinite, "forces or constraints are not finite where it starts"};
+    if (!std::isfinite(size)) {
+      const std::string at =
+          std::isfinite(residual_.force)
+              ? "constraints are"
+              : "the force at point " + std::to_string(model_.numbering.user_point[residual_.worst_point]) + " is";
+      return {Status::NotFinite, at + " not finite where it starts; do points lie on each other?"};
+    }
     largest_scale_ = std::max(largest_scale_, residual_.scale);
     if (is_small(limits) && is_small_here(limits, *state)) {
       if (rests(*state)) return {};
@@ -270,8 +276,8 @@ bool NewtonDescent::factorize_with_masses() {
   return true;
 }
 
-/// Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so it
-/// does where the rods of a rigid body push and pull each other much harder than the load.
+/// Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so
+/// it does where the rods of a rigid body push and pull each other much harder than the load.
 StiffnessMatrix::Curvature NewtonDescent::choose_curvature(const StaticState& state) {
   constexpr int many = 5;
   if (slow_steps_ >= 4 * many) return StiffnessMatrix::Curvature::Exact;

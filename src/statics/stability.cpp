@@ -25,7 +25,7 @@ ReducedInertia find_dense(const EquilibriumEquations& equations, ModeFinder* fin
   const ModeSet modes = finder->find_all();
   result.is_known = modes.outcome.ok();
   if (!result.is_known || modes.omega2.size() == 0) return result;
-  const ZeroModes zero(equations, &modes);
+  const ZeroModes zero(equations, ZeroModes::Found::ByDenseMatrices);
   for (Rows k = 0; k < modes.omega2.size(); ++k) {
     if (std::abs(modes.omega2[k]) <= zero.of_mode(modes.shapes.col(k))) {
       ++result.zero;
@@ -70,7 +70,7 @@ void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, R
 ReducedInertia find_sparse(const EquilibriumEquations& equations, std::size_t freedoms, ModeFinder* finder,
                            KktSolver* solver) {
   ReducedInertia result;
-  const ZeroModes zero(equations, nullptr);
+  const ZeroModes zero(equations, ZeroModes::Found::ByFactor);
   std::vector<double> shifts = zero.of_points();
   for (double& each : shifts) each = -each;
   if (!solver->factorize(std::move(shifts))) {

@@ -205,6 +205,18 @@ void StiffnessMatrix::multiply(const double* x, double* y) const {
   });
 }
 
+double StiffnessMatrix::sum_terms(const double* x) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < num_points(); ++i) {
+    for (auto k = static_cast<std::size_t>(start_[i]); k < static_cast<std::size_t>(start_[i + 1]); ++k) {
+      const auto j = static_cast<std::size_t>(columns_[k]);
+      for (std::size_t entry = 0; entry < 9; ++entry)
+        sum += std::abs(x[3 * i + entry / 3] * blocks_[k].entries[entry] * x[3 * j + entry % 3]);
+    }
+  }
+  return sum;
+}
+
 double StiffnessMatrix::asymmetry() const {
   double worst = 0.0;
   for (int i = 0; i < static_cast<int>(num_points()); ++i) {

@@ -43,6 +43,8 @@ class StiffnessMatrix {
 
   /// y = W x [3 num_points()].
   void multiply(const double* x, double* y) const;
+  /// x'Wx is a sum of terms; theirs without signs, of which its rounding is a part.
+  double sum_terms(const double* x) const;
   /// Largest |W - W'| over the largest |W|: beyond rounding, some force has no potential.
   double asymmetry() const;
   /// Largest |W_ij|, N/m, and that of the rows of one point.

@@ -12,57 +12,61 @@ namespace {
 
 using Rows = Eigen::Index;
 
-/// Bounds of the largest omega^2 of W, by rows of M^-1/2 W M^-1/2: the largest one of each island [point].
-std::vector<double> bound_frequencies2(const EquilibriumEquations& equations, const std::vector<int>& island) {
-  const StiffnessMatrix& W = equations.stiffness();
-  const Model& model = equations.model();
-  std::vector<double> result(island.size(), 0.0);
-  for (std::size_t i = 0; i < W.num_points(); ++i) {
+/// The largest sum of |W_ij| over a row of each point [moving point], N/m: |q_i'Wq| is no larger than it and |q_i|
+/// where all |q_j| are.
+std::vector<double> sum_rows(const StiffnessMatrix& W) {
+  std::vector<double> result(W.num_points());
+  for (std::size_t i = 0; i < result.size(); ++i) {
     std::array<double, 3> sums{};
     for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
-      const auto block = static_cast<std::size_t>(k);
-      const double scale = std::sqrt(model.mass[i] * model.mass[static_cast<std::size_t>(W.columns()[block])]);
-      for (std::size_t entry = 0; entry < 9; ++entry)
-        sums[entry / 3] += std::abs(W.blocks()[block].entries[entry]) / scale;
+      const Block3& block = W.blocks()[static_cast<std::size_t>(k)];
+      for (std::size_t entry = 0; entry < 9; ++entry) sums[entry / 3] += std::abs(block.entries[entry]);
     }
-    double& own = result[static_cast<std::size_t>(island[i])];
-    for (const double sum : sums) own = std::max(own, sum);
+    result[i] = std::ranges::max(sums);
   }
   return result;
 }
 
-/// The largest |omega^2| of those modes that swing in an island more than elsewhere, but a thousandth of the bound.
-std::vector<double> largest_frequencies2(const ModeSet& all, const std::vector<int>& island, const Model& model,
-                                         const std::vector<double>& bounds) {
-  std::vector<double> result = bounds;
-  for (double& each : result) each *= 1e-3;
-  for (Rows k = 0; k < all.omega2.size(); ++k) {
-    std::vector<double> share(island.size(), 0.0);
-    for (std::size_t i = 0; i < island.size(); ++i) {
-      share[static_cast<std::size_t>(island[i])] +=
-          model.mass[i] * all.shapes.col(k).segment<3>(3 * static_cast<Rows>(i)).squaredNorm();
-    }
-    const auto own = static_cast<std::size_t>(std::ranges::max_element(share) - share.begin());
-    result[own] = std::max(result[own], std::abs(all.omega2[k]));
+/// What an island's size and rows leave of its stiffness.
+struct Island {
+  double points = 0.0, stiffness = 0.0;  // the stiffest row, N/m
+  bool has_rows = false;
+};
+
+std::vector<Island> describe(const EquilibriumEquations& equations, const std::vector<int>& island,
+                             const std::vector<double>& stiffness) {
+  std::vector<Island> result(island.size());
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    Island& own = result[static_cast<std::size_t>(island[i])];
+    own.points += 1.0;
+    own.stiffness = std::max(own.stiffness, stiffness[i]);
+  }
+  for (const Incidence& incidence : equations.model().incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    if (point < island.size()) result[static_cast<std::size_t>(island[point])].has_rows = true;
   }
   return result;
+}
+
+double find_rounding(const Island& island, ZeroModes::Found found) {
+  constexpr double of_dense_matrices = 1e-12, of_penalties = 1e-9, least = 1e-13, short_chain = 100.0;
+  if (found == ZeroModes::Found::ByDenseMatrices) return of_dense_matrices;
+  if (!island.has_rows) return least;
+  return std::max(least, of_penalties * std::min(1.0, std::pow(short_chain / island.points, 2)));
 }
 
 }  // namespace
 
-ZeroModes::ZeroModes(const EquilibriumEquations& equations, const ModeSet* all) : model_(equations.model()) {
-  constexpr double usual = 1e-9, least = 1e-13, short_chain = 100.0;
+ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found) : model_(equations.model()) {
+  constexpr double soft = 1e-3;  // beside the stiffest row of its island, whose moves it shares
   const std::vector<int> island = find_statics_islands(equations);
-  std::vector<double> largest = bound_frequencies2(equations, island);
-  if (all != nullptr) largest = largest_frequencies2(*all, island, model_, largest);
-  std::vector<double> points(island.size(), 0.0);
-  for (const int own : island) points[static_cast<std::size_t>(own)] += 1.0;
-  for (const int own : island) {
-    const auto k = static_cast<std::size_t>(own);
+  const std::vector<double> stiffness = sum_rows(equations.stiffness());
+  const std::vector<Island> islands = describe(equations, island, stiffness);
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    const Island& own = islands[static_cast<std::size_t>(island[i])];
     // Where nothing is stiff, all of them are zero, by whatever number.
-    largest_.push_back(largest[k] > 0.0 ? largest[k] : 1.0);
-    of_points_.push_back(largest_.back() *
-                         std::max(least, usual * std::min(1.0, std::pow(short_chain / points[k], 2))));
+    const double of_row = own.stiffness > 0.0 ? std::max(stiffness[i], soft * own.stiffness) / model_.mass[i] : 1.0;
+    of_points_.push_back(find_rounding(own, found) * of_row);
   }
 }
 
@@ -81,8 +85,9 @@ double ZeroModes::least() const {
   return std::ranges::min(of_points_);
 }
 
-void ZeroModes::raise(double part) {
-  for (std::size_t i = 0; i < of_points_.size(); ++i) of_points_[i] = std::max(of_points_[i], part * largest_[i]);
+void ZeroModes::raise(double force) {
+  for (std::size_t i = 0; i < of_points_.size(); ++i)
+    of_points_[i] = std::max(of_points_[i], force / (model_.smallest_length * model_.mass[i]));
 }
 
 }  // namespace tanor

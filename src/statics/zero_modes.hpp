@@ -6,27 +6,30 @@
 
 namespace tanor {
 
-/// What passes for omega^2 = 0, of equilibria and of modes alike: a part of the largest omega^2 of the island in which
-/// a mode swings, 1e-9 of up to 100 points and less of more, as 1e-9 (100/points)^2, since the lowest omega^2 of a
-/// long chain is as small by nature; never less than 1e-13 of it.
+/// What passes for omega^2 = 0, of equilibria and of modes alike: what rounding leaves of q'Wq.
+///
+/// Of dense matrices that is 1e-12 of the rows of W. A factor with penalties in the place of constraints knows 1e-9 of
+/// them in islands of up to 100 points and less of more, as 1e-9 (100/points)^2, since the lowest omega^2 of a long
+/// chain is as small by nature; without constraints, and at least, 1e-13.
 class ZeroModes {
  public:
-  /// Where the equations were linearised last. `all`: all modes there, which tell the largest omega^2 of each island
-  /// closer than the rows of W do; null: nobody knows them.
-  ZeroModes(const EquilibriumEquations& equations, const ModeSet* all);
+  enum class Found { ByDenseMatrices, ByFactor };
 
-  /// [moving point] omega^2 that are zero in its island, 1/s^2, > 0.
+  /// Where the equations were linearised last.
+  ZeroModes(const EquilibriumEquations& equations, Found found);
+
+  /// [moving point] d_i/m_i, where q'Dq is what rounding leaves of q'Wq, 1/s^2, > 0.
   const std::vector<double>& of_points() const { return of_points_; }
-  /// That of a mode: the mean of its points', by kinetic energy.
+  /// q'Dq of a mode with q'Mq = 1.
   double of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const;
   bool are_equal() const;
   double least() const;
-  /// At least such a part of the same largest ones.
-  void raise(double part);
+  /// Where nothing balances such a force, N, at some point, W is not known closer than to it over a length.
+  void raise(double force);
 
  private:
   const Model& model_;
-  std::vector<double> of_points_, largest_;  // [moving point], 1/s^2
+  std::vector<double> of_points_;  // [moving point], 1/s^2
 };
 
 }  // namespace tanor

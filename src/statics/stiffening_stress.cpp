@@ -1,0 +1,83 @@
+#include "statics/stiffening_stress.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "base/numbers.hpp"
+#include "statics/dot.hpp"
+#include "statics/newton_descent.hpp"
+
+namespace tanor {
+
+StiffeningStress::StiffeningStress(EquilibriumEquations& equations, const SmallestMultipliers& multipliers,
+                                   FindInertia find)
+    : equations_(equations), multipliers_(multipliers), find_(std::move(find)) {}
+
+void StiffeningStress::choose(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
+  if (inertia->is_known && inertia->negative > 0) relax(r, lambda, inertia);
+  const bool is_marginal = inertia->is_known && inertia->negative == 0 && inertia->zero > inertia->rigid_zero;
+  if (is_marginal && equations_.size() <= most_dense_unknowns) seek(r, lambda, inertia);
+}
+
+/// Motions that cost nothing with the multipliers at hand, as in a square with both diagonals, may cost energy with
+/// some self-stress more: a few are tried, either way.
+void StiffeningStress::seek(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
+  constexpr std::size_t most_tries = 4;
+  const double stiffest = equations_.stiffness().largest() * equations_.model().smallest_length,
+               size = stiffest > 0.0 ? stiffest : 1.0;
+  for (std::size_t k = 0; k < most_tries; ++k) {
+    std::vector<double> stress(lambda->size());
+    for (std::size_t a = 0; a < stress.size(); ++a) stress[a] = irregular(a + k * stress.size());
+    stress = multipliers_.keep_self_stress(std::move(stress));
+    const double length = std::sqrt(dot(stress, stress));
+    if (!(length > 0.0)) return;
+    for (const double sign : {1.0, -1.0}) {
+      std::vector<double> tried = *lambda;
+      for (std::size_t a = 0; a < tried.size(); ++a) tried[a] += sign * size / length * stress[a];
+      ReducedInertia found = find_(tried);
+      if (found.is_known && found.negative > 0) relax(r, &tried, &found);
+      if (!found.is_known || found.negative > 0 || found.zero > found.rigid_zero) continue;
+      *lambda = std::move(tried);
+      *inertia = std::move(found);
+      return;
+    }
+  }
+}
+
+/// As long as a motion gains energy, multipliers move to where it does not, by the relaxation of Agmon and Motzkin
+/// (1954).
+void StiffeningStress::relax(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
+  constexpr int most_times = 100;
+  constexpr double beyond = 1.5;
+  std::vector<double> moved = *lambda;
+  ReducedInertia here = *inertia;
+  for (int time = 0; time < most_times && here.is_known && here.negative > 0; ++time) {
+    if (here.shape.empty() || !(here.lowest < 0.0)) break;
+    const std::vector<double> adds = stiffening(r, moved, here.shape), stress = multipliers_.keep_self_stress(adds);
+    const double gained = dot(adds, stress), wanted = -beyond * here.lowest;
+    if (!(gained > 1e-9 * dot(adds, adds))) break;
+    for (std::size_t a = 0; a < stress.size(); ++a) moved[a] += wanted / gained * stress[a];
+    here = find_(moved);
+  }
+  if (!here.is_known || here.negative > 0) return;
+  *lambda = std::move(moved);
+  *inertia = std::move(here);
+}
+
+/// -q'Hess xi_a q of each row: what one more of its multiplier adds to the stiffness of a motion q.
+std::vector<double> StiffeningStress::stiffening(const std::vector<double>& r, const std::vector<double>& lambda,
+                                                 const std::vector<double>& q) {
+  constexpr double part = 1e-5;
+  const double step = part * equations_.model().scene_size / longest(q);
+  std::vector<double> ahead(lambda.size()), behind(lambda.size());
+  for (const auto& [sign, rows] : {std::pair{1.0, &ahead}, std::pair{-1.0, &behind}}) {
+    std::vector<double> moved = r;
+    for (std::size_t i = 0; i < q.size(); ++i) moved[i] += sign * step * q[i];
+    equations_.linearise(moved.data(), lambda.data());
+    equations_.apply_transposed(q.data(), rows->data());
+  }
+  for (std::size_t a = 0; a < ahead.size(); ++a) ahead[a] = (behind[a] - ahead[a]) / (2.0 * step);
+  return ahead;
+}
+
+}  // namespace tanor
