@@ -21,7 +21,7 @@ if(TANOR_INSTALL)
     -D build_type=$<CONFIG> -D generator=${CMAKE_GENERATOR} -D compiler=${CMAKE_CXX_COMPILER} -D flags=${package_flags}
     -D readelf=${CMAKE_READELF} -D shared=${TANOR_SHARED} -D program=${TANOR_BUILD_PROGRAM}
     -P ${CMAKE_CURRENT_SOURCE_DIR}/package/run.cmake)
-  set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300)
+  set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300 COST 12)
 endif()
 
 # A project that contains tanor; only configured, for scripts/check.sh builds it.

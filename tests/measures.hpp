@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 
 namespace tanor {
+
+inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 inline double size_of(double x) {
   return std::isnan(x) ? INFINITY : std::abs(x);

@@ -156,7 +156,7 @@ Eigen::MatrixXd Mechanics::S() const {
 double Mechanics::sqrt_condition() const {
   if (K.cols() == 0) return 1.0;
   const Eigen::MatrixXd columns = (M.cwiseSqrt().cwiseInverse().asDiagonal() * K).colwise().normalized();
-  const Eigen::VectorXd singular = columns.bdcSvd().singularValues();
+  const Eigen::VectorXd singular = columns.jacobiSvd().singularValues();
   return singular[0] / singular[singular.size() - 1];
 }
 

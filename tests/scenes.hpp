@@ -15,7 +15,7 @@
 
 #include "measures.hpp"
 
-/// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg.
+/// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg, g is 9.81 m/s^2.
 namespace tanor {
 
 /// For the names of tests.
@@ -27,9 +27,9 @@ inline void PrintTo(Method method, std::ostream* out) {
 
 namespace tanor::scenes {
 
-constexpr double spacing = 0.1, mass = 0.1;
+constexpr double spacing = 0.1, mass = 0.1, g = 9.81;
 
-inline const Force gravity = Gravity{"gravity", {0, 0, -9.81}};
+inline const Force gravity = Gravity{"gravity", {0, 0, -g}};
 
 inline Index add_point(const Vector3& place, System* system) {
   system->positions.insert(system->positions.end(), place.begin(), place.end());

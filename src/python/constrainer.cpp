@@ -82,10 +82,10 @@ ConstraintReport constrain_velocities(HostHandle& handle, double step, const py:
   return handle.run([&](Constrainer& c) { return c.constrain_velocities(call); });
 }
 
-ConstraintReport solve(HostHandle& handle, const py::object& positions, const py::object& velocities,
-                       const py::object& forces, const py::object& accelerations, const py::object& multipliers,
-                       const py::object& constraint_forces, const py::object& stress, const py::object& index,
-                       double time, bool measures) {
+ConstraintReport solve_host(HostHandle& handle, const py::object& positions, const py::object& velocities,
+                            const py::object& forces, const py::object& accelerations, const py::object& multipliers,
+                            const py::object& constraint_forces, const py::object& stress, const py::object& index,
+                            double time, bool measures) {
   const CallArrays arrays(handle, index);
   const HostState call{.positions = arrays.in("positions", positions),
                        .velocities = arrays.in("velocities", velocities),
@@ -105,8 +105,8 @@ ConstraintReport project_forces(HostHandle& handle, const py::object& positions,
   return handle.run([&](Constrainer& c) { return c.project_forces(at, projected, time); });
 }
 
-ConstraintReport project_positions(HostHandle& handle, const py::object& positions, const py::object& index,
-                                   double time) {
+ConstraintReport project_host_positions(HostHandle& handle, const py::object& positions, const py::object& index,
+                                        double time) {
   const PointArray projected = CallArrays(handle, index).out("positions", positions);
   return handle.run([&](Constrainer& c) { return c.project_positions(projected, time); });
 }
@@ -284,7 +284,7 @@ step        h: multipliers are 2 nu/h; 0: they are the impulses nu
 positions   float64 [n, 3]
 velocities  float64 [n, 3], written
 The others as in constrain_positions.)doc")
-      .def("solve", &solve, arg("positions"), arg("velocities"), arg("forces"), py::kw_only(),
+      .def("solve", &solve_host, arg("positions"), arg("velocities"), arg("forces"), py::kw_only(),
            arg("accelerations") = none, arg("multipliers") = none, arg("constraint_forces") = none,
            arg("stress") = none, arg("index") = none, arg("time") = 0.0, arg("measures") = true, R"doc(
 Accelerations and multipliers of this instant, S lambda = -(phi + K'M^-1 f). The virial is exact.
@@ -295,7 +295,7 @@ The others as in constrain_positions.)doc")
       .def("project_forces", &project_forces, arg("positions"), arg("forces"), py::kw_only(), arg("index") = none,
            arg("time") = 0.0,
            "forces -= K S^-1 K'M^-1 forces, float64 [n, 3], written: what is left moves no constraint. For minimisers.")
-      .def("project_positions", &project_positions, arg("positions"), py::kw_only(), arg("index") = none,
+      .def("project_positions", &project_host_positions, arg("positions"), py::kw_only(), arg("index") = none,
            arg("time") = 0.0,
            "The nearest positions on the constraints, in the norm of the masses, from anywhere; float64 [n, 3], "
            "written. For starts, before the first forces.")

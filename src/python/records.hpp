@@ -19,6 +19,12 @@
 /// that shows them all.
 namespace tanor::python {
 
+/// Whether a report's outcome is ok.
+template <class Report>
+bool is_ok(const Report& report) {
+  return report.outcome.ok();
+}
+
 /// A member as Python sees it. `columns`: of an array of numbers; `owner`: whose memory it is.
 template <class Value>
 py::object value_of(const Value& value, py::ssize_t columns, const py::object& owner) {

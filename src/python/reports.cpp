@@ -5,15 +5,6 @@
 #include "python/records.hpp"
 
 namespace tanor::python {
-namespace {
-
-/// Whether a report's outcome is ok.
-template <class Report>
-bool is_ok(const Report& report) {
-  return report.outcome.ok();
-}
-
-}  // namespace
 
 void bind_reports(py::module_& module) {
   Record<Outcome>(module, "Outcome")

@@ -79,11 +79,6 @@ Buckling buckle(const py::object& object, const py::object& options, const py::o
   return without_lock([&] { return find_buckling(held, at, chosen); });
 }
 
-template <class Report>
-bool is_ok(const Report& report) {
-  return report.outcome.ok();
-}
-
 /// [modes, n, 3], a view; of modes without damping no imaginary ones.
 template <std::vector<double> Modes::*numbers>
 py::array shapes_of(const py::object& self) {

@@ -70,7 +70,7 @@ requires std::is_enum_v<Enum>
 void read(const Given& given, Enum* value) {
   std::string word;
   read(given, &word);
-  const std::optional<Enum> found = value_of<Enum>(word);
+  const std::optional<Enum> found = tanor::value_of<Enum>(word);
   if (!found) given.fail("one of " + words_of<Enum>());
   *value = *found;
 }

@@ -1,3 +1,5 @@
+#include <Eigen/Dense>
+#include <cmath>
 #include <cstdio>
 
 #include "cli/program.hpp"

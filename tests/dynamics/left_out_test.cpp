@@ -41,12 +41,12 @@ bool says(const PlanSummary& plan, const std::string& words) {
   return std::ranges::any_of(plan.left_out, [&](const std::string& what) { return what.find(words) == 0; });
 }
 
-struct Solved {
+struct StartedDynamics {
   Dynamics dynamics;
   std::vector<double> r, v;
   SolveReport report;
 
-  explicit Solved(const System& system, const SolverOptions& options = {})
+  explicit StartedDynamics(const System& system, const SolverOptions& options = {})
       : dynamics(system, options), r(system.positions), v(system.velocities) {
     EXPECT_TRUE(dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check).outcome.ok());
     report = dynamics.solve(state());
@@ -88,7 +88,7 @@ TEST(LeftOut, NothingIsFactorizedWithoutConstraints) {
 }
 
 TEST(LeftOut, GammaIsMadeForTheSplitAlone) {
-  Solved solved(make_bent_chain(5, 0.7));
+  StartedDynamics solved(make_bent_chain(5, 0.7));
   EXPECT_EQ(solved.dynamics.counters().split_factorizations, 0U);
 
   const Split split = solved.split();
@@ -98,7 +98,7 @@ TEST(LeftOut, GammaIsMadeForTheSplitAlone) {
 }
 
 TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
-  Solved solved(make_bent_chain(5));
+  StartedDynamics solved(make_bent_chain(5));
 
   const Split split = solved.split();
 
@@ -110,12 +110,12 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
 TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
   // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
   // and yes where it is straight (docs/theory.md).
-  EXPECT_LT(Solved(make_bent_chain(5)).split().mass_coupling, 1e-13);
-  EXPECT_GT(Solved(make_bent_chain(5, 0.7)).split().mass_coupling, 1e-2);
-  EXPECT_LT(Solved(make_rails()).split().mass_coupling, 1e-13);
+  EXPECT_LT(StartedDynamics(make_bent_chain(5)).split().mass_coupling, 1e-13);
+  EXPECT_GT(StartedDynamics(make_bent_chain(5, 0.7)).split().mass_coupling, 1e-2);
+  EXPECT_LT(StartedDynamics(make_rails()).split().mass_coupling, 1e-13);
   System straight = make_bent_chain(5, 0.7);
   for (std::size_t i = 2; i < straight.positions.size(); i += 3) straight.positions[i] = 0.0;
-  EXPECT_LT(Solved(straight).split().mass_coupling, 1e-13);
+  EXPECT_LT(StartedDynamics(straight).split().mass_coupling, 1e-13);
 }
 
 TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
@@ -124,9 +124,9 @@ TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
   System coordinates_alone = system;
   coordinates_alone.constraints.clear();
 
-  EXPECT_GT(Solved(coordinates_alone).split().mass_coupling, 1e-2);
+  EXPECT_GT(StartedDynamics(coordinates_alone).split().mass_coupling, 1e-2);
   coordinates_alone.masses.assign(5, 0.3);
-  EXPECT_LT(Solved(coordinates_alone).split().mass_coupling, 1e-13);
+  EXPECT_LT(StartedDynamics(coordinates_alone).split().mass_coupling, 1e-13);
 }
 
 TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
@@ -228,7 +228,7 @@ TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
       ++calls;
       return 0.1 + 0.01 * t * t;
     });
-    Solved driven(moving);
+    StartedDynamics driven(moving);
     calls = 0;
     for (const double t : {0.1, 0.2, 0.3}) {
       EXPECT_TRUE(driven.dynamics.solve({.time = t, .positions = driven.r, .velocities = driven.v}, {}).outcome.ok());

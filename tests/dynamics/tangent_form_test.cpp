@@ -20,12 +20,12 @@ using Eigen::VectorXd;
 using reference::vector;
 
 /// The system solved in one form at (t, r, v).
-struct Answer {
+struct AnswerOfForm {
   Dynamics dynamics;
   std::vector<double> w, lambda, eta;
   SolveReport report;
 
-  Answer(const System& system, Form form, double t, const std::vector<double>& r, const std::vector<double>& v)
+  AnswerOfForm(const System& system, Form form, double t, const std::vector<double>& r, const std::vector<double>& v)
       : dynamics(system, {.form = form}), w(r.size()), lambda(dynamics.num_equations()), eta(r.size()) {
     report = dynamics.solve({.time = t, .positions = r, .velocities = v},
                             {.accelerations = w, .multipliers = lambda, .reactions = eta});
@@ -76,7 +76,7 @@ RC_GTEST_PROP(TangentForm, ForcesThatMakeAMotionGiveBackItsAccelerationsAndReact
   const VectorXd n = add_driving_forces(&random, t);
   const std::vector<double> r = random.derivative(t, 0), v = random.derivative(t, 1), wanted = random.derivative(t, 2);
 
-  const Answer answer(random.system, Form::Tangent, t, r, v);
+  const AnswerOfForm answer(random.system, Form::Tangent, t, r, v);
 
   RC_ASSERT(answer.report.outcome.ok());
   const double scale = 1.0 + vector(wanted).norm() + n.norm();
@@ -96,7 +96,7 @@ RC_GTEST_PROP(TangentForm, AccelerationsAreSecondDifferencesOfTheMotion, ()) {
     difference += c[k - 1] / (h * h) * (vector(after) - 2.0 * vector(r) + vector(before));
   }
 
-  const Answer answer(random.system, Form::Tangent, t, r, v);
+  const AnswerOfForm answer(random.system, Form::Tangent, t, r, v);
 
   RC_ASSERT(answer.report.outcome.ok());
   RC_ASSERT((vector(answer.w) - difference).norm() <= 1e-6 * (1.0 + difference.norm()));
@@ -157,8 +157,8 @@ RC_GTEST_PROP(TangentForm, AgreesWithTheNormalFormTo1e11, ()) {
   const double t = 0.7;
   const std::vector<double> r = random.derivative(t, 0), v = random.derivative(t, 1);
 
-  const Answer both(random.system, Form::Both, t, r, v);
-  const Answer tangent(random.system, Form::Tangent, t, r, v), normal(random.system, Form::Normal, t, r, v);
+  const AnswerOfForm both(random.system, Form::Both, t, r, v);
+  const AnswerOfForm tangent(random.system, Form::Tangent, t, r, v), normal(random.system, Form::Normal, t, r, v);
 
   RC_ASSERT(both.report.outcome.ok());
   RC_ASSERT(both.report.forms_disagreement <= 1e-11);
@@ -180,7 +180,7 @@ TEST(TangentForm, ADisagreementOfTheFormsIsMeasured) {
   system.constraints = {
       Circles{"hoop", {0}, Vector3{}, Vector3{0.0, 0.0, 1.0}, ScalarFunction::formula("1 + 5e-7*t^2")}};
 
-  const Answer both(system, Form::Both, 0.0, system.positions, system.velocities);
+  const AnswerOfForm both(system, Form::Both, 0.0, system.positions, system.velocities);
 
   ASSERT_TRUE(both.report.outcome.ok()) << both.report.outcome.what;
   EXPECT_NEAR(both.report.forms_disagreement, widening, 2.0 * widening * widening);
@@ -257,7 +257,7 @@ TEST_P(HoopTest, AccelerationAndReactionAreThoseOfTheBook) {
   const double s = std::sin(Hoop::q), c = std::cos(Hoop::q);
   const double q_ddot = s * (Hoop::Omega * Hoop::Omega * c - Hoop::g / Hoop::R);
 
-  Answer answer(system(), Form::Auto, 0.0, Hoop::place(), Hoop::velocity());
+  AnswerOfForm answer(system(), Form::Auto, 0.0, Hoop::place(), Hoop::velocity());
 
   ASSERT_TRUE(answer.report.outcome.ok());
   const double squares = Hoop::q_dot * Hoop::q_dot + Hoop::Omega * Hoop::Omega;
@@ -271,7 +271,7 @@ TEST_P(HoopTest, AccelerationAndReactionAreThoseOfTheBook) {
 
 TEST_P(HoopTest, CoordinatesOfTheSolveAreNotWq) {
   const double s = std::sin(Hoop::q), c = std::cos(Hoop::q);
-  Answer answer(system(), Form::Auto, 0.0, Hoop::place(), Hoop::velocity());
+  AnswerOfForm answer(system(), Form::Auto, 0.0, Hoop::place(), Hoop::velocity());
   std::vector<double> q(1), q_dot(1), q_ddot(1);
 
   (void)answer.dynamics.solve({.time = 0.0, .positions = Hoop::place(), .velocities = Hoop::velocity()},

@@ -59,7 +59,7 @@ System make_points(int count, Field field, std::uint32_t seed) {
 }
 
 /// The tangent form at one state.
-struct Solved {
+struct SolvedTangentForm {
   Forms forms;
   bool exactly;
   double t;
@@ -67,7 +67,7 @@ struct Solved {
   Reactions reactions;
   Outcome outcome;
 
-  Solved(const System& system, bool is_exact, double at, int threads = 1)
+  SolvedTangentForm(const System& system, bool is_exact, double at, int threads = 1)
       : forms(system, {.form = Form::Tangent, .threads = threads}, at), exactly(is_exact), t(at) {
     TangentForm& form = *forms.tangent;
     for (std::vector<double>* array : {&q, &q_dot, &q_ddot}) array->resize(form.size());
@@ -104,7 +104,7 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint32_t>();
   for (const Field field : {Field::Uniform, Field::Springs}) {
     const System system = make_points(20, field, seed);
-    Solved quick(system, false, 0.3), thorough(system, true, 0.3);
+    SolvedTangentForm quick(system, false, 0.3), thorough(system, true, 0.3);
     RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
 
     expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
@@ -122,7 +122,7 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
 
 TEST(TangentPoints, ReactionsStayThoseOfTheirStateWhereOthersAreFoundLater) {
   for (const Field field : {Field::Uniform, Field::Springs}) {
-    Solved solved(make_points(20, field, 7), false, 0.3);
+    SolvedTangentForm solved(make_points(20, field, 7), false, 0.3);
     TangentForm& form = *solved.forms.tangent;
     form.write_reactions(solved.at(), solved.reactions, solved.eta.data());
     const std::vector<double> eta = solved.eta;
@@ -139,7 +139,7 @@ TEST(TangentPoints, ReactionsStayThoseOfTheirStateWhereOthersAreFoundLater) {
 TEST(TangentPoints, ThreadsGiveTheSameBits) {
   const System system = make_points(20'000, Field::Uniform, 5);
   const auto accelerations = [&](int threads) {
-    Solved solved(system, false, 0.3, threads);
+    SolvedTangentForm solved(system, false, 0.3, threads);
     EXPECT_TRUE(solved.outcome.ok());
     return solved.q_ddot;
   };
@@ -169,7 +169,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
       const std::vector<double> r = as_vector(simulation.positions()), v = as_vector(simulation.velocities()),
                                 eta = as_vector(simulation.reactions());
 
-      Solved exactly(system, true, 0.0);
+      SolvedTangentForm exactly(system, true, 0.0);
       TangentForm& form = *exactly.forms.tangent;
       ASSERT_TRUE(form.set_state(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
       const Kinematics at{t, exactly.q.data(), exactly.q_dot.data()};

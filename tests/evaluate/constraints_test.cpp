@@ -18,10 +18,8 @@
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::constraint_scenes {
 namespace {
-
-using namespace constraint_scenes;
 
 void expect_close(const Eigen::VectorXd& computed, const Eigen::VectorXd& expected, double scale = 1.0) {
   ASSERT_EQ(computed.size(), expected.size());
@@ -335,4 +333,4 @@ TEST(Constraints, TwoThreadsGiveTheSameBits) {
 }
 
 }  // namespace
-}  // namespace tanor
+}  // namespace tanor::constraint_scenes

@@ -16,16 +16,16 @@ namespace {
 constexpr Index num_points = 6;  // 4 and 5 are supports
 constexpr Index num_moving = 4;
 
-struct Scene {
+struct ForceScene {
   System system;
   std::vector<double> r, v;  // user's order
 };
 
 /// Points at random places and velocities, no constraints. Supports 4 and 5 take part as the state says.
-Scene make_scene(std::vector<Force> forces, unsigned seed = 1) {
+ForceScene make_force_scene(std::vector<Force> forces, unsigned seed = 1) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
-  Scene scene;
+  ForceScene scene;
   for (Index i = 0; i < num_points; ++i) {
     for (int k = 0; k < 3; ++k) {
       scene.system.positions.push_back(number(generator) + 2.0 * i);
@@ -42,7 +42,7 @@ Scene make_scene(std::vector<Force> forces, unsigned seed = 1) {
 /// Without constraints the inner order is: moving points as they are, supports last. That is the user's order here.
 class ForceTest : public testing::Test {
  protected:
-  static Eigen::VectorXd forces_at(const Scene& scene, double t = 0.0) {
+  static Eigen::VectorXd forces_at(const ForceScene& scene, double t = 0.0) {
     Forces forces(scene.system, number(scene.system));
     std::vector<double> f(scene.r.size(), NAN);
     forces.evaluate(Parallel(1), t, scene.r.data(), scene.v.data(), f.data());
@@ -60,7 +60,7 @@ class ForceTest : public testing::Test {
 };
 
 TEST_F(ForceTest, GravityIsMassTimesAccelerationAndLeavesSupportsAlone) {
-  const Scene scene = make_scene({Gravity{"", {0.1, 0.0, -9.81}}, Gravity{"", {0.0, 2.0, 0.0}}});
+  const ForceScene scene = make_force_scene({Gravity{"", {0.1, 0.0, -9.81}}, Gravity{"", {0.0, 2.0, 0.0}}});
 
   const Eigen::VectorXd f = forces_at(scene);
 
@@ -73,7 +73,7 @@ TEST_F(ForceTest, GravityIsMassTimesAccelerationAndLeavesSupportsAlone) {
 
 TEST_F(ForceTest, GivenForcesAddUpAndFollowTime) {
   const auto swinging = ScalarFunction::formula("cos(2*t)");
-  const Scene scene = make_scene(
+  const ForceScene scene = make_force_scene(
       {ConstantForce{"", {1, 3}, Vector3{1.0, 2.0, 3.0}}, ConstantForce{"", {3}, VectorFunction(swinging, 0.0, 1.0)}});
 
   const Eigen::VectorXd f = forces_at(scene, 0.4);
@@ -85,7 +85,7 @@ TEST_F(ForceTest, GivenForcesAddUpAndFollowTime) {
 
 TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
   // 0 at the origin, 1 at (3, 4, 0): length 5, rest length 2, stiffness 10 -> 30 N along (0.6, 0.8, 0).
-  Scene scene = make_scene({Springs{"", {{0, 1}}, 10.0, 0.0, 2.0}});
+  ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 10.0, 0.0, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
 
   const Eigen::VectorXd f = forces_at(scene);
@@ -96,7 +96,7 @@ TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
 
 TEST_F(ForceTest, DampingActsAlongTheSpringOnly) {
   // Along x, the length grows by 2 m/s, the sideways velocity does nothing: c dL/dt = 0.5 * 2 = 1 N.
-  Scene scene = make_scene({Springs{"", {{0, 1}}, 0.0, 0.5, 2.0}});
+  ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 0.0, 0.5, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
   scene.v = {-1.0, 5.0, 0.0, 1.0, -3.0, 2.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 
@@ -107,7 +107,7 @@ TEST_F(ForceTest, DampingActsAlongTheSpringOnly) {
 }
 
 TEST_F(ForceTest, SpringWithoutARestLengthGivenStartsUnstretched) {
-  Scene scene = make_scene({Springs{"", {{0, 1}, {1, 5}}, 10.0, 0.0, {}}});
+  ForceScene scene = make_force_scene({Springs{"", {{0, 1}, {1, 5}}, 10.0, 0.0, {}}});
   scene.r = scene.system.positions;
 
   const Eigen::VectorXd f = forces_at(scene);
@@ -116,7 +116,7 @@ TEST_F(ForceTest, SpringWithoutARestLengthGivenStartsUnstretched) {
 }
 
 TEST_F(ForceTest, SpringOfCoincidentPointsWithoutRestLengthPullsWithZeroForce) {
-  Scene scene = make_scene({Springs{"", {{0, 1}}, 10.0, 1.0, 0.0}});
+  ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 10.0, 1.0, 0.0}});
   std::copy_n(scene.r.begin(), 3, scene.r.begin() + 3);
 
   const Eigen::VectorXd f = forces_at(scene);
@@ -126,7 +126,7 @@ TEST_F(ForceTest, SpringOfCoincidentPointsWithoutRestLengthPullsWithZeroForce) {
 
 TEST_F(ForceTest, DragIsLinearPlusQuadraticInTheVelocity) {
   // |v| = 2: -(1.5 + 0.25 * 2) v = -2 v
-  Scene scene = make_scene({Drag{"", {2}, 1.5, 0.25}});
+  ForceScene scene = make_force_scene({Drag{"", {2}, 1.5, 0.25}});
   std::fill(scene.v.begin(), scene.v.end(), 1.0);
   std::copy_n(std::array{2.0, 0.0, 0.0}.begin(), 3, scene.v.begin() + 6);
 
@@ -138,8 +138,8 @@ TEST_F(ForceTest, DragIsLinearPlusQuadraticInTheVelocity) {
 
 TEST_F(ForceTest, FormulasActOnTheirPointsAndAddUp) {
   // A magnetic field of 2 T along z turns the velocity, 3 t along x pushes; point 5 is a support.
-  Scene scene = make_scene({FormulaForce{"", {1, 5}, formula_force({"2*vy", "-2*vx", "0"})},
-                            FormulaForce{"", {5, 1}, formula_force({"k*t", "y", "0"}, {{"k", 3.0}})}});
+  ForceScene scene = make_force_scene({FormulaForce{"", {1, 5}, formula_force({"2*vy", "-2*vx", "0"})},
+                                       FormulaForce{"", {5, 1}, formula_force({"k*t", "y", "0"}, {{"k", 3.0}})}});
 
   const Eigen::VectorXd f = forces_at(scene, 0.5);
 
@@ -152,15 +152,15 @@ TEST_F(ForceTest, FormulasActOnTheirPointsAndAddUp) {
 
 // ---- all together, on random scenes ------------------------------------------------------------------------------
 
-Scene any_scene(unsigned seed) {
-  return make_scene({Gravity{"", {0.3, 0.1, -9.81}}, ConstantForce{"", {0, 2, 4}, Vector3{0.4, -1.0, 2.0}},
-                     Springs{"", {{0, 1}, {2, 4}, {3, 1}, {5, 3}}, 7.0, 0.0, std::vector{0.5, 1.0, 2.0, 0.0}},
-                     Springs{"", {{0, 2}}, 3.0, 0.0, {}}},
-                    seed);
+ForceScene any_scene(unsigned seed) {
+  return make_force_scene({Gravity{"", {0.3, 0.1, -9.81}}, ConstantForce{"", {0, 2, 4}, Vector3{0.4, -1.0, 2.0}},
+                           Springs{"", {{0, 1}, {2, 4}, {3, 1}, {5, 3}}, 7.0, 0.0, std::vector{0.5, 1.0, 2.0, 0.0}},
+                           Springs{"", {{0, 2}}, 3.0, 0.0, {}}},
+                          seed);
 }
 
-Scene any_dissipative_scene(unsigned seed) {
-  Scene scene = any_scene(seed);
+ForceScene any_dissipative_scene(unsigned seed) {
+  ForceScene scene = any_scene(seed);
   scene.system.forces.push_back(Springs{"", {{1, 2}, {5, 0}, {4, 5}}, 2.0, 0.7, 1.0});
   scene.system.forces.push_back(Drag{"", {0, 3, 4}, 0.6, 0.2});
   const auto swinging = ScalarFunction::formula("3*sin(2*t)");
@@ -171,7 +171,7 @@ Scene any_dissipative_scene(unsigned seed) {
 
 TEST_F(ForceTest, AllKindsTogetherAgreeWithPlainFormulas) {
   for (unsigned seed = 0; seed < 50; ++seed) {
-    const Scene scene = any_dissipative_scene(seed);
+    const ForceScene scene = any_dissipative_scene(seed);
 
     const Eigen::VectorXd f = forces_at(scene, 0.9);
 
@@ -191,7 +191,7 @@ double derivative_at_zero(const Function& function, double h = 0.01) {
 
 TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
   for (unsigned seed = 0; seed < 20; ++seed) {
-    const Scene scene = any_scene(seed);
+    const ForceScene scene = any_scene(seed);
     Forces forces(scene.system, number(scene.system));
     const Eigen::VectorXd f = forces_at(scene);
 
@@ -210,9 +210,9 @@ TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
 TEST_F(ForceTest, PowerIsThatOfTheForcesWithoutPotential) {
   // f = conservative part + the rest; the conservative part alone comes from the same scene without the others.
   for (unsigned seed = 0; seed < 20; ++seed) {
-    const Scene scene = any_dissipative_scene(seed);
+    const ForceScene scene = any_dissipative_scene(seed);
     const double t = 1.3;
-    Scene conservative = scene;
+    ForceScene conservative = scene;
     conservative.system.forces.resize(4);
     Springs elastic = std::get<Springs>(scene.system.forces[4]);
     elastic.damping = 0.0;
@@ -232,7 +232,7 @@ TEST_F(ForceTest, PowerIsThatOfTheForcesWithoutPotential) {
 TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
   // dU/dt along v = -(conservative forces on moving points).v + what the supports put in through springs
   for (unsigned seed = 0; seed < 20; ++seed) {
-    const Scene scene = any_scene(seed);
+    const ForceScene scene = any_scene(seed);
     Forces forces(scene.system, number(scene.system));
     const Eigen::VectorXd f = forces_at(scene), v = reference::vector(scene.v);
 
@@ -264,7 +264,7 @@ TEST_F(ForceTest, OneKnowsWhetherForcesDoWorkAndDependOnVelocity) {
       {FormulaForce{"", {0}, formula_force({"0", "0", "vz*t"})}, true, true},
   };
   for (const Expectation& expectation : expectations) {
-    const Scene scene = make_scene({expectation.force});
+    const ForceScene scene = make_force_scene({expectation.force});
 
     const Forces forces(scene.system, number(scene.system));
 
@@ -341,8 +341,8 @@ TEST_F(ForceTest, LargeSystemsAgreeWithPlainFormulas) {
 
 TEST_F(ForceTest, ForcesAndDragsOnOnePointAddUpInAnyOrderOfEntries) {
   // Point 2 at 2 m/s along x: 1 + 2 - (0.5 + 0.25) 2 = 1.5 N; point 0 at rest: 2 N.
-  Scene scene = make_scene({Drag{"", {3, 2}, 0.5, 0.0}, ConstantForce{"", {2}, Vector3{1.0, 0.0, 0.0}},
-                            Drag{"", {2}, 0.25, 0.0}, ConstantForce{"", {2, 0}, Vector3{2.0, 0.0, 0.0}}});
+  ForceScene scene = make_force_scene({Drag{"", {3, 2}, 0.5, 0.0}, ConstantForce{"", {2}, Vector3{1.0, 0.0, 0.0}},
+                                       Drag{"", {2}, 0.25, 0.0}, ConstantForce{"", {2, 0}, Vector3{2.0, 0.0, 0.0}}});
   std::fill(scene.v.begin(), scene.v.end(), 0.0);
   scene.v[6] = 2.0;
 

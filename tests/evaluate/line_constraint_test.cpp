@@ -6,10 +6,8 @@
 
 #include "evaluate/constraint_scenes.hpp"
 
-namespace tanor {
+namespace tanor::constraint_scenes {
 namespace {
-
-using namespace constraint_scenes;
 
 TEST(LineConstraint, TwoRowsTogetherAreTheDistanceFromTheLine) {
   Scene scene = make_scene({"", [](Random& any) { return Lines{"", {0}, any.vector(), any.vector()}; }}, 3);
@@ -120,4 +118,4 @@ TEST(LineConstraint, RatesOfATurningPairAreItsDerivatives) {
 }
 
 }  // namespace
-}  // namespace tanor
+}  // namespace tanor::constraint_scenes

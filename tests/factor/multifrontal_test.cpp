@@ -14,7 +14,7 @@ namespace {
 
 using namespace patterns;
 
-struct Matrix {
+struct LowerTriangle {
   TrianglePattern lower;
   std::vector<double> values;
 
@@ -23,9 +23,9 @@ struct Matrix {
 };
 
 /// Random numbers in the pattern of S, the diagonal larger than its row's sum, in an order of little fill.
-Matrix make_matrix(const Rods& rods, std::uint32_t seed) {
+LowerTriangle make_matrix(const Rods& rods, std::uint32_t seed) {
   const TrianglePattern unordered = pattern_of(rods);
-  Matrix S{pattern_of(rods, analyze(unordered, Ordering::Auto).permutation), {}};
+  LowerTriangle S{pattern_of(rods, analyze(unordered, Ordering::Auto).permutation), {}};
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   S.values.resize(S.lower.rows.size());
@@ -52,7 +52,7 @@ struct Answer {
   std::size_t done;
   std::vector<double> pivots, x;
 };
-Answer answer_of(const Matrix& S, int threads) {
+Answer answer_of(const LowerTriangle& S, int threads) {
   Multifrontal factor(S.lower);
   Answer answer{factor.factorize(S.lower, S.values.data(), threads), {}, any_vector(S.size())};
   if (answer.done < S.size()) return answer;
@@ -62,7 +62,7 @@ Answer answer_of(const Matrix& S, int threads) {
 }
 
 /// S stored by columns of its upper triangle is the lower one by rows.
-Cholesky make_simplicial(const Matrix& S) {
+Cholesky make_simplicial(const LowerTriangle& S) {
   const std::size_t n = S.size();
   std::vector<std::vector<std::pair<int, double>>> columns(n);
   for (std::size_t j = 0; j < n; ++j) {
@@ -154,7 +154,7 @@ TEST(Multifrontal, BlocksOfATriangleFollowOneAnother) {
 
 TEST(Multifrontal, EveryNumberOfThreadsGivesTheSameBits) {
   for (const Rods& rods : scenes()) {
-    const Matrix S = make_matrix(rods, 3);
+    const LowerTriangle S = make_matrix(rods, 3);
     const Answer one = answer_of(S, 1);
     ASSERT_EQ(one.done, S.size());
     for (const int threads : {2, 3, 4, 16}) {
@@ -167,7 +167,7 @@ TEST(Multifrontal, EveryNumberOfThreadsGivesTheSameBits) {
 
 TEST(Multifrontal, SolvesAsSparseColumnsDo) {
   for (const Rods& rods : scenes()) {
-    const Matrix S = make_matrix(rods, 5);
+    const LowerTriangle S = make_matrix(rods, 5);
     Cholesky columns = make_simplicial(S);
     ASSERT_TRUE(columns.factorize().positive_definite);
     std::vector<double> expected = any_vector(S.size());
@@ -184,7 +184,7 @@ TEST(Multifrontal, SolvesAsSparseColumnsDo) {
 
 TEST(Multifrontal, SolvesEightColumnsAtOnceAsEachAlone) {
   for (const Rods& rods : {make_net(24, 17), make_lattice(7)}) {
-    const Matrix S = make_matrix(rods, 3);
+    const LowerTriangle S = make_matrix(rods, 3);
     const std::size_t n = S.size(), width = 8, groups = 3;
     Multifrontal factor(S.lower);
     ASSERT_EQ(factor.factorize(S.lower, S.values.data(), 1), n);
@@ -204,8 +204,8 @@ TEST(Multifrontal, SolvesEightColumnsAtOnceAsEachAlone) {
 }
 
 RC_GTEST_PROP(Multifrontal, FirstColumnThatFailsIsTheSameOnEveryNumberOfThreads, ()) {
-  static const Matrix definite[2] = {make_matrix(make_net(200, 160), 7), make_matrix(make_lattice(17), 7)};
-  Matrix S = definite[*rc::gen::inRange(0, 2).as("net or lattice")];
+  static const LowerTriangle definite[2] = {make_matrix(make_net(200, 160), 7), make_matrix(make_lattice(17), 7)};
+  LowerTriangle S = definite[*rc::gen::inRange(0, 2).as("net or lattice")];
   const auto n = static_cast<int>(S.size());
   for (const int column : *rc::gen::container<std::vector<int>>(3, rc::gen::inRange(0, n)).as("columns"))
     S.diagonal(static_cast<std::size_t>(column)) = -1.0;

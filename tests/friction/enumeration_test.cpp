@@ -8,6 +8,7 @@
 
 #include "friction/random_beads.hpp"
 #include "friction/rough_contacts.hpp"
+#include "reference.hpp"
 
 /// \file The motions of few contacts at rest, counted by tanor and by programs of another kind: homotopy continuation
 /// for beads on lines in space, all signs in the plane, Newton's method from a grid of directions on planes.

@@ -13,7 +13,6 @@
 namespace tanor {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -40,8 +39,8 @@ struct Planar {
 
   explicit Planar(const System& system) {
     const reference::Mechanics dense = reference::make_mechanics(system, 0.0, system.positions, system.velocities);
-    const auto n = static_cast<Index>(system.masses.size());
-    for (Index c = 0; c < n; ++c) {
+    const auto n = static_cast<Eigen::Index>(system.masses.size());
+    for (Eigen::Index c = 0; c < n; ++c) {
       mu.push_back(std::get<Coulomb>(system.friction[static_cast<std::size_t>(c)]).coefficient);
       const Vector3d k = dense.K.col(c).segment<3>(3 * c).normalized(), e = k.unitOrthogonal();
       T.emplace_back();
@@ -51,7 +50,7 @@ struct Planar {
     const auto answer = [&](const VectorXd& f, const VectorXd& phi, auto&& a, auto&& nu) {
       const VectorXd lambda = -S.fullPivLu().solve(phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
       const VectorXd w = (f + dense.K * lambda).cwiseQuotient(dense.M);
-      for (Index c = 0; c < n; ++c) {
+      for (Eigen::Index c = 0; c < n; ++c) {
         a.template segment<2>(2 * c) = T[static_cast<std::size_t>(c)].transpose() * w.segment<3>(3 * c);
         nu(c) = lambda(c);
       }
@@ -61,7 +60,7 @@ struct Planar {
     a0.resize(2 * n);
     nu0.resize(n);
     answer(dense.f, dense.phi, a0, nu0);
-    for (Index j = 0; j < 2 * n; ++j) {
+    for (Eigen::Index j = 0; j < 2 * n; ++j) {
       VectorXd f = VectorXd::Zero(dense.f.size());
       f.segment<3>(3 * (j / 2)) = T[static_cast<std::size_t>(j / 2)].col(j % 2);
       answer(f, VectorXd::Zero(dense.phi.size()), A.col(j), V.col(j));
@@ -70,20 +69,20 @@ struct Planar {
 
   /// Accelerations of all motions that were found. `margin`: see RoughContacts.
   std::vector<VectorXd> find_all(double* margin) const {
-    const auto n = static_cast<Index>(mu.size());
+    const auto n = static_cast<Eigen::Index>(mu.size());
     std::vector<VectorXd> motions;
     constexpr int directions = 12;
     std::mt19937 random(5);
     std::uniform_real_distribution<double> log_size(-1.5, 2.5);
     if (can_rest(margin)) motions.push_back(VectorXd::Zero(2 * n));
     for (unsigned subset = 1; subset < (1u << n); ++subset) {
-      const auto slides = [&](Index c) { return ((subset >> c) & 1) != 0; };
+      const auto slides = [&](Eigen::Index c) { return ((subset >> c) & 1) != 0; };
       int starts = 1;
-      for (Index c = 0; c < n; ++c) starts *= slides(c) ? directions : 1;
+      for (Eigen::Index c = 0; c < n; ++c) starts *= slides(c) ? directions : 1;
       for (int start = 0; start < 3 * starts; ++start) {
         VectorXd x = VectorXd::Zero(2 * n);
         int rest = start / 3;
-        for (Index c = 0; c < n; ++c) {
+        for (Eigen::Index c = 0; c < n; ++c) {
           if (!slides(c)) continue;
           const double angle = 6.283185307179586 * (rest % directions) / directions;
           rest /= directions;
@@ -95,7 +94,7 @@ struct Planar {
         const double size = a0.norm();
         bool obeys = true;
         double least = 1.0;
-        for (Index c = 0; c < n; ++c) {
+        for (Eigen::Index c = 0; c < n; ++c) {
           const Vector2d own = x.segment<2>(2 * c), towards = a.segment<2>(2 * c);
           const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x);
           const double slack =
@@ -116,14 +115,14 @@ struct Planar {
  private:
   /// The rods' pulls are statically undetermined: along lines in the space of friction that lets all rest.
   bool can_rest(double* margin) const {
-    const auto n = static_cast<Index>(mu.size());
+    const auto n = static_cast<Eigen::Index>(mu.size());
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
-    const Index rank = (eigen.eigenvalues().array() > 1e-10 * eigen.eigenvalues().maxCoeff()).count();
+    const Eigen::Index rank = (eigen.eigenvalues().array() > 1e-10 * eigen.eigenvalues().maxCoeff()).count();
     const MatrixXd F = eigen.eigenvectors().leftCols(2 * n - rank);
     const VectorXd least = -A.completeOrthogonalDecomposition().solve(a0);
     const auto slack = [&](const VectorXd& x) {
       double worst = 1.0;
-      for (Index c = 0; c < n; ++c) {
+      for (Eigen::Index c = 0; c < n; ++c) {
         const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x),
                      own = x.segment<2>(2 * c).norm();
         worst = std::min(worst, (limit - own) / (limit + own));
@@ -135,13 +134,13 @@ struct Planar {
     double best = slack(least);
     for (int line = 0; line < (F.cols() == 1 ? 1 : 3000); ++line) {
       VectorXd d(F.cols()), at = VectorXd::Zero(F.cols());
-      for (Index i = 0; i < d.size(); ++i) {
+      for (Eigen::Index i = 0; i < d.size(); ++i) {
         d(i) = F.cols() == 1 ? 1.0 : normal(random);
         at(i) = F.cols() == 1 ? 0.0 : 3.0 * (least.norm() + nu0.norm()) * normal(random);
       }
       const VectorXd from = least + F * at, along = F * d;
       std::vector<double> roots{0.0};
-      for (Index c = 0; c < n; ++c) {
+      for (Eigen::Index c = 0; c < n; ++c) {
         // |x + s d|^2 = mu^2 (nu + s V d)^2
         const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)],
                      nu = nu0(c) + V.row(c) * from, dnu = V.row(c) * along;
@@ -165,14 +164,14 @@ struct Planar {
   /// a_c = 0; or |x_c|^2 = mu^2 nu_c^2 and x_c parallel to a_c.
   template <class Slides>
   bool solve(const Slides& slides, VectorXd* x) const {
-    const auto n = static_cast<Index>(mu.size());
+    const auto n = static_cast<Eigen::Index>(mu.size());
     MatrixXd J(2 * n, 2 * n);
     VectorXd F(2 * n);
     for (int pass = 0; pass < 40; ++pass) {
       const VectorXd a = a0 + A * *x;
       J.setZero();
-      for (Index c = 0; c < n; ++c) {
-        const Index i = 2 * c, j = i + 1;
+      for (Eigen::Index c = 0; c < n; ++c) {
+        const Eigen::Index i = 2 * c, j = i + 1;
         if (!slides(c)) {
           F.segment<2>(i) = a.segment<2>(i);
           J.middleRows<2>(i) = A.middleRows<2>(i);
@@ -225,8 +224,8 @@ TEST(FrictionOnPlanes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
       if (all.size() != 1 || !report.outcome.ok()) continue;
       EXPECT_EQ(report.friction.uniqueness, Uniqueness::Proven);
       for (std::size_t c = 0; c < count; ++c) {
-        const Vector2d a = twin.T[c].transpose() * reference::point(w, static_cast<tanor::Index>(c));
-        EXPECT_LE((a - all[0].segment<2>(2 * static_cast<Index>(c))).norm(), 1e-9 * (1.0 + all[0].norm()));
+        const Vector2d a = twin.T[c].transpose() * reference::point(w, static_cast<Index>(c));
+        EXPECT_LE((a - all[0].segment<2>(2 * static_cast<Eigen::Index>(c))).norm(), 1e-9 * (1.0 + all[0].norm()));
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <tanor/tanor.hpp>
 
 #include "friction/rough_contacts.hpp"
+#include "reference.hpp"
 
 /// \file Beads at rest on rough lines whose load can be shared in many ways, with reactions that depend on the share:
 /// where one motion obeys the law it is found, and where several do they are counted, by a dense twin and by tanor.

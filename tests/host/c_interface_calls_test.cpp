@@ -7,16 +7,14 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "host/c_handle.hpp"
+#include "measures.hpp"
 
 namespace tanor::host {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 tn_const_points read_of(const std::vector<double>& array) {
   return {array.data(), 0, nullptr};
@@ -40,7 +38,7 @@ void expect_same(const tn_report& c, const ConstraintReport& report) {
   for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(c.virial[k], report.virial[k]) << k;
 }
 
-std::string error_of(const Handle& handle) {
+std::string last_error(const Handle& handle) {
   return tn_last_error(handle.get());
 }
 
@@ -65,7 +63,7 @@ TEST(CCalls, SolvesAsTheConstrainer) {
                          .wanted = {.multipliers = lambda, .forces = forces, .stress = stress}});
   ASSERT_EQ(tn_solve(handle.get(), read_of(host.r), read_of(host.v), read_of(f), write_to(c_w), &wanted, &c_report),
             TN_OK)
-      << error_of(handle);
+      << last_error(handle);
 
   EXPECT_EQ(c_w, w);
   EXPECT_EQ(c_lambda, lambda);
@@ -82,7 +80,7 @@ TEST(CCalls, ConstrainsVelocitiesAsTheConstrainer) {
   Constrainer constrainer = host.make_constrainer();
   const std::int64_t id = 3;
   const double length = std::hypot(0.1, 0.9, 0.5), rate = 0.2;
-  ASSERT_EQ(tn_set_lengths(handle.get(), 1, &id, &length, &rate), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_set_lengths(handle.get(), 1, &id, &length, &rate), TN_OK) << last_error(handle);
   constrainer.set_lengths({&id, 1}, {&length, 1}, {&rate, 1});
   std::vector<double> v = host.v, c_v = host.v, lambda(4), c_lambda(4);
   const tn_wanted wanted{sizeof(tn_wanted), 1, c_lambda.data(), {}, {}};
@@ -91,7 +89,7 @@ TEST(CCalls, ConstrainsVelocitiesAsTheConstrainer) {
   const ConstraintReport report = constrainer.constrain_velocities(
       {.step = 0.01, .positions = host.r, .velocities = v, .wanted = {.multipliers = lambda}});
   ASSERT_EQ(tn_constrain_velocities(handle.get(), 0.01, read_of(host.r), write_to(c_v), &wanted, &c_report), TN_OK)
-      << error_of(handle);
+      << last_error(handle);
 
   EXPECT_EQ(c_v, v);
   EXPECT_EQ(c_lambda, lambda);
@@ -134,11 +132,11 @@ TEST(CCalls, ProjectsAsTheConstrainer) {
   ASSERT_EQ(tn_violation(handle.get(), read_of(r), &c_report), TN_OK);
   expect_same(c_report, constrainer.violation(r));
   EXPECT_GT(c_report.violation, 1e-3);
-  ASSERT_EQ(tn_project_positions(handle.get(), write_to(c_r), &c_report), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_project_positions(handle.get(), write_to(c_r), &c_report), TN_OK) << last_error(handle);
   expect_same(c_report, constrainer.project_positions(r));
   EXPECT_EQ(c_r, r);
   EXPECT_GT(c_report.correction, 1e-3);
-  ASSERT_EQ(tn_project_forces(handle.get(), read_of(r), write_to(c_f), &c_report), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_project_forces(handle.get(), read_of(r), write_to(c_f), &c_report), TN_OK) << last_error(handle);
   expect_same(c_report, constrainer.project_forces(r, f));
   EXPECT_EQ(c_f, f);
 }
@@ -168,10 +166,10 @@ TEST(CCalls, EveryKindIsThatOfTheConstrainer) {
     tn_report report = empty_report();
     std::vector<double> r = host.r, c_r = host.r;
 
-    ASSERT_EQ(tn_add(system, row.kind, 1, row.points.data(), row.parameters.data(), &id), TN_OK) << error_of(handle);
-    ASSERT_EQ(tn_violation(system, read_of(host.r), &report), TN_OK) << error_of(handle);
+    ASSERT_EQ(tn_add(system, row.kind, 1, row.points.data(), row.parameters.data(), &id), TN_OK) << last_error(handle);
+    ASSERT_EQ(tn_violation(system, read_of(host.r), &report), TN_OK) << last_error(handle);
     expect_same(report, constrainer.violation(host.r));
-    ASSERT_EQ(tn_project_positions(system, write_to(c_r), nullptr), TN_OK) << error_of(handle);
+    ASSERT_EQ(tn_project_positions(system, write_to(c_r), nullptr), TN_OK) << last_error(handle);
     ASSERT_TRUE(constrainer.project_positions(r).outcome.ok());
 
     EXPECT_EQ(c_r, r) << row.kind;
@@ -186,7 +184,7 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
   const std::array<std::int32_t, 3> points{0, 1, 2};
   const std::array<double, 12> planes{0, 0, 1, 0, 0, 0, 1, 0.1, 0, 1, 0, 0.9};
   std::array<std::int64_t, 3> ids{};
-  ASSERT_EQ(tn_add(handle.get(), TN_PLANE, 3, points.data(), planes.data(), ids.data()), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add(handle.get(), TN_PLANE, 3, points.data(), planes.data(), ids.data()), TN_OK) << last_error(handle);
   EXPECT_EQ(ids, (std::array<std::int64_t, 3>{4, 5, 6}));
   std::array<char, 32> name{};
   for (const auto& [row, wanted] : {std::pair(std::size_t{5}, "plane1[1]"), std::pair(std::size_t{6}, "plane2[0]")}) {
@@ -196,16 +194,16 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
   // What a member has of its own keeps nothing apart, and rods may be as long as they are.
   const std::array<std::int32_t, 4> pairs{0, 3, 1, 3};
   const std::array<double, 2> lengths{2, 3};
-  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << last_error(handle);
   ASSERT_EQ(tn_row_name(handle.get(), 8, name.data(), name.size()), TN_OK);
   EXPECT_STREQ(name.data(), "rod3[1]");
-  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 1, pairs.data(), nullptr, ids.data()), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add(handle.get(), TN_ROD, 1, pairs.data(), nullptr, ids.data()), TN_OK) << last_error(handle);
   ASSERT_EQ(tn_remove(handle.get(), 1, ids.data()), TN_OK);
   // The first group was added before the second one was refused.
   const std::array<double, 8> wrong{0, 0, 1, 0, 0, 0, 0, 0}, none{0, 0, 1, 0, nan, 0, 1, 0};
   for (const auto& each : {wrong, none}) {
     EXPECT_EQ(tn_add(handle.get(), TN_PLANE, 2, points.data(), each.data(), nullptr), TN_EINVAL);
-    EXPECT_NE(error_of(handle).find("normal"), std::string::npos) << error_of(handle);
+    EXPECT_NE(last_error(handle).find("normal"), std::string::npos) << last_error(handle);
     EXPECT_EQ(tn_num_rows(handle.get()), 9U);
   }
 }
@@ -218,13 +216,13 @@ TEST(CCalls, CodesAreThoseOfTheOutcome) {
   const std::array<std::int32_t, 4> twice{0, 1, 0, 1};
   const std::array<std::int64_t, 2> ids{0, 1};
   const std::array<double, 2> lengths{1, 1}, rates{0, 0.5};
-  ASSERT_EQ(tn_add_rods(system, 2, twice.data(), lengths.data(), nullptr, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(system, 2, twice.data(), lengths.data(), nullptr, nullptr), TN_OK) << last_error(handle);
   double value = 42.0;
   EXPECT_EQ(tn_log_det(system, read_of(r), &value, {}), TN_SINGULAR);
   EXPECT_EQ(value, 42.0);
-  EXPECT_NE(error_of(handle).find("depends on other rows"), std::string::npos) << error_of(handle);
+  EXPECT_NE(last_error(handle).find("depends on other rows"), std::string::npos) << last_error(handle);
 
-  ASSERT_EQ(tn_set_lengths(system, 2, ids.data(), lengths.data(), rates.data()), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_set_lengths(system, 2, ids.data(), lengths.data(), rates.data()), TN_OK) << last_error(handle);
   std::vector<double> v(6, 0.0);
   EXPECT_EQ(tn_constrain_velocities(system, 0.0, read_of(r), write_to(v), nullptr, nullptr), TN_CONTRADICTORY);
   EXPECT_EQ(v, std::vector<double>(6, 0.0));
@@ -242,7 +240,7 @@ TEST(CCalls, CreatesFromPointsOfAnyLayout) {
   const Handle handle(system);
   EXPECT_EQ(tn_num_points(system), 4U);
   EXPECT_EQ(tn_num_rows(system), 0U);
-  ASSERT_EQ(tn_add_rods(system, 4, host.pairs.data(), nullptr, nullptr, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(system, 4, host.pairs.data(), nullptr, nullptr, nullptr), TN_OK) << last_error(handle);
   tn_report report = empty_report();
   ASSERT_EQ(tn_violation(system, read_of(host.r), &report), TN_OK);
   EXPECT_LT(report.violation, 1e-15);
@@ -255,7 +253,7 @@ TEST(CCalls, LengthsAreThoseThatAreGiven) {
   const Handle handle(system);
   const double length = 3.0;
   ASSERT_EQ(tn_add_rods(system, 0, nullptr, nullptr, nullptr, nullptr), TN_OK);
-  ASSERT_EQ(tn_add_rods(system, 1, host.pairs.data(), &length, nullptr, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(system, 1, host.pairs.data(), &length, nullptr, nullptr), TN_OK) << last_error(handle);
   tn_report report = empty_report();
   ASSERT_EQ(tn_violation(system, read_of(host.r), &report), TN_OK);
   EXPECT_NEAR(report.violation, 1.0 - std::hypot(1.0, 0.2, 0.1) / length, 1e-15);
@@ -269,9 +267,9 @@ TEST(CCalls, RenumberedPointsAreWhereTheHostSays) {
   const std::array<double, 5> masses{1.0, 2.0, 0.5, 1.5, 1.0};
   std::vector<double> r = host.r;
   r.insert(r.end(), {0.5, 1.8, 5.3});
-  ASSERT_EQ(tn_renumber(handle.get(), 5, from.data(), masses.data(), read_of(r)), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_renumber(handle.get(), 5, from.data(), masses.data(), read_of(r)), TN_OK) << last_error(handle);
   const std::array<std::int32_t, 2> pair{3, 4};
-  ASSERT_EQ(tn_add_rods(handle.get(), 1, pair.data(), nullptr, nullptr, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(handle.get(), 1, pair.data(), nullptr, nullptr, nullptr), TN_OK) << last_error(handle);
   tn_report report = empty_report();
   ASSERT_EQ(tn_violation(handle.get(), read_of(r), &report), TN_OK);
   EXPECT_LT(report.violation, 1e-15);
@@ -294,7 +292,7 @@ TEST(CCalls, CellsRepeatWhereTheFlagsSay) {
   ASSERT_EQ(tn_create(&system, 2, masses.data(), read_of(old), nullptr), TN_OK);
   const Handle handle(system);
   ASSERT_EQ(tn_set_box(system, wide.data(), nullptr), TN_OK);
-  ASSERT_EQ(tn_add_rods(system, 1, pair.data(), nullptr, nullptr, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(system, 1, pair.data(), nullptr, nullptr, nullptr), TN_OK) << last_error(handle);
   ASSERT_EQ(tn_set_box(system, larger.data(), along_a.data()), TN_OK);
   constrainer.set_cell(cell_of(larger));
   ASSERT_EQ(tn_set_old_box(system, cell.data()), TN_OK);
@@ -310,7 +308,7 @@ TEST(CCalls, CellsRepeatWhereTheFlagsSay) {
                 {.step = 0.1, .old_positions = old, .positions = r, .old_cell = step == 0 ? &old_cell : nullptr})
             .outcome.ok());
     ASSERT_EQ(tn_constrain_positions(system, 0.1, read_of(old), write_to(c_r), {}, nullptr, nullptr), TN_OK)
-        << error_of(handle);
+        << last_error(handle);
 
     EXPECT_EQ(c_r, r);
     EXPECT_NEAR(std::hypot(r[3] + 11 - r[0], r[4] - r[1], r[5] - r[2]), std::hypot(0.6, 3.4), 1e-13);
@@ -328,7 +326,7 @@ TEST(CCalls, ImagesAreCountedAlongEachEdge) {
   ASSERT_EQ(tn_create(&system, 2, masses.data(), read_of(r), nullptr), TN_OK);
   const Handle handle(system);
   ASSERT_EQ(tn_set_box(system, cell.data(), nullptr), TN_OK);
-  ASSERT_EQ(tn_add_rods(system, 1, pair.data(), &length, image.data(), nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_add_rods(system, 1, pair.data(), &length, image.data(), nullptr), TN_OK) << last_error(handle);
   tn_report report = empty_report();
   ASSERT_EQ(tn_violation(system, read_of(r), &report), TN_OK);
   EXPECT_LT(report.violation, 1e-15);
@@ -339,9 +337,9 @@ TEST(CCalls, ACellComesBeforeConstraints) {
   const Handle handle = host.make_handle();
   const std::array<double, 9> cell{9, 0, 0, 0, 9, 0, 0, 0, 9};
   EXPECT_EQ(tn_set_box(handle.get(), cell.data(), nullptr), TN_EINVAL);
-  EXPECT_EQ(error_of(handle), "/cell: the first one comes before the first constraints");
+  EXPECT_EQ(last_error(handle), "/cell: the first one comes before the first constraints");
   EXPECT_EQ(tn_set_old_box(handle.get(), cell.data()), TN_EINVAL);
-  EXPECT_EQ(error_of(handle), "/cell: there is none; tn_set_box gives one");
+  EXPECT_EQ(last_error(handle), "/cell: there is none; tn_set_box gives one");
 }
 
 /// The run begins at a time of the host's, and holds positions as well as its options say.
@@ -369,7 +367,7 @@ TEST(CCalls, RunsFromAGivenTime) {
     return 1;
   };
 
-  ASSERT_EQ(tn_run(handle.get(), &loop, nullptr), TN_OK) << error_of(handle);
+  ASSERT_EQ(tn_run(handle.get(), &loop, nullptr), TN_OK) << last_error(handle);
 
   ASSERT_EQ(times.size(), 4U);
   EXPECT_DOUBLE_EQ(times.front(), 7.05);
@@ -390,7 +388,7 @@ TEST(CCalls, SavesWhereThereIsRoom) {
   EXPECT_EQ(tn_save(handle.get(), bytes.data(), &size), TN_EINVAL);
   EXPECT_EQ(size, needed);
   EXPECT_EQ(bytes, std::vector<std::byte>(needed, std::byte{7}));
-  EXPECT_EQ(error_of(handle),
+  EXPECT_EQ(last_error(handle),
             "there is room for " + std::to_string(needed - 1) + " of " + std::to_string(needed) + " bytes");
 }
 
@@ -425,7 +423,7 @@ TEST(CCalls, NullPointersAreNamed) {
       {"there is no room for the name of a row", [&] { return tn_row_name(system, 0, &text, 0); }}};
   for (const auto& [message, call] : calls) {
     EXPECT_EQ(call(), TN_EINVAL) << message;
-    EXPECT_EQ(error_of(handle), message);
+    EXPECT_EQ(last_error(handle), message);
   }
   EXPECT_EQ(text, 'x');
   EXPECT_EQ(tn_create(nullptr, 4, host.masses.data(), x, nullptr), TN_EINVAL);
@@ -439,7 +437,7 @@ TEST(CCalls, NullPointersAreNamed) {
   EXPECT_EQ(tn_rows(system, 0, nullptr, nullptr), TN_OK);
   EXPECT_EQ(tn_plan(system, nullptr), TN_OK);
   EXPECT_EQ(tn_add(system, static_cast<tn_kind>(7), 1, &point, &number, nullptr), TN_EINVAL);
-  EXPECT_EQ(error_of(handle), "there is no kind 7");
+  EXPECT_EQ(last_error(handle), "there is no kind 7");
 }
 
 }  // namespace

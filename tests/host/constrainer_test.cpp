@@ -8,11 +8,10 @@
 
 #include "errors.hpp"
 #include "host/velocity_verlet.hpp"
+#include "measures.hpp"
 
 namespace tanor::host {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A zigzag of four points and a pendulum on a support, which no constraint joins to it.
 struct Pair {

@@ -112,7 +112,7 @@ TEST(VelocityVerlet, CarriesADiamondOfFiveRods) {
 
 // ---- many chains ----
 
-Host make_chains(std::size_t num_chains, int threads) {
+Host make_hanging_chains(std::size_t num_chains, int threads) {
   constexpr std::size_t num_points = 101;
   std::vector<double> r;
   std::vector<Constraint> constraints;
@@ -135,7 +135,7 @@ void set_springs_to_start(Host* host) {
 
 TEST(VelocityVerlet, GoesBackTheWayItCame) {
   constexpr int num_steps = 500;
-  Host host = make_chains(100, 1);
+  Host host = make_hanging_chains(100, 1);
   set_springs_to_start(&host);
   const std::vector<double> at_start = host.r;
   host.start();
@@ -152,7 +152,7 @@ TEST(VelocityVerlet, GoesBackTheWayItCame) {
 TEST(VelocityVerlet, HasTheSameBitsWithOneAndTwoThreads) {
   std::vector<double> states[2];
   for (const int threads : {1, 2}) {
-    Host host = make_chains(100, threads);
+    Host host = make_hanging_chains(100, threads);
     set_springs_to_start(&host);
     host.start();
     for (int k = 0; k < 20; ++k) ASSERT_TRUE(host.step(2e-3)) << host.outcome.what;
@@ -171,7 +171,7 @@ TEST(VelocityVerlet, HasTheSameBitsWithOneAndTwoThreads) {
 
 /// One factorization a step: positions, velocities and an instant at the same place share theirs.
 TEST(VelocityVerlet, FactorizesOnceAStep) {
-  Host host = make_chains(3, 1);
+  Host host = make_hanging_chains(3, 1);
   set_springs_to_start(&host);
   host.start();
   ASSERT_TRUE(host.step(2e-3));
@@ -187,7 +187,7 @@ TEST(VelocityVerlet, FactorizesOnceAStep) {
 
 /// What is measured, and what a call may keep from another one, changes no bit of the motion.
 TEST(VelocityVerlet, IsTheSameWithAFreshHandleEachStep) {
-  Host host = make_chains(2, 1), fresh = make_chains(2, 1);
+  Host host = make_hanging_chains(2, 1), fresh = make_hanging_chains(2, 1);
   for (Host* const each : {&host, &fresh}) {
     set_springs_to_start(each);
     each->start();
@@ -195,7 +195,7 @@ TEST(VelocityVerlet, IsTheSameWithAFreshHandleEachStep) {
   host.measures = true;
   for (int k = 0; k < 10; ++k) {
     ASSERT_TRUE(host.step(2e-3));
-    Host next = make_chains(2, 1);
+    Host next = make_hanging_chains(2, 1);
     next.set_forces = fresh.set_forces;
     next.v = fresh.v;
     next.f = fresh.f;
@@ -220,7 +220,7 @@ VelocityVerlet loop_of(Host* host, double step, std::size_t steps) {
 }
 
 TEST(Run, HasTheBitsOfTheLoopByHand) {
-  Host by_hand = make_chains(2, 1), host = make_chains(2, 1);
+  Host by_hand = make_hanging_chains(2, 1), host = make_hanging_chains(2, 1);
   for (Host* const each : {&by_hand, &host}) {
     set_springs_to_start(each);
     each->start();
@@ -248,7 +248,7 @@ TEST(Run, HasTheBitsOfTheLoopByHand) {
 }
 
 TEST(Run, TakesTheMassesThatAnObserverSets) {
-  Host by_hand = make_chains(2, 1), host = make_chains(2, 1);
+  Host by_hand = make_hanging_chains(2, 1), host = make_hanging_chains(2, 1);
   for (Host* const each : {&by_hand, &host}) {
     set_springs_to_start(each);
     each->start();
@@ -273,7 +273,7 @@ TEST(Run, TakesTheMassesThatAnObserverSets) {
 }
 
 TEST(Run, EndsWithTheLastGoodStep) {
-  Host host = make_chains(2, 1);
+  Host host = make_hanging_chains(2, 1);
   set_springs_to_start(&host);
   host.start();
   VelocityVerlet loop = loop_of(&host, 2e-3, 20);
@@ -299,7 +299,7 @@ TEST(Run, EndsWithTheLastGoodStep) {
 }
 
 TEST(Run, ComplainsBeforeAnythingMoves) {
-  Host host = make_chains(1, 1);
+  Host host = make_hanging_chains(1, 1);
   const std::vector<double> r = host.r;
   std::fill(host.v.begin(), host.v.end(), 1.0);
   EXPECT_THROW((void)run(&host.constrainer, loop_of(&host, 0.0, 1)), InputError);

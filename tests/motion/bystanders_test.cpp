@@ -11,7 +11,7 @@
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 /// A free point, or one on a line of its own, that nothing joins to the others; it comes last.
 struct Bystander {

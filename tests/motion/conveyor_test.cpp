@@ -5,12 +5,13 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
+#include "scenes.hpp"
 
 /// \file Guides that move: belts, planes that tilt, and the mass that a belt pulls at its spring.
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
   // v = v0 + mu g t up to u; then r = r1 + u (t - t1)

@@ -5,6 +5,8 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "scenes.hpp"
+
 /// \file Many contacts held at once that give way one after another: bent chains of beads and rods on a rough floor,
 /// and beads on a rough line that springs join. The normal forces do not depend on friction there, so that at each
 /// instant exactly one acceleration obeys the law (Moreau): no such run may end before its time.
@@ -15,7 +17,8 @@
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81, mu = 0.3, m = 0.1, L = 0.1;
+using scenes::g;
+constexpr double mu = 0.3, m = 0.1, L = 0.1;
 
 enum class Bend { Wave, Zigzag, Arc };
 enum class Pull { Support, SupportToAndFro, ForceThatGrows, ForceToAndFro };

@@ -6,11 +6,12 @@
 #include <tanor/tanor.hpp>
 
 #include "rough_incline.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 // ---- cases/04a: a rough incline ----
 

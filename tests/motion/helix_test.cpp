@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include "motion/by_method.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81, radius = 0.5, pitch = 0.6, q = pitch / (2.0 * std::numbers::pi);
+using scenes::g;
+constexpr double radius = 0.5, pitch = 0.6, q = pitch / (2.0 * std::numbers::pi);
 constexpr double sine2 = q * q / (radius * radius + q * q);  // of the slope, squared
 
 /// A bead at rest at (radius, 0, 0) of a wire around the z axis, phase 0.

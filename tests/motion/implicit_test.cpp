@@ -57,7 +57,8 @@ class Walk {
   std::unique_ptr<Scheme> scheme_;
 };
 
-constexpr double g = 9.81, l = scenes::spacing;
+using scenes::g;
+constexpr double l = scenes::spacing;
 
 MotionOptions exactly(Method method) {
   return {.method = method, .rtol = 1e-12, .atol = 1e-14};

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
+#include <numbers>
 #include <ostream>
 #include <vector>
 
@@ -16,7 +17,7 @@
 namespace tanor {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 /// A motion that is known: how far a state of it is from the truth at t.
 struct KnownMotion {

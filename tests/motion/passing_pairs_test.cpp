@@ -3,11 +3,8 @@
 
 #include "motion/passing.hpp"
 
-namespace tanor {
+namespace tanor::passing {
 namespace {
-
-using namespace passing;
-using scenes::add_point;
 
 class PassingPairsByMethod : public testing::TestWithParam<Method> {};
 INSTANTIATE_TEST_SUITE_P(, PassingPairsByMethod,
@@ -228,4 +225,4 @@ TEST(PassingTest, FixedStepsThatJumpAreWarnedOf) {
 }
 
 }  // namespace
-}  // namespace tanor
+}  // namespace tanor::passing

@@ -6,11 +6,8 @@
 
 #include "motion/passing.hpp"
 
-namespace tanor {
+namespace tanor::passing {
 namespace {
-
-using namespace passing;
-using scenes::add_point;
 
 // ---- wells
 // -----------------------------------------------------------------------------------------------------------
@@ -68,7 +65,7 @@ std::string with(const std::string& text, const std::string& u) {
   return result;
 }
 
-enum class Way { Free, Line, LineCoordinates, Circle };
+enum class Guide { Free, Line, LineCoordinates, Circle };
 
 struct Well {
   System system;
@@ -87,7 +84,7 @@ Well draw_well(Random& random) {
   const bool is_hill = random.below(3) == 0;
   const double depth = energy * (is_hill ? -random.log_uniform(1e-3, 0.6) : random.log_uniform(1e-3, 3.0));
   const Shape& shape = shapes[static_cast<std::size_t>(random.below(shapes.size()))];
-  const auto way = static_cast<Way>(random.below(4));
+  const auto way = static_cast<Guide>(random.below(4));
   const double radius = length / random.uniform(0.5, 5.0);  // of the circle: so many radians
   const Vector3 d = random.direction();
   well.what = std::string(shape.name) + ", way " + std::to_string(static_cast<int>(way)) + ", width " +
@@ -96,7 +93,7 @@ Well draw_well(Random& random) {
 
   // u(s): s itself, or the straight distance from the well's centre on the circle.
   const auto u = [=](double s) {
-    return way == Way::Circle ? 2.0 * radius * std::sin(0.5 * (s - centre) / radius) / width : (s - centre) / width;
+    return way == Guide::Circle ? 2.0 * radius * std::sin(0.5 * (s - centre) / radius) / width : (s - centre) / width;
   };
   const auto speed = [=](double s) {
     return std::sqrt(2.0 * (energy + depth * (shape.value(u(s)) - shape.value(u(0.0)))) / scenes::mass);
@@ -105,7 +102,7 @@ Well draw_well(Random& random) {
       well.t_end, [&](double x) { return 1.0 / speed(x); }, 2.5 * length, centre, width);
 
   System& system = well.system;
-  if (way == Way::Circle) {
+  if (way == Guide::Circle) {
     // Force towards the centre of the well: depth g'(u) grad u, u = |r - p|/width.
     const double angle = centre / radius;
     add_point({radius, 0, 0}, &system);
@@ -123,8 +120,8 @@ Well draw_well(Random& random) {
   }
   add_point({0, 0, 0}, &system);
   system.velocities = {v0 * d[0], v0 * d[1], v0 * d[2]};
-  if (way == Way::Line) system.constraints = {Lines{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
-  if (way == Way::LineCoordinates)
+  if (way == Guide::Line) system.constraints = {Lines{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
+  if (way == Guide::LineCoordinates)
     system.coordinates = {LineCoordinates{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
   const std::string place = "((x*" + number(d[0]) + " + y*" + number(d[1]) + " + z*" + number(d[2]) + " - " +
                             number(centre) + ")/" + number(width) + ")";
@@ -290,4 +287,4 @@ TEST_P(PassingByMethod, SmoothForcesRejectNothing) {
 }
 
 }  // namespace
-}  // namespace tanor
+}  // namespace tanor::passing

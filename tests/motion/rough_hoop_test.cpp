@@ -5,6 +5,7 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
+#include "scenes.hpp"
 
 /// \file A bead on a rough hoop that turns with omega(t) about its vertical diameter. At the angle theta from the
 /// bottom
@@ -15,7 +16,8 @@
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81, R = 0.7;
+using scenes::g;
+constexpr double R = 0.7;
 
 /// `turn`: the angle of the hoop, a formula; omega its rate at the start.
 System make_hoop(double theta, const std::string& turn, double omega, double mu, double mu_s) {

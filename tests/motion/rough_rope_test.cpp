@@ -13,7 +13,7 @@
 namespace tanor {
 namespace {
 
-constexpr double R = 0.3, mu = 0.3;
+constexpr double radius = 0.3, mu = 0.3;
 
 double ratio(double D) {
   return (1.0 + mu * std::tan(0.5 * D)) / (1.0 - mu * std::tan(0.5 * D));
@@ -23,13 +23,13 @@ double ratio(double D) {
 System make_rope(std::size_t count, double speed, double pull) {
   const double D = std::numbers::pi / static_cast<double>(count);
   System system;
-  Circles cylinder{"cylinder", {}, Vector3{}, Vector3{0.0, 0.0, 1.0}, R};
+  Circles cylinder{"cylinder", {}, Vector3{}, Vector3{0.0, 0.0, 1.0}, radius};
   Rods rods{"rods", {}, {}, {}};
-  const auto place = [&](double k) { return Vector3{R * std::cos(k * D), R * std::sin(k * D), 0.0}; };
+  const auto place = [&](double k) { return Vector3{radius * std::cos(k * D), radius * std::sin(k * D), 0.0}; };
   for (std::size_t k = 0; k < count; ++k) {
     const Vector3 r = place(static_cast<double>(k));
     system.positions.insert(system.positions.end(), r.begin(), r.end());
-    system.velocities.insert(system.velocities.end(), {-speed * r[1] / R, speed * r[0] / R, 0.0});
+    system.velocities.insert(system.velocities.end(), {-speed * r[1] / radius, speed * r[0] / radius, 0.0});
     system.masses.push_back(0.1);
     cylinder.points.push_back(static_cast<Index>(k));
     if (k > 0) rods.pairs.push_back({static_cast<Index>(k) - 1, static_cast<Index>(k)});

@@ -9,7 +9,7 @@
 #include "motion/rough_guides.hpp"
 
 /// \file Three beads on rough lines, joined by springs, that stop and leave many times, beside a reference in long
-/// double: m s_ddot = F.e - mu |F - (F.e) e| sign(s_dot), classical Runge-Kutta steps, events by bisection.
+/// double: m s_ddot = F.e - mu_k |F - (F.e) e| sign(s_dot), classical Runge-Kutta steps, events by bisection.
 namespace tanor {
 namespace {
 
@@ -19,13 +19,13 @@ using Triple = std::array<Real, 3>;
 constexpr std::array<Triple, 3> origins{{{0.0L, 0.0L, 0.0L}, {1.0L, 0.25L, 0.0L}, {2.0L, -0.125L, 0.5L}}};
 constexpr std::array<Triple, 3> directions{{{0.6L, 0.8L, 0.0L}, {0.0L, 0.6L, 0.8L}, {0.8L, 0.0L, -0.6L}}};
 constexpr std::array<Real, 3> masses{0.5L, 0.75L, 1.25L}, starts{1.5L, -2.0L, 0.5L};
-constexpr Real mu = 0.25L, mu_s = 0.3125L, stiffness = 30.0L, rest = 0.875L;
+constexpr Real mu_k = 0.25L, mu_s = 0.3125L, stiffness = 30.0L, rest = 0.875L;
 constexpr Triple gravity{0.0L, 0.0L, -1.5L};
 constexpr double t_end = 2.0;
 
 System make_beads() {
   System system;
-  Coulomb rough{.name = "", .at = {}, .coefficient = static_cast<double>(mu)};
+  Coulomb rough{.name = "", .at = {}, .coefficient = static_cast<double>(mu_k)};
   rough.static_coefficient = static_cast<double>(mu_s);
   const auto vector = [](const Triple& a) {
     return Vector3{static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
@@ -97,7 +97,7 @@ class Reference {
     for (std::size_t i = 0; i < 3; ++i) {
       if (modes_[i] == 0) continue;
       d[i] = x[3 + i];
-      d[3 + i] = (f[i].along - mu * f[i].across * static_cast<Real>(modes_[i])) / masses[i];
+      d[3 + i] = (f[i].along - mu_k * f[i].across * static_cast<Real>(modes_[i])) / masses[i];
     }
     return d;
   }

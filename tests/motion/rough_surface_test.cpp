@@ -5,12 +5,13 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
+#include "scenes.hpp"
 
 /// \file Sliding in two dimensions.
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 /// The one event is the stop, with each method; then expect(simulation, method) of the place it comes to. At a stop the
 /// direction turns faster than fixed steps can follow: its instant lies within one of them.

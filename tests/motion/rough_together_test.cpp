@@ -5,12 +5,13 @@
 
 #include "motion/rough_guides.hpp"
 #include "motion/saved.hpp"
+#include "scenes.hpp"
 
 /// \file Contacts that stick and slide at the same instant.
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 void add_bead(double x, double v, double mass, System* system) {
   system->positions.insert(system->positions.end(), {x, 0.0, 0.0});

@@ -9,7 +9,7 @@
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 /// Released horizontally, on a rod or on a sphere.
 System make_pendulum(double length, bool has_rod) {

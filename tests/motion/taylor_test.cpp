@@ -1,6 +1,7 @@
 /// Method `taylor`: closed forms, what it counts, what it passes by other means.
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
@@ -14,7 +15,7 @@
 namespace tanor {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 double distance(const Simulation& a, const Simulation& b) {
   double worst = 0.0;

@@ -12,7 +12,7 @@ ScalarFunction f(const char* text) {
   return ScalarFunction::formula(text);
 }
 
-constexpr double mass = 2.0, gravity = 9.81;
+constexpr double bead_mass = 2.0, gravity = 9.81;
 
 /// On the wire d = (cos t, sin t, 0) through the origin, from rest at 1 m: s'' = s, s = cosh t.
 ///
@@ -21,7 +21,7 @@ System make_turning_wire(bool with_coordinates) {
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.velocities = {0.0, 1.0, 0.0};
-  system.masses = {mass};
+  system.masses = {bead_mass};
   const VectorFunction direction(f("cos(t)"), f("sin(t)"), 0.0);
   system.constraints = {Lines{"wire", {0}, Vector3{}, direction}};
   system.forces = {Gravity{"", {0.0, 0.0, -gravity}}};
@@ -48,9 +48,9 @@ TEST(TurningLine, MultipliersAreThoseOfTheClosedFormByEveryMethod) {
     for (const double t : {0.5, 1.0, 1.5, 2.0, 3.0}) {
       ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
 
-      const double scale = mass * (gravity + 2.0 * std::sinh(t));
-      EXPECT_NEAR(simulation.multipliers()[0], mass * gravity, way.error * scale) << name_of(way.motion.method);
-      EXPECT_NEAR(simulation.multipliers()[1], -2.0 * mass * std::sinh(t), way.error * scale)
+      const double scale = bead_mass * (gravity + 2.0 * std::sinh(t));
+      EXPECT_NEAR(simulation.multipliers()[0], bead_mass * gravity, way.error * scale) << name_of(way.motion.method);
+      EXPECT_NEAR(simulation.multipliers()[1], -2.0 * bead_mass * std::sinh(t), way.error * scale)
           << name_of(way.motion.method) << " at " << t;
       EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
     }
@@ -75,7 +75,7 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0};
   system.velocities.assign(6, 0.0);
-  system.masses = {mass, 1.0};
+  system.masses = {bead_mass, 1.0};
   system.constraints = {Lines{"wire", {0}, Vector3{}, VectorFunction(f("0.4*cos(3*t)"), f("0.4*sin(3*t)"), 1.0)},
                         Rods{"rod", {{0, 1}}, {}, {}}};
   system.forces = {Gravity{"", {1.0, 0.5, -gravity}}};

@@ -1,6 +1,7 @@
 /// Passages of a user's functions through 0.
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@
 namespace tanor {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 const double frequency = std::sqrt(9.81 / scenes::spacing);
 const double quarter = elliptic::quarter_period(0.5 * pi, frequency);
 

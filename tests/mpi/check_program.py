@@ -200,7 +200,7 @@ def polymer(method, count=60):
                         "triples": [[i, i + 1, i + 2] for i in range(count - 2)]},
                        {"kind": "spring", "pairs": [[i, i + 3] for i in range(count - 3)], "stiffness": 5.0,
                         "rest_length": 0.25, "damping": 0.02}],
-            "motion": {"method": method, "t_end": 0.2, "rtol": 1e-9}}
+            "motion": {"method": method, "t_end": 0.05, "rtol": 1e-9}}
 
 
 def melt(side=6):

@@ -162,4 +162,6 @@ async function play(browser) {
   if (picture) await browser.takePicture(picture);
 }
 
-await tryInBrowser(new Browser(chromium, { isDark: !!process.env.TANOR_PAGE_DARK }), tryPage);
+// Without a GPU each pixel takes time: where nobody looks at a picture, fewer of them do.
+const size = picture ? {} : { width: 960, height: 640 };
+await tryInBrowser(new Browser(chromium, { ...size, isDark: !!process.env.TANOR_PAGE_DARK }), tryPage);

@@ -10,10 +10,6 @@ Scene generate(const std::string& keys, const std::string& more = "") {
   return parse(R"({"tanor_scene": 1, "generate": {)" + keys + "}" + (more.empty() ? "" : ", " + more) + "}");
 }
 
-const Rods& rods_of(const Scene& scene) {
-  return std::get<Rods>(scene.system.constraints.at(0));
-}
-
 Vector3 position(const Scene& scene, std::size_t k) {
   const double* r = &scene.system.positions[3 * k];
   return {r[0], r[1], r[2]};

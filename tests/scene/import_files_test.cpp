@@ -19,14 +19,6 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-Scene import(const std::string& keys) {
-  return parse(R"({"tanor_scene": 1, "import": {)" + keys + "}}");
-}
-
-const Rods& rods_of(const Scene& scene) {
-  return std::get<Rods>(scene.system.constraints.at(0));
-}
-
 /// Lengths of all rods in millionths, each once.
 std::set<long> lengths_of(const Scene& scene) {
   std::set<long> lengths;

@@ -7,14 +7,6 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-Scene import(const std::string& keys) {
-  return parse(R"({"tanor_scene": 1, "import": {)" + keys + "}}");
-}
-
-const Rods& rods_of(const Scene& scene) {
-  return std::get<Rods>(scene.system.constraints.at(0));
-}
-
 std::vector<double> coordinates(const Scene& scene, std::size_t axis) {
   std::vector<double> found;
   for (std::size_t k = axis; k < scene.system.positions.size(); k += 3) found.push_back(scene.system.positions[k]);

@@ -21,7 +21,7 @@ std::string header(const std::string& shape) {
   return "{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + ", }\n";
 }
 
-std::string error_of(const std::string& content) {
+std::string npy_error(const std::string& content) {
   std::string_view bytes = content;
   try {
     read_npy("x.npy", &bytes);
@@ -54,20 +54,20 @@ TEST(NpyTest, TakesOneArrayAfterTheOther) {
 TEST(NpyTest, OtherFilesAreRefused) {
   const std::vector<double> four(4);
 
-  EXPECT_EQ(error_of(make_npy(header("(2, 2)"), four)), "no error");
-  EXPECT_EQ(error_of("PK\3\4 an archive"), "wanted a NumPy file");
-  EXPECT_EQ(error_of(make_npy(header("(2, 2)"), {}).substr(0, 40)), "wanted a NumPy file with a whole header");
-  EXPECT_EQ(error_of(make_npy("{'descr': '>f8', 'fortran_order': False, 'shape': (2, 2), }\n", four)),
+  EXPECT_EQ(npy_error(make_npy(header("(2, 2)"), four)), "no error");
+  EXPECT_EQ(npy_error("PK\3\4 an archive"), "wanted a NumPy file");
+  EXPECT_EQ(npy_error(make_npy(header("(2, 2)"), {}).substr(0, 40)), "wanted a NumPy file with a whole header");
+  EXPECT_EQ(npy_error(make_npy("{'descr': '>f8', 'fortran_order': False, 'shape': (2, 2), }\n", four)),
             "wanted numbers of type '<f8' (float64)");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 2), }\n", four)),
+  EXPECT_EQ(npy_error(make_npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 2), }\n", four)),
             "wanted an array in C order");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': False, }\n", four)),
+  EXPECT_EQ(npy_error(make_npy("{'descr': '<f8', 'fortran_order': False, }\n", four)),
             "wanted a shape of whole numbers, one or more");
   for (const char* shape : {"()", "(-2, 2)", "(two,)", "(2", "(2, , 2)"}) {
-    EXPECT_EQ(error_of(make_npy(header(shape), four)), "wanted a shape of whole numbers, one or more") << shape;
+    EXPECT_EQ(npy_error(make_npy(header(shape), four)), "wanted a shape of whole numbers, one or more") << shape;
   }
   for (const char* shape : {"(5,)", "(4294967296, 4294967296)", "(4294967296, 4294967296, 4294967296)"}) {
-    EXPECT_EQ(error_of(make_npy(header(shape), four)), "wanted as many numbers as its shape says") << shape;
+    EXPECT_EQ(npy_error(make_npy(header(shape), four)), "wanted as many numbers as its shape says") << shape;
   }
 }
 

@@ -15,6 +15,16 @@ inline Scene parse(const std::string& text) {
   return parse_scene(text, TANOR_TEST_DATA "/scene.json");
 }
 
+/// A scene of nothing but the file that is imported with these keys.
+inline Scene import(const std::string& keys) {
+  return parse(R"({"tanor_scene": 1, "import": {)" + keys + "}}");
+}
+
+/// The rods that "generate" and "import" make.
+inline const Rods& rods_of(const Scene& scene) {
+  return std::get<Rods>(scene.system.constraints.at(0));
+}
+
 /// What the program would print behind "tanor: ", with the bare file name.
 inline std::string error_of(const std::string& text, const std::filesystem::path& file = "scene.json") {
   try {

@@ -14,6 +14,9 @@
 
 namespace tanor {
 
+/// What answers of two solvers differ by, relative.
+inline constexpr double rounding = 1e-12;
+
 struct Answer {
   SolveReport report;
   std::vector<double> w, lambda, eta;

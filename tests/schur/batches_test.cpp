@@ -11,8 +11,6 @@
 namespace tanor {
 namespace {
 
-constexpr double rounding = 1e-12;
-
 using Pairs = std::vector<std::array<Index, 2>>;
 
 /// Points 0 … num_points - 1 that rods join to one island, supports among them.
@@ -98,13 +96,13 @@ System copies_of(const Shape& shape, int count, AnyNumbers* any) {
 const Shape triangle{3, {{0, 1}, {1, 2}, {2, 0}}, {}};
 const Shape tetrahedron{4, {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}, {}};
 
-Shape path(Index num_rods) {
+Shape path_shape(Index num_rods) {
   Shape shape{num_rods + 1, {}, {}};
   for (Index k = 0; k < num_rods; ++k) shape.rods.push_back({k, k + 1});
   return shape;
 }
 Shape ring(Index num_rods) {
-  Shape shape = path(num_rods - 1);
+  Shape shape = path_shape(num_rods - 1);
   shape.rods.push_back({num_rods - 1, 0});
   return shape;
 }
@@ -134,7 +132,7 @@ TEST(Batches, AgreeWithTheGeneralSolverOnAnyTopologies) {
 
 TEST(Batches, AgreeWithTheGeneralSolverOnClustersRingsTrianglesAndTetrahedra) {
   AnyNumbers any(12);
-  for (const Shape& shape : {path(1), path(10), path(99), ring(6), ring(12), triangle, tetrahedron}) {
+  for (const Shape& shape : {path_shape(1), path_shape(10), path_shape(99), ring(6), ring(12), triangle, tetrahedron}) {
     for (const int count : {1, 7, 8, 9, 24}) {
       SCOPED_TRACE(std::to_string(count) + " islands of " + std::to_string(shape.rods.size()) + " rods");
       expect_agreement(copies_of(shape, count, &any));
@@ -197,13 +195,13 @@ void expect_the_same_motion(const System& system, const std::string& solver) {
 
 TEST(Batches, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(17);
-  expect_the_same_motion(copies_of(path(10), 20, &any), "batches");
+  expect_the_same_motion(copies_of(path_shape(10), 20, &any), "batches");
   expect_the_same_motion(breathing_rings(&any), "batches");
 }
 
 TEST(Batches, GiveTheSameBitsForAnyNumberOfThreads) {
   AnyNumbers any(14);
-  System system = copies_of(path(10), 3003, &any);
+  System system = copies_of(path_shape(10), 3003, &any);
   const Answer one = solve(system, {.linear_solver = LinearSolver::Batches, .threads = 1});
   for (const int threads : {2, 3, 8}) {
     const Answer several = solve(system, {.linear_solver = LinearSolver::Batches, .threads = threads});
@@ -220,7 +218,7 @@ TEST(Batches, LeaveSingularIslandsToTheGeneralSolverWhichNamesTheRow) {
     x[6] = 0.3 * x[0] + 0.7 * x[3];
   }
   std::fill(flat.velocities.begin(), flat.velocities.end(), 0.0);
-  Shape twice = path(4);
+  Shape twice = path_shape(4);
   twice.rods.push_back({2, 1});
   const System doubled = copies_of(twice, 20, &any);
 
@@ -245,9 +243,9 @@ System islands_of_every_kind(AnyNumbers* any) {
   System system;
   Pairs rods;
   for (int k = 0; k < 9; ++k) {
-    for (const Shape& shape : {path(3), triangle, path(10)}) add_island(shape, any, &system, &rods);
+    for (const Shape& shape : {path_shape(3), triangle, path_shape(10)}) add_island(shape, any, &system, &rods);
   }
-  for (const Index num_rods : {150, 37}) add_island(path(num_rods), any, &system, &rods);
+  for (const Index num_rods : {150, 37}) add_island(path_shape(num_rods), any, &system, &rods);
   system = shuffled(system, rods, any);
   Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
   Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
@@ -279,8 +277,8 @@ TEST(Batches, ServeWhereManyIslandsAreAlikeUnlessForced) {
   EXPECT_EQ(Dynamics(rings).plan().linear_solver(), "batches");
   EXPECT_EQ(Dynamics(few).plan().linear_solver(), "paths");
   EXPECT_EQ(Dynamics(few, {.linear_solver = LinearSolver::Batches}).plan().linear_solver(), "batches");
-  EXPECT_EQ(Dynamics(copies_of(path(99), 16, &any)).plan().linear_solver(), "batches");
-  EXPECT_EQ(Dynamics(copies_of(path(99), 12, &any)).plan().linear_solver(),
+  EXPECT_EQ(Dynamics(copies_of(path_shape(99), 16, &any)).plan().linear_solver(), "batches");
+  EXPECT_EQ(Dynamics(copies_of(path_shape(99), 12, &any)).plan().linear_solver(),
             "paths");  // a quarter of the lanes would lie idle
   EXPECT_EQ(Dynamics(copies_of(ring(99), 12, &any)).plan().linear_solver(), "batches");
   EXPECT_EQ(Dynamics(mixed).plan().linear_solver(), "batches+general");

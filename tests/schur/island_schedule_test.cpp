@@ -7,14 +7,14 @@
 namespace tanor {
 namespace {
 
-IslandTopology path(int num_rods) {
+IslandTopology path_topology(int num_rods) {
   IslandTopology topology{num_rods + 1, 0, {}};
   for (int k = 0; k < num_rods; ++k) topology.rods.push_back({k, k + 1});
   return topology;
 }
 
 TEST(IslandSchedule, EliminatesAPathFromBothEndsWithoutFill) {
-  const IslandSchedule schedule(path(7));
+  const IslandSchedule schedule(path_topology(7));
 
   std::vector<int> order;
   for (const IslandSchedule::Column& column : schedule.columns) order.push_back(column.row);
@@ -38,7 +38,7 @@ TEST(IslandSchedule, KnowsWhichRodsShareAMovingPoint) {
 }
 
 TEST(IslandSchedule, ARingOfSixFillsThreeSlots) {
-  IslandTopology ring = path(5);
+  IslandTopology ring = path_topology(5);
   ring.rods.push_back({0, 5});
 
   EXPECT_EQ(IslandSchedule(ring).num_fill_slots, 3u);

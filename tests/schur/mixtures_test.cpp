@@ -30,14 +30,14 @@ System copies_of(int count, Index num_points, const Pairs& rods, AnyNumbers* any
   return system;
 }
 
-Pairs path(Index num_rods) {
+Pairs path_rods(Index num_rods) {
   Pairs rods;
   for (Index k = 0; k < num_rods; ++k) rods.push_back({k, k + 1});
   return rods;
 }
 
 System clusters(int count, AnyNumbers* any) {
-  return copies_of(count, 11, path(10), any);
+  return copies_of(count, 11, path_rods(10), any);
 }
 
 /// Nets stay nets where the points of a plane grid move by up to a third of a rod.
@@ -75,7 +75,7 @@ System tetrahedra_in_a_row(int count, AnyNumbers* any) {
 
 /// What has angles, pulleys, guides of what rods join, sums, a user's own constraint, lengths and a support that move.
 System of_every_other_kind(AnyNumbers* any) {
-  System system = copies_of(3, 7, path(6), any);
+  System system = copies_of(3, 7, path_rods(6), any);
   system.constraints.emplace_back(Angles{"angles", {{0, 1, 2}, {3, 4, 5}}, {}});
   system.constraints.emplace_back(Pulleys{"pulley", {{7, 13}}, {0.0, 0.0, 5.0}, {1.0, 0.0, 5.0}, {}, 1.5});
   system.constraints.emplace_back(
@@ -122,7 +122,7 @@ System mixture(AnyNumbers* any) {
   put_beside(net(4, 5, any), &system);
   put_beside(clusters(30, any), &system);
   put_beside(of_every_other_kind(any), &system);
-  put_beside(copies_of(1, 61, path(60), any), &system);
+  put_beside(copies_of(1, 61, path_rods(60), any), &system);
   put_beside(tetrahedra_in_a_row(4, any), &system);
   put_beside(copies_of(1, 41, star(8, 5), any), &system);
   return system;
@@ -301,7 +301,7 @@ System moving_mixture(bool is_uniform) {
   System system = net(4, 5, &any);
   put_beside(clusters(20, &any), &system);
   put_beside(tetrahedra_in_a_row(4, &any), &system);
-  put_beside(copies_of(1, 31, path(30), &any), &system);
+  put_beside(copies_of(1, 31, path_rods(30), &any), &system);
   put_beside(beads(5, &any), &system);
   System hung = net(3, 4, &any);
   hung.supports.push_back({"shaken", {0}, {ScalarFunction::formula("0.1*sin(3*t)^2"), 0.0, 0.0}});

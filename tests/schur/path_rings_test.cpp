@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-constexpr double rounding = 1e-13;
+constexpr double ring_rounding = 1e-13;
 
 /// Rings of these sizes, numbered at random, their rods given in any order and direction; every other rod crosses into
 /// the next cell of a lattice where offsets are wanted.
@@ -121,24 +121,24 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
 
   EXPECT_EQ(solved.found.largest_right_side, scale);
   EXPECT_GT(solved.found.reciprocal_condition, 1e-3);
-  EXPECT_LE(solved.found.residual, rounding * scale);
-  EXPECT_LE(residual_of(numbers, solved), rounding * scale);
-  EXPECT_LE(largest_difference(accelerations_of(numbers, solved), solved.w), rounding * of_w);
+  EXPECT_LE(solved.found.residual, ring_rounding * scale);
+  EXPECT_LE(residual_of(numbers, solved), ring_rounding * scale);
+  EXPECT_LE(largest_difference(accelerations_of(numbers, solved), solved.w), ring_rounding * of_w);
 
   // Another sweep, so that nothing is left from the first one.
   Numbers again(system, random);
   const Elimination factor = again.solver->factorize(Parallel(1), solved.blocks.data());
-  EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, rounding);
+  EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, ring_rounding);
   std::vector<double> x(solved.b.size()), rows = solved.b, points(solved.w.size());
   again.solver->solve_negative(Parallel(1), solved.b.data(), x.data());
-  EXPECT_LE(largest_difference(x, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(x, solved.lambda), ring_rounding * of_lambda);
   x = solved.b;
   again.solver->solve_negative(Parallel(1), x.data(), x.data());
-  EXPECT_LE(largest_difference(x, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(x, solved.lambda), ring_rounding * of_lambda);
   again.solver->correct(Parallel(1), solved.blocks.data(), rows.data(), points.data());
-  EXPECT_LE(largest_difference(rows, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(rows, solved.lambda), ring_rounding * of_lambda);
   for (std::size_t i = 0; i < points.size(); ++i) points[i] += numbers.w0[i];
-  EXPECT_LE(largest_difference(points, solved.w), rounding * of_w);
+  EXPECT_LE(largest_difference(points, solved.w), ring_rounding * of_w);
 }
 
 TEST(PathRings, AllCallsAgreeWithKAndM) {
@@ -166,7 +166,7 @@ TEST(PathRings, ThreadsGiveTheSameBits) {
     EXPECT_EQ(one.lambda, two.lambda);
     EXPECT_EQ(one.w, two.w);
     EXPECT_EQ(one.found.residual, two.found.residual);
-    EXPECT_LE(one.found.residual, rounding * one.found.largest_right_side);
+    EXPECT_LE(one.found.residual, ring_rounding * one.found.largest_right_side);
     std::vector<double> x(one.b.size()), y(one.b.size());
     numbers.solver->solve_negative(Parallel(1), one.b.data(), x.data());
     numbers.solver->solve_negative(Parallel(2), one.b.data(), y.data());

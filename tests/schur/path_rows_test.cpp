@@ -67,7 +67,7 @@ struct Rows : SolverAtPlace {
 
 const std::vector<std::vector<std::size_t>> shapes = {{1},      {2},           {3, 1, 2},          {127}, {128}, {129},
                                                       {130, 5}, {255, 9, 257}, {10, 10, 10, 1000}, {7000}};
-constexpr double rounding = 1e-14;
+constexpr double row_rounding = 1e-14;
 
 class PathRows : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, PathRows, testing::Values(Kind::Plain, Kind::Shifted, Kind::Timed));
@@ -80,14 +80,14 @@ TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
 
     const double violation = rows.solver.evaluate_values(parallel, rows.r.data(), rows.here.data());
     const double known = rows.work.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
-    EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
-    EXPECT_NEAR(violation, known, rounding * (1.0 + known));
+    EXPECT_LE(largest_difference(rows.here, rows.there), row_rounding);
+    EXPECT_NEAR(violation, known, row_rounding * (1.0 + known));
 
     const double rate = rows.solver.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
     const double known_rate =
         rows.work.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
-    EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
-    EXPECT_NEAR(rate, known_rate, rounding);
+    EXPECT_LE(largest_difference(rows.here, rows.there), row_rounding);
+    EXPECT_NEAR(rate, known_rate, row_rounding);
   }
 }
 
@@ -110,9 +110,9 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
                           again_blocks.data(), b.data(), again.data(), w_again.data());
 
     ASSERT_GT(solved.reciprocal_condition, 0.0);
-    EXPECT_LE(largest_difference(blocks, again_blocks), rounding);
+    EXPECT_LE(largest_difference(blocks, again_blocks), row_rounding);
     EXPECT_NEAR(linearised.reciprocal_condition / solved.reciprocal_condition, 1.0, 1e-10);
-    EXPECT_NEAR(found.largest_right_side / solved.largest_right_side, 1.0, rounding);
+    EXPECT_NEAR(found.largest_right_side / solved.largest_right_side, 1.0, row_rounding);
     EXPECT_LE(found.residual, 1e-11 * found.largest_right_side);
     EXPECT_LE(relative_difference(again, lambda), 1e-12);
     EXPECT_LE(relative_difference(w_again, w), 1e-12);

@@ -7,8 +7,6 @@
 namespace tanor {
 namespace {
 
-constexpr double rounding = 1e-12;
-
 System points_in_space(int count, AnyNumbers* any) {
   System system;
   for (int k = 0; k < count; ++k) add_point({2.0 + (*any)(), (*any)(), (*any)()}, any, &system);
@@ -50,7 +48,7 @@ int rows_of(int kind) {
   return kind < 2 ? 1 : 2;
 }
 
-void expect_agreement(const System& system, double t) {
+void expect_guides_agree(const System& system, double t) {
   const Answer general = solve(system, {.linear_solver = LinearSolver::General}, t),
                points = solve(system, {.linear_solver = LinearSolver::ClosedForm}, t);
   ASSERT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
@@ -72,7 +70,7 @@ TEST(PointsOnGuides, AgreeWithTheGeneralSolverOnOneGuide) {
                      " points");
         System system = points_in_space(count, &any);
         system.constraints = {any_guide(all_points(system), moves, kind, &any)};
-        expect_agreement(system, moves ? 0.4 : 0.0);
+        expect_guides_agree(system, moves ? 0.4 : 0.0);
       }
     }
   }
@@ -95,7 +93,7 @@ TEST(PointsOnGuides, AgreeWithTheGeneralSolverOnAnyGuidesOfUpToThreeRows) {
         rows -= rows_of(kind);
       }
     }
-    expect_agreement(system, 0.0);
+    expect_guides_agree(system, 0.0);
   }
 }
 

@@ -12,8 +12,6 @@
 namespace tanor {
 namespace {
 
-constexpr double rounding = 1e-12;
-
 /// Rods of random lengths and directions that come back to where they began, numbered at random, given in any order and
 /// direction; `height`: how far points lie above and below a circle.
 System make_ring(Index num_points, double height, AnyNumbers* any) {

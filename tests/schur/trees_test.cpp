@@ -11,8 +11,6 @@
 namespace tanor {
 namespace {
 
-constexpr double rounding = 1e-12;
-
 struct Growth {
   int num_points = 0, supports = 0;
   int most_back = 1 << 30;  ///< a point joins one of so many before it
@@ -70,7 +68,7 @@ System make_tree(const Growth& shape, AnyNumbers* any) {
 }
 
 /// Returns the refinements that it took.
-int expect_agreement(const System& system, double tolerance) {
+int expect_trees_agree(const System& system, double tolerance) {
   const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.2),
                trees = solve(system, {.linear_solver = LinearSolver::Trees}, 0.2);
   EXPECT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
@@ -91,7 +89,7 @@ TEST(Trees, AgreeWithTheGeneralSolver) {
         SCOPED_TRACE(testing::Message() << num_points << " points, " << supports << " supports, back " << most_back);
         const bool extra = num_points % 2 == 0;
         ++solved;
-        refined += expect_agreement(make_tree({num_points, supports, most_back, extra, extra}, &any), rounding);
+        refined += expect_trees_agree(make_tree({num_points, supports, most_back, extra, extra}, &any), rounding);
       }
     }
   }
@@ -110,7 +108,7 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
     for (const auto& [i, j] : std::get<Rods>(one.constraints[0]).pairs)
       std::get<Rods>(system.constraints[0]).pairs.push_back({shift + i, shift + j});
   }
-  (void)expect_agreement(system, rounding);
+  (void)expect_trees_agree(system, rounding);
   const Answer a = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 1}),
                b = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 2});
   EXPECT_EQ(a.w, b.w);
@@ -195,7 +193,7 @@ TEST(Trees, OfEqualBranchesAgreeWithTheGeneralSolver) {
         SCOPED_TRACE(testing::Message() << parents.size() << " rods a tooth, " << teeth << " teeth");
         if (teeth * parents.size() < 8) continue;
         ++solved;
-        refined += expect_agreement(make_comb(teeth, parents, with_extras, &any), rounding);
+        refined += expect_trees_agree(make_comb(teeth, parents, with_extras, &any), rounding);
       }
     }
   }
@@ -213,7 +211,7 @@ System with_held(System system, const std::vector<Index>& points) {
 
 TEST(Trees, BranchesHeldBySupportsAgreeToo) {
   AnyNumbers any(9);
-  (void)expect_agreement(with_held(make_comb(30, binary_tree(4), false, &any), {3, 100, 200}), rounding);
+  (void)expect_trees_agree(with_held(make_comb(30, binary_tree(4), false, &any), {3, 100, 200}), rounding);
 }
 
 TEST(Trees, ThreadsGiveTheSameBitsInLanes) {

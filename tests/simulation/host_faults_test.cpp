@@ -9,12 +9,11 @@
 #include <tanor/motion.hpp>
 
 #include "errors.hpp"
+#include "measures.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// At rest and without a force: terms of its series are 0.
 System make_resting_chain() {

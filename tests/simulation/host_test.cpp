@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 
@@ -10,13 +9,12 @@
 #include <rapidcheck/gtest.h>
 
 #include "dynamics/solved.hpp"
+#include "measures.hpp"
 
 namespace tanor {
 namespace {
 
 using Eigen::VectorXd;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // ---- small and empty systems -------------------------------------------------------------------------------------
 

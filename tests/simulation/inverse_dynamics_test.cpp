@@ -14,7 +14,7 @@ namespace tanor {
 namespace {
 
 /// A bead of 2 kg on a rod of 1 m, its weight along -y.
-System make_pendulum() {
+System make_heavy_pendulum() {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 2.0};
@@ -36,7 +36,7 @@ MotionState turn(double t) {
 }
 
 TEST(InverseDynamics, ControlOfAPendulumByItsClosedForm) {
-  InverseDynamics problem(make_pendulum());
+  InverseDynamics problem(make_heavy_pendulum());
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
 
@@ -59,10 +59,10 @@ TEST(InverseDynamics, ControlOfAPendulumByItsClosedForm) {
 }
 
 TEST(InverseDynamics, CoordinatesAloneGiveTheSameForces) {
-  System system = make_pendulum();
+  System system = make_heavy_pendulum();
   system.constraints.clear();
   system.coordinates = {ChainAngles{"angle", {1}, 0, {}, {0.0, 0.0, 1.0}}};
-  InverseDynamics by_constraints(make_pendulum()), by_coordinates(system);
+  InverseDynamics by_constraints(make_heavy_pendulum()), by_coordinates(system);
 
   const MotionForces expected = by_constraints.evaluate(0.3, turn(0.3));
   const MotionForces forces = by_coordinates.evaluate(0.3, turn(0.3));
@@ -171,7 +171,7 @@ TEST(InverseDynamics, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
 }
 
 TEST(InverseDynamics, RoundTripOfARodOfChangingLength) {
-  System system = make_pendulum();
+  System system = make_heavy_pendulum();
   system.constraints = {Rods{"rod", {{0, 1}}, ScalarFunction::formula("1 + 0.3*sin(2*t)"), {}}};
   system.velocities = {0, 0, 0, 0.6, 0.0, 0.0};
 
@@ -182,7 +182,7 @@ TEST(InverseDynamics, RoundTripOfARodOfChangingLength) {
 }
 
 TEST(InverseDynamics, ControlForceAppliedBringsTheProgrammedMotionBack) {
-  System system = make_pendulum();
+  System system = make_heavy_pendulum();
   InverseDynamics problem(system);
   std::vector<double> times, control[3];
   for (int k = 0; k <= 400; ++k) {
@@ -234,7 +234,7 @@ TEST(InverseDynamics, NamesTheRowThatAMotionBreaksAndByHowMuch) {
 }
 
 TEST(InverseDynamics, SupportsThatDoNotMoveAsPrescribedAreNamed) {
-  InverseDynamics problem(make_pendulum());
+  InverseDynamics problem(make_heavy_pendulum());
   MotionState state = turn(0.0);
   state.value[2] = 0.5;  // the scene is 1 m large
 
@@ -245,12 +245,12 @@ TEST(InverseDynamics, SupportsThatDoNotMoveAsPrescribedAreNamed) {
 }
 
 TEST(InverseDynamics, RedundantRodsShareTheLoadInEqualParts) {
-  System system = make_pendulum();
+  System system = make_heavy_pendulum();
   system.constraints.push_back(Rods{"twin", {{1, 0}}, {}, {}});
   InverseDynamics problem(system);
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
-  const MotionForces single = InverseDynamics(make_pendulum()).evaluate(0.7, turn(0.7));
+  const MotionForces single = InverseDynamics(make_heavy_pendulum()).evaluate(0.7, turn(0.7));
 
   ASSERT_TRUE(forces.outcome.ok()) << forces.outcome.what;
   ASSERT_EQ(forces.multipliers.size(), 2U);

@@ -18,7 +18,8 @@
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81, pi = std::numbers::pi;
+using scenes::g;
+using std::numbers::pi;
 
 /// Beads of 0.1 kg on rods of 0.1 m from a support.
 System make_held_chain(int rods, const Vector3& rod) {

@@ -8,11 +8,12 @@
 #include <tanor/modes.hpp>
 
 #include "errors.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 /// `count` rods of the given length between the supports at the ends; beads start on a parabola below the chord.
 System make_hanging_chain(int count, double length, double mass, Vector3 end, double sag) {

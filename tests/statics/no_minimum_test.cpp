@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 #include <tanor/equilibrium.hpp>
 
+#include "scenes.hpp"
+
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 System make_point(const Vector3& place, const std::string& energy) {
   System system;

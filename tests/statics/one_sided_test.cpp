@@ -9,11 +9,12 @@
 #include <tanor/modes.hpp>
 
 #include "errors.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 std::vector<Index> all_but_first(std::size_t points) {
   std::vector<Index> result;

@@ -8,13 +8,14 @@
 #include <tanor/modes.hpp>
 
 #include "errors.hpp"
+#include "scenes.hpp"
 #include "statics/equilibrium_equations.hpp"
 #include "statics/kkt_solver.hpp"
 
 namespace tanor {
 namespace {
 
-constexpr double g = 9.81;
+using scenes::g;
 
 /// Points somewhere in a cube; the last one is a support.
 System cloud(std::size_t count, double size) {

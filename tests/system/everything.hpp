@@ -7,10 +7,11 @@
 
 #include <tanor/system.hpp>
 
+#include "measures.hpp"
+
 /// \file A valid system with everything, and what validation says where one thing of it is changed.
 namespace tanor::everything {
 
-inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 inline ScalarFunction formula(const char* text) {

@@ -9,7 +9,7 @@
 namespace tanor {
 namespace {
 
-System make_system() {
+System make_gear_in_field() {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 2, 1, 0};
   system.velocities = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -24,7 +24,7 @@ System make_system() {
 
 template <class Change>
 std::string error_of(const Change& change) {
-  System system = make_system();
+  System system = make_gear_in_field();
   change(std::get<UserConstraints>(system.constraints[0]), std::get<FormulaForce>(system.forces[0]));
   try {
     validate(system, 0.5);
@@ -89,7 +89,7 @@ TEST(FormulaForceValidation, EachFaultIsNamed) {
 }
 
 TEST(UserConstraintsNames, AreThoseOfTheFormulaKind) {
-  System system = make_system();
+  System system = make_gear_in_field();
   std::get<UserConstraints>(system.constraints[0]).name.clear();
   std::get<FormulaForce>(system.forces[0]).name.clear();
 

@@ -13,7 +13,7 @@ namespace tanor {
 namespace {
 
 /// Two points: one free, one on a line by a formula.
-System make_system() {
+System make_points_on_coordinates() {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0};
   system.masses = {1, 1};
@@ -30,7 +30,7 @@ UserCoordinates& user(System& system) {
 class CoordinateMistakeTest : public testing::TestWithParam<Mistake> {};
 
 TEST_P(CoordinateMistakeTest, IsNamedWithItsPlace) {
-  expect_named_with_its_place(GetParam(), make_system());
+  expect_named_with_its_place(GetParam(), make_points_on_coordinates());
 }
 
 const Mistake mistakes[] = {
@@ -73,12 +73,12 @@ const Mistake mistakes[] = {
 INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(mistakes), name_of);
 
 TEST(ValidateTest, CoordinatesOfAGoodSystemPass) {
-  EXPECT_NO_THROW(validate(make_system()));
+  EXPECT_NO_THROW(validate(make_points_on_coordinates()));
 }
 
 /// Names of coordinates and of the constraints that say the same do not meet.
 TEST(ValidateTest, CoordinatesMayBeNamedAsConstraints) {
-  System system = make_system();
+  System system = make_points_on_coordinates();
   system.constraints = {Lines{"b", {1}, {}, Vector3{1, 0, 0}}};
 
   EXPECT_NO_THROW(validate(system));
