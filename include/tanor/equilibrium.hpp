@@ -49,7 +49,7 @@ struct OneSided {
 struct EquilibriumOptions {
   EquilibriumMethod method = EquilibriumMethod::Auto;
   double force_tolerance = 1e-10;  ///< of the largest force, > 0
-  int max_iterations = 500;        ///< > 0
+  int max_iterations = 500;        ///< > 0, of one search; Auto may search several times
   AcceptedEquilibria accept = AcceptedEquilibria::Stable;
   double at = 0.0;     ///< s: the time of all that depends on time
   int load_steps = 1;  ///< > 0: gravity and constant forces grow in so many equal steps
@@ -72,8 +72,8 @@ struct StabilityReport {
 /// How an equilibrium was searched.
 struct EquilibriumSearch {
   EquilibriumMethod method_used = EquilibriumMethod::Newton;
-  int iterations = 0, factorizations = 0;
-  std::vector<double> residuals;  ///< N, of each iteration
+  int iterations = 0, factorizations = 0;  ///< of all searches
+  std::vector<double> residuals;           ///< N, of each iteration
 };
 
 /// An equilibrium f + K lambda = 0, xi = 0 at rest. Arrays are in the user's order.

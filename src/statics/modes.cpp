@@ -25,9 +25,8 @@ namespace {
 
 /// Below so many freedoms all modes are found, by dense matrices with so many numbers at most.
 constexpr std::size_t most_dense_freedoms = 300, most_dense_numbers = 50'000'000;
-/// Where forces are not quite in balance, zero modes are known less well: so many times what is left. Of damped ones,
-/// a part of the scale of omega^2.
-constexpr double share_of_residual = 100.0, rounding = 1e-12;
+/// Of damped modes, a part of the scale of omega^2 that passes for zero.
+constexpr double rounding = 1e-12;
 
 /// What says which system it is.
 EquilibriumOptions describe_system(const ModesOptions& options) {
@@ -104,7 +103,7 @@ Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double toler
   const ModeSet found = plan.is_dense ? finder->find_all() : finder->find_lowest(plan.count, tolerance);
   if (!found.outcome.ok()) return found.outcome;
   ZeroModes zero(state.equations(), plan.is_dense ? ZeroModes::Found::ByDenseMatrices : ZeroModes::Found::ByFactor);
-  zero.raise(share_of_residual * state.residual());
+  zero.raise(state.residual());
   write_modes(state.model(), found, plan.count, zero, result);
   result->residual_max = found.residual;
   if (plan.is_dense || result->unstable_directions < plan.count) return {};
@@ -205,8 +204,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
   const double lightest = *std::min_element(model.mass.begin(), model.mass.end());
-  const double zero =
-      std::max(rounding * finder.scale(), share_of_residual * state.residual() / (model.smallest_length * lightest));
+  const double zero = std::max(rounding * finder.scale(),
+                               ZeroModes::share_of_residual * state.residual() / (model.smallest_length * lightest));
   if (options.damped && !plan.is_dense) {
     const DampedModes found = find_lowest_damped_modes(state, plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
     if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);

@@ -82,7 +82,11 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
     }
     largest_scale_ = std::max(largest_scale_, residual_.scale);
     if (is_small(limits) && is_small_here(limits, *state)) {
-      if (rests(*state)) return {};
+      if (rests(*state)) {
+        if (residual_.force > limits.force_tolerance * residual_.scale && done < limits.max_iterations && halves(state))
+          continue;
+        return {};
+      }
       if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
     }
     if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_)
@@ -147,6 +151,26 @@ bool NewtonDescent::rests(const StaticState& state) {
   Step step;
   solve_step(&step);
   return longest(step.dr) <= most;
+}
+
+/// Rounding of single points excuses what is left, but a sum of many of the same sign is none: another step of Newton's
+/// method is taken where it halves the rest.
+bool NewtonDescent::halves(StaticState* state) {
+  equations_.linearise(state->r.data(), state->lambda.data());
+  if (!factorize(0.0)) return false;
+  Step step;
+  solve_step(&step);
+  StaticState next = *state;
+  for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
+  for (std::size_t a = 0; a < step.dlambda.size(); ++a) next.lambda[a] += step.dlambda[a];
+  const StaticResidual found = measure(next);
+  const bool is_better =
+      found.force < 0.5 * residual_.force && found.violation <= std::max(residual_.violation, violation_tolerance());
+  residual_ = is_better ? found : measure(*state);
+  if (!is_better) return false;
+  ++iterations_;
+  *state = std::move(next);
+  return true;
 }
 
 bool NewtonDescent::factorize(double shift) {

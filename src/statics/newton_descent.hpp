@@ -71,6 +71,7 @@ class NewtonDescent {
   bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   StiffnessMatrix::Curvature choose_curvature(const StaticState& state);
+  bool halves(StaticState* state);
   bool try_descent(StaticState* state);
   Outcome explain(const char* why) const;
   bool factorize(double shift);

@@ -20,12 +20,11 @@ void keep_lowest(const ModeSet& modes, Rows k, ReducedInertia* result) {
   result->shape.assign(modes.shapes.col(k).begin(), modes.shapes.col(k).end());
 }
 
-ReducedInertia find_dense(const EquilibriumEquations& equations, ModeFinder* finder) {
+ReducedInertia find_dense(const ZeroModes& zero, ModeFinder* finder) {
   ReducedInertia result;
   const ModeSet modes = finder->find_all();
   result.is_known = modes.outcome.ok();
   if (!result.is_known || modes.omega2.size() == 0) return result;
-  const ZeroModes zero(equations, ZeroModes::Found::ByDenseMatrices);
   for (Rows k = 0; k < modes.omega2.size(); ++k) {
     if (std::abs(modes.omega2[k]) <= zero.of_mode(modes.shapes.col(k))) {
       ++result.zero;
@@ -67,10 +66,8 @@ void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, R
   }
 }
 
-ReducedInertia find_sparse(const EquilibriumEquations& equations, std::size_t freedoms, ModeFinder* finder,
-                           KktSolver* solver) {
+ReducedInertia find_sparse(const ZeroModes& zero, std::size_t freedoms, ModeFinder* finder, KktSolver* solver) {
   ReducedInertia result;
-  const ZeroModes zero(equations, ZeroModes::Found::ByFactor);
   std::vector<double> shifts = zero.of_points();
   for (double& each : shifts) each = -each;
   if (!solver->factorize(std::move(shifts))) {
@@ -93,9 +90,10 @@ std::optional<std::size_t> count_unstable(const ZeroModes& zero, KktSolver* solv
 ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, std::size_t freedoms,
                             const std::vector<std::size_t>& dependent, KktSolver* solver) {
   if (freedoms == 0) return {};
+  const bool is_dense = equations.size() <= most_dense_unknowns;
+  const ZeroModes zero(equations, is_dense ? ZeroModes::Found::ByDenseMatrices : ZeroModes::Found::ByFactor);
   ModeFinder finder(equations, *solver, freedoms, dependent);
-  ReducedInertia result = equations.size() <= most_dense_unknowns ? find_dense(equations, &finder)
-                                                                  : find_sparse(equations, freedoms, &finder, solver);
+  ReducedInertia result = is_dense ? find_dense(zero, &finder) : find_sparse(zero, freedoms, &finder, solver);
   if (result.zero > 0) result.rigid_zero = std::min(result.zero, count_rigid_modes(equations, r));
   return result;
 }

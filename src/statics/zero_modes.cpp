@@ -49,10 +49,9 @@ std::vector<Island> describe(const EquilibriumEquations& equations, const std::v
 }
 
 double find_rounding(const Island& island, ZeroModes::Found found) {
-  constexpr double of_dense_matrices = 1e-12, of_penalties = 1e-9, least = 1e-13, short_chain = 100.0;
-  if (found == ZeroModes::Found::ByDenseMatrices) return of_dense_matrices;
-  if (!island.has_rows) return least;
-  return std::max(least, of_penalties * std::min(1.0, std::pow(short_chain / island.points, 2)));
+  constexpr double of_dense_matrices = 1e-12, of_multipliers = 1e-9, least = 1e-13, short_chain = 100.0;
+  if (!island.has_rows) return found == ZeroModes::Found::ByDenseMatrices ? of_dense_matrices : least;
+  return std::max(least, of_multipliers * std::min(1.0, std::pow(short_chain / island.points, 2)));
 }
 
 }  // namespace
@@ -87,7 +86,7 @@ double ZeroModes::least() const {
 
 void ZeroModes::raise(double force) {
   for (std::size_t i = 0; i < of_points_.size(); ++i)
-    of_points_[i] = std::max(of_points_[i], force / (model_.smallest_length * model_.mass[i]));
+    of_points_[i] = std::max(of_points_[i], share_of_residual * force / (model_.smallest_length * model_.mass[i]));
 }
 
 }  // namespace tanor

@@ -6,11 +6,12 @@
 
 namespace tanor {
 
-/// What passes for omega^2 = 0, of equilibria and of modes alike: what rounding leaves of q'Wq.
+/// What passes for omega^2 = 0, of equilibria and of modes alike: what rounding leaves of q'Wq, a part of the rows of
+/// W.
 ///
-/// Of dense matrices that is 1e-12 of the rows of W. A factor with penalties in the place of constraints knows 1e-9 of
-/// them in islands of up to 100 points and less of more, as 1e-9 (100/points)^2, since the lowest omega^2 of a long
-/// chain is as small by nature; without constraints, and at least, 1e-13.
+/// Multipliers, and factors with penalties in the place of constraints, are known to 1e-9 in islands of up to 100
+/// points; in larger ones the part is less, 1e-9 (100/points)^2 and at least 1e-13, since the lowest omega^2 of a long
+/// chain is as small by nature. Without constraints it is 1e-12 of dense matrices and 1e-13 of a factor.
 class ZeroModes {
  public:
   enum class Found { ByDenseMatrices, ByFactor };
@@ -24,8 +25,10 @@ class ZeroModes {
   double of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const;
   bool are_equal() const;
   double least() const;
-  /// Where nothing balances such a force, N, at some point, W is not known closer than to it over a length.
+  /// Where nothing balances such a force, N, at some point, multipliers are not known closer than a hundred times it,
+  /// nor W than that over a length.
   void raise(double force);
+  static constexpr double share_of_residual = 100.0;
 
  private:
   const Model& model_;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 #include <tanor/modes.hpp>
 
 #include "../scenes.hpp"
@@ -151,6 +152,53 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
 
       ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
       EXPECT_NEAR(found.load_factor, 2.5, 2.5e-10);
+    }
+  }
+}
+
+/// The same by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for columns whose
+/// bending is a small difference of large terms.
+TEST(GreenhillColumn, OfManyRodsBucklesUnderItsOwnWeight) {
+  for (const int count : {50, 100, 300}) {
+    const double length = 1.0 / count, kappa = 1.0 / length, mass = 0.1;
+    System system = scenes::make_chain_along(count, {0.0, 0.0, length}, mass);
+    system.supports = {Support{"", {0, 1}}};
+    system.forces = {Gravity{"weight", {0, 0, -9.81}}, bend(count, BendingLaw::Harmonic, kappa)};
+    const int moving = count - 1;
+    Eigen::MatrixXd bending = Eigen::MatrixXd::Zero(moving, moving);
+    Eigen::VectorXd weight(moving);
+    for (int i = 0; i < moving; ++i) {
+      bending(i, i) = i + 1 < moving ? 2.0 * kappa : kappa;
+      if (i > 0) bending(i, i - 1) = bending(i - 1, i) = -kappa;
+      weight[i] = 9.81 * mass * (moving - i) * length;
+    }
+    const Eigen::VectorXd scale = weight.cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * bending * scale.asDiagonal();
+    const double wanted = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues()[0];
+
+    const Buckling found = find_buckling(system, system.positions, {.loads = {"weight"}});
+
+    ASSERT_TRUE(found.outcome.ok()) << count << ": " << found.outcome.what;
+    // Of the terms of x'Wx, count^2 rod by rod, rounding leaves count^4 eps.
+    EXPECT_NEAR(found.load_factor, wanted, 1e-14 * std::pow(count, 3) * wanted) << count;
+  }
+}
+
+/// P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
+TEST(HingedChain, OfManyRodsBucklesUnderAPushOfAnySize) {
+  for (const int count : {30, 120, 250}) {
+    const double length = 1.0 / count, kappa = 0.1 / length;
+    const double wanted = 4.0 * kappa / length * std::pow(std::sin(0.5 * pi / count), 2);
+    for (const double push : {1e-4, 0.01, 1.0, 1e3}) {
+      System system = scenes::make_chain_along(count, {length, 0.0, 0.0}, 0.05);
+      system.supports = {Support{"", {0}}};
+      system.constraints.push_back(Lines{"guide", {count}, Vector3{0, 0, 0}, Vector3{1, 0, 0}});
+      system.forces = {bend(count, BendingLaw::Harmonic, kappa), ConstantForce{"push", {count}, Vector3{-push, 0, 0}}};
+
+      const Buckling found = find_buckling(system, system.positions, {.loads = {"push"}});
+
+      ASSERT_TRUE(found.outcome.ok()) << count << " rods, push " << push << ": " << found.outcome.what;
+      EXPECT_NEAR(found.load_factor * push, wanted, 1e-14 * std::pow(count, 3) * wanted) << count << " rods, " << push;
     }
   }
 }

@@ -376,6 +376,20 @@ TEST(EquilibriumTest, ModesThatASelfStressDecidesAreExitCode3) {
   EXPECT_TRUE(json::parse(read_text(folder / "at_rest/summary.json"))["modes"].is_null());
 }
 
+/// A taut wire without load holds its points, but nobody knows how tightly.
+TEST(EquilibriumTest, ModesOfAWireWithoutLoadAreExitCode3) {
+  const Folder folder;
+  const json wire = json::parse(R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [2,0,0]], "masses": 1}, "supports": [{"points": [0, 2]}],
+    "constraints": [{"name": "wire", "kind": "rod", "pairs": [[0,1],[1,2]]}], "equilibrium": {"accept": "any"}})");
+  write_text(folder / "s.json", wire.dump());
+
+  const Ended ended = run_program(folder, {"equilibrium", "s.json", "--out", "at_rest", "--modes", "all"});
+
+  EXPECT_EQ(ended.code, 3) << ended.err;
+  EXPECT_NE(ended.err.find("a prestress must be given"), std::string::npos) << ended.err;
+}
+
 /// The last bead of the line would hang below the floor; the scene at rest holds what touches.
 TEST(EquilibriumTest, OnAFloorIsWrittenAsASceneThatRuns) {
   const Folder folder;

@@ -172,5 +172,26 @@ TEST(Equilibrium, OfAForceWithoutPotentialIsFoundWhereItsPullEnds) {
   }
 }
 
+/// Two ends of a rod in one place: it has no direction there, and descent finds one.
+TEST(HardStarts, WherePointsLieOnEachOtherIsLeft) {
+  System system;
+  system.positions = {0, 0, 0, 0.5, 0, 0, 0.5, 0, 0, 1, 0, 0};
+  system.masses.assign(4, 1.0);
+  Rods rods{"r", {{0, 1}, {1, 2}, {2, 3}}};
+  rods.length.constants = {0.5};
+  system.constraints = {rods};
+  system.supports.push_back({"", {0, 3}, {}});
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+
+  const EquilibriumResult found = find_equilibrium(system);
+  const EquilibriumResult stopped = find_equilibrium(system, {.method = EquilibriumMethod::Newton});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.stability.status, Stability::Stable);
+  EXPECT_NEAR(found.positions[5], -0.5 * std::sqrt(0.75), 1e-9) << "a trapezium that hangs";
+  EXPECT_EQ(stopped.outcome.status, Status::NotFinite);
+  EXPECT_NE(stopped.outcome.what.find("do points lie on each other?"), std::string::npos) << stopped.outcome.what;
+}
+
 }  // namespace
 }  // namespace tanor

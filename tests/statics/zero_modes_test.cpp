@@ -1,0 +1,127 @@
+/// What counts as a motion that costs nothing, beside what is slow.
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Dense>
+#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
+
+namespace tanor {
+namespace {
+
+constexpr double weight = 9.81;
+
+/// A rope of elastic pieces that hangs from its upper end: EA = 2e7 N, 10 m, 2 kg/m.
+System make_rope(int pieces) {
+  System system;
+  Springs springs{.name = "rope"};
+  const double length = 10.0 / pieces;
+  springs.stiffness = 2e7 / length;
+  springs.rest_length.constants = {length};
+  for (int i = 0; i <= pieces; ++i) {
+    system.positions.insert(system.positions.end(), {0.0, 0.0, -length * i});
+    system.masses.push_back(2.0 * length);
+    if (i > 0) springs.pairs.push_back({i - 1, i});
+  }
+  system.supports.push_back({"", {0}, {}});
+  system.forces = {springs, Gravity{"", {0.0, 0.0, -weight}}};
+  return system;
+}
+
+/// omega of the ways sideways, by T_i/l_i of the stretched pieces.
+std::vector<double> swing_of_rope(const System& rope) {
+  const auto pieces = static_cast<Eigen::Index>(rope.masses.size()) - 1;
+  const auto& springs = std::get<Springs>(rope.forces[0]);
+  const double mass = rope.masses[1], length = 10.0 / static_cast<double>(pieces);
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(pieces, pieces);
+  for (Eigen::Index i = 0; i < pieces; ++i) {
+    const double tension = mass * weight * static_cast<double>(pieces - i);
+    const double by = tension / (length + tension / springs.stiffness);
+    stiffness(i, i) += by;
+    if (i == 0) continue;
+    stiffness(i - 1, i - 1) += by;
+    stiffness(i, i - 1) -= by;
+    stiffness(i - 1, i) -= by;
+  }
+  const Eigen::VectorXd omega2 = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness / mass).eigenvalues();
+  return {omega2.cwiseSqrt().begin(), omega2.cwiseSqrt().end()};
+}
+
+class Rope : public testing::TestWithParam<int> {};
+
+/// 1e-9 to 1e-11 of the fastest omega^2.
+TEST_P(Rope, SwingsSlowlyAndStably) {
+  const System rope = make_rope(GetParam());
+  const EquilibriumResult rest = find_equilibrium(rope);
+  ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+  EXPECT_EQ(rest.stability.status, Stability::Stable);
+  EXPECT_EQ(rest.stability.zero_modes, 0u);
+
+  const Modes found = modes(rope, rest.positions, {.count = 6});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.zero_modes, 0u);
+  const std::vector<double> swing = swing_of_rope(rope);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found.omega[k], swing[k / 2], 1e-5 * swing[k / 2]) << k;
+  EXPECT_NEAR(rest.stability.lowest_omega2, swing[0] * swing[0], 1e-5);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfPieces, Rope, testing::Values(50, 100, 400));
+
+/// Nothing of a place's stability depends on masses.
+TEST(Stability, IsTheSameForAnyMasses) {
+  System system;
+  Rods rods{.name = "rods"};
+  rods.length.constants = {1.3 / 6.0};
+  for (int i = 0; i <= 6; ++i) {
+    system.positions.insert(system.positions.end(), {i / 6.0, 0.0, 0.0});
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.constraints = {rods};
+  system.supports.push_back({"", {0, 6}, {}});
+  system.forces = {ConstantForce{"", {1, 2, 3, 4, 5}, Vector3{0.0, 0.0, -1.0}}};
+  for (const std::vector<double>& masses :
+       {std::vector<double>(7, 1.0), std::vector<double>{1.0, 1.0, 1e-5, 1e5, 1.0, 1.0, 1.0}}) {
+    system.masses = masses;
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.stability.status, Stability::Stable);
+    EXPECT_EQ(found.stability.zero_modes, 0u);
+  }
+}
+
+/// The eigenvalues of the companion matrix know slow modes to the rounding of the fastest.
+TEST(DampedModes, OfWhatHasNoDampersDoNotGrow) {
+  const System rope = make_rope(80);
+  const EquilibriumResult rest = find_equilibrium(rope);
+  ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+
+  const Modes found = modes(rope, rest.positions, {.count = 6, .damped = true});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.unstable_directions, 0u);
+  EXPECT_EQ(found.decay, std::vector<double>(6, 0.0));
+  const std::vector<double> swing = swing_of_rope(rope);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found.omega[k], swing[k / 2], 1e-5 * swing[k / 2]) << k;
+}
+
+TEST(Modes, OfAGyroscopeNameWhatDependsOnVelocities) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {2.0};
+  system.forces = {FormulaForce{"well", {0}, formula_force({"-50*x", "-50*y", "-50*z"})},
+                   FormulaForce{"top", {0}, formula_force({"4*vy", "-4*vx", "0"})}};
+
+  const Modes found = modes(system, system.positions, {.count = 3});
+
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  EXPECT_EQ(found.left_out, std::vector<std::string>{"top: what depends on velocities takes no part in vibrations"});
+}
+
+}  // namespace
+}  // namespace tanor
