@@ -155,7 +155,7 @@ const allocation::Scene scenes_with_friction[]{
     {"creeping_beads", make_creeping_beads},
 };
 
-MotionOptions make_options(Method method) {
+MotionOptions make_friction_options(Method method) {
   MotionOptions options{.method = method, .max_step = 1e-3, .rtol = 1e-9, .atol = 1e-11, .start = StartMode::Project};
   if (has_fixed_steps(method)) options.step = 1e-3;
   return options;
@@ -165,7 +165,7 @@ class StepWithFrictionTest : public testing::TestWithParam<allocation::Steps> {}
 
 TEST_P(StepWithFrictionTest, AllocatesNothing) {
   const auto& [scene, method, threads] = GetParam();
-  Simulation simulation(scene.build(), make_options(method), {.threads = threads});
+  Simulation simulation(scene.build(), make_friction_options(method), {.threads = threads});
 
   EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u);
   EXPECT_EQ(simulation.report().events, 0u) << "a scene that changes no mode";
@@ -182,7 +182,7 @@ class FrictionMethodTest : public testing::TestWithParam<FrictionMethod> {};
 
 /// Coupled so strongly that `auto` takes Newton's method.
 TEST_P(FrictionMethodTest, AllocatesNothing) {
-  Simulation simulation(make_bars_on_lines(2, 2.0, 0.6), make_options(Method::Dopri5),
+  Simulation simulation(make_bars_on_lines(2, 2.0, 0.6), make_friction_options(Method::Dopri5),
                         {.threads = 1, .friction = GetParam()});
 
   EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u);
