@@ -132,6 +132,7 @@ void KktSolver::solve_roughly(MatrixXd* x) {
 void KktSolver::find_multipliers(MatrixXd* x, MatrixXd* y, double of_rows) {
   constexpr int most_steps = 12;
   constexpr double least_gain = 0.9;
+  constexpr double nothing = 1e-200;  // squares below lose their digits
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   const Eigen::Index columns = x->cols();
   y->setZero();
@@ -143,7 +144,7 @@ void KktSolver::find_multipliers(MatrixXd* x, MatrixXd* y, double of_rows) {
     if (step == 0) first = now;
     for (Eigen::Index j = 0; j < columns; ++j) {
       char& done = is_done[static_cast<std::size_t>(j)];
-      if (!(now[j] > of_rows * first[j]) || (step > 0 && now[j] > least_gain * before[j])) done = 1;
+      if (!(now[j] > std::max(nothing, of_rows * first[j])) || (step > 0 && now[j] > least_gain * before[j])) done = 1;
       if (done != 0) scaled_.col(j).setZero();
     }
     if (std::ranges::all_of(is_done, [](char done) { return done != 0; })) break;
