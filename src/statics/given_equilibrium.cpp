@@ -123,12 +123,20 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   }
 }
 
+std::string GivenEquilibrium::name_worst_row() {
+  const std::vector<double> at_rest(r_.size(), 0.0);
+  std::vector<double> violation(lambda_.size()), rate(lambda_.size());
+  work_.constraints.measure(r_.data(), at_rest.data(), violation.data(), rate.data());
+  const auto worst = std::ranges::max_element(violation, {}, [](double each) { return std::abs(each); });
+  return work_.name_row(static_cast<std::size_t>(worst - violation.begin()));
+}
+
 std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   std::vector<double> g(equations_.size()), xi(lambda_.size());
   const double scale = equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
   if (!std::isfinite(scale)) throw InputError("", model().not_finite(equations_.time()).what);
   if (equations_.violation() > allowed_violation) {
-    throw InputError("", "the positions are no equilibrium: they break the constraints by " +
+    throw InputError("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
                              text(equations_.violation()) + " of a length" + advice);
   }
   std::size_t worst = 0;

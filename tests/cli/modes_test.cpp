@@ -94,6 +94,19 @@ TEST(ModesTest, RefusesPositionsThatAreNoEquilibriumAndNamesTheWorstPoint) {
   EXPECT_FALSE(std::filesystem::exists(folder / "answer"));
 }
 
+TEST(ModesTest, WherePointsAreNotOnTheirConstraintsTheWorstIsNamed) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1], [0,0,-2.1]], "masses": 1}, "supports": [{"points": [0]}],
+    "constraints": [{"name": "links", "kind": "rod", "pairs": [[0,1],[1,2]], "length": 1}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}]})");
+
+  const Ended ended = run_program(folder, {"modes", "s.json", "--out", "out"});
+
+  EXPECT_EQ(ended.code, 2) << ended.err;
+  EXPECT_NE(ended.err.find("they break links[1] by 0.1"), std::string::npos) << ended.err;
+}
+
 TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
   const auto expect_refused = [](const std::string& modes, const std::string& pointer) {
     const Folder folder;
