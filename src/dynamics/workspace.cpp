@@ -247,19 +247,21 @@ Energy Workspace::energy(double t, const double* r, const double* v) {
           forces.potential(model_.parallel, t, r)};
 }
 
-Power Workspace::power(const double* reaction_accelerations, const double* r, const double* v) {
+Power Workspace::power(double of_constraints, const double* r, const double* v) {
   Power result;
-  if (model_.is_rheonomic()) {
-    // eta'v on the moving points, eta = M (M^-1 eta); and what supports do through springs
-    result.supports = model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-      return model_.mass[i] * dot(load(reaction_accelerations, i), load(v, i));
-    }) + forces.elastic_power_of_supports(model_.parallel, r, v);
-  }
+  if (model_.is_rheonomic()) result.supports = of_constraints + forces.elastic_power_of_supports(model_.parallel, r, v);
   if (forces.has_work()) {
     result.forces = forces.power(model_.parallel, r, v);
     result.potentials = forces.energies().explicit_rate(model_.parallel);
   }
   return result;
+}
+
+/// eta'v, eta = M (M^-1 eta)
+double Workspace::power_of_reactions(const double* accelerations, const double* v) const {
+  if (!model_.is_rheonomic()) return 0.0;
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
 }
 
 Outcome Workspace::not_finite(double t, const double* r) const {

@@ -75,8 +75,11 @@ class Workspace : public Families {
   void exchange_memory(Memory& memory);
 
   Energy energy(double t, const double* r, const double* v);
-  /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
-  Power power(const double* reaction_accelerations, const double* r, const double* v);
+  /// Power of the forces without potential, and of moving supports through forces and, as given, through constraints;
+  /// at the last `evaluate_free`.
+  Power power(double of_constraints, const double* r, const double* v);
+  /// Power of the reactions on the moving points, from M^-1 eta [3n]; not asked for where they do no work.
+  double power_of_reactions(const double* accelerations, const double* v) const;
   /// Why the state at t and r, or what acts there, is not finite: names the tuple whose energy ends there.
   Outcome not_finite(double t, const double* r) const;
   /// How well each row of K is known at r for decisions on its rank: to the distance from xi = 0. [d]
