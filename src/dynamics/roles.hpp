@@ -103,6 +103,8 @@ class ForcePassages {
   virtual Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) = 0;
   /// The part of the step along `path` to make instead of one that passes forces unseen; 1: it passes none.
   virtual double find_passage(PointPath* path) = 0;
+  /// Names two points that fall onto each other within so many seconds, pulled without bound; empty: none do.
+  virtual std::string find_collision(const Kinematics& points, double within) = 0;
 
  protected:
   ~ForcePassages() = default;

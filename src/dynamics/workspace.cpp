@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <utility>
+#include <variant>
 
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
@@ -198,6 +200,19 @@ GramSolver::Quality Workspace::factorize(GramSolver* solver, const double* block
   const Stopwatch watch(&times.factor);
   ++counters.factorizations;
   return solver->factorize(model_.parallel);
+}
+
+std::string Workspace::find_collision(const Kinematics& points, double within) const {
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < model_.system.forces.size(); ++k) {
+    if (!std::holds_alternative<PairForces>(model_.system.forces[k])) continue;
+    const std::optional<PairField::Collision> found = forces.pairs()[next++].find_collision(points.x, points.v, within);
+    if (!found) continue;
+    const auto user = [&](Index point) { return text(model_.numbering.user_point[static_cast<std::size_t>(point)]); };
+    return force_name(model_.system, k) + ": points " + user(found->i) + " and " + user(found->j) + ", which are " +
+           text(found->distance) + " m apart, fall onto each other";
+  }
+  return {};
 }
 
 void Workspace::measure_velocity_scale(double t, const double* r, const double* v) {

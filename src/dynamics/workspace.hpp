@@ -100,6 +100,8 @@ class Workspace : public Families {
   bool may_be_passed(const Formulas& formulas) const { return forces.may_be_passed() || !formulas.empty(); }
   /// The part of a step to make instead of one that passes them unseen; 1: it passes none.
   double find_passage(const Formulas& formulas, PointPath* path);
+  /// "pair0: points 3 and 7 …": two that fall onto each other within so many seconds; empty: none do.
+  std::string find_collision(const Kinematics& points, double within) const;
 
   std::string name_row(std::size_t inner_row) const;
   /// Rows of contacts := 0 in K: what the system's constraints alone span, whatever sticks.

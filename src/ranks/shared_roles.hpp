@@ -87,6 +87,9 @@ class SharedMechanics::Passages final : public ForcePassages {
   double find_passage(PointPath* path) override {
     return agreement_.smallest(own_ != nullptr ? own_->find_passage(path) : 1.0);
   }
+  std::string find_collision(const Kinematics& points, double within) override {
+    return agreement_.first_text(own_ != nullptr ? own_->find_collision(points, within) : std::string{});
+  }
 
  private:
   ForcePassages* own_;
