@@ -6,19 +6,27 @@
 /// A trap for readers of the paper: its *inverse problem*, accelerations from forces, is everybody's *forward
 /// dynamics* (`Dynamics`, `Simulation`); its *direct problem*, forces from a motion, is everybody's *inverse dynamics*
 /// (`InverseDynamics`). Names here are those of the field.
+///
+/// Apart from it stand, for programs with a time loop of their own, <tanor/constrainer.hpp> with
+/// <tanor/velocity_verlet.hpp>, and <tanor/recorded.hpp> for their energies; <tanor.h> for C; and
+/// <tanor/direct_problem.hpp>, an old name.
 
 #include <tanor/build_info.hpp>
 #include <tanor/certificate.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/enum_names.hpp>
+#include <tanor/equilibrium.hpp>
 #include <tanor/error.hpp>
 #include <tanor/expression.hpp>
 #include <tanor/forward.hpp>
 #include <tanor/inverse_dynamics.hpp>
 #include <tanor/jet.hpp>
 #include <tanor/kernel.hpp>
+#include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
+#include <tanor/statics_names.hpp>
 #include <tanor/system.hpp>
 #include <tanor/time_function.hpp>
 #include <tanor/user_kernel.hpp>
 #include <tanor/version.hpp>
+#include <tanor/warnings.hpp>

@@ -55,6 +55,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   const EquilibriumOptions options = scene::equilibrium_options(scene);
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  found.left_out = list_left_out(scene, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
   std::optional<Modes> vibrations;
   Outcome buckled;

@@ -51,7 +51,8 @@ ExitCode execute(const ModesCommand& command) {
   ModesOptions options = scene::modes_options(scene);
   if (command.count) options.count = *command.count;
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
-  const Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
+  Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
+  found.left_out = list_left_out(scene, found.left_out);
   report::ModesFacts facts;
   facts.scene = scene.name;
   facts.source = scene.source;

@@ -22,6 +22,7 @@ report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simu
   report::RunFacts facts;
   facts.scene = scene.name;
   facts.source = scene.source;
+  facts.left_out = scene.left_out;
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
   facts.t_start = scene.t_start;
   facts.t_end = scene.t_end;

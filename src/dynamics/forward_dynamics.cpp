@@ -75,7 +75,7 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
 }
 
 Power ForwardDynamics::find_power(const Kinematics& at) {
-  Power result = work_.power(dw_.data(), at.x, at.v);
+  Power result = work_.power(work_.power_of_reactions(dw_.data(), at.v), at.x, at.v);
   if (friction_ == nullptr) return result;
   result.friction = friction_->power(lambda_.data(), at.v);
   // Of what M^-1 K lambda does, that part belongs to contacts that stick.

@@ -88,7 +88,7 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
       for (std::size_t i = begin; i < end; ++i) w[i] += reactions_[i];
     });
   }
-  if (power != nullptr) *power = work_.power(reactions_.data(), r, v);
+  if (power != nullptr) *power = work_.power(work_.power_of_reactions(reactions_.data(), v), r, v);
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "base/stopwatch.hpp"
 #include "schur/refinement.hpp"
@@ -61,12 +62,15 @@ double MotionSeries::expand(double t, const std::vector<double>& lambda, int pas
     begin(t, coefficients);
   }
   lambda_ = lambda;
+  begun_at_ = t;
+  multipliers_.clear();
   for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
     {
       const Stopwatch watch(&work_.times.evaluate);
       advance(k, coefficients);
     }
     if (k > 0) solve_order(k, passes, factor, coefficients[static_cast<std::size_t>(k) + 2]);
+    if (model_.is_rheonomic()) multipliers_.insert(multipliers_.end(), lambda_.begin(), lambda_.end());
   }
   return smooth_until_;
 }
@@ -120,6 +124,24 @@ void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* 
   });
   const double scale = (k + 1.0) * (k + 2.0);
   for (double& lambda : lambda_) lambda *= scale;
+}
+
+/// By K'v + xi_t = 0 it is (K lambda).v = -lambda.(K_s'v_s + xi_t), whose right side is exactly 0 where nothing moves.
+double MotionSeries::power_of_constraints(double t, const double* r, const double* v_supports, int terms,
+                                          std::span<const std::size_t> counted_elsewhere) {
+  const std::size_t d = model_.num_rows();
+  if (multipliers_.empty() || d == 0) return 0.0;
+  work_.set_time(t);
+  (void)work_.constraints.evaluate_rates(model_.parallel, r, v_supports, rows_.data());
+  const double s = t - begun_at_;
+  constraints_.scale_rates(s, terms, rows_.data());
+  for (const std::size_t row : counted_elsewhere) rows_[row] = 0.0;
+  double power = 0.0;
+  for (int k = terms - 2; k >= 0; --k) {
+    const double* const lambda = multipliers_.data() + static_cast<std::size_t>(k) * d;
+    power = power * s - std::inner_product(rows_.begin(), rows_.end(), lambda, 0.0);
+  }
+  return power;
 }
 
 void write_first_coefficients(const Kinematics& at, const double* w, std::size_t size,

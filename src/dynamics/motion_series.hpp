@@ -44,6 +44,12 @@ class MotionSeries {
   double expand(double t, const std::vector<double>& lambda, int passes, SeriesFactor& factor,
                 std::span<double* const> coefficients);
 
+  /// What constraints put in where they depend on time or hold moving supports, W, at the time t of the last series,
+  /// whose first `terms` after r_0 place the points at r. `v_supports` [3n]: 0 but at moving supports. Rows that are
+  /// counted elsewhere are left out.
+  double power_of_constraints(double t, const double* r, const double* v_supports, int terms,
+                              std::span<const std::size_t> counted_elsewhere = {});
+
  private:
   void begin(double t, std::span<double* const> coefficients);
   void advance(int k, std::span<double* const> coefficients);
@@ -64,6 +70,8 @@ class MotionSeries {
   std::size_t first_force_;  // block
   std::vector<double> blocks_, ones_;
   std::vector<double> lambda_;             // [d] lambda_k of the last order
+  double begun_at_ = 0.0;                  // s
+  std::vector<double> multipliers_;        // [order][d] all lambda_k, where constraints may do work; else none
   std::vector<double> right_side_, rows_;  // [d] scratch
 };
 

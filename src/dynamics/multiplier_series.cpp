@@ -43,16 +43,16 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
-/// M^-1 eta = w - M^-1 f
-Power MultiplierSeries::power_along(const Kinematics& at, const double* w) {
+Power MultiplierSeries::power_along(const Kinematics& at, int terms) {
   if (!model_.is_rheonomic()) {
     work_.forces.evaluate_powers(model_.parallel, at.t, at.x, at.v);
-    return work_.power(nullptr, at.x, at.v);
+    return work_.power(0.0, at.x, at.v);
   }
-  reaction_.resize(3 * model_.num_points());
-  work_.evaluate_free(at.t, at.x, at.v, reaction_.data());
-  for (std::size_t i = 0; i < reaction_.size(); ++i) reaction_[i] = w[i] - reaction_[i];
-  return work_.power(reaction_.data(), at.x, at.v);
+  points_.resize(3 * model_.num_points());
+  work_.evaluate_free(at.t, at.x, at.v, points_.data());
+  std::copy_n(at.v, points_.size(), points_.begin());
+  std::fill_n(points_.begin(), 3 * model_.num_moving(), 0.0);
+  return work_.power(series_->power_of_constraints(at.t, at.x, points_.data(), terms), at.x, at.v);
 }
 
 void MultiplierSeries::apply_transposed(const double* points, const double* shift, double* rows) {

@@ -26,7 +26,7 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
                  double* smooth_until) override;
   bool has_cheap_terms() const override { return path_series_ != nullptr; }
-  Power power_along(const Kinematics& at, const double* w) override;
+  Power power_along(const Kinematics& at, int terms) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
   void find_largest(std::span<double>) override {}
 
@@ -40,7 +40,7 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   Linearization& linearization_;
   std::unique_ptr<PathSeries> path_series_;  // null: it does not serve
   std::unique_ptr<MotionSeries> series_;     // where the other one does not serve
-  std::vector<double> reaction_;             // [3n] scratch
+  std::vector<double> points_;               // [3n] scratch
 };
 
 }  // namespace tanor

@@ -15,6 +15,9 @@ class PointPassages final : public ForcePassages {
   std::size_t num_points() const override { return work_.model().num_points(); }
   Kinematics find_points(const Kinematics& at, double*, double*) override { return at; }
   double find_passage(PointPath* path) override { return work_.find_passage(work_.constraint_passages, path); }
+  std::string find_collision(const Kinematics& points, double within) override {
+    return work_.find_collision(points, within);
+  }
 
  private:
   Workspace& work_;

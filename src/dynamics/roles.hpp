@@ -103,6 +103,8 @@ class ForcePassages {
   virtual Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) = 0;
   /// The part of the step along `path` to make instead of one that passes forces unseen; 1: it passes none.
   virtual double find_passage(PointPath* path) = 0;
+  /// Names two points that fall onto each other within so many seconds, pulled without bound; empty: none do.
+  virtual std::string find_collision(const Kinematics& points, double within) = 0;
 
  protected:
   ~ForcePassages() = default;
@@ -118,8 +120,8 @@ class SeriesExpansion {
                          std::span<double* const> coefficients, double* smooth_until) = 0;
   /// A coefficient costs less than evaluating the equations once: the lower ones stay in the caches.
   virtual bool has_cheap_terms() const = 0;
-  /// Power where the system moves with the acceleration a, which is not solved for.
-  virtual Power power_along(const Kinematics& at, const double* a) = 0;
+  /// Power where the first `terms` of the last series after x_0 place the system: nothing is solved for.
+  virtual Power power_along(const Kinematics& at, int terms) = 0;
   /// The neighbourhood that each three numbers belong to: what is small is small beside its own. Empty: all to one.
   virtual std::span<const Index> neighbourhoods() const = 0;
   /// Of the largest number here in each of them makes that of all processes, which all ask where one does.

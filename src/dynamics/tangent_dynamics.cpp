@@ -205,9 +205,10 @@ Power TangentDynamics::find_power() {
   complete();
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
-  Power result = work_.power(points_.data(), linearization_.r().data(), linearization_.v().data());
+  const double *const r = linearization_.r().data(), *const v = linearization_.v().data();
+  Power result = work_.power(work_.power_of_reactions(points_.data(), v), r, v);
   if (friction_ == nullptr) return result;
-  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * linearization_.v()[i];
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * v[i];
   return result;
 }
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <utility>
+#include <variant>
 
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
@@ -200,6 +202,19 @@ GramSolver::Quality Workspace::factorize(GramSolver* solver, const double* block
   return solver->factorize(model_.parallel);
 }
 
+std::string Workspace::find_collision(const Kinematics& points, double within) const {
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < model_.system.forces.size(); ++k) {
+    if (!std::holds_alternative<PairForces>(model_.system.forces[k])) continue;
+    const std::optional<PairField::Collision> found = forces.pairs()[next++].find_collision(points.x, points.v, within);
+    if (!found) continue;
+    const auto user = [&](Index point) { return text(model_.numbering.user_point[static_cast<std::size_t>(point)]); };
+    return force_name(model_.system, k) + ": points " + user(found->i) + " and " + user(found->j) + ", which are " +
+           text(found->distance) + " m apart, fall onto each other";
+  }
+  return {};
+}
+
 void Workspace::measure_velocity_scale(double t, const double* r, const double* v) {
   std::vector<double> w0(3 * model_.num_points()), zero(3 * model_.num_points(), 0.0);
   const double acceleration = evaluate_free(t, r, v, w0.data());
@@ -247,19 +262,21 @@ Energy Workspace::energy(double t, const double* r, const double* v) {
           forces.potential(model_.parallel, t, r)};
 }
 
-Power Workspace::power(const double* reaction_accelerations, const double* r, const double* v) {
+Power Workspace::power(double of_constraints, const double* r, const double* v) {
   Power result;
-  if (model_.is_rheonomic()) {
-    // eta'v on the moving points, eta = M (M^-1 eta); and what supports do through springs
-    result.supports = model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-      return model_.mass[i] * dot(load(reaction_accelerations, i), load(v, i));
-    }) + forces.elastic_power_of_supports(model_.parallel, r, v);
-  }
+  if (model_.is_rheonomic()) result.supports = of_constraints + forces.elastic_power_of_supports(model_.parallel, r, v);
   if (forces.has_work()) {
     result.forces = forces.power(model_.parallel, r, v);
     result.potentials = forces.energies().explicit_rate(model_.parallel);
   }
   return result;
+}
+
+/// eta'v, eta = M (M^-1 eta)
+double Workspace::power_of_reactions(const double* accelerations, const double* v) const {
+  if (!model_.is_rheonomic()) return 0.0;
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
 }
 
 Outcome Workspace::not_finite(double t, const double* r) const {

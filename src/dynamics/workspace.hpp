@@ -75,8 +75,11 @@ class Workspace : public Families {
   void exchange_memory(Memory& memory);
 
   Energy energy(double t, const double* r, const double* v);
-  /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
-  Power power(const double* reaction_accelerations, const double* r, const double* v);
+  /// Power of the forces without potential, and of moving supports through forces and, as given, through constraints;
+  /// at the last `evaluate_free`.
+  Power power(double of_constraints, const double* r, const double* v);
+  /// Power of the reactions on the moving points, from M^-1 eta [3n]; not asked for where they do no work.
+  double power_of_reactions(const double* accelerations, const double* v) const;
   /// Why the state at t and r, or what acts there, is not finite: names the tuple whose energy ends there.
   Outcome not_finite(double t, const double* r) const;
   /// How well each row of K is known at r for decisions on its rank: to the distance from xi = 0. [d]
@@ -97,6 +100,8 @@ class Workspace : public Families {
   bool may_be_passed(const Formulas& formulas) const { return forces.may_be_passed() || !formulas.empty(); }
   /// The part of a step to make instead of one that passes them unseen; 1: it passes none.
   double find_passage(const Formulas& formulas, PointPath* path);
+  /// "pair0: points 3 and 7 …": two that fall onto each other within so many seconds; empty: none do.
+  std::string find_collision(const Kinematics& points, double within) const;
 
   std::string name_row(std::size_t inner_row) const;
   /// Rows of contacts := 0 in K: what the system's constraints alone span, whatever sticks.

@@ -39,6 +39,10 @@ class ConstraintSeries {
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const double* last,
                double* blocks, double* rows);
 
+  /// Rates of the constraints [d] to those of the functions that the multipliers of the series belong to, at the time s
+  /// behind the beginning, by the first `terms` coefficients: distances are others there (DistanceSeries).
+  void scale_rates(double s, int terms, double* rates) const { distances_.scale_rates(s, terms, rates); }
+
  private:
   /// A line's direction, as functions in the table, and the axis that its two unit vectors come from.
   struct Turning {

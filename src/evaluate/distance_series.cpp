@@ -111,6 +111,19 @@ void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* c
   }
 }
 
+void DistanceSeries::scale_rates(double s, int terms, double* rates) const {
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    const double* const lane = lanes_.data() + m / series_width * lanes_per_chunk() * series_width + m % series_width;
+    const auto coefficient = [&](std::size_t number) { return lane[number * series_width]; };
+    Vec3 a{};
+    for (int k = terms - 1; k >= 0; --k) {
+      const auto first = 3 * static_cast<std::size_t>(k);
+      a = s * a + Vec3{coefficient(first), coefficient(first + 1), coefficient(first + 2)};
+    }
+    rates[members_[m].row] *= norm(a) * coefficient(lanes_per_chunk() - 1);
+  }
+}
+
 void DistanceSeries::advance(const Parallel& parallel, int k, std::span<double* const> coefficients,
                              const TimeSeriesTable& table, const double* last, double* blocks, double* rows) {
   const std::size_t num_chunks = (members_.size() + series_width - 1) / series_width;

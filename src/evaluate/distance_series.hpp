@@ -44,6 +44,9 @@ class DistanceSeries {
   /// xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
                const double* last, double* blocks, double* rows);
+  /// Rates of the distances [d] to those of (a.a - l^2)/(2 |a_0|), which the multipliers of the series belong to: times
+  /// |a|/|a_0| at the time s behind the beginning, by the first `terms` coefficients of a.
+  void scale_rates(double s, int terms, double* rates) const;
 
  private:
   // Of a chunk: a [order + 1][3], mu [order + 1], 1/|a_0|

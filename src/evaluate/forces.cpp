@@ -27,6 +27,7 @@ class Forces::Reader {
     forces_.springs_ = {numbering_, std::move(springs_)};
     forces_.formulas_ = {numbering_, std::move(formulas_)};
     forces_.energies_ = {numbering_, std::move(energies_), std::move(energies_of_pairs_)};
+    forces_.angle_passages_.finish();
   }
 
  private:
@@ -64,7 +65,19 @@ class Forces::Reader {
     }
   }
   void add(const Potential& group) { add_narrow_energies(make_energy_group(system_, group)); }
+  void add(const Bendings& group) {
+    if (group.law == BendingLaw::Harmonic) {
+      const auto ends =
+          KindOf<Bendings>::is_straight(group) ? AnglePassages::Ends::AtZero : AnglePassages::Ends::AtZeroAndStraight;
+      for (const auto& [i, corner, j] : group.triples) watch_angle({i, corner, j}, ends);
+    }
+    add_energies(make_energy_group(system_, group));
+  }
   void add(const Torsions& group) {
+    for (const auto& [i, j, k, l] : group.quadruples) {
+      watch_angle({i, j, k}, AnglePassages::Ends::AtZeroAndStraight);
+      watch_angle({j, k, l}, AnglePassages::Ends::AtZeroAndStraight);
+    }
     // The force of a harmonic one jumps at rest +- pi.
     EnergyGroup energies = make_energy_group(system_, group);
     group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies), Course::Jumps)
@@ -103,6 +116,10 @@ class Forces::Reader {
     for (const Index point : group.points) points.push_back(numbering_.inner_point[point]);
     watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_, course));
     add_energies(std::move(group));
+  }
+  void watch_angle(std::array<Index, 3> triple, AnglePassages::Ends ends) {
+    for (Index& point : triple) point = numbering_.inner_point[point];
+    forces_.angle_passages_.append(triple, ends);
   }
   void watch(std::unique_ptr<FormulaPassages> passages) {
     if (passages) forces_.formula_passages_.push_back(std::move(passages));
@@ -191,6 +208,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
   for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_passage(*path, mass_));
   for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));
+  if (!angle_passages_.empty()) part = std::min(part, angle_passages_.find(parallel, path));
   return part;
 }
 

@@ -2,10 +2,12 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "evaluate/angle_passages.hpp"
 #include "evaluate/energy_forces.hpp"
 #include "evaluate/formula_forces.hpp"
 #include "evaluate/formula_passages.hpp"
@@ -61,10 +63,13 @@ class Forces {
   /// What `power` and `power_of_potentials` read of `evaluate`, at the same place: less than all forces.
   void evaluate_powers(const Parallel& parallel, double t, const double* r, const double* v);
 
-  /// Forces that may act between the looks of a step alone: pairs, formulas and energies with narrow places.
-  bool may_be_passed() const { return has_pairs() || !formula_passages_.empty(); }
+  /// Forces that may act between the looks of a step alone: pairs, formulas and energies with narrow places, angles
+  /// at which laws end.
+  bool may_be_passed() const { return has_pairs() || !formula_passages_.empty() || !angle_passages_.empty(); }
   /// The part of a step to make instead of one that passes such forces unseen; 1: it passes none.
   double find_passage(const Parallel& parallel, PointPath* path);
+  /// Those of moving points, as the system lists them.
+  std::span<const PairField> pairs() const { return pairs_; }
 
   /// All springs, as pairs of points.
   std::vector<Coupling> list_couplings() const { return springs_.list_couplings(); }
@@ -102,6 +107,7 @@ class Forces {
   std::vector<PairField> pairs_of_supports_;                // of both ends; on supports that stand it is found once
   std::vector<std::unique_ptr<PairsBeyond>> pairs_beyond_;  // between own points and other processes'
   std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
+  AnglePassages angle_passages_;
 };
 
 }  // namespace tanor

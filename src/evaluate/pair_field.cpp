@@ -290,6 +290,25 @@ void PairField::for_each_stiffness(const Parallel& parallel, const double* r, co
   }
 }
 
+/// Where two points meet, energies like 1/r and ln r have no bound.
+std::optional<PairField::Collision> PairField::find_collision(const double* r, const double* v, double within) const {
+  std::optional<Collision> nearest;
+  const PairLaw law = potential_.law();
+  if (law != PairLaw::Coulomb && law != PairLaw::Yukawa && law != PairLaw::Log) return nearest;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t j = i + 1; j < points_.size() && i < num_moving_; ++j) {
+      const double charges = charges_.empty() ? 1.0 : charges_[i] * charges_[j];
+      if (potential_.strength() * charges >= 0.0) continue;
+      const Vec3 apart = box_.nearest_image(load(r, points_[j]) - load(r, points_[i]));
+      const double distance = norm(apart), approach = -dot(apart, load(v, points_[j]) - load(v, points_[i]));
+      // r/|r'| by r r' = apart.v
+      if (!(distance * distance < within * approach) || (nearest && nearest->distance <= distance)) continue;
+      nearest = {points_[i], points_[j], distance};
+    }
+  }
+  return nearest;
+}
+
 double PairField::power_of_supports(const Parallel& parallel, const double* r, const double* v) {
   follow(parallel, r);
   // The support does the work -(force on it).velocity on the potential energy.

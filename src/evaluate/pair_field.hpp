@@ -53,6 +53,15 @@ class PairField {
   /// nothing of it; 1: there is none. `masses` [moving point, or all], kg: of what is pushed. In pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
 
+  /// Two points, inner ones, that fall onto each other.
+  struct Collision {
+    Index i, j;
+    double distance;  // m
+  };
+  /// The nearest ones of those that come to one place within so many seconds by their velocities, where the law has no
+  /// bound there and pulls. Looks at all pairs.
+  std::optional<Collision> find_collision(const double* r, const double* v, double within) const;
+
  private:
   /// What one point feels.
   struct Feeling {

@@ -154,7 +154,17 @@ Outcome Integration::find_end_ahead(double resolution) {
       return {};
     }
   }
-  return {};
+  return find_collision(farthest * resolution);
+}
+
+/// Where the law of a pair has no bound, forces are finite up to the very place.
+Outcome Integration::find_collision(double within) {
+  ForcePassages* const forces = mechanics_.force_passages();
+  if (forces == nullptr) return {};
+  std::vector<double> r(3 * forces->num_points()), v(r.size());
+  std::string found = forces->find_collision(
+      forces->find_points({state.t, state.x.data(), state.v.data()}, r.data(), v.data()), within);
+  return found.empty() ? Outcome{} : Outcome{Status::NotFinite, std::move(found)};
 }
 
 /// Makes steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes

@@ -276,9 +276,9 @@ Power Taylor::integrate_power(const State& from, double h) {
   Power sum = from.work;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const double t = from.t + nodes_[i] * h;
-    evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), inside_.a.data());
+    evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), nullptr);
     mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
-    const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, inside_.a.data());
+    const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, terms_);
     sum.add(h * weights_[i], power);
   }
   return sum;

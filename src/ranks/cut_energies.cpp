@@ -1,11 +1,18 @@
 #include "ranks/cut_energies.hpp"
 
+#include <algorithm>
+
 namespace tanor {
 
 CutEnergies::CutEnergies(Workspace& work, const Part& part, Agreement& agreement)
     : work_(work), model_(work.model()), is_rheonomic_(agreement.any(model_.is_rheonomic())) {
   for (const Index guest : part.guests)
     guests_.push_back(static_cast<std::size_t>(model_.numbering.inner_point[static_cast<std::size_t>(guest)]));
+  std::vector<char> is_elsewhere(model_.num_rows(), 0);  // [user row]
+  for (const Part::SharedRow& shared : part.shared_rows) is_elsewhere[shared.equation] = shared.is_counted ? 0 : 1;
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    if (is_elsewhere[static_cast<std::size_t>(model_.numbering.user_row[a])] != 0) rows_counted_elsewhere_.push_back(a);
+  }
   if (part.energies_counted_elsewhere.empty()) return;
   System others = model_.system;
   others.forces.clear();
@@ -28,17 +35,19 @@ double CutEnergies::potential(double t, const double* r) {
   return counted_elsewhere_ ? own - counted_elsewhere_->potential(model_.parallel, t, r) : own;
 }
 
-/// Of this rank's own points: reactions carry what supports do from rank to rank, also to ranks without any that move,
-/// and so do forces; what these do to guests is no work of a support.
-Power CutEnergies::power(const Kinematics& at, const double* reaction) {
+double CutEnergies::power_of_reactions(const double* accelerations, const double* v) const {
+  if (!is_rheonomic_) return 0.0;
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
+}
+
+/// What forces do to guests is no work of a support.
+Power CutEnergies::power(const Kinematics& at, double of_constraints) {
   Power result;
   if (is_rheonomic_) {
     own_v_.assign(at.v, at.v + 3 * model_.num_points());
     clear_guests(own_v_.data());
-    result.supports = work_.forces.elastic_power_of_supports(model_.parallel, at.x, own_v_.data()) +
-                      model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-                        return model_.mass[i] * dot(load(reaction, i), load(at.v, i));
-                      });
+    result.supports = of_constraints + work_.forces.elastic_power_of_supports(model_.parallel, at.x, own_v_.data());
   }
   if (work_.forces.has_work()) {
     result.forces = work_.forces.power(model_.parallel, at.x, at.v);
@@ -51,16 +60,17 @@ Power CutEnergies::power(const Kinematics& at, const double* reaction) {
   return result;
 }
 
-/// M^-1 eta = w - M^-1 f
-Power CutEnergies::power_along(const Kinematics& at, const double* w) {
+Power CutEnergies::power_along(const Kinematics& at, int terms, MotionSeries& series) {
   if (!is_rheonomic_) {
     work_.forces.evaluate_powers(model_.parallel, at.t, at.x, at.v);
-    return power(at, nullptr);
+    return power(at, 0.0);
   }
-  reaction_.resize(3 * model_.num_points());
-  work_.evaluate_free(at.t, at.x, at.v, reaction_.data());
-  for (std::size_t i = 0; i < reaction_.size(); ++i) reaction_[i] = w[i] - reaction_[i];
-  return power(at, reaction_.data());
+  points_.resize(3 * model_.num_points());
+  work_.evaluate_free(at.t, at.x, at.v, points_.data());
+  std::copy_n(at.v, points_.size(), points_.begin());
+  std::fill_n(points_.begin(), 3 * model_.num_moving(), 0.0);
+  clear_guests(points_.data());
+  return power(at, series.power_of_constraints(at.t, at.x, points_.data(), terms, rows_counted_elsewhere_));
 }
 
 }  // namespace tanor

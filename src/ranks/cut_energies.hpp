@@ -5,6 +5,7 @@
 
 #include <tanor/ranks.hpp>
 
+#include "dynamics/motion_series.hpp"
 #include "dynamics/workspace.hpp"
 #include "ranks/agreement.hpp"
 
@@ -20,19 +21,23 @@ class CutEnergies {
   bool has_work() const { return is_rheonomic_ || work_.forces.has_work(); }
   Energy energy(double t, const double* r, const double* v);
   double potential(double t, const double* r);
-  /// `reaction`: M^-1 eta [3n], where free accelerations were found last.
-  Power power(const Kinematics& at, const double* reaction);
-  /// Where the system moves with the accelerations w [3n].
-  Power power_along(const Kinematics& at, const double* w);
+  /// Power of the reactions on this rank's own points, from M^-1 eta [3n]: these carry what supports do from rank to
+  /// rank, also to ranks without any that move.
+  double power_of_reactions(const double* accelerations, const double* v) const;
+  /// `of_constraints`: what those put in; where free accelerations were found last.
+  Power power(const Kinematics& at, double of_constraints);
+  /// Where the first `terms` of the last series after r_0 place the points.
+  Power power_along(const Kinematics& at, int terms, MotionSeries& series);
   void clear_guests(double* points) const;
 
  private:
   Workspace& work_;
   const Model& model_;
-  std::vector<std::size_t> guests_;            // inner
-  std::unique_ptr<Forces> counted_elsewhere_;  // whose energies other ranks count; null: none
-  bool is_rheonomic_;                          // on some rank
-  std::vector<double> own_v_, reaction_;       // [3n] scratch
+  std::vector<std::size_t> guests_;                  // inner
+  std::unique_ptr<Forces> counted_elsewhere_;        // whose energies other ranks count; null: none
+  bool is_rheonomic_;                                // on some rank
+  std::vector<std::size_t> rows_counted_elsewhere_;  // inner
+  std::vector<double> own_v_, points_;               // [3n] scratch
 };
 
 }  // namespace tanor

@@ -107,7 +107,7 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
   for (std::size_t i = 0; i < dw_.size(); ++i) w[i] += dw_[i];
   report.reciprocal_condition = linearization_.reciprocal_condition();
   if (to.report != nullptr) *to.report = report;
-  if (to.power != nullptr) *to.power = energies_.power(at, dw_.data());
+  if (to.power != nullptr) *to.power = energies_.power(at, energies_.power_of_reactions(dw_.data(), at.v));
   if (to.reactions != nullptr) {
     to.reactions->lambda = lambda_;
     to.reactions->refinements = report.refinements;

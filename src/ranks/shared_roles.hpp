@@ -87,6 +87,9 @@ class SharedMechanics::Passages final : public ForcePassages {
   double find_passage(PointPath* path) override {
     return agreement_.smallest(own_ != nullptr ? own_->find_passage(path) : 1.0);
   }
+  std::string find_collision(const Kinematics& points, double within) override {
+    return agreement_.first_text(own_ != nullptr ? own_->find_collision(points, within) : std::string{});
+  }
 
  private:
   ForcePassages* own_;
@@ -112,8 +115,8 @@ class SharedMechanics::Series final : public SeriesExpansion {
     return outcome;
   }
   bool has_cheap_terms() const override { return has_cheap_terms_; }
-  Power power_along(const Kinematics& at, const double* a) override {
-    return sum_powers(mechanics_.ranks_, own_.power_along(at, a));
+  Power power_along(const Kinematics& at, int terms) override {
+    return sum_powers(mechanics_.ranks_, own_.power_along(at, terms));
   }
   std::span<const Index> neighbourhoods() const override { return own_.neighbourhoods(); }
   void find_largest(std::span<double> of_neighbourhoods) override { own_.find_largest(of_neighbourhoods); }

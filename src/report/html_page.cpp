@@ -211,7 +211,7 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"certificate_line", facts.certificate ? facts.certificate->line() : std::string()},
           {"certified_to", facts.certificate ? Json(facts.certificate->certified_to()) : Json()},
           {"warnings", warnings},
-          {"left_out", plan.left_out},
+          {"left_out", list_left_out(facts, plan)},
           {"friction", describe_friction(simulation.system())},
           {"drift", report.energy.drift_relative()},
           {"position_violation", report.violation.position},

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <tanor/motion.hpp>
 
@@ -18,6 +19,7 @@ struct WallTimes {
 struct RunFacts {
   std::string scene;                       ///< its name
   std::string source;                      ///< where its points come from
+  std::vector<std::string> left_out;       ///< what acts in an imported file and not in the scene
   int threads = 1;                         ///< used
   double t_start = 0.0;                    ///< s, of the scene
   double t_end = 0.0;                      ///< asked for, s
@@ -27,6 +29,9 @@ struct RunFacts {
   std::size_t certificates = 0;            ///< made since the run began or was resumed
   WallTimes wall;
 };
+
+/// What the scene has not of its file, then what was not needed.
+std::vector<std::string> list_left_out(const RunFacts& facts, const PlanSummary& plan);
 
 inline constexpr const char* summary_name = "summary.json";
 /// What a run ended with, of all its points and equations in the order of the scene.

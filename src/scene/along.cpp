@@ -83,8 +83,12 @@ void read_along(const Cursor& along, const Context& context, std::vector<std::ar
   context.take_room(rods.pairs.size());
   const Sequence sequence(along, rods);
   for (const auto& [i, j] : rods.pairs) {
-    if (sequence.is_inside(i) && sequence.is_inside(j))
-      quadruples->push_back({sequence.other_neighbour(i, j), i, j, sequence.other_neighbour(j, i)});
+    if (!sequence.is_inside(i) || !sequence.is_inside(j)) continue;
+    const Index before = sequence.other_neighbour(i, j), behind = sequence.other_neighbour(j, i);
+    if (before == behind)
+      along.complain(fmt::format(
+          "three of these rods close a triangle of points {}, {} and {}, where there is no dihedral", before, i, j));
+    quadruples->push_back({before, i, j, behind});
   }
   expect_some(along, *quadruples, "three");
 }

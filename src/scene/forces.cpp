@@ -161,7 +161,13 @@ struct Extra<Potential> {
     const int num_points = static_cast<int>(potential->points[0].size());
     const Cursor energy = entry["energy"];
     const std::string& text = energy.string();
-    potential->kernel = energy.locate([&] { return formula_potential(text, num_points, context.parameters, names); });
+    try {
+      potential->kernel = formula_potential(text, num_points, context.parameters, names);
+    } catch (const InputError& error) {  // "/constants/x1": the constant; else the text
+      const std::string_view where = error.where(), constants = "/constants/";
+      const bool is_of_constant = where.starts_with(constants);
+      (is_of_constant ? entry["constants"].follow(where.substr(constants.size())) : energy).complain(error.what());
+    }
   }
 
  private:
@@ -176,16 +182,18 @@ struct Extra<Potential> {
   }
 };
 
-/// Numbers that the law does not read would be silently without effect.
+/// A key that the law does not read would be silently without effect.
+void refuse_key_of_other_laws(const Cursor& entry, std::string_view key) {
+  if (entry[key])
+    entry[key].complain(fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
+}
 template <HasEnergy Group>
 void refuse_numbers_of_other_laws(const Cursor& entry, const Group& group) {
   for_each_field<Group>([&](const auto& field) {
     const auto numbers = KindOf<Group>::law_numbers(group);
     const bool is_read = std::ranges::any_of(
         numbers, [&](const LawNumber& number) { return std::string_view(number.name) == field.name; });
-    if (!is_read && entry[field.name])
-      entry[field.name].complain(
-          fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
+    if (!is_read) refuse_key_of_other_laws(entry, field.name);
   });
 }
 
@@ -228,6 +236,9 @@ struct Extra<Torsions> {
   static void read_law(const Cursor& entry, Torsions* torsions) {
     torsions->law = entry["law"].choice<TorsionLaw>();
     refuse_numbers_of_other_laws(entry, *torsions);
+    const TorsionLaw law = torsions->law;
+    if (law != TorsionLaw::Opls && law != TorsionLaw::Multi) refuse_key_of_other_laws(entry, "coefficients");
+    if (law != TorsionLaw::Periodic) refuse_key_of_other_laws(entry, "multiplicity");
   }
   static void read(const Cursor& entry, const Context&, Torsions* torsions) {
     for (const Cursor number : entry["coefficients"].optional_list("a list of numbers"))

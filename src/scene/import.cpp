@@ -150,6 +150,43 @@ std::vector<double> find_masses(const Imported& data, const Cursor& mass, const 
   return masses;
 }
 
+// ---- units of LAMMPS ----
+
+/// A set of units, and its own unit of time over that in which masses, lengths and energies make forces: F = m a holds
+/// in the latter.
+struct Units {
+  std::string_view name;
+  double time_ratio;       ///< the file's unit of time over the consistent one
+  const char* consistent;  ///< the latter in words; null: they are the same
+};
+constexpr double femtoseconds_of_real = 48.88821291, femtoseconds_of_metal = 10.18050571;
+constexpr Units unit_sets[] = {{"lj", 1.0, nullptr},
+                               {"si", 1.0, nullptr},
+                               {"cgs", 1.0, nullptr},
+                               {"micro", 1.0, nullptr},
+                               {"nano", 1.0, nullptr},
+                               // sqrt(g/mol angstrom^2/(kcal/mol)), and with eV
+                               {"real", 1.0 / femtoseconds_of_real, "48.88821291 fs"},
+                               {"metal", 1e3 / femtoseconds_of_metal, "10.18050571 fs"}};
+
+/// What `key` says, or else the file; nothing where neither does.
+const Units* find_units(const Cursor& key, const Imported& data) {
+  if (!key && data.units.empty()) return nullptr;
+  const std::string name = key ? key.string() : data.units;
+  const auto* const found = std::ranges::find(unit_sets, name, &Units::name);
+  if (found != std::end(unit_sets)) return found;
+  if (!key && name != "electron") return nullptr;  // prose
+  key.complain(fmt::format("found the units \"{}\", wanted one of lj, real, metal, si, cgs, micro, nano", name));
+}
+
+/// Velocities per unit of time in which F = m a holds. Returns what is said of it.
+std::string convert_velocities(const Units* units, Imported* data) {
+  if (units == nullptr || units->consistent == nullptr) return {};
+  for (Vector3& velocity : data->velocities)
+    for (double& component : velocity) component /= units->time_ratio;
+  return fmt::format(", units {}: the unit of time is {}", units->name, units->consistent);
+}
+
 enum class BondRule { Rods, Distance, None, Energies };
 enum class AngleRule { Free, Rigid, Energies };
 
@@ -178,6 +215,7 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
   keep_to(choices.angles_are_energies, "angle_style", R"("angles": "energies")");
   keep_to(choices.dihedrals_are_energies, "dihedral_style", R"("dihedrals": "energies")");
   if (format == Format::LammpsData) return;
+  if (import["units"]) import["units"].complain("found without lammps-data, which reads it");
   for (const auto& [is_wanted, key] :
        {std::pair(choices.bonds_are_energies, "bonds"), std::pair(choices.angles_are_energies, "angles"),
         std::pair(choices.dihedrals_are_energies, "dihedrals")})
@@ -188,7 +226,7 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
 
 PointSet read_import(const Cursor& import, const Context& context) {
   import.object({"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
-                 "dihedral_style", "fene_repulsion"});
+                 "dihedral_style", "fene_repulsion", "units"});
   const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)}, Format::LammpsData);
   const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
                                                       {"distance", BondRule::Distance},
@@ -214,8 +252,11 @@ PointSet read_import(const Cursor& import, const Context& context) {
 
   PointSet set;
   const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
-  set.source = fmt::format("import: {} ({}{})", file.string(), name->first,
-                           rule == BondRule::Distance ? ", bonds by distance" : "");
+  set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
+                           rule == BondRule::Distance ? ", bonds by distance" : "",
+                           convert_velocities(find_units(import["units"], data), &data));
+  for (const std::string& section : data.unread)
+    set.left_out.push_back(fmt::format("import: the section {} of {} is not read", section, file.string()));
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
   const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();

@@ -46,6 +46,8 @@ struct Imported {
   std::vector<Angle> angles;
   std::vector<Dihedral> dihedrals;
   Coefficients bond_coefficients, angle_coefficients, dihedral_coefficients;
+  std::string units;                ///< of a LAMMPS file, as its first line says: "real"; empty: it says none
+  std::vector<std::string> unread;  ///< titles of sections that are not read
 };
 
 }  // namespace tanor::scene

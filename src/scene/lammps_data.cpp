@@ -40,6 +40,7 @@ class LammpsReader {
 
   Imported read() {
     lines_.next();  // the first line is a comment
+    find_units(split_words(lines_.line()));
     std::string section;
     while (lines_.next()) {
       const std::size_t hash = lines_.line().find('#');
@@ -48,6 +49,7 @@ class LammpsReader {
       const Words words = split_words(content);
       if (is_letter(content[0])) {
         section = content;
+        if (!is_read(section)) data_.unread.push_back(section);
         const std::string_view style = hash == std::string_view::npos ? "" : first_word(lines_.line().substr(hash + 1));
         if (section == "Atoms" && hash != std::string_view::npos) find_style(style);
         if (Imported::Coefficients* const coefficients = coefficients_of(section)) coefficients->style = style;
@@ -91,6 +93,20 @@ class LammpsReader {
     std::array<std::int64_t, size> atoms;  ///< ids
     std::size_t line;
   };
+
+  /// "units = real" or "units real", wherever it stands in the first line.
+  void find_units(const Words& words) {
+    for (std::size_t k = 0; k + 1 < words.size(); ++k) {
+      if (words[k] != "units") continue;
+      const std::size_t next = words[k + 1] == "=" && k + 2 < words.size() ? k + 2 : k + 1;
+      data_.units = words[next].substr(0, words[next].find_first_of(",.;)"));
+    }
+  }
+  bool is_read(std::string_view section) {
+    constexpr std::string_view sections[] = {"Masses", "Atoms", "Velocities", "Bonds", "Angles", "Dihedrals"};
+    const bool is_name = section.ends_with("Type Labels");
+    return is_name || std::ranges::find(sections, section) != std::end(sections) || coefficients_of(section) != nullptr;
+  }
 
   static std::string_view first_word(std::string_view text) {
     const Words words = split_words(text);

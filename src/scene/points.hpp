@@ -19,7 +19,8 @@ struct PointSet {
   std::vector<Support> supports;
   std::vector<Constraint> constraints;
   std::vector<Force> forces{};
-  std::optional<Cell> cell;  ///< periodic box of an imported file
+  std::optional<Cell> cell;             ///< periodic box of an imported file
+  std::vector<std::string> left_out{};  ///< what acts in an imported file and not here, a sentence each
 
   Index add_point(const Vector3& position) {
     positions.insert(positions.end(), position.begin(), position.end());

@@ -62,6 +62,12 @@ class PlaceTranslator {
         num_own_constraints_(num_own_constraints),
         num_scene_forces_(num_scene_forces) {}
 
+  /// The same, for what is said about it: a value that is missing has a place, too.
+  Cursor find(std::string_view place, std::string_view what) const {
+    const Cursor found = find(place);
+    const bool is_missing = what.starts_with("is missing") && found.is_object();
+    return is_missing ? found[place.substr(place.rfind('/') + 1)] : found;
+  }
   /// The value of the scene that a JSON pointer of the system speaks of, or the nearest one around it.
   Cursor find(std::string_view place) const {
     std::vector<std::string> steps = split(place);
@@ -182,6 +188,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   append(std::move(points.forces), &forces);
 
   scene.source = points.source;
+  scene.left_out = std::move(points.left_out);
   scene.cell = find_cell(points, forces);
   scene.system = {.name = scene.name,
                   .positions = std::move(points.positions),
@@ -197,7 +204,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   try {
     validate(scene.system, scene.t_start);
   } catch (const InputError& error) {
-    places.find(error.where()).complain(places.translate(error.what()));
+    places.find(error.where(), error.what()).complain(places.translate(error.what()));
   }
   return scene;
 }

@@ -27,6 +27,7 @@ struct Scene {
   std::vector<std::filesystem::path> files;  ///< all that were read: the scene file, then those it names
   std::string name;
   std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
+  std::vector<std::string> left_out;  ///< what acts in an imported file and not here, a sentence each
   System system;
   MotionOptions motion;
   double t_start = 0.0;              ///< s

@@ -149,7 +149,8 @@ PotentialKernel formula_potential(std::string_view energy, int num_points, const
   const std::size_t size = variables.size();
   for (const std::string& name : own_constants) {
     if (!is_variable_name(name) || name == "t" || constants.contains(name) || std::ranges::count(variables, name) > 0)
-      throw InputError("", "the constant '" + show_name(name) + "' has a name that is taken or is none");
+      throw InputError("/constants/" + name,
+                       "the constant '" + show_name(name) + "' has a name that is taken or is none");
     variables.push_back(name);
   }
   variables.emplace_back("t");

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -298,9 +299,9 @@ class Validation {
     check_fields(group, t_, where);
     for (const LawNumber& number : KindOf<Group>::law_numbers(group)) {
       if (number.value->is_initial() && !number.may_be_initial)
-        throw InputError(where, std::string(number.name) + " is missing, and the law reads it");
+        throw InputError(where + "/" + number.name, "is missing, and the law reads it");
     }
-    if constexpr (std::is_same_v<Group, Torsions>) check_coefficients(group, where);
+    if constexpr (std::is_same_v<Group, Torsions>) check_torsions(group, where);
     for (std::size_t k = 0; k < num_members(group); ++k) {
       check_tuple_moves(group, k, where);
       const std::string problem =
@@ -309,13 +310,22 @@ class Validation {
     }
   }
 
-  static void check_coefficients(const Torsions& torsions, const std::string& where) {
+  static void check_torsions(const Torsions& torsions, const std::string& where) {
     const std::string place = where + "/coefficients";
     if (torsions.law == TorsionLaw::Opls && torsions.coefficients.size() != 4)
       throw InputError(place, text_of_count(torsions.coefficients.size(), "coefficient") + "; law opls has four");
     if (torsions.law == TorsionLaw::Multi && torsions.coefficients.empty())
       throw InputError(place, "there are none; law multi has at least c0");
     for (const double number : torsions.coefficients) check_number(number, ValueRange::any, place, "coefficient");
+    for (const LawNumber& number : KindOf<Torsions>::law_numbers(torsions)) {
+      constexpr double turn = 6.4;
+      if (number.value != &torsions.phase && number.value != &torsions.rest) continue;
+      for (const double angle : number.value->constants) {
+        if (std::abs(angle) > turn)
+          throw InputError(where + "/" + number.name, std::string(number.name) + " " + text(angle) +
+                                                          " is more than a whole turn: rad, not degrees?");
+      }
+    }
     if (torsions.multiplicity < 0)
       throw InputError(where + "/multiplicity", "multiplicity " + text(torsions.multiplicity) + " is negative");
   }

@@ -59,15 +59,8 @@ const End ends[] = {
 INSTANTIATE_TEST_SUITE_P(Scenes, EnergyEnds, testing::ValuesIn(ends),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-/// Each command warns on stderr of a bond that a rod makes constant, and says it in `left_out`.
-TEST(EnergiesTest, ABondAlongARodIsWarnedOfByEachCommand) {
-  const std::string warning = "bb: the energy of 1 bond along rods is constant";
-  const Folder folder;
-  write_text(folder / "s.json", R"({
-    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
-    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "motion": {"t_end": 0.01},
-    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
-               {"name": "bb", "kind": "bond", "law": "harmonic", "pairs": [[1,0]], "stiffness": 3, "rest_length": 0.8}]})");
+/// Each command warns once on stderr, and says it in `left_out`.
+void expect_warning_of_each_command(const Folder& folder, const std::string& warning) {
   for (const Words& words : std::vector<Words>{{"run", "s.json", "--out", "o", "--quiet"},
                                                {"solve", "s.json", "--out", "o/solve.json"},
                                                {"info", "s.json"},
@@ -82,6 +75,28 @@ TEST(EnergiesTest, ABondAlongARodIsWarnedOfByEachCommand) {
                                                    : read_text(folder / "o/summary.json");
     EXPECT_NE(told.find(warning), std::string::npos) << words[0];
   }
+}
+
+TEST(EnergiesTest, ABondAlongARodIsWarnedOfByEachCommand) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "motion": {"t_end": 0.01},
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
+               {"name": "bb", "kind": "bond", "law": "harmonic", "pairs": [[1,0]], "stiffness": 3, "rest_length": 0.8}]})");
+  expect_warning_of_each_command(folder, "bb: the energy of 1 bond along rods is constant");
+}
+
+/// Two atoms on a bond at rest, and a section of pairs.
+TEST(EnergiesTest, ASectionThatIsNotReadIsWarnedOfByEachCommand) {
+  const Folder folder;
+  write_text(folder / "a.data",
+             "a molecule\n\n2 atoms\n1 bonds\n1 atom types\n1 bond types\n\nMasses\n\n1 1.0\n\n"
+             "Bond Coeffs # harmonic\n\n1 3.0 1.0\n\nPair Coeffs # lj/cut\n\n1 0.1 3.0\n\n"
+             "Atoms # molecular\n\n1 1 1 0 0 0\n2 1 1 1 0 0\n\nBonds\n\n1 1 1 2\n");
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "import": {"file": "a.data", "bonds": "energies"},
+    "supports": [{"points": [0]}], "equilibrium": {"accept": "any"}, "motion": {"t_end": 0.01}})");
+  expect_warning_of_each_command(folder, "import: the section Pair Coeffs of a.data is not read");
 }
 
 }  // namespace

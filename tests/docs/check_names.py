@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file.
+"""Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file, and
+where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart.
 
 Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
 a name that a file follows (`function`, `src/…`) is in that file.
@@ -15,6 +16,19 @@ def read(folders, endings):
     return "\n".join(
         path.read_text() for folder in folders for path in sorted((ROOT / folder).rglob("*")) if path.suffix in endings
     )
+
+
+def find_headers_apart():
+    """The public headers that <tanor/tanor.hpp> does not bring, directly or through others, and does not name."""
+    included, new = set(), {"tanor/tanor.hpp"}
+    while new:
+        header = new.pop()
+        included.add(header)
+        if (path := ROOT / "include" / header).exists():
+            new |= set(re.findall(r"#include <(tanor/[\w./]+)>", path.read_text())) - included
+    words = (ROOT / "include/tanor/tanor.hpp").read_text()
+    headers = {str(path.relative_to(ROOT / "include")) for path in (ROOT / "include").rglob("*.h*")}
+    return sorted(header for header in headers - included if f"<{header}>" not in words)
 
 
 def main():
@@ -45,6 +59,7 @@ def main():
         for name, path in re.findall(r"`(?:\w+(?:<\w+>)?::)*(\w+)`, `((?:src|include|tests)/[\w./-]+\.[ch]pp)`", text):
             if (ROOT / path).exists() and not re.search(rf"\b{name}\b", (ROOT / path).read_text()):
                 missing.append((page.name, f"{name} in {path}"))
+    missing += [("tanor.hpp", header) for header in find_headers_apart()]
     for page, word in missing:
         print(f"{page}: {word} is not there")
     return 1 if missing else 0

@@ -46,6 +46,28 @@ INSTANTIATE_TEST_SUITE_P(Methods, Overstretch,
                                          Method::Rattle),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
+/// Where two points fall onto each other, forces are finite up to the very place.
+TEST(Collision, UnderAnUnboundPullNamesThePair) {
+  PairForces coulomb{.name = "pull", .law = PairLaw::Coulomb, .strength = 1.0, .charges = {1, -1, 1}};
+  PairForces yukawa{.name = "pull", .law = PairLaw::Yukawa, .strength = -1.0, .length = 0.7};
+  for (const PairForces& pull : {coulomb, yukawa}) {
+    for (const Method method : {Method::Dop853, Method::Dopri5, Method::Radau5}) {
+      System system;
+      system.positions = {0, 0, 0, 1, 0, 0, 30, 0, 0};
+      system.velocities.assign(9, 0.0);
+      system.masses = {1, 1, 1};
+      system.forces = {pull};
+      Simulation simulation(system, {.method = method, .rtol = 1e-8});
+
+      const Outcome outcome = simulation.advance_to(3.0);
+
+      ASSERT_FALSE(outcome.ok()) << name_of(method);
+      EXPECT_NE(outcome.what.find("pull: points 0 and 1, which are "), std::string::npos) << outcome.what;
+      EXPECT_NE(outcome.what.find(" m apart, fall onto each other"), std::string::npos) << outcome.what;
+    }
+  }
+}
+
 /// Within its limit the same bond swings for good, and its energy is kept.
 TEST(FeneBond, SwingsBelowItsLimit) {
   System system = make_pulled_bond(Bonds{"fene", {{1, 2}}, BondLaw::Fene, 5.0, {}, 1.5, {}, {}});
@@ -129,6 +151,73 @@ TEST(ForcesOnTuples, AllKindsOfMethodsAgree) {
   // The support carries what the tuple does to it: (0, sin(2 t) (x2 - x1), 0).
   const auto r = reference.positions();
   EXPECT_NEAR(reference.support_forces()[10], std::sin(2.0) * (r[0] - r[9]), 1e-12);
+}
+
+// ---- angles at which a law has no force: the points in line ----
+
+constexpr Method adaptive[] = {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5};
+
+/// Four free points whose last one moves across the line of the two before it, `beside` that line.
+System make_torsion(double beside) {
+  System system;
+  system.positions = {0, 1, 0, 0, 0, 0, 1, 0, 0, 2, 0.3, beside};
+  system.velocities = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0};
+  system.masses.assign(4, 1.0);
+  system.forces = {Torsions{.name = "hinge", .quadruples = {{0, 1, 2, 3}}, .coefficients = {1, 1, 1, 1}}};
+  return system;
+}
+
+/// Three free points whose angle opens to pi and beyond.
+System make_bending(double rest, double beside = 0.0) {
+  System system;
+  system.positions = {-1, 0.3, beside, 0, 0, 0, 1, 0.3, beside};
+  system.velocities = {0, -1, 0, 0, 2, 0, 0, -1, 0};
+  system.masses.assign(3, 1.0);
+  system.forces = {Bendings{.name = "knee", .triples = {{0, 1, 2}}, .stiffness = 1.0, .rest = rest}};
+  return system;
+}
+
+void expect_end(const System& system, double at, const std::string& wanted) {
+  for (const Method method : adaptive) {
+    Simulation simulation(system, {.method = method});
+    const Outcome outcome = simulation.advance_to(1.0);
+    EXPECT_FALSE(outcome.ok()) << name_of(method);
+    EXPECT_NE(outcome.what.find(wanted), std::string::npos) << name_of(method) << ": " << outcome.what;
+    EXPECT_NEAR(simulation.time(), at, 1e-2) << name_of(method);
+  }
+}
+
+TEST(AngleEnds, ADihedralThatEndsStopsTheMotion) {
+  expect_end(make_torsion(0.0), 0.3,
+             "hinge: [0, 1, 2, 3]: its last three points are on a straight line: there is no dihedral");
+}
+
+TEST(AngleEnds, TheTipOfABendingStopsTheMotion) {
+  expect_end(make_bending(2.0), 0.1, "knee: [0, 1, 2]: its angle is straight, where the force of law harmonic has no");
+}
+
+/// Where all rest straight, there is no tip.
+TEST(AngleEnds, AStraightRestIsPassed) {
+  for (const Method method : adaptive) {
+    Simulation simulation(make_bending(std::acos(-1.0)), {.method = method, .rtol = 1e-9});
+    ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-7) << name_of(method);
+  }
+}
+
+/// A little beside the line the forces are great and short, and the motion goes on.
+TEST(AngleEnds, PassingBesideTheLineIsResolved) {
+  // The valley of the torsion focuses: what comes in beside its line by z passes it at about z².
+  for (const double beside : {1e-2, 1e-3}) {
+    for (const System& system : {make_torsion(beside), make_bending(2.0, beside)}) {
+      for (const Method method : {Method::Taylor, Method::Dop853}) {
+        Simulation simulation(system, {.method = method, .rtol = 1e-8});
+        ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
+        EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-6)
+            << name_of(method) << ", " << force_name(system, 0) << " " << beside;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
   }
   SeriesExpansion* series() override { return this; }
   std::string why_no_series() const override { return ""; }
-  Power power_along(const Kinematics&, const double*) override { return {}; }
+  Power power_along(const Kinematics&, int) override { return {}; }
   bool has_cheap_terms() const override { return false; }
   std::span<const Index> neighbourhoods() const override { return {}; }
   void find_largest(std::span<double>) override {}
@@ -235,6 +235,67 @@ TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
   EXPECT_GT(std::abs(simulation.report().energy.work_of_supports), 1e-3);
   EXPECT_LT(simulation.report().energy.work_of_forces, -1e-3);
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-10);
+}
+
+/// Whatever a constraint is given by, its multiplier times its own rate in time is the power.
+TEST(Taylor, WorkOfConstraintsThatMoveBalancesTheEnergy) {
+  const auto formula = [](const char* text) { return ScalarFunction::formula(text); };
+  Parameter length;
+  length.functions = {formula("1 + 0.2*sin(2*t)")};
+  const VectorFunction moving{formula("0.1*sin(3*t)"), 0.0, formula("0.1*cos(2*t) - 0.1")},
+      turning{formula("sin(t)"), 0.0, formula("cos(t)")};
+  const std::vector<std::pair<Constraint, Vector3>> guides{
+      {Rods{"rod", {{0, 1}}, length}, {1, 0, 0}},
+      {Spheres{"sphere", {1}, moving, length}, {1, 0, 0}},
+      {Circles{"circle", {1}, moving, turning, length}, {1, 0, 0}},
+      {Planes{"plane", {1}, turning, formula("0.3*sin(2*t)")}, {1, 0, 0}},
+      {Lines{"line", {1}, moving, {formula("cos(t)"), 0.0, formula("sin(t)")}}, {1, 0, 0}},
+      {Pulleys{
+           .name = "pulley", .pairs = {{1, 2}}, .a = {1, 0, 3}, .b = {2, 0, 4}, .length = formula("6 + 0.2*sin(2*t)")},
+       {1, 0, 0}}};
+  for (const auto& [guide, place] : guides) {
+    System system;
+    for (const Vector3& each : {Vector3{0, 0, 0}, place, Vector3{2, 0, 1}}) scenes::add_point(each, &system);
+    system.supports = {{"support", {0}, {}}};
+    system.constraints = {guide};
+    system.forces = {Gravity{"gravity", {0.5, 1, -9.81}}};
+    Simulation simulation(system,
+                          {.method = Method::Taylor, .rtol = 1e-11, .atol = 1e-13, .start = StartMode::Project});
+    ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
+    const EnergyReport& energy = simulation.report().energy;
+    EXPECT_GT(std::abs(energy.work_of_supports), 1e-3 * energy.scale) << constraint_name(system, 0);
+    EXPECT_LT(std::abs(energy.drift_relative()), 1e-9) << constraint_name(system, 0);
+  }
+}
+
+/// The energies of a coarse run: a free bead in a well, beside a point that it knows nothing of.
+EnergyReport run_coarsely(const VectorFunction& displacement, const Constraint& beside) {
+  System system;
+  for (const Vector3& place : {Vector3{0, 0, 0}, Vector3{0, 0, -1}, Vector3{3, 0, 1}})
+    scenes::add_point(place, &system);
+  system.masses.assign(3, 1.0);
+  system.supports = {{"support", {0}, displacement}};
+  system.constraints = {beside};
+  system.forces = {Potential{
+      .name = "well", .points = {{2}}, .kernel = formula_potential("20*z1^2 + (x1 - 2)^4 + 3*x1*sin(5*z1)", 1)}};
+  Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-3});
+  EXPECT_TRUE(simulation.advance_to(5.0).ok()) << simulation.outcome().what;
+  return simulation.report().energy;
+}
+
+/// What touches nothing that moves does no work, however coarse the series are: their error is in the drift.
+TEST(Taylor, ErrorsOfTheSeriesAreNoWork) {
+  const Rods rod{"rod", {{0, 1}}, 1.0};
+  const Planes floor{"floor", {1}, Vector3{0, 0, 1}, -1.0};
+  Rods timed = rod;
+  timed.length = ScalarFunction::formula("1 + 0*t");
+  const double drift = run_coarsely({}, rod).drift_relative();
+  ASSERT_GT(std::abs(drift), 1e-6) << "a fine run proves nothing";
+  for (const EnergyReport& energy :
+       {run_coarsely({}, timed), run_coarsely({ScalarFunction::formula("0.1*sin(5*t)"), 0.0, 0.0}, floor)}) {
+    EXPECT_EQ(energy.work_of_supports, 0.0);
+    EXPECT_GT(std::abs(energy.drift_relative()), 1e-6);
+  }
 }
 
 TEST(Taylor, GoesOnFromASnapshotBitByBit) {

@@ -141,9 +141,9 @@ const Rule rules[] = {
     {"SinglePointThatIsASupport", R"({"kind": "potential", "points": [[0],[5]], "energy": "x1"})",
      R"json(/forces/0/points/1: point 5: all of its points are supports: its energy moves nothing)json"},
     {"ConstantWithATakenName", R"({"kind": "potential", "points": [[0,1]], "energy": "x1", "constants": {"y2": 1}})",
-     R"json(/forces/0/energy: the constant 'y2' has a name that is taken or is none)json"},
+     R"json(/forces/0/constants/y2: the constant 'y2' has a name that is taken or is none)json"},
     {"ConstantThatIsAParameter", R"({"kind": "potential", "points": [[0,1]], "energy": "k*x1", "constants": {"k": 1}})",
-     R"json(/forces/0/energy: the constant 'k' has a name that is taken or is none)json"},
+     R"json(/forces/0/constants/k: the constant 'k' has a name that is taken or is none)json"},
     {"ConstantThatIsNoNumber", R"({"kind": "potential", "points": [[0,1]], "energy": "c*x1", "constants": {"c": 1e999}})",
      R"json(/forces/0/constants/c: found 1e999, wanted a finite number)json"},
     {"UnknownKeyOfAPotential", R"({"kind": "potential", "points": [[0,1]], "energy": "x1", "law": "fene"})",
@@ -189,7 +189,9 @@ const Rule rules[] = {
     {"NumberOfAnotherLaw", R"({"kind": "bond", "law": "harmonic", "pairs": [[0,2]], "stiffness": 1, "depth": 2})",
      R"json(/forces/0/depth: found beside the law "harmonic", which does not read it)json"},
     {"NumberMissing", R"({"kind": "bond", "law": "morse", "pairs": [[0,2]], "depth": 1})",
-     R"json(/forces/0: width is missing, and the law reads it)json"},
+     R"json(/forces/0/width: is missing, and the law reads it)json"},
+    {"LimitMissing", R"({"kind": "bond", "law": "fene", "pairs": [[0,2]], "stiffness": 1})",
+     R"json(/forces/0/limit: is missing, and the law reads it)json"},
     {"UnknownLaw", R"({"kind": "bond", "law": "spring", "pairs": [[0,2]], "stiffness": 1})",
      R"json(/forces/0/law: found string "spring", wanted one of harmonic, fene, morse)json"},
     {"DegreesForRadians", R"({"kind": "bending", "law": "harmonic", "triples": [[0,1,2]], "stiffness": 1, "rest": 109.5})",
@@ -222,6 +224,18 @@ const Rule rules[] = {
      R"json(/forces/0/tuples: found a list of 0, wanted one list of points or more)json"},
     {"ForceWithoutAComponent", R"({"kind": "formula", "tuples": [[0,1]]})",
      R"json(/forces/0: found no component of the force, wanted one of x1 to z2 or more)json"},
+    {"PhaseInDegrees", R"({"kind": "torsion", "law": "periodic", "quadruples": [[0,1,2,3]], "stiffness": 1, "phase": 180})",
+     R"json(/forces/0/phase: phase 180 is more than a whole turn: rad, not degrees?)json"},
+    {"TorsionAtRestInDegrees", R"({"kind": "torsion", "law": "harmonic", "quadruples": [[0,1,2,3]], "stiffness": 1, "rest": -60})",
+     R"json(/forces/0/rest: rest -60 is more than a whole turn: rad, not degrees?)json"},
+    {"CoefficientsOfAnotherLaw", R"({"kind": "torsion", "law": "periodic", "quadruples": [[0,1,2,3]], "stiffness": 1, "phase": 0, "coefficients": [9, 9]})",
+     R"json(/forces/0/coefficients: found beside the law "periodic", which does not read it)json"},
+    {"CoefficientsBesideHarmonic", R"({"kind": "torsion", "law": "harmonic", "quadruples": [[0,1,2,3]], "stiffness": 1, "rest": 0, "coefficients": []})",
+     R"json(/forces/0/coefficients: found beside the law "harmonic", which does not read it)json"},
+    {"MultiplicityOfAnotherLaw", R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0,0], "multiplicity": 2})",
+     R"json(/forces/0/multiplicity: found beside the law "opls", which does not read it)json"},
+    {"MultiplicityBesideHarmonic", R"({"kind": "torsion", "law": "harmonic", "quadruples": [[0,1,2,3]], "stiffness": 1, "rest": 0, "multiplicity": 2})",
+     R"json(/forces/0/multiplicity: found beside the law "harmonic", which does not read it)json"},
     {"ThreeCoefficients", R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0]})",
      R"json(/forces/0/coefficients: 3 coefficients; law opls has four)json"},
     {"NegativeMultiplicity", R"({"kind": "torsion", "law": "periodic", "quadruples": [[0,1,2,3]], "stiffness": 1, "phase": 0, "multiplicity": -1})",
@@ -291,6 +305,15 @@ TEST(EnergyRulesAtOnePlace, NameTheTuple) {
   EXPECT_EQ(told(R"({"kind": "torsion", "law": "opls", "quadruples": [[0,1,2,3]], "coefficients": [1,0,0,0]})"),
             "scene.json: /forces/0/quadruples/0: [0, 1, 2, 3]: its first three points are on a straight line: there is "
             "no dihedral");
+}
+
+/// Three rods in sequence that come back to where they began.
+TEST(Energies, ATorsionAlongATriangleNamesIt) {
+  EXPECT_EQ(error_of(three_points(
+                R"("constraints": [{"kind": "rod", "name": "ring", "pairs": [[0,1],[1,2],[2,0]]}],
+                   "forces": [{"kind": "torsion", "law": "opls", "along": "ring", "coefficients": [1,0,0,0]}])")),
+            "scene.json: /forces/0/along: three of these rods close a triangle of points 2, 0 and 1, where there is no "
+            "dihedral");
 }
 
 INSTANTIATE_TEST_SUITE_P(Scene, EnergyRules, testing::ValuesIn(rules),

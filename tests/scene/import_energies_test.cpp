@@ -1,6 +1,8 @@
 /// Bonds, angles and dihedrals of LAMMPS data files as energies, against the energies and forces of LAMMPS itself,
 /// which tests/data/lammps/make_forces.py stores.
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -67,19 +69,77 @@ TEST(ImportEnergies, BondTypesMayStayRods) {
   EXPECT_TRUE(std::holds_alternative<Bendings>(scene.system.forces.at(1)));
 }
 
-/// The text of a data file with some words replaced, as a scene of its own.
+/// A data file with some words replaced, and a scene that imports it.
+class Replaced {
+ public:
+  Replaced(const std::string& file, const std::string& from, const std::string& to, const std::string& more) {
+    std::stringstream text;
+    text << std::ifstream(TANOR_TEST_DATA "/lammps/" + file + ".data").rdbuf();
+    std::string data = text.str();
+    if (!from.empty()) data.replace(data.find(from), from.size(), to);
+    std::ofstream(folder_ / "a.data") << data;
+    scene_ = import_of(file, more);
+    const std::string path = "lammps/" + file + ".data";
+    scene_.replace(scene_.find(path), path.size(), "a.data");
+  }
+  Scene read() const { return parse_scene(scene_, folder_ / "scene.json"); }
+  std::string error() const { return error_of(scene_, folder_ / "scene.json"); }
+
+ private:
+  Folder folder_;
+  std::string scene_;
+};
+
 std::string error_with(const std::string& file, const std::string& from, const std::string& to,
                        const std::string& more = "") {
-  const Folder folder;
-  std::stringstream text;
-  text << std::ifstream(TANOR_TEST_DATA "/lammps/" + file + ".data").rdbuf();
-  std::string data = text.str();
-  if (!from.empty()) data.replace(data.find(from), from.size(), to);
-  std::ofstream(folder / "a.data") << data;
-  std::string scene = import_of(file, more);
-  const std::string path = "lammps/" + file + ".data";
-  scene.replace(scene.find(path), path.size(), "a.data");
-  return error_of(scene, folder / "scene.json");
+  return Replaced(file, from, to, more).error();
+}
+
+/// Forces of a file that are not read do not go without a word.
+TEST(ImportEnergies, SectionsThatAreNotReadAreNamed) {
+  EXPECT_TRUE(parse(import_of("harmonic_charmm")).left_out.empty());
+  const Scene scene = Replaced("harmonic_charmm", "Atoms #",
+                               "Pair Coeffs # lj/cut\n\n1 0.1 3.0\n\nImproper Coeffs\n\n1 2.0 0.0\n\nImpropers\n\n"
+                               "1 1 1 2 3 4\n\nAtom Type Labels\n\n1 C\n\nAtoms #",
+                               "")
+                          .read();
+  const std::vector<std::string> wanted{"import: the section Pair Coeffs of a.data is not read",
+                                        "import: the section Improper Coeffs of a.data is not read",
+                                        "import: the section Impropers of a.data is not read"};
+  EXPECT_EQ(scene.left_out, wanted);
+}
+
+/// kcal/mol, angstrom and g/mol make forces per sqrt(g/mol angstrom²/(kcal/mol)), which is no femtosecond: the
+/// velocities are brought there, and the scene says it.
+TEST(ImportEnergies, UnitsWithAnotherTimeAreConverted) {
+  const std::string velocities =
+      "Velocities\n\n1 1 2 3\n2 0 0 0\n3 0 0 0\n4 0 0 0\n5 0 0 0\n6 0 0 0\n7 0 0 0\n\nAtoms #";
+  const auto read = [&](const std::string& more) {
+    return Replaced("fene_cosine_opls", "Atoms #", velocities, more).read();
+  };
+  const Scene plain = read(""), lj = read(R"(, "units": "lj")"), real = read(R"(, "units": "real")"),
+              metal = read(R"(, "units": "metal")");
+  EXPECT_EQ(plain.source, "import: a.data (lammps-data)");
+  EXPECT_EQ(lj.source, plain.source);
+  EXPECT_EQ(lj.system.velocities, plain.system.velocities);
+  EXPECT_EQ(real.source, "import: a.data (lammps-data, units real: the unit of time is 48.88821291 fs)");
+  EXPECT_EQ(metal.source, "import: a.data (lammps-data, units metal: the unit of time is 10.18050571 fs)");
+  const double avogadro = 6.02214076e23, kilocalorie = 4184.0, electronvolt = 1.602176634e-19, gram = 1e-3;
+  const double of_real = std::sqrt(gram * 1e-20 / kilocalorie),
+               of_metal = std::sqrt(gram / avogadro * 1e-20 / electronvolt);
+  EXPECT_NEAR(real.system.velocities[1], 2.0 * of_real / 1e-15, 1e-7);
+  EXPECT_NEAR(metal.system.velocities[1], 2.0 * of_metal / 1e-12, 1e-10);
+
+  // As `write_data` says it.
+  const std::string title = "LAMMPS data: fene_cosine_opls";
+  const auto titled = [&](const std::string& words) { return Replaced("fene_cosine_opls", title, words, ""); };
+  EXPECT_NE(titled("LAMMPS data file via write_data, timestep = 0, units = real").read().source.find("units real"),
+            std::string::npos);
+  EXPECT_EQ(titled("A melt in units of its beads").read().source, plain.source);
+  const std::string wanted = "wanted one of lj, real, metal, si, cgs, micro, nano";
+  EXPECT_EQ(titled("units electron").error(), "scene.json: /import/units: found the units \"electron\", " + wanted);
+  EXPECT_EQ(error_with("fene_cosine_opls", "", "", R"(, "units": "imperial")"),
+            "scene.json: /import/units: found the units \"imperial\", " + wanted);
 }
 
 TEST(ImportEnergies, ErrorsNameTheStyleAndTheType) {

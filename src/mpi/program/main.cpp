@@ -157,6 +157,7 @@ class Run {
     report::RunFacts facts;
     facts.scene = scene_.name;
     facts.source = scene_.source;
+    facts.left_out = scene_.left_out;
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
     facts.has_started = outcome.ok() || simulation_->report().steps > 0;

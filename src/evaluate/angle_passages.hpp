@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/parallel.hpp"
+#include "base/point_path.hpp"
+
+namespace tanor {
+
+/// Angles of three points at which a law has no force: where they are in line, dihedrals end and harmonic bendings have
+/// a tip. Nothing but the instant itself tells of it, so a step may pass from one side to the other unseen.
+///
+/// With a and b from the corner to the other two, the sine |a x b|/(|a||b|) falls and rises again in such a step. How
+/// far it falls is the scale on which forces change there: a step over a deep fall is made shorter, and each next one
+/// comes nearer, until the points have passed each other or are in line.
+class AnglePassages {
+ public:
+  enum class Ends { AtZero, AtZeroAndStraight };
+  /// `triple`: inner points, the corner in the middle.
+  void append(const std::array<Index, 3>& triple, Ends ends);
+  /// After the last `append`: what stands twice is looked at once.
+  void finish();
+
+  bool empty() const { return triples_.empty(); }
+  /// The part of the step to make instead; 1: no sine falls far in it.
+  double find(const Parallel& parallel, PointPath* path);
+
+ private:
+  struct Triple {
+    std::array<Index, 3> points;
+    Ends ends;
+    auto operator<=>(const Triple&) const = default;
+  };
+  struct Fall {
+    double part = 1.0;   // of the step, where the sine is least
+    double depth = 1.0;  // that sine over the smaller one of those at both ends
+  };
+  static bool may_fall(const PointPath& path, const Triple& triple);
+  static Fall find_fall(const PointPath& path, const Triple& triple);
+
+  std::vector<Triple> triples_;
+  std::vector<char> is_doubtful_;  // [triple]
+};
+
+}  // namespace tanor
