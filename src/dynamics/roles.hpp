@@ -101,6 +101,8 @@ class ForcePassages {
   /// Positions and velocities [3 num_points()] of all points: in r_room and v_room, or where they are already. Changes
   /// nothing that later calls depend on.
   virtual Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) = 0;
+  /// Whether fixed steps look, too, and warn: of forces that act briefly, not of angles alone, where laws end.
+  virtual bool act_briefly() const = 0;
   /// The part of the step along `path` to make instead of one that passes forces unseen; 1: it passes none.
   virtual double find_passage(PointPath* path) = 0;
   /// Names two points that fall onto each other within so many seconds, pulled without bound; empty: none do.

@@ -208,7 +208,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
   for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_passage(*path, mass_));
   for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));
-  if (!angle_passages_.empty()) part = std::min(part, angle_passages_.find(parallel, path));
+  if (path->follows_tolerance && !angle_passages_.empty()) part = std::min(part, angle_passages_.find(parallel, path));
   return part;
 }
 

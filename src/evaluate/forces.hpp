@@ -65,7 +65,9 @@ class Forces {
 
   /// Forces that may act between the looks of a step alone: pairs, formulas and energies with narrow places, angles
   /// at which laws end.
-  bool may_be_passed() const { return has_pairs() || !formula_passages_.empty() || !angle_passages_.empty(); }
+  bool may_be_passed() const { return act_briefly() || !angle_passages_.empty(); }
+  /// The same but for the angles.
+  bool act_briefly() const { return has_pairs() || !formula_passages_.empty(); }
   /// The part of a step to make instead of one that passes such forces unseen; 1: it passes none.
   double find_passage(const Parallel& parallel, PointPath* path);
   /// Those of moving points, as the system lists them.

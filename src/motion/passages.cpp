@@ -33,10 +33,15 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
   });
 }
 
+/// Fixed steps look at forces that act briefly alone.
+ForcePassages* find_passages(ForcePassages* all, bool adapts) {
+  return all != nullptr && (adapts || all->act_briefly()) ? all : nullptr;
+}
+
 }  // namespace
 
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
-    : mechanics_(mechanics), forces_(mechanics.force_passages()) {
+    : mechanics_(mechanics), forces_(find_passages(mechanics.force_passages(), adapts)) {
   // Fixed steps have no tolerance. A percent of a velocity that nobody saw is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;

@@ -78,12 +78,16 @@ class SharedMechanics::Rounding final : public RoundingGroups {
 
 class SharedMechanics::Passages final : public ForcePassages {
  public:
-  Passages(ForcePassages* own, SharedMechanics& mechanics) : own_(own), agreement_(mechanics.agreement_) {}
+  Passages(ForcePassages* own, SharedMechanics& mechanics)
+      : own_(own),
+        agreement_(mechanics.agreement_),
+        act_briefly_(agreement_.any(own != nullptr && own->act_briefly())) {}
 
   std::size_t num_points() const override { return own_ != nullptr ? own_->num_points() : 0; }
   Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) override {
     return own_ != nullptr ? own_->find_points(at, r_room, v_room) : at;
   }
+  bool act_briefly() const override { return act_briefly_; }
   double find_passage(PointPath* path) override {
     return agreement_.smallest(own_ != nullptr ? own_->find_passage(path) : 1.0);
   }
@@ -94,6 +98,7 @@ class SharedMechanics::Passages final : public ForcePassages {
  private:
   ForcePassages* own_;
   Agreement& agreement_;
+  const bool act_briefly_;
 };
 
 class SharedMechanics::Series final : public SeriesExpansion {
