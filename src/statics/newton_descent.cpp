@@ -180,23 +180,24 @@ bool NewtonDescent::factorize(double shift) {
 
 /// [ W  K ] [  dr     ]   [       g   ]
 /// [ K' 0 ] [ -dlambda] = [ -share xi ]
-void NewtonDescent::solve_step(Step* step, double share) {
+void NewtonDescent::solve_step(Step* step, double share, int refinements) {
   step->dr = g_;
   step->dlambda = xi_;
   for (double& x : step->dlambda) x *= -share;
-  (void)solver_.solve(step->dr.data(), step->dlambda.data());
+  (void)solver_.solve(step->dr.data(), step->dlambda.data(), refinements);
   for (double& x : step->dlambda) x = -x;
 }
 
 /// Where rows contradict each other to first order, as those of a straight chain that is too long for its supports, a
-/// step that changes no length comes first.
+/// step that changes no length comes first. Lengths are corrected after it, so that few digits will do.
 void NewtonDescent::solve_consistent_step(Step* step, double share) {
-  solve_step(step, share);
+  constexpr int refinements = 1;
   constexpr double poor = 0.1;
+  solve_step(step, share, refinements);
   if (solver_.row_residual() < poor) return;
   step->dr = g_;
   std::fill(step->dlambda.begin(), step->dlambda.end(), 0.0);
-  (void)solver_.solve(step->dr.data(), step->dlambda.data());
+  (void)solver_.solve(step->dr.data(), step->dlambda.data(), refinements);
   for (double& x : step->dlambda) x = -x;
 }
 

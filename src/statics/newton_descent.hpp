@@ -78,7 +78,7 @@ class NewtonDescent {
   bool factorize_nearly_exact();
   bool factorize_with_masses();
   double find_frequency2() const;
-  void solve_step(Step* step, double share = 1.0);
+  void solve_step(Step* step, double share = 1.0, int refinements = 3);
   void solve_consistent_step(Step* step, double share);
   bool take_step(const Step& step, double share, const std::vector<double>& penalties_before, StaticState* state);
   void disturb(StaticState* state);
