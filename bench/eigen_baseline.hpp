@@ -5,8 +5,8 @@
 #include <vector>
 
 /// What anybody would write first with Eigen: K from triplets, later its values alone; S = K'M^-1K by sparse products,
-/// SimplicialLDLT whose analysis is kept, w = M^-1 (f + K lambda). Gravity [3]; a support has an infinite mass. The yardstick of the
-/// benchmarks, compiled at -O3 -march=native whatever tanor is compiled for.
+/// SimplicialLDLT whose analysis is kept, w = M^-1 (f + K lambda). Gravity [3]; a support has an infinite mass. The
+/// yardstick of the benchmarks, compiled at -O3 -march=native whatever tanor is compiled for.
 class [[gnu::visibility("default")]] EigenBaseline {
  public:
   using Triple = std::array<double, 3>;

@@ -120,8 +120,8 @@ class Constraints {
   std::vector<Coupling> list_rods() const;
   void evaluate_rod_derivatives(const Parallel& parallel, const double* r, const double* lambda, Block3* to) const;
 
-  /// Of all constraints but rods: whose points answer to whose (all ordered pairs of a member's points, row by row), and
-  /// the blocks of -sum of lambda_a Hess xi_a that are theirs, N/m. In constraint_hessians.cpp.
+  /// Of all constraints but rods: whose points answer to whose (all ordered pairs of a member's points, row by row),
+  /// and the blocks of -sum of lambda_a Hess xi_a that are theirs, N/m. In constraint_hessians.cpp.
   std::vector<Influence> list_curved() const;
   void evaluate_curvatures(const double* r, const double* lambda, Block3* to) const;
 

@@ -44,13 +44,14 @@ class Step {
     kick();
     for (std::size_t i = 0; i < num_points_; ++i) add(run_.step, run_.velocities, i, run_.positions);
     std::array<ConstraintReport, 2> reports;
-    reports[0] = constrainer_->constrain_positions({.step = run_.step,
-                                                    .old_positions = {kept_[0].empty() ? nullptr : kept_[0].front().data()},
-                                                    .positions = run_.positions,
-                                                    .velocities = run_.velocities,
-                                                    .time = time,
-                                                    .measures = run_.measures,
-                                                    .tolerance = run_.tolerance});
+    reports[0] =
+        constrainer_->constrain_positions({.step = run_.step,
+                                           .old_positions = {kept_[0].empty() ? nullptr : kept_[0].front().data()},
+                                           .positions = run_.positions,
+                                           .velocities = run_.velocities,
+                                           .time = time,
+                                           .measures = run_.measures,
+                                           .tolerance = run_.tolerance});
     if (!reports[0].outcome.ok()) return reports;
     if (run_.set_forces) run_.set_forces(time);
     kick();

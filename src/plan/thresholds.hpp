@@ -22,8 +22,8 @@ inline constexpr std::size_t long_path = 32;
 inline constexpr double fullness_of_long_paths = 0.8;
 
 /// Rods of the branches of trees that are eliminated in lanes: with fewer, what is done rod by rod is not worth the
-/// lanes, with more they leave the first caches. Of a tree that the tree solver takes, the points in lanes: without them
-/// it gains no more than 1.3 over sparse factors (bench/linear_solvers: trees).
+/// lanes, with more they leave the first caches. Of a tree that the tree solver takes, the points in lanes: without
+/// them it gains no more than 1.3 over sparse factors (bench/linear_solvers: trees).
 inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
 inline constexpr double share_of_tree_in_lanes = 0.5;
 

@@ -18,8 +18,8 @@ namespace tanor::scene {
 /// - `clusters`: `clusters` (10) separate random walks of `count` rods (10), begun on a cubic grid.
 /// - `melt`: `chains` (10) random walks of `count` rods (10) in a cube with 0.85 points per spacing^3,
 ///   turned back at its faces; velocities of the canonical ensemble with kT = `temperature` (1) that keep
-///   the lengths of the rods. With `bonds` "energies" (rods) no rods but a bead-spring model: forces `bonds`, `bendings`
-///   and `beads` with `epsilon` (1) and the stiffness `bending` (1.5), on a lattice at the start.
+///   the lengths of the rods. With `bonds` "energies" (rods) no rods but a bead-spring model: forces `bonds`,
+///   `bendings` and `beads` with `epsilon` (1) and the stiffness `bending` (1.5), on a lattice at the start.
 PointSet read_generate(const Cursor& generate, const Context& context);
 
 }  // namespace tanor::scene

@@ -26,7 +26,7 @@ std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text;
   char part[1 << 16];
-  std::error_code unnamed;  // a name may be too long for any file
+  std::error_code unnamed;                                                       // a name may be too long for any file
   const bool may_be_endless = !std::filesystem::is_regular_file(file, unnamed);  // a device, a pipe
   while (stream.read(part, sizeof part), stream.gcount() > 0) {
     text.append(part, static_cast<std::size_t>(stream.gcount()));

@@ -13,10 +13,10 @@ namespace tanor {
 ///
 /// Islands (points connected by constraints; supports connect nothing) follow one another, those of one point by kinds;
 /// inside an island points and rows run along its paths, leaves first: neighbours in space are neighbours in memory, a
-/// chain gives a tridiagonal S and a tree is eliminated without fill, each of its branches in one piece. Round a ring its row a joins its points a and
-/// a + 1, the last row the last point and the first. Free points come after the islands, supports last.
-/// Rows that join supports alone are idle: they come after those of the islands. Contacts that may stick have rows of
-/// their own (see contacts.hpp), whose numbers follow those of the user's rows.
+/// chain gives a tridiagonal S and a tree is eliminated without fill, each of its branches in one piece. Round a ring
+/// its row a joins its points a and a + 1, the last row the last point and the first. Free points come after the
+/// islands, supports last. Rows that join supports alone are idle: they come after those of the islands. Contacts that
+/// may stick have rows of their own (see contacts.hpp), whose numbers follow those of the user's rows.
 struct Numbering {
   std::vector<Index> user_point;    ///< [inner point] -> user's point
   std::vector<Index> inner_point;   ///< [user's point] -> inner point
