@@ -26,8 +26,9 @@ std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text;
   char part[1 << 16];
-  std::error_code unnamed;                                                       // a name may be too long for any file
-  const bool may_be_endless = !std::filesystem::is_regular_file(file, unnamed);  // a device, a pipe
+  // A name may be too long for any file; a device and a pipe may have no end.
+  std::error_code unnamed;
+  const bool may_be_endless = !std::filesystem::is_regular_file(file, unnamed);
   while (stream.read(part, sizeof part), stream.gcount() > 0) {
     text.append(part, static_cast<std::size_t>(stream.gcount()));
     if (may_be_endless && text.size() > most_of_a_stream)
