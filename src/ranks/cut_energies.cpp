@@ -41,7 +41,7 @@ double CutEnergies::power_of_reactions(const double* accelerations, const double
                              [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
 }
 
-/// What forces do to guests is no work of a support.
+/// Guests move in here as supports would, but what forces do to them is not counted as work of supports.
 Power CutEnergies::power(const Kinematics& at, double of_constraints) {
   Power result;
   if (is_rheonomic_) {

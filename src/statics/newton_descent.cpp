@@ -153,24 +153,35 @@ bool NewtonDescent::rests(const StaticState& state) {
   return longest(step.dr) <= most;
 }
 
-/// Rounding of single points excuses what is left, but a sum of many of the same sign is none: another step of Newton's
-/// method is taken where it halves the rest.
-bool NewtonDescent::halves(StaticState* state) {
-  equations_.linearise(state->r.data(), state->lambda.data());
-  if (!factorize(0.0)) return false;
+/// Newton's step with the factor that stands, where `is_better` says so of what it leaves; else the state stays.
+template <class Judge>
+bool NewtonDescent::take_full_step(StaticState* state, const Judge& is_better) {
   Step step;
   solve_step(&step);
   StaticState next = *state;
   for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
   for (std::size_t a = 0; a < step.dlambda.size(); ++a) next.lambda[a] += step.dlambda[a];
   const StaticResidual found = measure(next);
-  const bool is_better =
-      found.force < 0.5 * residual_.force && found.violation <= std::max(residual_.violation, violation_tolerance());
-  residual_ = is_better ? found : measure(*state);
-  if (!is_better) return false;
-  ++iterations_;
+  if (!is_better(found)) {
+    residual_ = measure(*state);
+    return false;
+  }
   *state = std::move(next);
+  residual_ = found;
+  last_move_ = longest(step.dr);
   return true;
+}
+
+/// Rounding of single points excuses what is left, but a sum of many of the same sign is none: another step of Newton's
+/// method is taken where it halves the rest.
+bool NewtonDescent::halves(StaticState* state) {
+  equations_.linearise(state->r.data(), state->lambda.data());
+  const bool is_taken = factorize(0.0) && take_full_step(state, [this](const StaticResidual& found) {
+                          return found.force < 0.5 * residual_.force &&
+                                 found.violation <= std::max(residual_.violation, violation_tolerance());
+                        });
+  iterations_ += is_taken ? 1 : 0;
+  return is_taken;
 }
 
 bool NewtonDescent::factorize(double shift) {
@@ -215,25 +226,12 @@ void NewtonDescent::disturb(StaticState* state) {
 
 bool NewtonDescent::try_newton(StaticState* state) {
   equations_.linearise(state->r.data(), state->lambda.data());
-  if (!factorize_nearly_exact()) return false;
-  Step step;
-  solve_step(&step);
-  StaticState next = *state;
-  for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
-  for (std::size_t a = 0; a < step.dlambda.size(); ++a) next.lambda[a] += step.dlambda[a];
-  const StaticResidual found = measure(next);
-  constexpr double enough = 0.6;
-  const double before = combined(residual_), scale = std::max(residual_.scale, eps * found.scale);
-  const double after = (scale > 0.0 ? found.known / scale : 0.0) + found.violation;
-  const bool is_better = after < enough * before || (before < 1e3 * eps && after <= before);
-  if (!is_better) {
-    residual_ = measure(*state);
-    return false;
-  }
-  *state = std::move(next);
-  residual_ = found;
-  last_move_ = longest(step.dr);
-  return true;
+  return factorize_nearly_exact() && take_full_step(state, [this](const StaticResidual& found) {
+           constexpr double enough = 0.6;
+           const double before = combined(residual_), scale = std::max(residual_.scale, eps * found.scale);
+           const double after = (scale > 0.0 ? found.known / scale : 0.0) + found.violation;
+           return after < enough * before || (before < 1e3 * eps && after <= before);
+         });
 }
 
 /// U + nu'|xi|

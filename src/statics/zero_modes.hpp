@@ -16,7 +16,7 @@ class ZeroModes {
  public:
   enum class Found { ByDenseMatrices, ByFactor };
 
-  /// Where the equations were linearised last.
+  /// The equations keep the W of their last linearisation, and these zeros are of that one.
   ZeroModes(const EquilibriumEquations& equations, Found found);
 
   /// [moving point] d_i/m_i, where q'Dq is what rounding leaves of q'Wq, 1/s^2, > 0.
