@@ -71,10 +71,9 @@ class LoadedStiffness {
       : state_(*state),
         lambda_0_(std::move(lambda_0)),
         lambda_1_(state->multipliers()),
-        W_0_((state->linearise(lambda_0_), state->equations().stiffness())),
+        W_0_(evaluate(lambda_0_)),
         kkt_(state->equations()) {
-    const double little = little_mass * ModeFinder(state->equations(), kkt_, 0).scale();
-    shift_ = kkt_.factorize(0.0) ? 0.0 : little;
+    if (!kkt_.factorize(0.0)) shift_ = little_mass * ModeFinder(state->equations(), kkt_, 0).scale();
   }
 
   /// Where it is, the solver has the factor.
@@ -102,6 +101,11 @@ class LoadedStiffness {
   }
 
  private:
+  StiffnessMatrix evaluate(const std::vector<double>& lambda) {
+    state_.linearise(lambda);
+    return state_.equations().stiffness();
+  }
+
   GivenEquilibrium& state_;
   std::vector<double> lambda_0_, lambda_1_;  // without the load, under it
   StiffnessMatrix W_0_;

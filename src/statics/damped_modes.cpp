@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.hpp"
 #include "statics/damping_matrix.hpp"
-#include "statics/forces_without_potential.hpp"
 
 namespace tanor {
 
@@ -42,14 +42,17 @@ std::complex<double> work_of(const MatrixXd& symmetric, const MatrixXd& skew, co
 /// ones is none of a slow one's decay.
 std::complex<double> refine(std::complex<double> lambda, std::complex<double> damping, std::complex<double> stiffness) {
   const std::complex<double> middle = -0.5 * damping, half_width = std::sqrt(middle * middle - stiffness);
-  const std::complex<double> one = middle + half_width, other = middle - half_width;
+  // The larger root has all its digits, and the product of both is the stiffness.
+  const std::complex<double> sum = middle + half_width, difference = middle - half_width;
+  const std::complex<double> one = std::abs(sum) >= std::abs(difference) ? sum : difference;
+  const std::complex<double> other = one != 0.0 ? stiffness / one : one;
   return std::abs(one - lambda) < std::abs(other - lambda) ? one : other;
 }
 
 /// Half of A + A' and of A - A', which is nothing where it is rounding.
 std::pair<MatrixXd, MatrixXd> split(const MatrixXd& A) {
   MatrixXd skew = 0.5 * (A - A.transpose());
-  if (skew.norm() <= symmetric_to * A.norm()) skew.setZero();
+  if (skew.norm() <= 4.0 * eps * static_cast<double>(A.rows()) * A.norm()) skew.setZero();
   return {0.5 * (A + A.transpose()), std::move(skew)};
 }
 

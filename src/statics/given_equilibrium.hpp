@@ -49,8 +49,8 @@ class GivenEquilibrium {
 
  private:
   void find_multipliers(std::span<const double> given);
-  /// Why it is no equilibrium; empty: it is one.
   std::string name_worst_row();
+  /// Why it is no equilibrium; empty: it is one.
   std::string find_complaint(double force_tolerance);
   std::vector<double> self_stress(const RowDependence& dependence) const;
   std::vector<std::vector<double>> random_moves(std::size_t count);

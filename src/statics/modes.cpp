@@ -5,6 +5,7 @@
 #include <complex>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -203,7 +204,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   }
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
-  const double lightest = *std::min_element(model.mass.begin(), model.mass.end());
+  const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving()));
   const double zero = std::max(rounding * finder.scale(),
                                ZeroModes::share_of_residual * state.residual() / (model.smallest_length * lightest));
   if (options.damped && !plan.is_dense) {
