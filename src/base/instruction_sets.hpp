@@ -1,7 +1,10 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <type_traits>
+
+#include "base/eight.hpp"
 
 /// \file One body of a loop for each instruction set. Packaged binaries are built for the baseline of their
 /// architecture; hot loops need more.
@@ -24,6 +27,17 @@ inline InstructionSet instruction_set() {
 /// "baseline", "avx2" or "avx512".
 const char* name_of(InstructionSet set);
 
+/// Runs the body, with eight numbers in registers of `width` where it asks for them.
+template <std::size_t width, class Body>
+auto run_in(Body& body) {
+  using Lanes = std::type_identity<EightIn<width>>;
+  if constexpr (std::is_invocable_v<Body&, Lanes>) {
+    return body(Lanes{});
+  } else {
+    return body();
+  }
+}
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__) && !defined(TANOR_NATIVE)
 #define TANOR_HAS_INSTRUCTION_SETS 1
@@ -34,17 +48,17 @@ const char* name_of(InstructionSet set);
 template <class Body>
 [[gnu::target("arch=x86-64-v4"), gnu::flatten, gnu::noinline]] auto run_avx512(const Body& body) {
   Body own = body;
-  return own();
+  return run_in<8>(own);
 }
 template <class Body>
 [[gnu::target("arch=x86-64-v3"), gnu::flatten, gnu::noinline]] auto run_avx2(const Body& body) {
   Body own = body;
-  return own();
+  return run_in<4>(own);
 }
 template <class Body>
 [[gnu::flatten, gnu::noinline]] auto run_baseline(const Body& body) {
   Body own = body;
-  return own();
+  return run_in<2>(own);
 }
 
 /// Runs the body, which is compiled once for each instruction set. It captures what is small by value, since what it
@@ -70,7 +84,13 @@ auto dispatch(const Body& body) {
 template <class Body>
 auto dispatch(Body body) {
   static_assert(std::is_trivially_copyable_v<Body>, "capture what owns memory by reference");
-  return body();
+#if defined(__AVX512F__)
+  return run_in<8>(body);
+#elif defined(__AVX__)
+  return run_in<4>(body);
+#else
+  return run_in<2>(body);
+#endif
 }
 #endif
 

@@ -11,14 +11,13 @@ namespace tanor::kernels {
 
 namespace {
 
-static_assert(sizeof(Eight) == front_width * sizeof(double));
+static_assert(front_width == num_lanes);
 
 constexpr std::size_t tile = 4;      // columns that are worked on at once
 constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
 constexpr std::size_t height = 512;  // … with so many rows
 
-constexpr std::size_t line = 8;      // numbers of a cache line
-constexpr std::size_t ahead = 4096;  // numbers of L that are fetched before they are needed
+constexpr std::size_t line = 8;  // numbers of a cache line
 
 /// Fetches what a pass over columns reads next. Panels are too small, and follow each other too quickly, for the
 /// machine to read ahead by itself: a solve of a net takes 0.6 times as long.
@@ -31,44 +30,46 @@ constexpr std::size_t lanes_of(std::size_t i) {
   return i / front_width * front_width;
 }
 
-[[gnu::always_inline]] inline double sum_of(const Eight& s) {
-  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
-}
-
-/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns; c = -… where it is fresh.
-template <std::size_t lanes, std::size_t columns, bool fresh>
+/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns; c = -… where it is fresh. The sums stay
+/// in registers: where there are too few, one part is done after the other.
+template <class Lanes, std::size_t lanes, std::size_t columns, bool fresh>
 [[gnu::always_inline]] inline void subtract_tile(std::size_t terms, const double* a, const double* b,
                                                  std::size_t stride, double* c, std::size_t c_stride) {
-  Eight sum[columns][lanes];
-  for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) {
-      if constexpr (fresh) {
-        sum[j][i] = Eight{};
-      } else {
-        sum[j][i] = eight_at(c + j * c_stride + front_width * i);
+  if constexpr (lanes * columns > Lanes::most_in_registers && lanes > 1) {
+    constexpr std::size_t some = lanes / 2, first = front_width * some;
+    subtract_tile<Lanes, some, columns, fresh>(terms, a, b, stride, c, c_stride);
+    subtract_tile<Lanes, lanes - some, columns, fresh>(terms, a + first, b, stride, c + first, c_stride);
+  } else if constexpr (columns > Lanes::most_in_registers) {
+    constexpr std::size_t some = columns / 2;
+    subtract_tile<Lanes, lanes, some, fresh>(terms, a, b, stride, c, c_stride);
+    subtract_tile<Lanes, lanes, columns - some, fresh>(terms, a, b + some, stride, c + some * c_stride, c_stride);
+  } else {
+    Lanes sum[columns][lanes];
+    for (std::size_t j = 0; j < columns; ++j) {
+      for (std::size_t i = 0; i < lanes; ++i)
+        sum[j][i] = fresh ? Lanes{} : Lanes::at(c + j * c_stride + front_width * i);
+    }
+    for (std::size_t k = 0; k < terms; ++k, a += stride, b += stride) {
+      Lanes a_k[lanes];
+      for (std::size_t i = 0; i < lanes; ++i) a_k[i] = Lanes::at(a + front_width * i);
+      for (std::size_t j = 0; j < columns; ++j) {
+        for (std::size_t i = 0; i < lanes; ++i) sum[j][i] -= b[j] * a_k[i];
       }
     }
-  }
-  for (std::size_t k = 0; k < terms; ++k, a += stride, b += stride) {
-    Eight a_k[lanes];
-    for (std::size_t i = 0; i < lanes; ++i) a_k[i] = eight_at(a + front_width * i);
     for (std::size_t j = 0; j < columns; ++j) {
-      for (std::size_t i = 0; i < lanes; ++i) sum[j][i] -= b[j] * a_k[i];
+      for (std::size_t i = 0; i < lanes; ++i) sum[j][i].write(c + j * c_stride + front_width * i);
     }
-  }
-  for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) eight_to(c + j * c_stride + front_width * i) = sum[j][i];
   }
 }
 
 /// The same of the rows [first, end), whole lanes.
-template <std::size_t columns, bool fresh = false>
+template <class Lanes, std::size_t columns, bool fresh = false>
 [[gnu::always_inline]] inline void subtract_rows(std::size_t first, std::size_t end, std::size_t terms, const double* a,
                                                  const double* b, std::size_t stride, double* c, std::size_t c_stride) {
   std::size_t i = first;
   for (; i + 2 * front_width <= end; i += 2 * front_width)
-    subtract_tile<2, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
-  if (i < end) subtract_tile<1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
+    subtract_tile<Lanes, 2, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
+  if (i < end) subtract_tile<Lanes, 1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
 }
 
 /// Calls body with the number of columns, 1 … tile, as a constant of the compiler.
@@ -81,26 +82,26 @@ template <class Body>
 }
 
 /// y -= C x of neighbouring columns, rows [first, end) in whole lanes.
-template <std::size_t columns>
+template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void subtract_columns(const double* c, std::size_t stride, std::size_t first,
                                                     std::size_t end, const double* x, double* y) {
   for (std::size_t i = first; i < end; i += front_width) {
-    Eight sum = eight_at(y + i);
-    for (std::size_t q = 0; q < columns; ++q) sum -= x[q] * eight_at(c + q * stride + i);
-    eight_to(y + i) = sum;
+    Lanes sum = Lanes::at(y + i);
+    for (std::size_t q = 0; q < columns; ++q) sum -= x[q] * Lanes::at(c + q * stride + i);
+    sum.write(y + i);
   }
 }
 
 /// sums = C'y of the same.
-template <std::size_t columns>
+template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
                                                     std::size_t end, const double* y, double* sums) {
-  Eight sum[columns]{};
+  Lanes sum[columns]{};
   for (std::size_t i = first; i < end; i += front_width) {
-    const Eight y_i = eight_at(y + i);
-    for (std::size_t q = 0; q < columns; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
+    const Lanes y_i = Lanes::at(y + i);
+    for (std::size_t q = 0; q < columns; ++q) sum[q] += Lanes::at(c + q * stride + i) * y_i;
   }
-  for (std::size_t q = 0; q < columns; ++q) sums[q] = sum_of(sum[q]);
+  for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
 /// Calls work(j, count) for columns [j, j + count) of a panel, some at a time, while it fetches those after the next.
@@ -117,7 +118,7 @@ template <class Work>
 }
 
 /// c -= a a' in the first columns of a lower triangle, of `some` terms.
-template <bool fresh>
+template <class Lanes, bool fresh>
 [[gnu::always_inline]] inline void subtract_terms(std::size_t rows, std::size_t columns, std::size_t some,
                                                   const double* a, std::size_t stride, double* c,
                                                   std::size_t c_stride) {
@@ -127,15 +128,15 @@ template <bool fresh>
     for (std::size_t j = 0; j < std::min(columns, bottom); j += tile) {
       with_columns(
           columns - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<count, fresh>(std::max(top, lanes_of(j)), bottom, some, a, a + j, stride, c + j * c_stride,
-                                        c_stride);
+            subtract_rows<Lanes, count, fresh>(std::max(top, lanes_of(j)), bottom, some, a, a + j, stride,
+                                               c + j * c_stride, c_stride);
           });
     }
   }
 }
 
 /// The same, `wide` columns at once: c -= a b' of whole lanes of rows, 24 of them in the first cache.
-template <std::size_t lanes, std::size_t wide, bool fresh>
+template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
 [[gnu::always_inline]] inline void subtract_slices(const FrontBlock& block, std::size_t terms, const double* a,
                                                    const double* b, std::size_t stride, double* c, std::size_t c_stride,
                                                    std::size_t i, std::size_t end) {
@@ -143,50 +144,55 @@ template <std::size_t lanes, std::size_t wide, bool fresh>
     const std::size_t columns = block.is_lower ? std::min(block.columns, i + lanes * front_width) : block.columns;
     std::size_t j = 0;
     for (; j + wide <= columns; j += wide)
-      subtract_tile<lanes, wide, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
+      subtract_tile<Lanes, lanes, wide, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
     for (; j < columns; j += tile) {
       with_columns(
           columns - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_tile<lanes, count, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
+            subtract_tile<Lanes, lanes, count, fresh>(terms, a + i, b + j, stride, c + j * c_stride + i, c_stride);
           });
     }
   }
   if constexpr (lanes > 1) {
-    if (i < end) subtract_slices<lanes - 1, wide, fresh>(block, terms, a, b, stride, c, c_stride, i, end);
+    if (i < end) subtract_slices<Lanes, lanes - 1, wide, fresh>(block, terms, a, b, stride, c, c_stride, i, end);
   }
 }
 
 /// x := x l'^-1, `count` rows, whole lanes.
-template <std::size_t columns>
+template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t count,
                                                std::size_t stride, double* rows) {
   double inverse[columns];
   for (std::size_t q = 0; q < columns; ++q) inverse[q] = 1.0 / l[q][q];
   for (std::size_t i = 0; i < count; i += front_width) {
-    Eight x[columns];
+    Lanes x[columns];
     for (std::size_t q = 0; q < columns; ++q) {
-      x[q] = eight_at(rows + q * stride + i);
+      x[q] = Lanes::at(rows + q * stride + i);
       for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
-      x[q] *= inverse[q];
-      eight_to(rows + q * stride + i) = x[q];
+      x[q] = inverse[q] * x[q];
+      x[q].write(rows + q * stride + i);
     }
   }
 }
 
-/// Adds the rows of column j, run by run.
+/// Adds the rows of column j, whole lanes where they follow each other.
+template <class Lanes>
 [[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
                                               const double* column, double* sum) {
   for (std::size_t i = std::max(part.low, j); i < part.high;) {
     const std::size_t stop = std::min(part.high, static_cast<std::size_t>(in_parent.run_end[i]));
-    double* const run = sum + in_parent.rows[i] - i;
-    for (; i + front_width <= stop; i += front_width) eight_to(run + i) += eight_at(column + i);
-    for (; i < stop; ++i) run[i] += column[i];
+    double* const to = sum + in_parent.rows[i];
+    if (i + front_width <= stop) {
+      (Lanes::at(to) + Lanes::at(column + i)).write(to);
+      i += front_width;
+    } else {
+      *to += column[i++];
+    }
   }
 }
 
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
 /// false where a pivot is not positive, with its number in `failed`.
-template <std::size_t columns>
+template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
                                                   std::size_t* failed) {
   double l[columns][columns], inverse[columns];
@@ -207,7 +213,7 @@ template <std::size_t columns>
       inverse[q] = 1.0 / l[q][q];
     }
   }
-  divide_rows<columns>(l, rows - lanes_of(j), stride, c + lanes_of(j));
+  divide_rows<Lanes, columns>(l, rows - lanes_of(j), stride, c + lanes_of(j));
   for (std::size_t q = 0; q < columns; ++q) {
     std::fill(c + q * stride + lanes_of(j), c + q * stride + j + q, 0.0);
     for (std::size_t p = q; p < columns; ++p) c[q * stride + j + p] = l[p][q];
@@ -218,22 +224,22 @@ template <std::size_t columns>
 }  // namespace
 
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel) {
-  return dispatch([=] {
+  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     std::size_t failed = columns;
     for (std::size_t first = 0; first < columns; first += depth) {
       const std::size_t end = std::min(columns, first + depth);
       for (std::size_t j = first; j < end && failed == columns; j += tile) {
         with_columns(
             end - j, [&](auto count) __attribute__((always_inline)) {
-              subtract_rows<count>(lanes_of(j), rows, j - first, panel + first * stride, panel + first * stride + j,
-                                   stride, panel + j * stride, stride);
-              factorize_tile<count>(j, rows, stride, panel, &failed);
+              subtract_rows<Lanes, count>(lanes_of(j), rows, j - first, panel + first * stride,
+                                          panel + first * stride + j, stride, panel + j * stride, stride);
+              factorize_tile<Lanes, count>(j, rows, stride, panel, &failed);
             });
       }
       if (failed < columns) return failed;
       if (end < columns) {
-        subtract_terms<false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
-                              panel + end * stride + end, stride);
+        subtract_terms<Lanes, false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
+                                     panel + end * stride + end, stride);
       }
     }
     return columns;
@@ -242,107 +248,110 @@ std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t s
 
 void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
                          const Triangle& update) {
-  dispatch([=, &update] {
+  dispatch([=, &update]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t j = 0; j < rows; j += Triangle::width) {
       const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
       double* const c = update.column(j) + j;
-      subtract_terms<true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
+      subtract_terms<Lanes, true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
       for (std::size_t k = depth; k < terms; k += depth)
-        subtract_terms<false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c, c_stride);
+        subtract_terms<Lanes, false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c,
+                                     c_stride);
     }
   });
 }
 
 void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
                     double* c, std::size_t c_stride) {
-  dispatch([=, &block] {
+  dispatch([=, &block]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t k = 0; k < terms; k += depth) {
       const std::size_t some = std::min(depth, terms - k);
       if (block.is_fresh && k == 0) {
-        subtract_slices<3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
+        subtract_slices<Lanes, 3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
       } else {
-        subtract_slices<3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0, block.rows);
+        subtract_slices<Lanes, 3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0,
+                                            block.rows);
       }
     }
   });
 }
 
 void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x) {
-  dispatch([=] {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t first = 0; first < columns; first += depth) {
       const std::size_t end = std::min(columns, first + depth);
       for (std::size_t j = first; j < end; j += tile) {
         with_columns(
             end - j, [&](auto count) __attribute__((always_inline)) {
-              subtract_rows<count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
-                                   x + j * stride, stride);
+              subtract_rows<Lanes, count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
+                                          x + j * stride, stride);
               double l[count][count];
               for (std::size_t q = 0; q < count; ++q) {
                 for (std::size_t p = q; p < count; ++p) l[p][q] = diagonal[(j + q) * stride + j + p];
               }
-              divide_rows<count>(l, rows, stride, x + j * stride);
+              divide_rows<Lanes, count>(l, rows, stride, x + j * stride);
             });
       }
       if (end == columns) return;
-      subtract_slices<3, 8, false>({rows, columns - end}, end - first, x + first * stride,
-                                   diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
+      subtract_slices<Lanes, 3, 8, false>({rows, columns - end}, end - first, x + first * stride,
+                                          diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
     }
   });
 }
 
 void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
                   std::size_t to_stride) {
-  dispatch([=, &part, &in_parent, &from] {
+  dispatch([=, &part, &in_parent, &from]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t j = part.first; j < part.end; ++j)
-      add_column(j, part, in_parent, from.column(j), to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
+      add_column<Lanes>(j, part, in_parent, from.column(j),
+                        to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
   });
 }
 
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to) {
-  dispatch([=, &part, &in_parent, &from, &to] {
+  dispatch([=, &part, &in_parent, &from, &to]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t j = part.first; j < part.end; ++j) {
       double* const sum = to.column(static_cast<std::size_t>(in_parent.rows[j]) - columns);
-      add_column(j, part, in_parent, from.column(j), sum - columns);
+      add_column<Lanes>(j, part, in_parent, from.column(j), sum - columns);
     }
   });
 }
 
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
                       double* y) {
-  dispatch([=] {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for_columns_of(
         panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          subtract_columns<count>(panel + j * stride, stride, 0, rows, x + j, y);
+          subtract_columns<Lanes, count>(panel + j * stride, stride, 0, rows, x + j, y);
         });
   });
 }
 
 void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
                    double* sums) {
-  dispatch([=] {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for_columns_of(
         panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          multiply_columns<count>(panel + j * stride, stride, 0, rows, y, sums + j);
+          multiply_columns<Lanes, count>(panel + j * stride, stride, 0, rows, y, sums + j);
         });
   });
 }
 
 void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                         const double* inverse_pivots, double* y) {
-  dispatch([=] {
+                         const double* inverse_pivots, std::size_t ahead, double* y) {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t j = 0; j < columns; j += tile) {
       with_columns(
           columns - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
-            if (rows == stride) fetch(c + ahead, count * stride);
+            if (ahead > 0) fetch(c + ahead, count * stride);
             double x[count];
             for (std::size_t q = 0; q < count; ++q) {
               x[q] = y[j + q];
               for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
               x[q] *= inverse_pivots[j + q];
             }
-            subtract_columns<count>(c, stride, lanes_of(j), rows, x, y);
+            subtract_columns<Lanes, count>(c, stride, lanes_of(j), rows, x, y);
             for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
           });
     }
@@ -350,20 +359,20 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
 }
 
 void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                          const double* inverse_pivots, double* y) {
-  dispatch([=] {
+                          const double* inverse_pivots, std::size_t ahead, double* y) {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
       with_columns(
           end - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
-            if (rows == stride) fetch(c - ahead, count * stride);
+            if (ahead > 0) fetch(c - ahead, count * stride);
             double x[count];
             for (std::size_t q = 0; q < count; ++q) {
               x[q] = y[j + q];
               y[j + q] = 0.0;
             }
             double sums[count];
-            multiply_columns<count>(c, stride, lanes_of(j), rows, y, sums);
+            multiply_columns<Lanes, count>(c, stride, lanes_of(j), rows, y, sums);
             for (std::size_t q = count; q-- > 0;) {
               x[q] -= sums[q];
               for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
@@ -378,7 +387,7 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
 
 void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                const double* inverse_pivots, const int* numbers, double* x) {
-  dispatch([=] {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
       return x + front_width * static_cast<std::size_t>(numbers[i]);
     };
@@ -386,17 +395,17 @@ void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_
       with_columns(
           columns - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
-            Eight own[count];
+            Lanes own[count];
             for (std::size_t q = 0; q < count; ++q) {
-              own[q] = eight_at(row(j + q));
+              own[q] = Lanes::at(row(j + q));
               for (std::size_t k = 0; k < q; ++k) own[q] -= c[k * stride + j + q] * own[k];
-              own[q] *= inverse_pivots[j + q];
-              eight_to(row(j + q)) = own[q];
+              own[q] = inverse_pivots[j + q] * own[q];
+              own[q].write(row(j + q));
             }
             for (std::size_t i = j + count; i < rows; ++i) {
-              Eight sum = eight_at(row(i));
+              Lanes sum = Lanes::at(row(i));
               for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * own[q];
-              eight_to(row(i)) = sum;
+              sum.write(row(i));
             }
           });
     }
@@ -405,7 +414,7 @@ void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_
 
 void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                 const double* inverse_pivots, const int* numbers, double* x) {
-  dispatch([=] {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
       return x + front_width * static_cast<std::size_t>(numbers[i]);
     };
@@ -413,16 +422,16 @@ void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size
       with_columns(
           end - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
-            Eight own[count];
-            for (std::size_t q = 0; q < count; ++q) own[q] = eight_at(row(j + q));
+            Lanes own[count];
+            for (std::size_t q = 0; q < count; ++q) own[q] = Lanes::at(row(j + q));
             for (std::size_t i = j + count; i < rows; ++i) {
-              const Eight x_i = eight_at(row(i));
+              const Lanes x_i = Lanes::at(row(i));
               for (std::size_t q = 0; q < count; ++q) own[q] -= c[q * stride + i] * x_i;
             }
             for (std::size_t q = count; q-- > 0;) {
               for (std::size_t k = q + 1; k < count; ++k) own[q] -= c[q * stride + j + k] * own[k];
-              own[q] *= inverse_pivots[j + q];
-              eight_to(row(j + q)) = own[q];
+              own[q] = inverse_pivots[j + q] * own[q];
+              own[q].write(row(j + q));
             }
           });
       if (j == 0) return;

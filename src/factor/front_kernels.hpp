@@ -69,12 +69,13 @@ void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to);
 
-/// y := L11^-1 y of the first columns, y -= L21 y of the rows below; y [rows], zeros behind what counts.
+/// y := L11^-1 y of the first columns, y -= L21 y of the rows below; y [rows], zeros behind what counts. Columns are
+/// fetched that stand `ahead` numbers further on; 0: none.
 void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                         const double* inverse_pivots, double* y);
-/// y := L11'^-1 (y - L21' y below) of the first columns.
+                         const double* inverse_pivots, std::size_t ahead, double* y);
+/// y := L11'^-1 (y - L21' y below) of the first columns. Columns are fetched that stand `ahead` numbers before.
 void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                          const double* inverse_pivots, double* y);
+                          const double* inverse_pivots, std::size_t ahead, double* y);
 /// y -= a x; a [rows, columns] in `panel`.
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
                       double* y);

@@ -18,6 +18,7 @@ Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, 
   pivots_.resize(lower.size());
   inverse_pivots_.resize(lower.size());
   z_.resize(lower.size() + tree_.vectors_size + front_width);
+  ahead_ = panels_.size() > plan::numbers_beyond_cache ? plan::numbers_fetched_ahead : 0;
   find_rows_in_parents();
   find_entries(lower);
   find_places();

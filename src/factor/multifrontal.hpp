@@ -118,6 +118,7 @@ class Multifrontal {
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
   std::vector<double> z_;                        // x, then the vectors of shared fronts
+  std::size_t ahead_;                            // numbers of L that a solve fetches before they are needed
   std::atomic<std::size_t> failed_{0};           // first column without a positive pivot
 };
 

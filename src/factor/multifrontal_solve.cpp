@@ -70,7 +70,7 @@ void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, W
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
     kernels::substitute_forwards(front.columns, front.stride, front.stride, panel,
-                                 inverse_pivots_.data() + front.first_column, y);
+                                 inverse_pivots_.data() + front.first_column, ahead_, y);
     for (std::size_t i = 0; i < front.rows; ++i) z[places[i]] = y[i];
   }
 }
@@ -87,7 +87,7 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
     for (std::size_t i = 0; i < front.rows; ++i) y[i] = z[places[i]];
     for (std::size_t i = front.rows; i < front.stride; ++i) y[i] = 0.0;
     kernels::substitute_backwards(front.columns, front.stride, front.stride, panel,
-                                  inverse_pivots_.data() + front.first_column, y);
+                                  inverse_pivots_.data() + front.first_column, ahead_, y);
     std::copy_n(y, front.columns, z + front.first_column);
     std::copy_n(y, front.columns, x + front.first_column);
   }
@@ -112,13 +112,13 @@ void Multifrontal::forwards(const FrontTask& task, const double* x, Workspace& w
   if (is_first && is_kept(front)) std::copy_n(y, front.columns, z_.data() + front.first_column);
   if (is_kept(front)) return;
   if (task.kind == FrontTask::Kind::Whole)
-    return kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+    return kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, ahead_, y);
   const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
   const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
   const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
   const double* const tile = panel + first * front.stride + first_row;
   if (task.row == task.column) {
-    kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+    kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, 0, y + first);
   } else {
     kernels::subtract_product(columns, rows, front.stride, tile, y + first, y + first_row);
   }
@@ -139,7 +139,7 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   };
   if (task.kind == FrontTask::Kind::Whole) {
     fetch_from_above(number);
-    kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, y);
+    kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, ahead_, y);
     return keep(0, front.columns);
   }
   const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
@@ -154,7 +154,7 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
     const double* const sums = partial_sums(front, row, task.column);
     for (std::size_t j = 0; j < columns; ++j) y[first + j] -= sums[j];
   }
-  kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, y + first);
+  kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, 0, y + first);
   keep(first, columns);
 }
 

@@ -24,34 +24,31 @@ struct Block {
   double* reflector(std::size_t k) const { return v + k * stride; }
 };
 
-[[gnu::always_inline]] inline double sum_of(const Eight& s) {
-  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
-}
-
+template <class Lanes>
 [[gnu::always_inline]] inline double dot(std::size_t length, const double* a, const double* b) {
-  Eight sum{};
-  for (std::size_t i = 0; i < length; i += num_lanes) sum += eight_at(a + i) * eight_at(b + i);
-  return sum_of(sum);
+  Lanes sum{};
+  for (std::size_t i = 0; i < length; i += num_lanes) sum += Lanes::at(a + i) * Lanes::at(b + i);
+  return sum.sum();
 }
 
 /// x := (1 - V T' V') x
-template <std::size_t count>
+template <class Lanes, std::size_t count>
 [[gnu::always_inline]] inline void apply(const Block& block, double* x) {
-  Eight sum[count]{};
+  Lanes sum[count]{};
   for (std::size_t i = 0; i < block.length; i += num_lanes) {
-    const Eight x_i = eight_at(x + i);
-    for (std::size_t k = 0; k < count; ++k) sum[k] += eight_at(block.v + k * block.stride + i) * x_i;
+    const Lanes x_i = Lanes::at(x + i);
+    for (std::size_t k = 0; k < count; ++k) sum[k] += Lanes::at(block.v + k * block.stride + i) * x_i;
   }
   double y[count], z[count];
   for (std::size_t k = 0; k < count; ++k) {
-    y[k] = sum_of(sum[k]);
+    y[k] = sum[k].sum();
     z[k] = 0.0;
     for (std::size_t l = 0; l <= k; ++l) z[k] += block.t[l][k] * y[l];
   }
   for (std::size_t i = 0; i < block.length; i += num_lanes) {
-    Eight x_i = eight_at(x + i);
-    for (std::size_t k = 0; k < count; ++k) x_i -= z[k] * eight_at(block.v + k * block.stride + i);
-    eight_to(x + i) = x_i;
+    Lanes x_i = Lanes::at(x + i);
+    for (std::size_t k = 0; k < count; ++k) x_i -= z[k] * Lanes::at(block.v + k * block.stride + i);
+    x_i.write(x + i);
   }
 }
 
@@ -64,16 +61,18 @@ template <class Body>
 }
 
 /// Appends the reflection that takes x[at …] into x[at], unless x is no longer than the tolerance there.
+template <class Lanes>
 [[gnu::always_inline]] inline bool append_reflection(std::size_t at, double tolerance, double* x, Block* block) {
   double* const v = block->reflector(block->count);
   std::fill_n(v, at, 0.0);
   std::copy(x + at, x + block->length, v + at);
-  const double length = std::sqrt(dot(block->length, v, v));
+  const double length = std::sqrt(dot<Lanes>(block->length, v, v));
   if (!(length > tolerance)) return false;
   // H = 1 - tau v v', v = (1, x_2/u, …), u = x_1 + sign(x_1) length, tau = u/(sign(x_1) length);
   // H x = -sign(x_1) length e_1
   const double signed_length = std::copysign(length, x[at]), u = x[at] + signed_length, inverse = 1.0 / u;
-  for (std::size_t i = at / num_lanes * num_lanes; i < block->length; i += num_lanes) eight_to(v + i) *= inverse;
+  for (std::size_t i = at / num_lanes * num_lanes; i < block->length; i += num_lanes)
+    (inverse * Lanes::at(v + i)).write(v + i);
   v[at] = 1.0;
   std::fill(x + at, x + block->length, 0.0);
   x[at] = -signed_length;
@@ -81,7 +80,7 @@ template <class Body>
   const std::size_t k = block->count;
   const double tau = u / signed_length;
   double y[most];
-  for (std::size_t l = 0; l < k; ++l) y[l] = -tau * dot(block->length, block->reflector(l), v);
+  for (std::size_t l = 0; l < k; ++l) y[l] = -tau * dot<Lanes>(block->length, block->reflector(l), v);
   for (std::size_t l = 0; l < k; ++l) {
     double sum = 0.0;
     for (std::size_t p = l; p < most && p < k; ++p) sum += block->t[l][p] * y[p];
@@ -95,7 +94,7 @@ template <class Body>
 }  // namespace
 
 std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance, double* scratch, int* row_at) {
-  return dispatch([=, &front] {
+  return dispatch([=, &front]<class Lanes>(std::type_identity<Lanes>) {
     std::size_t end = 0;  // rows that are done
     Block block{.stride = front.stride, .v = scratch};
     for (std::size_t c = 0; c < front.columns;) {
@@ -105,15 +104,15 @@ std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance
       for (; c < last; ++c) {
         double* const x = front.values + c * front.stride + first;
         with_count(
-            block.count, [&](auto count) __attribute__((always_inline)) { apply<count>(block, x); });
+            block.count, [&](auto count) __attribute__((always_inline)) { apply<Lanes, count>(block, x); });
         const bool begins =
-            end < front.height[c] && append_reflection(end - first, c < own ? tolerance : 0.0, x, &block);
+            end < front.height[c] && append_reflection<Lanes>(end - first, c < own ? tolerance : 0.0, x, &block);
         row_at[c] = begins ? static_cast<int>(end++) : -1;
       }
       with_count(
           block.count, [&](auto count) __attribute__((always_inline)) {
             for (std::size_t k = last; k < front.columns; ++k)
-              apply<count>(block, front.values + k * front.stride + first);
+              apply<Lanes, count>(block, front.values + k * front.stride + first);
           });
     }
     return end;

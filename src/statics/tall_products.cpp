@@ -24,10 +24,6 @@ struct Columns {
   Number* at(std::size_t i, std::size_t j) const { return numbers + j * stride + i; }
 };
 
-[[gnu::always_inline]] inline double sum_of(const Eight& s) {
-  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
-}
-
 /// Calls body<width>(j) for all columns, `tile` at once and then one by one.
 template <class Body>
 [[gnu::always_inline]] inline void for_tiles(std::size_t columns, const Body& body) {
@@ -37,23 +33,23 @@ template <class Body>
 }
 
 /// c_pq += sum over `rows` of a_ip b_iq
-template <std::size_t wide, std::size_t broad>
+template <class Lanes, std::size_t wide, std::size_t broad>
 [[gnu::always_inline]] inline void add_dots(std::size_t rows, const Columns<const double>& a,
                                             const Columns<const double>& b, std::size_t i, const Columns<double>& c,
                                             std::size_t p, std::size_t q) {
-  Eight sum[wide][broad]{};
+  Lanes sum[wide][broad]{};
   const std::size_t end = i + rows;
   for (; i + num_lanes <= end; i += num_lanes) {
-    Eight b_i[broad];
-    for (std::size_t y = 0; y < broad; ++y) b_i[y] = eight_at(b.at(i, q + y));
+    Lanes b_i[broad];
+    for (std::size_t y = 0; y < broad; ++y) b_i[y] = Lanes::at(b.at(i, q + y));
     for (std::size_t x = 0; x < wide; ++x) {
-      const Eight a_i = eight_at(a.at(i, p + x));
+      const Lanes a_i = Lanes::at(a.at(i, p + x));
       for (std::size_t y = 0; y < broad; ++y) sum[x][y] += a_i * b_i[y];
     }
   }
   for (std::size_t x = 0; x < wide; ++x) {
     for (std::size_t y = 0; y < broad; ++y) {
-      double rest = sum_of(sum[x][y]);
+      double rest = sum[x][y].sum();
       for (std::size_t k = i; k < end; ++k) rest += *a.at(k, p + x) * *b.at(k, q + y);
       *c.at(p + x, q + y) += rest;
     }
@@ -61,35 +57,36 @@ template <std::size_t wide, std::size_t broad>
 }
 
 /// b_iq -= sum over k of a_ik c_kq, in `lanes` x 8 rows from the i-th on.
-template <std::size_t lanes, std::size_t broad>
+template <class Lanes, std::size_t lanes, std::size_t broad>
 [[gnu::always_inline]] inline void subtract_rows(const Columns<const double>& a, const Columns<const double>& c,
                                                  const Columns<double>& b, std::size_t i, std::size_t q) {
-  Eight sum[broad][lanes];
+  Lanes sum[broad][lanes];
   for (std::size_t y = 0; y < broad; ++y) {
-    for (std::size_t x = 0; x < lanes; ++x) sum[y][x] = eight_at(b.at(i + num_lanes * x, q + y));
+    for (std::size_t x = 0; x < lanes; ++x) sum[y][x] = Lanes::at(b.at(i + num_lanes * x, q + y));
   }
   for (std::size_t k = 0; k < a.columns; ++k) {
-    Eight a_k[lanes];
-    for (std::size_t x = 0; x < lanes; ++x) a_k[x] = eight_at(a.at(i + num_lanes * x, k));
+    Lanes a_k[lanes];
+    for (std::size_t x = 0; x < lanes; ++x) a_k[x] = Lanes::at(a.at(i + num_lanes * x, k));
     for (std::size_t y = 0; y < broad; ++y) {
       for (std::size_t x = 0; x < lanes; ++x) sum[y][x] -= *c.at(k, q + y) * a_k[x];
     }
   }
   for (std::size_t y = 0; y < broad; ++y) {
-    for (std::size_t x = 0; x < lanes; ++x) eight_to(b.at(i + num_lanes * x, q + y)) = sum[y][x];
+    for (std::size_t x = 0; x < lanes; ++x) sum[y][x].write(b.at(i + num_lanes * x, q + y));
   }
 }
 
 void add_transposed_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& b,
                             const Columns<double>& c) {
-  dispatch([=, &a, &b, &c] {
+  dispatch([=, &a, &b, &c]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t i = 0; i < rows; i += height) {
       const std::size_t some = std::min(height, rows - i);
       for_tiles(
           a.columns, [&](auto wide, std::size_t p) __attribute__((always_inline)) {
             for_tiles(
-                b.columns, [&](auto broad, std::size_t q)
-                               __attribute__((always_inline)) { add_dots<wide, broad>(some, a, b, i, c, p, q); });
+                b.columns, [&](auto broad, std::size_t q) __attribute__((always_inline)) {
+                  add_dots<Lanes, wide, broad>(some, a, b, i, c, p, q);
+                });
           });
     }
   });
@@ -97,14 +94,14 @@ void add_transposed_product(std::size_t rows, const Columns<const double>& a, co
 
 void subtract_tall_product(std::size_t rows, const Columns<const double>& a, const Columns<const double>& c,
                            const Columns<double>& b) {
-  dispatch([=, &a, &c, &b] {
+  dispatch([=, &a, &c, &b]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t first = 0; first < rows; first += height) {
       const std::size_t end = std::min(rows, first + height);
       for_tiles(
           b.columns, [&](auto broad, std::size_t q) __attribute__((always_inline)) {
             std::size_t i = first;
-            for (; i + 2 * num_lanes <= end; i += 2 * num_lanes) subtract_rows<2, broad>(a, c, b, i, q);
-            for (; i + num_lanes <= end; i += num_lanes) subtract_rows<1, broad>(a, c, b, i, q);
+            for (; i + 2 * num_lanes <= end; i += 2 * num_lanes) subtract_rows<Lanes, 2, broad>(a, c, b, i, q);
+            for (; i + num_lanes <= end; i += num_lanes) subtract_rows<Lanes, 1, broad>(a, c, b, i, q);
             for (; i < end; ++i) {
               for (std::size_t y = 0; y < broad; ++y) {
                 for (std::size_t k = 0; k < a.columns; ++k) *b.at(i, q + y) -= *a.at(i, k) * *c.at(k, q + y);

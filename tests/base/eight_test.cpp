@@ -1,6 +1,7 @@
 #include "base/eight.hpp"
 
 #include <array>
+#include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>
@@ -47,6 +48,42 @@ TEST(Eight, TheLargestIsNoNumberWhereAnyWasNone) {
   EXPECT_EQ(largest.read(), 5.0);
   largest.zero[6] = std::nan("");
   EXPECT_TRUE(std::isnan(largest.read()));
+}
+
+/// What a kernel may do with eight numbers, at addresses that are aligned to single numbers only.
+template <std::size_t width>
+std::array<double, 9> compute() {
+  std::array<double, 9> a, b, c;
+  for (std::size_t k = 0; k < 9; ++k) {
+    a[k] = std::sin(1.0 + static_cast<double>(k));
+    b[k] = std::exp(0.3 * static_cast<double>(k));
+    c[k] = 0.0;
+  }
+  using Lanes = EightIn<width>;
+  Lanes x = Lanes::at(&a[1]) + 0.5 * Lanes::at(&b[1]);
+  x += Lanes::at(&a[1]) * Lanes::at(&b[1]);
+  x -= Lanes::at(&b[1]);
+  x.write(&c[1]);
+  c[0] = x.sum();
+  return c;
+}
+
+TEST(EightIn, AreTheSameNumbersInRegistersOfAnyWidth) {
+  const std::array<double, 9> of_two = compute<2>();
+  for (std::size_t k = 1; k < 9; ++k) {
+    const double a = std::sin(1.0 + static_cast<double>(k)), b = std::exp(0.3 * static_cast<double>(k));
+    EXPECT_NEAR(of_two[k], a + 0.5 * b + a * b - b, 1e-14 * b);
+  }
+  EXPECT_EQ(of_two[0],
+            ((of_two[1] + of_two[2]) + (of_two[3] + of_two[4])) + ((of_two[5] + of_two[6]) + (of_two[7] + of_two[8])));
+  EXPECT_EQ(of_two, compute<4>());
+  EXPECT_EQ(of_two, compute<8>());
+}
+
+TEST(EightIn, StayInRegistersBesideTheFactorsOfAProduct) {
+  EXPECT_EQ(EightIn<8>::most_in_registers, 28U);
+  EXPECT_EQ(EightIn<4>::most_in_registers, 6U);
+  EXPECT_EQ(EightIn<2>::most_in_registers, 3U);
 }
 
 }  // namespace
