@@ -109,18 +109,6 @@ template <class Tile>
 
 }  // namespace
 
-void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count) {
-  constexpr std::size_t line = 8;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    const double* const own = array + width * static_cast<std::size_t>(first[lane]);
-    for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(own + k);
-  }
-}
-
-void call_for(const Eight* array, std::size_t count) {
-  for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
-}
-
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to) {
   dispatch([=] {

@@ -23,9 +23,19 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
                       Eight* to);
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to);
-/// Has them brought into the caches, while something else is computed.
-void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count);
-void call_for(const Eight* array, std::size_t count);
+/// Has them brought into the caches, while something else is computed. Inlined, since gcc drops the call of a function
+/// that does nothing else, where it sees it.
+[[gnu::always_inline]] inline void call_for_sequences(const double* array, const Index* first, std::size_t width,
+                                                      std::size_t count) {
+  constexpr std::size_t line = 8;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* const own = array + width * static_cast<std::size_t>(first[lane]);
+    for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(own + k);
+  }
+}
+[[gnu::always_inline]] inline void call_for(const Eight* array, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
+}
 /// Points that follow one another, eight to a place.
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 

@@ -84,13 +84,13 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
 }
 
 /// These prefetch what the next batch will read or write.
-void call_for_points(const Batch& batch, const double* array) {
+[[gnu::always_inline]] inline void call_for_points(const Batch& batch, const double* array) {
   call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
 }
-void call_for_blocks(const Batch& batch, const double* array) {
+[[gnu::always_inline]] inline void call_for_blocks(const Batch& batch, const double* array) {
   if (batch.of.block_sign != 0.0) call_for_sequences(array, batch.blocks + num_lanes, 3, 3 * batch.num_rods);
 }
-void call_for_rows(const Batch& batch, const double* array) {
+[[gnu::always_inline]] inline void call_for_rows(const Batch& batch, const double* array) {
   if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
 }
 
