@@ -200,6 +200,24 @@ void PairField::for_each_range_of_others(std::size_t i, const Visit& visit) cons
   visit(begin, count);
 }
 
+/// Pairs (i, j), i < j, that feel each other, or may where there are neighbours.
+template <class Visit>
+void PairField::for_each_pair(const Visit& visit) const {
+  if (neighbours_) {
+    neighbours_->for_each_point(Parallel(1), [&](std::size_t i, std::span<const Index> neighbours) {
+      for (const Index j : neighbours) {
+        if (static_cast<std::size_t>(j) > i) visit(i, static_cast<std::size_t>(j));
+      }
+    });
+    return;
+  }
+  for (std::size_t i = 0; i < num_moving_; ++i) {
+    for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
+      for (std::size_t j = std::max(first, i + 1); j < last; ++j) visit(i, j);
+    });
+  }
+}
+
 PairField::Feeling PairField::feel_all(std::size_t i) const {
   if (potential_.law() == PairLaw::Log) return feel_logarithm(i);
   CompensatedSum fx, fy, fz, potential;
@@ -275,19 +293,7 @@ void PairField::for_each_stiffness(const Parallel& parallel, const double* r, co
     derivative.add_product(-(slope.force_over_r + slope.second) / r2, d, d);
     visit(points_[i], points_[j], derivative);
   };
-  if (neighbours_) {
-    neighbours_->for_each_point(Parallel(1), [&](std::size_t i, std::span<const Index> neighbours) {
-      for (const Index j : neighbours) {
-        if (static_cast<std::size_t>(j) > i) visit_pair(i, static_cast<std::size_t>(j));
-      }
-    });
-    return;
-  }
-  for (std::size_t i = 0; i < num_moving_; ++i) {
-    for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
-      for (std::size_t j = std::max(first, i + 1); j < last; ++j) visit_pair(i, j);
-    });
-  }
+  for_each_pair(visit_pair);
 }
 
 /// Where two points meet, energies like 1/r and ln r have no bound.
@@ -295,17 +301,15 @@ std::optional<PairField::Collision> PairField::find_collision(const double* r, c
   std::optional<Collision> nearest;
   const PairLaw law = potential_.law();
   if (law != PairLaw::Coulomb && law != PairLaw::Yukawa && law != PairLaw::Log) return nearest;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    for (std::size_t j = i + 1; j < points_.size() && i < num_moving_; ++j) {
-      const double charges = charges_.empty() ? 1.0 : charges_[i] * charges_[j];
-      if (potential_.strength() * charges >= 0.0) continue;
-      const Vec3 apart = box_.nearest_image(load(r, points_[j]) - load(r, points_[i]));
-      const double distance = norm(apart), approach = -dot(apart, load(v, points_[j]) - load(v, points_[i]));
-      // r/|r'| by r r' = apart.v
-      if (!(distance * distance < within * approach) || (nearest && nearest->distance <= distance)) continue;
-      nearest = {points_[i], points_[j], distance};
-    }
-  }
+  for_each_pair([&](std::size_t i, std::size_t j) {
+    const double charges = charges_.empty() ? 1.0 : charges_[i] * charges_[j];
+    if (potential_.strength() * charges >= 0.0) return;
+    const Vec3 apart = box_.nearest_image(load(r, points_[j]) - load(r, points_[i]));
+    const double distance = norm(apart), approach = -dot(apart, load(v, points_[j]) - load(v, points_[i]));
+    // r/|r'| by r r' = apart.v
+    if (!(distance * distance < within * approach) || (nearest && nearest->distance <= distance)) return;
+    nearest = {points_[i], points_[j], distance};
+  });
   return nearest;
 }
 

@@ -59,7 +59,7 @@ class PairField {
     double distance;  // m
   };
   /// The nearest ones of those that come to one place within so many seconds by their velocities, where the law has no
-  /// bound there and pulls. Looks at all pairs.
+  /// bound there and pulls.
   std::optional<Collision> find_collision(const double* r, const double* v, double within) const;
 
  private:
@@ -110,6 +110,8 @@ class PairField {
   Feeling feel_logarithm(std::size_t i) const;
   template <class Visit>
   void for_each_range_of_others(std::size_t i, const Visit& visit) const;
+  template <class Visit>
+  void for_each_pair(const Visit& visit) const;
   // The constructor takes these steps in turn.
   std::vector<Index> number_points(const PairForces& pairs, const Numbering& numbering, Which which);
   void read_charges(const PairForces& pairs, const Numbering& numbering);

@@ -3,6 +3,7 @@
 #include "evaluate/pair_field.hpp"
 
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -467,6 +468,30 @@ TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
     EXPECT_NEAR(field.potential(Parallel(1), r.data()), energy, 1e-13 * (std::abs(energy) + 1.0));
     for (std::size_t i = 0; i < 36; ++i)
       EXPECT_NEAR(f[i], wanted[i], 1e-13 * largest) << static_cast<int>(pairs.law) << i;
+  }
+}
+
+/// Points of a rod that is excluded may meet: no energy is without bound there.
+TEST(PairFieldTest, OnlyPairsThatFeelEachOtherCollide) {
+  for (const std::optional<double> cutoff : {std::optional<double>(), std::optional(2.0)}) {
+    PairForces pull{.law = PairLaw::Yukawa, .cutoff = cutoff, .strength = -1.0, .length = 0.7};
+    System system = make_pair(pull, 0.1);
+    system.constraints = {Rods{"rods", {{0, 1}}}};
+    const std::vector<double> v = {0, 1, 0, 0, -1, 0};  // they meet after 0.05 s
+    for (const bool is_excluded : {false, true}) {
+      pull.exclude_rods = is_excluded;
+      const Numbering numbering = number(system);
+      PairField field(system, pull, numbering);
+      std::vector<double> r(6), own_v(6), f(6, 0.0);
+      numbering.gather_points(system.positions, r);
+      numbering.gather_points(v, own_v);
+      field.add_forces(Parallel(1), r.data(), f.data());
+
+      const std::optional<PairField::Collision> found = field.find_collision(r.data(), own_v.data(), 0.06);
+
+      EXPECT_EQ(found.has_value(), !is_excluded) << cutoff.has_value();
+      EXPECT_FALSE(field.find_collision(r.data(), own_v.data(), 0.04)) << cutoff.has_value();
+    }
   }
 }
 
