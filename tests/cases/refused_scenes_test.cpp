@@ -36,8 +36,9 @@ TEST_P(RefusedScene, IsRefusedWithItsCodePlaceAndWord) {
   EXPECT_EQ(WEXITSTATUS(status), refused.at("exit").get<int>()) << line;
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
   EXPECT_NE(line.find(refused.at("must_say").get<std::string>()), std::string::npos) << line;
-  if (refused.at("pointer").is_string())
+  if (refused.at("pointer").is_string()) {
     EXPECT_NE(line.find("scene.json: " + refused.at("pointer").get<std::string>() + ": "), std::string::npos) << line;
+  }
   EXPECT_EQ(std::filesystem::file_size(folder / "out"), 0U);
 }
 

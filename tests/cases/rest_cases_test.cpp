@@ -153,7 +153,8 @@ TEST(PushedChain, BendsAsItsDigitsAndToTheSideWhereItBegins) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
   for (const double side : {1.0, -1.0}) {
     System system = make_pushed_chain(file);
-    for (std::size_t i = 1; i < 6; ++i) system.positions[3 * i + 1] = side * 0.05 * std::sin(i * std::acos(-1.0) / 6.0);
+    for (std::size_t i = 1; i < 6; ++i)
+      system.positions[3 * i + 1] = side * 0.05 * std::sin(static_cast<double>(i) * std::acos(-1.0) / 6.0);
 
     const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-13});
 

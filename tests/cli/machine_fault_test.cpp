@@ -137,8 +137,9 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
     EXPECT_TRUE(contains(ended.err, "cannot write disk/o/")) << format << ended.err;
     EXPECT_EQ(run_script(folder, "tanor run --resume " + options + "o").code, 0) << format;
     for (const std::string& name : list_names(folder / "whole")) {
-      if (name.starts_with("trajectory") && format != "h5md")  // whose bytes depend on the order of writing
+      if (name.starts_with("trajectory") && format != "h5md") {  // whose bytes depend on the order of writing
         EXPECT_EQ(read_text(folder / "o" / name), read_text(folder / "whole" / name)) << name;
+      }
     }
     EXPECT_EQ(read_json(folder / "o/summary.json")["final"], read_json(folder / "whole/summary.json")["final"]);
   }

@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string swing = R"({"tanor_scene": 1, "name": "swing",
+const std::string swinging = R"({"tanor_scene": 1, "name": "swing",
   "points": {"positions": [[0, 0, 0], [1, 0, 0]]}, "supports": [{"points": [0]}],
   "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0, 1]]}],
   "forces": [{"kind": "gravity", "acceleration": [0, -9.81, 0]}],
@@ -25,7 +25,7 @@ std::array<int, 2> read_size(const std::string& png) {
 }
 
 void simulate(const Folder& folder, const Words& more = {}) {
-  write_text(folder / "s.json", swing);
+  write_text(folder / "s.json", swinging);
   Words words{"run", "s.json", "--quiet"};
   words.insert(words.end(), more.begin(), more.end());
   const Ended ended = run_program(folder, words);

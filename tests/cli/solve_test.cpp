@@ -11,7 +11,7 @@ using nlohmann::json;
 ///     X         w_N = v^2/l = 18 m/s^2 upwards, w_T = 0
 ///     |         tension = m (g + v^2/l) = 55.62 N
 ///     o-> v
-constexpr const char* swing = R"({
+constexpr const char* swing_scene = R"({
   "tanor_scene": 1,
   "points": {"positions": [[0,0,0.5], [0,0,0]], "velocities": [[0,0,0], [3,0,0]], "masses": 2},
   "supports": [{"points": [0]}],
@@ -26,7 +26,7 @@ void expect_row(const json& row, double x, double y, double z) {
 
 TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   const Folder folder;
-  write_text(folder / "s.json", swing);
+  write_text(folder / "s.json", swing_scene);
 
   const Ended ended = run_program(folder, {"solve", "s.json"});
 
@@ -90,7 +90,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
 
 TEST(SolveTest, WritesTheSameToAFile) {
   const Folder folder;
-  write_text(folder / "s.json", swing);
+  write_text(folder / "s.json", swing_scene);
 
   const Ended ended = run_program(folder, {"solve", "s.json", "--out", "answer.json"});
 
@@ -132,7 +132,7 @@ TEST(SolveTest, WithoutAStartNothingIsClaimed) {
 
 TEST(InfoTest, TellsSizesAndWritesNothing) {
   const Folder folder;
-  write_text(folder / "s.json", swing);
+  write_text(folder / "s.json", swing_scene);
 
   const Ended ended = run_program(folder, {"info", "s.json"});
 

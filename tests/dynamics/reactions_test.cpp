@@ -10,11 +10,11 @@ namespace {
 constexpr double mass = 2.0, mu = 0.3;
 
 /// What was found at one speed of a bead at (1, 0, 0) on a circle of radius 1.
-struct Found {
+struct BeadFound {
   std::vector<double> r{1.0, 0.0, 0.0}, v, a = std::vector<double>(3);
   Reactions reactions;
 
-  Found(EquationsOfMotion& form, double speed) : v{0.0, speed, 0.0} {
+  BeadFound(EquationsOfMotion& form, double speed) : v{0.0, speed, 0.0} {
     EXPECT_TRUE(form.accelerations(at(), {}, {a.data(), nullptr, nullptr, &reactions}).ok());
   }
   Kinematics at() const { return {0.0, r.data(), v.data()}; }
@@ -32,10 +32,10 @@ TEST(Reactions, StayThoseOfTheirStateWhereOthersAreFoundLater) {
   std::vector<double> r = system.positions, v = system.velocities;
   ASSERT_TRUE(form.start(0.0, r.data(), v.data(), StartMode::Check).outcome.ok());
 
-  const Found slow(form, 1.0), fast(form, 3.0);
+  const BeadFound slow(form, 1.0), fast(form, 3.0);
 
   std::vector<double> eta(3), tau(3);
-  for (const Found* found : {&slow, &fast}) {
+  for (const BeadFound* found : {&slow, &fast}) {
     form.write_reactions(found->at(), found->reactions, eta.data());
     form.write_friction(found->reactions, tau.data());
     const double pull = mass * found->v[1] * found->v[1];

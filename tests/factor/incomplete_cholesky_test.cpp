@@ -50,7 +50,7 @@ Eigen::MatrixXd make_chain(int size) {
 }
 
 /// A ring, and rods across it: elimination makes fill.
-Eigen::MatrixXd make_net(int size) {
+Eigen::MatrixXd make_net_matrix(int size) {
   Eigen::MatrixXd S = make_chain(size);
   for (int i = 0; i + 5 < size; ++i) S(i, i + 5) = S(i + 5, i) = 0.1 * std::sin(1.0 + i);
   S(0, size - 1) = S(size - 1, 0) = 0.2;
@@ -114,7 +114,7 @@ void expect_agreement_on_the_pattern(const Eigen::MatrixXd& S) {
 }
 
 TEST(IncompleteCholeskyTest, AgreesWithTheMatrixOnItsPattern) {
-  expect_agreement_on_the_pattern(make_net(20));
+  expect_agreement_on_the_pattern(make_net_matrix(20));
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const Eigen::MatrixXd S = make_meshed(12, seed);

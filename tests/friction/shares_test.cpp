@@ -15,14 +15,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Kind {
+struct SharedKind {
   unsigned scenes;
   std::size_t beads, lines;  // the other beads are free
   bool closed, in_plane;     // a rod from the last bead to the first one; everything in the plane z = 0
 };
 
 /// Beads in a row, joined by rods, with any forces, and coefficients from 0.05 to 3, alike on a logarithmic scale.
-System make_beads(unsigned seed, const Kind& kind) {
+System make_sharing_beads(unsigned seed, const SharedKind& kind) {
   std::mt19937 random(seed * 7919u + 13u);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> log_mass(-1.0, 1.0), log_mu(std::log(0.05), std::log(3.0));
@@ -55,11 +55,12 @@ System make_beads(unsigned seed, const Kind& kind) {
 
 TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
   int unique = 0, several = 0, resting = 0, borderline = 0;
-  for (const Kind& kind : {Kind{1500, 2, 2, false, false}, Kind{1500, 3, 2, false, false},
-                           Kind{1500, 2, 2, false, true}, Kind{400, 3, 3, false, false}, Kind{400, 3, 3, false, true},
-                           Kind{400, 4, 3, true, false}, Kind{60, 4, 4, false, false}}) {
+  for (const SharedKind& kind :
+       {SharedKind{1500, 2, 2, false, false}, SharedKind{1500, 3, 2, false, false}, SharedKind{1500, 2, 2, false, true},
+        SharedKind{400, 3, 3, false, false}, SharedKind{400, 3, 3, false, true}, SharedKind{400, 4, 3, true, false},
+        SharedKind{60, 4, 4, false, false}}) {
     for (unsigned seed = 1; seed <= kind.scenes; ++seed) {
-      const System system = make_beads(seed, kind);
+      const System system = make_sharing_beads(seed, kind);
       const reference::RoughContacts twin(system);
       const auto counted = twin.find_all();
       if (counted.margin < 1e-6 || !counted.is_certain || counted.motions.empty()) {

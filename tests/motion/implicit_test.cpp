@@ -100,14 +100,15 @@ TEST(RadauCoefficientsTest, TransformationSplitsTheInverseIntoOneRealAndOneCompl
 
 // ---- order on closed forms ----
 
-struct Order {
+struct OrderWanted {
   Method method;
   double order;
   int steps;
 };
-class ImplicitOrderTest : public ::testing::TestWithParam<Order> {};
+class ImplicitOrderTest : public ::testing::TestWithParam<OrderWanted> {};
 INSTANTIATE_TEST_SUITE_P(Methods, ImplicitOrderTest,
-                         ::testing::Values(Order{Method::Radau5, 5.0, 16}, Order{Method::GeneralizedAlpha, 2.0, 64}),
+                         ::testing::Values(OrderWanted{Method::Radau5, 5.0, 16},
+                                           OrderWanted{Method::GeneralizedAlpha, 2.0, 64}),
                          [](const auto& at) { return std::string(name_of(at.param.method)); });
 
 /// From the horizontal to the lowest place takes a quarter of the period, sqrt(l/g) K(sin 45 degrees).

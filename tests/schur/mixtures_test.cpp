@@ -311,10 +311,10 @@ System moving_mixture(bool is_uniform) {
   return system;
 }
 
-struct Place {
+struct PlaceAndMotion {
   std::vector<double> r, v;
 
-  explicit Place(const Simulation& simulation)
+  explicit PlaceAndMotion(const Simulation& simulation)
       : r(simulation.positions().begin(), simulation.positions().end()),
         v(simulation.velocities().begin(), simulation.velocities().end()) {}
 };
@@ -340,8 +340,8 @@ TEST_P(MovingMixtures, MoveAsWithTheGeneralSolver) {
     ASSERT_TRUE(general.advance_to(0.05).ok());
     EXPECT_LE(mixed.report().violation.position, 1e-12);
     EXPECT_LE(mixed.report().violation.velocity, 1e-12);
-    EXPECT_LE(relative_difference(Place(mixed).r, Place(general).r), 1e-9);
-    EXPECT_LE(relative_difference(Place(mixed).v, Place(general).v), 1e-8);
+    EXPECT_LE(relative_difference(PlaceAndMotion(mixed).r, PlaceAndMotion(general).r), 1e-9);
+    EXPECT_LE(relative_difference(PlaceAndMotion(mixed).v, PlaceAndMotion(general).v), 1e-8);
   }
 }
 
@@ -358,8 +358,8 @@ TEST_P(MovingMixtures, GoOnFromASnapshot) {
   // What the next iterations of these start from is not in the snapshot.
   const bool iterates = GetParam() == Method::Rattle || GetParam() == Method::Radau5;
   const double rounding = iterates ? 1e-10 : 0.0;
-  EXPECT_LE(relative_difference(Place(second).r, Place(whole).r), rounding);
-  EXPECT_LE(relative_difference(Place(second).v, Place(whole).v), rounding);
+  EXPECT_LE(relative_difference(PlaceAndMotion(second).r, PlaceAndMotion(whole).r), rounding);
+  EXPECT_LE(relative_difference(PlaceAndMotion(second).v, PlaceAndMotion(whole).v), rounding);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, MovingMixtures,

@@ -17,11 +17,11 @@
 namespace tanor {
 namespace {
 
-using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
+using Eigen::MatrixXd, Eigen::VectorXd;
 
 /// Shapes are M-orthonormal, break no constraint, and have the wanted omega^2 with W q + K mu = omega^2 M q.
 void expect_modes(const ModeSet& found, const DenseModes& dense, double scale) {
-  const Index count = found.omega2.size();
+  const Eigen::Index count = found.omega2.size();
   const MatrixXd& q = found.shapes;
   const MatrixXd masses = q.transpose() * dense.mass.asDiagonal() * q;
   RC_ASSERT((masses - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() < 1e-11);
@@ -175,9 +175,9 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
 /// Nets that hang by corners which are far nearer than they are wide: K is badly conditioned, and products of Lanczos'
 /// method that stop where they like found one mode of six.
 TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
-  for (const auto& [columns, rows, held] : {std::tuple{20, 17, std::vector<tanor::Index>{6, 13, 320}},
-                                            std::tuple{18, 15, std::vector<tanor::Index>{0, 17, 252}},
-                                            std::tuple{16, 16, std::vector<tanor::Index>{0, 15}}}) {
+  for (const auto& [columns, rows, held] :
+       {std::tuple{20, 17, std::vector<Index>{6, 13, 320}}, std::tuple{18, 15, std::vector<Index>{0, 17, 252}},
+        std::tuple{16, 16, std::vector<Index>{0, 15}}}) {
     System system;
     Rods rods{.name = "rods"};
     for (int j = 0; j < rows; ++j) {
@@ -203,7 +203,7 @@ TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
     EXPECT_NEAR(found.omega2[0], rest.stability.lowest_omega2, 1e-9 * rest.stability.lowest_omega2);
     const VectorXd all = finder.find_all().omega2;
-    for (Index k = 0; k < 6; ++k) EXPECT_NEAR(found.omega2[k], all[k], 1e-8 * all[k]) << columns << ' ' << k;
+    for (Eigen::Index k = 0; k < 6; ++k) EXPECT_NEAR(found.omega2[k], all[k], 1e-8 * all[k]) << columns << ' ' << k;
   }
 }
 
@@ -282,17 +282,18 @@ TEST(Modes, HaveTheSameBitsOnAnyNumberOfThreads) {
 }
 
 RC_GTEST_PROP(BlockLanczos, FindsTheLargestEigenvaluesHoweverManyAreEqual, ()) {
-  const Index size = *rc::gen::inRange(1, 60).as("size"), block = *rc::gen::inRange<Index>(1, 9).as("block");
-  const Index copies = *rc::gen::inRange<Index>(1, 9).as("copies");
+  const Eigen::Index size = *rc::gen::inRange(1, 60).as("size"),
+                     block = *rc::gen::inRange<Eigen::Index>(1, 9).as("block");
+  const Eigen::Index copies = *rc::gen::inRange<Eigen::Index>(1, 9).as("copies");
   RC_PRE(block <= size && copies <= block);
-  const Index count = *rc::gen::inRange<Index>(1, size / 2 + 2).as("count");
+  const Eigen::Index count = *rc::gen::inRange<Eigen::Index>(1, size / 2 + 2).as("count");
   RC_PRE(count <= size);
   std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>().as("seed"));
   std::normal_distribution<double> normal;
   const MatrixXd any = MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
   const MatrixXd Q = any.householderQr().householderQ();
   VectorXd values(size);
-  for (Index k = 0; k < size; ++k) values[k] = 1.0 / (1.0 + static_cast<double>(k / copies));
+  for (Eigen::Index k = 0; k < size; ++k) values[k] = 1.0 / (1.0 + static_cast<double>(k / copies));
   const MatrixXd A = Q * values.asDiagonal() * Q.transpose();
 
   BlockLanczos lanczos([&](const MatrixXd& x) -> MatrixXd { return A * x; }, any.leftCols(block), count,

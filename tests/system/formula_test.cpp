@@ -23,7 +23,7 @@ Jet<3> evaluate_jet(const std::string& text, double t) {
 }
 
 /// What the parser says about a wrong text.
-std::string error_of(const std::string& text, const Constants& constants = {}) {
+std::string error_of_formula(const std::string& text, const Constants& constants = {}) {
   try {
     Formula(text, time, constants);
   } catch (const InputError& error) {
@@ -35,7 +35,7 @@ std::string error_of(const std::string& text, const Constants& constants = {}) {
 
 /// `message` is what follows the quoted text.
 void expect_error(const std::string& text, const std::string& message) {
-  EXPECT_EQ(error_of(text), "formula \"" + text + "\": " + message);
+  EXPECT_EQ(error_of_formula(text), "formula \"" + text + "\": " + message);
 }
 
 TEST(Formula, MultiplicationBindsTighterThanAddition) {
@@ -167,14 +167,14 @@ TEST(Formula, LongSumsNeedNoDeepStack) {
 }
 
 TEST(Formula, UnknownNamesAreListedWithTheKnownOnes) {
-  EXPECT_EQ(error_of("0.1*sin(3*q)", {{"omega", 3.0}}),
+  EXPECT_EQ(error_of_formula("0.1*sin(3*q)", {{"omega", 3.0}}),
             "formula \"0.1*sin(3*q)\": column 11: 'q' is not known; known names: t, pi, omega and the functions "
             "sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max");
 }
 
 TEST(Formula, NamesAreReadWhole) {
-  EXPECT_TRUE(error_of("1 + time1").starts_with("formula \"1 + time1\": column 5: 'time1' is not known;"));
-  EXPECT_TRUE(error_of("Sin(t)").starts_with("formula \"Sin(t)\": column 1: 'Sin' is not known;"));
+  EXPECT_TRUE(error_of_formula("1 + time1").starts_with("formula \"1 + time1\": column 5: 'time1' is not known;"));
+  EXPECT_TRUE(error_of_formula("Sin(t)").starts_with("formula \"Sin(t)\": column 1: 'Sin' is not known;"));
 }
 
 TEST(Formula, ErrorsNameTheColumnWhatIsThereAndWhatWasExpected) {
@@ -220,21 +220,21 @@ TEST(Formula, ColumnsCountCharactersNotBytes) {
 }
 
 TEST(Formula, MessagesStayOnOneLine) {
-  EXPECT_EQ(error_of("2\n*\n)"), "formula \"2 * )\": column 5: found ')', expected a number, a name or '('");
+  EXPECT_EQ(error_of_formula("2\n*\n)"), "formula \"2 * )\": column 5: found ')', expected a number, a name or '('");
 }
 
 TEST(Formula, ConstantsMustNotHideOtherNames) {
-  EXPECT_EQ(error_of("1", {{"t", 1.0}}), "formula \"1\": the constant 't' has the name of a variable");
-  EXPECT_EQ(error_of("1", {{"sin", 1.0}}), "formula \"1\": the constant 'sin' has the name of a function");
-  EXPECT_EQ(error_of("1", {{"pi", 1.0}}), "formula \"1\": the constant 'pi' has the name of the number pi");
-  EXPECT_EQ(error_of("1", {{"a", NAN}}), "formula \"1\": the constant 'a' is not finite");
+  EXPECT_EQ(error_of_formula("1", {{"t", 1.0}}), "formula \"1\": the constant 't' has the name of a variable");
+  EXPECT_EQ(error_of_formula("1", {{"sin", 1.0}}), "formula \"1\": the constant 'sin' has the name of a function");
+  EXPECT_EQ(error_of_formula("1", {{"pi", 1.0}}), "formula \"1\": the constant 'pi' has the name of the number pi");
+  EXPECT_EQ(error_of_formula("1", {{"a", NAN}}), "formula \"1\": the constant 'a' is not finite");
 }
 
 TEST(Formula, NestingHasALimitInsteadOfACrash) {
   const std::string open(100000, '('), minus(100000, '-');
 
-  EXPECT_NE(error_of(open).find("column 201: nested deeper than 200 levels"), std::string::npos);
-  EXPECT_NE(error_of(minus).find("nested deeper than 200 levels"), std::string::npos);
+  EXPECT_NE(error_of_formula(open).find("column 201: nested deeper than 200 levels"), std::string::npos);
+  EXPECT_NE(error_of_formula(minus).find("nested deeper than 200 levels"), std::string::npos);
   EXPECT_EQ(evaluate(std::string(150, '(') + "t" + std::string(150, ')'), 3.0), 3.0);
 }
 
@@ -242,7 +242,7 @@ TEST(Formula, WaitingOperandsHaveALimitThatIsCheckedBeforehand) {
   std::string text = "t";
   for (int k = 0; k < 64; ++k) text = "t + (" + text + ")";
 
-  EXPECT_NE(error_of(text).find("more than 64 operands wait for their operator here"), std::string::npos);
+  EXPECT_NE(error_of_formula(text).find("more than 64 operands wait for their operator here"), std::string::npos);
 }
 
 }  // namespace
