@@ -17,7 +17,8 @@ constexpr std::size_t tile = 4;      // columns that are worked on at once
 constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
 constexpr std::size_t height = 512;  // … with so many rows
 
-constexpr std::size_t line = 8;  // numbers of a cache line
+constexpr std::size_t line = 8;          // numbers of a cache line
+constexpr std::size_t long_column = 48;  // rows from which a search for whole lanes pays when they are added
 
 /// Fetches what a pass over columns reads next. Panels are too small, and follow each other too quickly, for the
 /// machine to read ahead by itself: a solve of a net takes 0.6 times as long.
@@ -174,11 +175,16 @@ template <class Lanes, std::size_t columns>
   }
 }
 
-/// Adds the rows of column j, whole lanes where they follow each other.
+/// Adds the rows of column j, of long columns whole lanes where they follow each other.
 template <class Lanes>
 [[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
                                               const double* column, double* sum) {
-  for (std::size_t i = std::max(part.low, j); i < part.high;) {
+  const std::size_t low = std::max(part.low, j);
+  if (part.high < low + long_column) {
+    for (std::size_t i = low; i < part.high; ++i) sum[in_parent.rows[i]] += column[i];
+    return;
+  }
+  for (std::size_t i = low; i < part.high;) {
     const std::size_t stop = std::min(part.high, static_cast<std::size_t>(in_parent.run_end[i]));
     double* const to = sum + in_parent.rows[i];
     if (i + front_width <= stop) {

@@ -71,9 +71,12 @@ void FrontTree::find_parents(const Supernodes& supernodes) {
   for (std::size_t s = fronts.size(); s-- > 0;) {
     Front& front = fronts[s];
     if (front.below() == 0) continue;
-    const int row = supernodes.rows[supernodes.rows_start[s] + front.columns];
-    front.parent = front_of[static_cast<std::size_t>(row)];
+    const auto below = supernodes.rows.begin() + static_cast<std::ptrdiff_t>(supernodes.rows_start[s] + front.columns);
+    front.parent = front_of[static_cast<std::size_t>(*below)];
     Front& parent = fronts[static_cast<std::size_t>(front.parent)];
+    const auto end = below + static_cast<std::ptrdiff_t>(front.below());
+    front.rows_in_panel = static_cast<std::size_t>(
+        std::lower_bound(below, end, static_cast<int>(parent.first_column + parent.columns)) - below);
     front.depth = parent.depth + 1;  // parents come later, and are met first here
     front.next_sibling = parent.first_child;
     parent.first_child = static_cast<int>(s);

@@ -16,6 +16,7 @@ struct Front {
   std::size_t update = 0, update_stride;            // its place, see `home`
   std::size_t vector = 0;  // of a shared front: its place among the vectors [stride] of a solve
   std::size_t depth = 0;
+  std::size_t rows_in_panel = 0;  // rows of its update that are among the columns of its parent
   int parent = -1, first_child = -1, next_sibling = -1;
   /// Where its update stands: on a stack of the thread's, by depth % 2, or, where another task reads it than the one
   /// that writes it, among the panels or in the arena.

@@ -77,10 +77,11 @@ std::size_t Multifrontal::num_beside() const {
 void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
   double* const panel = panels_.data() + front.panel;
   const std::size_t end_row = tile.first_row + tile.rows, end_column = tile.first_column + tile.columns;
-  const bool has_all_rows = tile.rows == front.stride;
+  const bool has_all_rows = tile.rows == front.stride, is_whole = has_all_rows && tile.columns == front.columns;
+  if (is_whole) std::fill_n(panel, front.columns * front.stride, 0.0);
   for (std::size_t j = tile.first_column; j < end_column; ++j) {
     double* const to = panel + j * front.stride;
-    std::fill_n(to + tile.first_row, tile.rows, 0.0);
+    if (!is_whole) std::fill_n(to + tile.first_row, tile.rows, 0.0);
     const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
     const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
     for (std::size_t e = start; e < end; ++e) {
@@ -90,12 +91,15 @@ void Multifrontal::assemble(const Front& front, const Entries& entries, const Ti
   }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
     const kernels::RowsInParent in_parent = rows_in_parent(c);
-    const int *const rows = in_parent.rows, *const last = rows + child.below();
-    const auto place = [&](std::size_t row) {
-      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
-    };
-    kernels::add_to_panel({place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)},
-                          in_parent, update(child, workspace), panel, front.stride);
+    kernels::TrianglePart part{0, child.rows_in_panel, 0, child.below()};
+    if (!is_whole) {
+      const int *const rows = in_parent.rows, *const last = rows + child.below();
+      const auto place = [&](std::size_t row) {
+        return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
+      };
+      part = {place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)};
+    }
+    kernels::add_to_panel(part, in_parent, update(child, workspace), panel, front.stride);
   });
 }
 
@@ -129,11 +133,8 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   const kernels::Triangle rest = update(front, workspace);
   kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const kernels::RowsInParent in_parent = rows_in_parent(c);
-    const int *const rows = in_parent.rows, *const last = rows + child.below();
-    const auto first = static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns)) - rows);
-    kernels::add_to_update({first, child.below(), 0, child.below()}, in_parent, update(child, workspace), front.columns,
-                           rest);
+    kernels::add_to_update({child.rows_in_panel, child.below(), 0, child.below()}, rows_in_parent(c),
+                           update(child, workspace), front.columns, rest);
   });
 }
 

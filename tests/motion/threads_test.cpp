@@ -63,7 +63,7 @@ const BigScene big_scenes[]{
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed_form", all_explicit},
     {"damped_chain_of_2500", [] { return scenes::make_damped_chain(2'500); }, "paths", all_implicit, 5},
     {"implicit_beads", [] { return scenes::make_beads(800); }, "closed_form", all_implicit, 5},
-    {"rough_beads", make_rough_beads, "simplicial", without_series},
+    {"rough_beads", make_rough_beads, "simplicial", without_series, 5},
     {"beads_in_coordinates", make_beads_in_coordinates, "closed_form+simplicial", in_coordinates, 20, Form::Tangent},
 };
 
