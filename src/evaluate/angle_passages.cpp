@@ -63,7 +63,7 @@ void AnglePassages::finish() {
 /// In a piece the angle changes by no more than the directions of a and b turn: by |change of a|/|a| and likewise b. A
 /// sine that is larger cannot fall far.
 bool AnglePassages::may_fall(const PointPath& path, const Triple& triple) {
-  const auto& [i, corner, j] = triple.points;
+  const Index i = triple.points[0], corner = triple.points[1], j = triple.points[2];
   const double length = path.h / static_cast<double>(path.num_pieces());
   const auto side_at = [&](Index end, std::size_t knot) {
     const double *const r = path.positions[knot], *const v = path.velocities[knot];
