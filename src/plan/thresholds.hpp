@@ -72,7 +72,8 @@ inline constexpr std::size_t most_groups_of_islands = 64;
 inline constexpr std::size_t few_paths = 8;
 /// Fewer rows stay in the second cache of all machines and need no prefetching (about 140 bytes each).
 inline constexpr std::size_t rows_beyond_cache = 16384;
-/// Nor do fewer numbers of L; of more, solves fetch what they need so many numbers later (bench/fronts: nets).
+/// Nor do fewer numbers of L, a megabyte (not searched for); of more, solves fetch what they need so many numbers later
+/// (bench/fronts: nets).
 inline constexpr std::size_t numbers_beyond_cache = 1 << 17, numbers_fetched_ahead = 4096;
 
 }  // namespace tanor::plan
