@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/dense.hpp"
 #include "friction/range.hpp"
 
 namespace tanor {
@@ -80,7 +81,7 @@ bool is_monotone(const ContactProblem& problem) {
     const double s = size_V / size_L;
     sum += 0.5 * contact.mu * (s * own_L.transpose() * own_L + own_V.transpose() * own_V / s);
   }
-  return rank == 0 || Eigen::SelfAdjointEigenSolver<MatrixXd>(sum).eigenvalues().maxCoeff() < 1.0 - 1e-6;
+  return rank == 0 || dense::find_eigen(sum).values.maxCoeff() < 1.0 - 1e-6;
 }
 
 }  // namespace tanor

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/dense.hpp"
 #include "friction/contraction.hpp"
 
 namespace tanor {
@@ -30,11 +31,12 @@ Directions find_directions(const SlidingContacts& contacts, Eigen::Index c) {
     const double length = all.col(k).norm();
     if (length > 0.0) all.col(k) /= length;
   }
-  const Eigen::JacobiSVD<Matrix3Xd> svd(all, Eigen::ComputeFullU);
-  const auto& sigma = svd.singularValues();
+  const auto [sigma, U, V] = dense::find_singular_values_and_U(all);
   constexpr double rounding = 1e-11;
-  const auto is_zero = [&](Eigen::Index k) { return sigma.size() <= k || sigma(k) <= rounding * sigma(0); };
-  return {is_zero(1) ? 1 : is_zero(2) ? 2 : 3, svd.matrixU().col(0), svd.matrixU().col(1)};
+  const auto is_zero = [&sigma = sigma](Eigen::Index k) {
+    return sigma.size() <= k || sigma(k) <= rounding * sigma(0);
+  };
+  return {is_zero(1) ? 1 : is_zero(2) ? 2 : 3, U.col(0), U.col(1)};
 }
 
 /// Rows mu_c n_c.[N0, W] for given directions n [3][m].
@@ -137,8 +139,8 @@ Corners list_corners(const SlidingContacts& contacts) {
 }
 
 /// From the solution of one choice of corners; on circles Newton's method goes on from there. Adds what obeys the law.
-void follow_choice(const SlidingContacts& contacts, const Eigen::PartialPivLU<MatrixXd>& lu, bool is_exact, VectorXd* b,
-                   MatrixXd* J, std::vector<VectorXd>* found) {
+void follow_choice(const SlidingContacts& contacts, const dense::Lu& lu, bool is_exact, VectorXd* b, MatrixXd* J,
+                   std::vector<VectorXd>* found) {
   Matrix3Xd normal;
   VectorXd s = lu.solve(*b);
   for (int pass = 0; !is_exact && pass < 20; ++pass) {
@@ -146,7 +148,7 @@ void follow_choice(const SlidingContacts& contacts, const Eigen::PartialPivLU<Ma
     if (rest.lpNorm<Eigen::Infinity>() <= 1e-13 * s.lpNorm<Eigen::Infinity>()) break;
     for (Eigen::Index c = 0; c < s.size(); ++c) normal.col(c).normalize();
     project(contacts, normal, b, J);
-    s = J->partialPivLu().solve(*b);
+    s = dense::solve(*J, *b);
   }
   const double size = s.lpNorm<Eigen::Infinity>();
   const bool is_solution = std::isfinite(size) && s.minCoeff() >= -1e-12 * size &&
@@ -164,7 +166,7 @@ void try_corners(const SlidingContacts& contacts, const Corners& corners, std::s
   bool is_positive = false, is_negative = false;
   for_each_choice(corners.of_contact, [&](const Matrix3Xd& n) {
     project(contacts, n, &b, &J);
-    const Eigen::PartialPivLU<MatrixXd> lu(J);
+    const dense::Lu lu(J);
     const double determinant = lu.determinant();
     is_positive = is_positive || determinant > 0.0;
     is_negative = is_negative || determinant < 0.0;

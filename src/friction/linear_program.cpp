@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/dense.hpp"
+
 namespace tanor {
 
 using Eigen::MatrixXd;
@@ -89,7 +91,7 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
     B.row(place) = values;
   };
   for (Eigen::Index i = 0; i < n; ++i) enter(i, count_ + (c(i) < 0.0 ? n : 0) + i);
-  Eigen::PartialPivLU<MatrixXd> lu(n);
+  dense::Lu lu;
   for (int pivot = 0; pivot < most_pivots; ++pivot) {
     const bool takes_first = pivot > plain_pivots;  // after many pivots, against cycles (Bland)
     lu.compute(B);
@@ -99,7 +101,7 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
     // B'lambda = c, B'y = normal: lambda stays above 0.
     double bound = 0.0;
     write_row(worst, values, &bound);
-    const VectorXd lambda = lu.transpose().solve(c), y = lu.transpose().solve(values.transpose());
+    const VectorXd lambda = lu.solve_transposed(c), y = lu.solve_transposed(values.transpose());
     const Eigen::Index leaving = find_leaving(lambda, y, takes_first);
     if (leaving < 0) return Status::Infeasible;
     enter(leaving, worst);

@@ -4,6 +4,8 @@
 
 #include "friction/mode_search.hpp"
 
+#include "base/dense.hpp"
+
 /// \file The law in one node of a ModeSearch, as equations: their roots, whether they have one at most, and what a root
 /// is worth.
 namespace tanor {
@@ -23,11 +25,10 @@ double cross(const Vector2d& a, const Vector2d& b) {
 /// Differences from a matrix J of no more than D, entry by entry, leave it regular: the spectral radius of |J^-1| D is
 /// below 1 exactly where y = |J^-1| D y + 1 has a positive solution.
 bool stays_regular(const MatrixXd& J, const MatrixXd& D) {
-  const Eigen::PartialPivLU<MatrixXd> lu(J);
-  const MatrixXd M = lu.inverse().cwiseAbs() * D;
+  const MatrixXd M = dense::Lu(J).inverse().cwiseAbs() * D;
   if (!M.allFinite()) return false;
   const VectorXd ones = VectorXd::Ones(M.rows());
-  const VectorXd y = (MatrixXd::Identity(M.rows(), M.cols()) - M).partialPivLu().solve(ones);
+  const VectorXd y = dense::solve(MatrixXd::Identity(M.rows(), M.cols()) - M, ones);
   return y.allFinite() && y.minCoeff() >= 1.0 - 1e-9 && (y - M * y - ones).lpNorm<Eigen::Infinity>() < 1e-3;
 }
 
@@ -63,7 +64,7 @@ bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
       J.row(row++) = towards(1) * E.row(contact.first) - towards(0) * E.row(contact.first + 1) +
                      own(0) * A.row(contact.first + 1) - own(1) * A.row(contact.first);
     }
-    const VectorXd step = J.partialPivLu().solve(F);
+    const VectorXd step = dense::solve(J, F);
     if (!step.allFinite()) return false;
     *x -= E * step;
     if (step.norm() <= 1e-14 * x->norm()) return true;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/dense.hpp"
 #include "friction/range.hpp"
 
 namespace tanor {
@@ -40,9 +41,10 @@ void ModeSearch::set_contacts() {
   for (std::size_t c = 0; c < problem_.contacts.size(); ++c)
     unit = std::max(unit, problem_.contacts[c].mu * problem_.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
   // The least friction with which all would rest: a point that hardly moves would need more by itself.
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> all_at_rest(k, k);
-  all_at_rest.setThreshold(rank_rounding).compute(problem_.A);
-  if (k > 0) unit = std::max(unit, all_at_rest.solve(problem_.a0).lpNorm<Eigen::Infinity>());
+  if (k > 0) {
+    const VectorXd all_at_rest = dense::solve_least_squares(problem_.A, problem_.a0, rank_rounding);
+    unit = std::max(unit, all_at_rest.lpNorm<Eigen::Infinity>());
+  }
   unit_ = unit > 0.0 ? unit : 1.0;
   const double largest = std::max(problem_.a0.lpNorm<Eigen::Infinity>(), unit_ * problem_.A.lpNorm<Eigen::Infinity>());
   const double scale = largest > 0.0 ? largest : 1.0;
@@ -55,17 +57,16 @@ void ModeSearch::set_contacts() {
     const auto row = 3 * static_cast<Eigen::Index>(c);
     MatrixXd all(3, k + 1);
     all << problem_.N0.segment<3>(row) / unit_, problem_.W.middleRows<3>(row);
-    const Eigen::JacobiSVD<MatrixXd> svd(all, Eigen::ComputeFullU);
-    const auto& sigma = svd.singularValues();
-    const auto is_zero = [&, mu = mu](Eigen::Index i) {
+    const auto [sigma, U, V] = dense::find_singular_values_and_U(all);
+    const auto is_zero = [&sigma = sigma, mu = mu](Eigen::Index i) {
       return sigma.size() <= i || mu * sigma(i) <= rank_rounding * std::max(1.0, mu * sigma(0));
     };
     turns_in_space_ = turns_in_space_ || !is_zero(2);
     Contact contact{
         first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
     for (Eigen::Index i = 0; i < contact.num_normals; ++i) {
-      contact.nu0(i) = svd.matrixU().col(i).dot(all.col(0));
-      contact.V.row(i) = svd.matrixU().col(i).transpose() * all.rightCols(k);
+      contact.nu0(i) = U.col(i).dot(all.col(0));
+      contact.V.row(i) = U.col(i).transpose() * all.rightCols(k);
     }
     contacts_.push_back(contact);
   }

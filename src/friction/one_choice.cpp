@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/convex_law.hpp"
 
@@ -90,7 +91,7 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
   int since_best = 0;
   for (int step = 0; step < most_steps; ++step) {
     if (size <= 1e-14 * x->norm()) return true;
-    const VectorXd dx = J.partialPivLu().solve(F);
+    const VectorXd dx = dense::solve(J, F);
     if (!dx.allFinite()) return false;
     VectorXd trial;
     double factor = 1.0, trial_size = 0.0;

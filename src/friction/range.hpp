@@ -1,6 +1,8 @@
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+
+#include "base/dense.hpp"
 
 namespace tanor {
 
@@ -8,10 +10,8 @@ namespace tanor {
 /// `unit` count as 0; without a unit, up to `rounding` times the largest one.
 class Range {
  public:
-  Range(const Eigen::MatrixXd& A, double rounding)
-      : Range(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A), rounding) {}
-  Range(const Eigen::MatrixXd& A, double rounding, double unit)
-      : Range(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A), rounding, unit) {}
+  Range(const Eigen::MatrixXd& A, double rounding) : Range(dense::find_eigen(A), rounding) {}
+  Range(const Eigen::MatrixXd& A, double rounding, double unit) : Range(dense::find_eigen(A), rounding, unit) {}
 
   Eigen::Index rank() const { return values.size(); }
   bool is_whole() const { return null.cols() == 0; }
@@ -20,14 +20,13 @@ class Range {
   Eigen::VectorXd values;         ///< [rank] eigenvalues of `vectors`
 
  private:
-  using Solver = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
-  Range(const Solver& eigen, double rounding) : Range(eigen, rounding, eigen.eigenvalues().maxCoeff()) {}
-  Range(const Solver& eigen, double rounding, double unit) {
-    const Eigen::Index size = eigen.eigenvalues().size();
-    const Eigen::Index count = (eigen.eigenvalues().array() > rounding * unit).count();
-    vectors = eigen.eigenvectors().rightCols(count);
-    null = eigen.eigenvectors().leftCols(size - count);
-    values = eigen.eigenvalues().tail(count);
+  Range(const dense::SymmetricEigen& eigen, double rounding) : Range(eigen, rounding, eigen.values.maxCoeff()) {}
+  Range(const dense::SymmetricEigen& eigen, double rounding, double unit) {
+    const Eigen::Index size = eigen.values.size();
+    const Eigen::Index count = (eigen.values.array() > rounding * unit).count();
+    vectors = eigen.vectors.rightCols(count);
+    null = eigen.vectors.leftCols(size - count);
+    values = eigen.values.tail(count);
   }
 };
 

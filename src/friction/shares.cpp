@@ -1,6 +1,8 @@
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/range.hpp"
 
@@ -186,9 +188,9 @@ bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd*
     const double mu = problem.contacts[c].mu;
     const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * *Z;
     if (Z->cols() == 0 || change.norm() <= rounding_of_shares) continue;
-    const Eigen::JacobiSVD<MatrixXd> svd(change, Eigen::ComputeFullV);
-    const Eigen::Index lost = (svd.singularValues().array() > rounding_of_shares).count();
-    *Z = (*Z * svd.matrixV().rightCols(Z->cols() - lost)).eval();
+    const auto [sigma, U_of_change, V] = dense::find_singular_values_and_V(change);
+    const Eigen::Index lost = (sigma.array() > rounding_of_shares).count();
+    *Z = (*Z * V.rightCols(Z->cols() - lost)).eval();
   }
   const VectorXd a = problem.accelerations(*x)(rows);
   sharing->own = (*x)(rows);

@@ -4,6 +4,8 @@
 
 #include "friction/enumeration.hpp"
 
+#include "base/dense.hpp"
+
 /// \file All solutions of s_c = mu_c |N0_c + sum_j W_cj s_j|, s >= 0, by boxes that are cut until each holds none, or
 /// one that Newton's method finds (Krawczyk's test; Neumaier, Interval Methods for Systems of Equations, 1990).
 namespace tanor {
@@ -94,7 +96,7 @@ bool Search::polish(Eigen::Index fixed, VectorXd* z) const {
     const MatrixXd all = jacobian(*z);
     MatrixXd J(m_, m_);
     for (Eigen::Index k = 0; k < m_; ++k) J.col(k) = all.col(variable(k, fixed));
-    const VectorXd step = J.partialPivLu().solve(rest);
+    const VectorXd step = dense::solve(J, rest);
     if (!step.allFinite()) return false;
     for (Eigen::Index k = 0; k < m_; ++k) (*z)(variable(k, fixed)) -= step(k);
   }
@@ -123,8 +125,7 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
     for (Eigen::Index k = 0; k < m_; ++k)
       spread(c, k) = problem_.mu[i] * turn * problem_.G[i].col(variable(k, box->fixed)).norm();
   }
-  const Eigen::PartialPivLU<MatrixXd> lu(J);
-  const MatrixXd inverse = lu.inverse();
+  const MatrixXd inverse = dense::Lu(J).inverse();
   if (!inverse.allFinite()) return Verdict::Cut;
   const VectorXd step = inverse * defect(box->middle);
   const VectorXd reach = inverse.cwiseAbs() * (spread * own);

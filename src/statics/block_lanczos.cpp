@@ -1,14 +1,13 @@
 #include "statics/block_lanczos.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "base/dense.hpp"
 #include "statics/tall_products.hpp"
 
 namespace tanor {
@@ -51,9 +50,9 @@ Orthonormal orthonormalise(const Eigen::Ref<const MatrixXd>& V, MatrixXd x) {
       x = multiply_tall(x, R->triangularView<Eigen::Upper>().solve(MatrixXd::Identity(block, block)));
       continue;
     }
-    const Eigen::HouseholderQR<MatrixXd> qr(x);
-    result.R = qr.matrixQR().topRows(block).triangularView<Eigen::Upper>() * result.R;
-    x = qr.householderQ() * MatrixXd::Identity(x.rows(), block);
+    dense::ThinQr qr = dense::find_thin_qr(x);
+    result.R = qr.R * result.R;
+    x = std::move(qr.Q);
   }
   result.Q = std::move(x);
   return result;
@@ -108,9 +107,9 @@ void BlockLanczos::restart() {
 }
 
 void BlockLanczos::find_ritz_pairs() {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(T_.topLeftCorner(size_, size_));
-  rotation_ = eigen.eigenvectors().rowwise().reverse();
-  values_ = eigen.eigenvalues().reverse();
+  const dense::SymmetricEigen eigen = dense::find_eigen(T_.topLeftCorner(size_, size_));
+  rotation_ = eigen.vectors.rowwise().reverse();
+  values_ = eigen.values.reverse();
   residuals_ = (R_ * rotation_.bottomRows(R_.cols())).colwise().norm();
 }
 

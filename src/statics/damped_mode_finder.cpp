@@ -4,11 +4,12 @@
 
 #include <Spectra/GenEigsSolver.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
 #include "statics/damping_matrix.hpp"
 
@@ -116,10 +117,10 @@ double DampedModeFinder::extend_basis(Columns wanted, double tolerance) {
 DampedModeSet DampedModeFinder::solve_on_basis() {
   MatrixXd image(basis_.rows(), basis_.cols());
   for (Columns k = 0; k < basis_.cols(); ++k) apply(basis_.col(k).data(), image.col(k).data());
-  const Eigen::EigenSolver<MatrixXd> eigen(basis_.transpose() * image);
+  const dense::GeneralEigen eigen = dense::find_general_eigen(basis_.transpose() * image);
   std::vector<std::pair<std::complex<double>, Columns>> chosen;
   for (Columns k = 0; k < basis_.cols(); ++k) {
-    std::complex<double> lambda = shift_ + 1.0 / eigen.eigenvalues()[k];
+    std::complex<double> lambda = shift_ + 1.0 / eigen.values[k];
     if (std::abs(lambda.imag()) <= real_to * std::abs(lambda)) lambda = lambda.real();
     if (lambda.imag() >= 0.0 || std::abs(lambda) <= zero_) chosen.push_back({lambda, k});
   }
@@ -128,7 +129,7 @@ DampedModeSet DampedModeFinder::solve_on_basis() {
   DampedModeSet result{VectorXcd(count), Eigen::MatrixXcd(n, count)};
   for (Columns j = 0; j < count; ++j) {
     const auto& [lambda, k] = chosen[static_cast<std::size_t>(j)];
-    VectorXcd q = basis_.topRows(n) * eigen.eigenvectors().col(k);
+    VectorXcd q = basis_.topRows(n) * eigen.vectors.col(k);
     q /= q.norm();
     // The phase in which the real part is largest.
     const std::complex<double> square = q.cwiseProduct(q).sum();

@@ -1,6 +1,6 @@
 #include "statics/damped_modes.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/dense.hpp"
 #include "base/numbers.hpp"
 #include "statics/damping_matrix.hpp"
 
@@ -74,16 +75,16 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
   companion.topRightCorner(s, s).setIdentity();
   companion.bottomLeftCorner(s, s) = -stiffness / (rate * rate);
   companion.bottomRightCorner(s, s) = -damping / rate;
-  const Eigen::EigenSolver<MatrixXd> eigen(companion);
-  const std::vector<Rows> chosen = choose(eigen.eigenvalues(), zero / rate);
+  const dense::GeneralEigen eigen = dense::find_general_eigen(companion);
+  const std::vector<Rows> chosen = choose(eigen.values, zero / rate);
   const auto [W, W_skew] = split(stiffness);
   const auto [D, D_skew] = split(damping);
 
   const auto count = static_cast<Rows>(chosen.size());
   DampedModeSet result{VectorXcd(count), MatrixXcd(Z.rows(), count)};
   for (Rows k = 0; k < count; ++k) {
-    std::complex<double> lambda = rate * eigen.eigenvalues()[chosen[static_cast<std::size_t>(k)]];
-    VectorXcd y = eigen.eigenvectors().col(chosen[static_cast<std::size_t>(k)]).head(s);
+    std::complex<double> lambda = rate * eigen.values[chosen[static_cast<std::size_t>(k)]];
+    VectorXcd y = eigen.vectors.col(chosen[static_cast<std::size_t>(k)]).head(s);
     y /= y.norm();
     lambda = refine(lambda, work_of(D, D_skew, y), work_of(W, W_skew, y));
     if (std::abs(lambda.imag()) <= rounding * rate) lambda = lambda.real();

@@ -1,7 +1,5 @@
 #include "statics/mode_finder.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
 #include "statics/rigid_modes.hpp"
 #include "statics/tall_products.hpp"
@@ -164,9 +163,7 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
   MatrixXd basis = MatrixXd::Zero(mass_.size(), s);
   for (Rows first = 0; const Island& island : islands_) {
     const auto columns = Eigen::seqN(first, island.freedoms);
-    const Eigen::HouseholderQR<MatrixXd> qr(moves(island.coordinates, columns));
-    basis(island.coordinates, columns) =
-        qr.householderQ() * MatrixXd::Identity(static_cast<Rows>(island.coordinates.size()), island.freedoms);
+    basis(island.coordinates, columns) = dense::find_thin_qr(moves(island.coordinates, columns)).Q;
     first += island.freedoms;
   }
   return MatrixXd(root_mass_.cwiseInverse().asDiagonal() * basis);
@@ -185,13 +182,11 @@ ModeSet ModeFinder::find_all() {
   for (Rows first = 0; const Island& island : islands_) {
     const Rows size = island.freedoms;
     const MatrixXd own = stiffness.block(first, first, size, size);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(own);
-    omega2.segment(first, size) = eigen.eigenvalues();
-    shapes.middleCols(first, size) = Z.middleCols(first, size) * eigen.eigenvectors();
-    rest = std::max(rest, (own * eigen.eigenvectors() - eigen.eigenvectors() * eigen.eigenvalues().asDiagonal())
-                              .colwise()
-                              .norm()
-                              .maxCoeff());
+    const dense::SymmetricEigen eigen = dense::find_eigen(own);
+    omega2.segment(first, size) = eigen.values;
+    shapes.middleCols(first, size) = Z.middleCols(first, size) * eigen.vectors;
+    rest =
+        std::max(rest, (own * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).colwise().norm().maxCoeff());
     first += size;
   }
   std::vector<Rows> order(static_cast<std::size_t>(omega2.size()));
@@ -290,10 +285,10 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const MatrixXd Wx = multiply_by_stiffness(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
   const MatrixXd stiffness = multiply_transposed(pairs.x, Wx), masses = multiply_transposed(pairs.x, Mx);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (stiffness + stiffness.transpose()),
-                                                                 0.5 * (masses + masses.transpose()));
-  const MatrixXd& rotation = eigen.eigenvectors();
-  result.omega2 = eigen.eigenvalues();
+  const dense::SymmetricEigen eigen =
+      dense::find_eigen(0.5 * (stiffness + stiffness.transpose()), 0.5 * (masses + masses.transpose()));
+  const MatrixXd& rotation = eigen.vectors;
+  result.omega2 = eigen.values;
   result.shapes = multiply_tall(pairs.x, rotation);
   MatrixXd rest = multiply_tall(Wx, rotation) - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
   const MatrixXd multipliers = multiply_tall(pairs.multipliers, rotation);

@@ -1,11 +1,13 @@
 #include "statics/rigid_modes.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
+
+#include "base/dense.hpp"
 
 namespace tanor {
 
@@ -62,15 +64,13 @@ struct RigidMotions {
 
 /// Squares lose what is small where a turn moves points little: candidates only, up to what rounding may hide.
 RigidMotions find_candidates(const Matrix6& moves, const Matrix6& answers, double nothing) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(moves);
-  const Eigen::Index num_idle = (eigen.eigenvalues().array() < 1e-10).count();
-  const Eigen::VectorXd squares = eigen.eigenvalues().tail(6 - num_idle);
-  const Eigen::MatrixXd basis =
-      eigen.eigenvectors().rightCols(6 - num_idle) * squares.cwiseSqrt().cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> answer(basis.transpose() * answers * basis);
+  const dense::SymmetricEigen eigen = dense::find_eigen(moves);
+  const Eigen::Index num_idle = (eigen.values.array() < 1e-10).count();
+  const Eigen::VectorXd squares = eigen.values.tail(6 - num_idle);
+  const Eigen::MatrixXd basis = eigen.vectors.rightCols(6 - num_idle) * squares.cwiseSqrt().cwiseInverse().asDiagonal();
+  const dense::SymmetricEigen answer = dense::find_eigen(basis.transpose() * answers * basis);
   const double hidden = nothing / std::min(1.0, squares.minCoeff());
-  return {basis * answer.eigenvectors().leftCols((answer.eigenvalues().array() < hidden).count()),
-          eigen.eigenvectors().leftCols(num_idle)};
+  return {basis * answer.vectors.leftCols((answer.values.array() < hidden).count()), eigen.vectors.leftCols(num_idle)};
 }
 
 /// What answers to small motions u of islands: W u over the island's stiffness, and K'u.

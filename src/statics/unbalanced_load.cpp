@@ -1,12 +1,13 @@
 #include "statics/unbalanced_load.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
 #include "statics/rigid_modes.hpp"
 
@@ -67,11 +68,11 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
 /// What nothing answers to a shift by, of each island.
 Vector3d find_pull(const Shifted& island) {
   constexpr double nothing = 1e-20, of_forces = 1e-9;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(island.answer);
+  const dense::SymmetricEigen eigen = dense::find_eigen(island.answer);
   Vector3d pull = Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d u = eigen.eigenvectors().col(axis);
-    if (eigen.eigenvalues()[axis] < nothing) pull += u.dot(island.force) * u;
+    const Vector3d u = eigen.vectors.col(axis);
+    if (eigen.values[axis] < nothing) pull += u.dot(island.force) * u;
   }
   return pull.norm() > of_forces * island.scale ? pull : Vector3d::Zero();
 }
@@ -167,14 +168,15 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   if (pulls.empty()) return {};
 
   const auto first_point = [&](int number) { return islands.at(number).first_point; };
-  const auto& [first, pull] =
+  const auto& [number, pull] =
       *std::ranges::min_element(pulls, {}, [&](const auto& own) { return first_point(own.first); });
+  const auto first = first_point(number);
   const auto before =
-      std::ranges::count_if(islands, [&](const auto& own) { return own.second.first_point < first_point(first); });
+      std::ranges::count_if(islands, [first](const auto& own) { return own.second.first_point < first; });
   const Vector3d way = pull.normalized();
   const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
   return std::string(has_gravity(model.system) ? "gravity" : "the load") + " pulls the free island " +
-         std::to_string(before) + " (of point " + std::to_string(first_point(first)) + ") along " +
+         std::to_string(before) + " (of point " + std::to_string(first) + ") along " +
          text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) + " without end: " + text(pull.norm()) +
          " N that nothing balances";
 }
