@@ -22,16 +22,23 @@ const countPixels = `(() => {
 })()`;
 
 export class Browser {
-  failures = []; // complaints of the page, and of those who expect something
+  failures = []; // complaints of a page, and of those who expect something
+  about = ""; // the page that is tried, before each of them
   #profile = mkdtempSync(join(tmpdir(), "tanor-page-"));
   #process;
   #answers = new Map();
   #next = 0;
   #session;
+  #target;
+  #screen;
 
-  /** `network`: the addresses that the page may ask for begin so; none: no address at all. */
-  constructor(chromium, { width = 1440, height = 1000, isDark = false, network = null } = {}) {
+  /**
+   * `network`: the addresses that the page may ask for begin so; none: no address at all. `scale`: pixels drawn a pixel
+   * of the page; without a GPU each of them takes time.
+   */
+  constructor(chromium, { width = 1440, height = 1000, scale = 1, isDark = false, network = null } = {}) {
     this.network = network;
+    this.#screen = { width, height, deviceScaleFactor: scale, mobile: false };
     this.#process = spawn(chromium, [...flags, `--user-data-dir=${this.#profile}`, `--window-size=${width},${height}`,
       ...(isDark ? ["--force-dark-mode"] : [])], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], detached: true });
     let rest = "";
@@ -45,15 +52,21 @@ export class Browser {
     });
   }
 
-  expect(holds, what) { if (!holds) this.failures.push(what); }
+  expect(holds, what) { if (!holds) this.fail(what); }
+  fail(what) { this.failures.push(`${this.about}${what}`); }
 
-  /** Opens a page and waits until it shows its first picture. */
+  /** Opens a page, in the place of one before it, and waits until it shows its first picture. */
   async open(url) {
-    const { targetId } = await this.call("Target.createTarget", { url: "about:blank" });
-    this.#session = (await this.call("Target.attachToTarget", { targetId, flatten: true })).sessionId;
+    if (this.#target) {
+      this.#session = undefined;
+      await this.call("Target.closeTarget", { targetId: this.#target });
+    }
+    this.#target = (await this.call("Target.createTarget", { url: "about:blank" })).targetId;
+    this.#session = (await this.call("Target.attachToTarget", { targetId: this.#target, flatten: true })).sessionId;
     for (const domain of ["Runtime", "Log", "Page", "Network"]) await this.call(`${domain}.enable`);
+    await this.call("Emulation.setDeviceMetricsOverride", this.#screen);
     await this.call("Page.navigate", { url });
-    await this.wait("!!window.tanorPage", 60);
+    this.expect(await this.wait("!!window.tanorPage", 60), "the page shows nothing within a minute");
   }
 
   call(method, params = {}) {
@@ -71,10 +84,9 @@ export class Browser {
 
   /** Waits until something holds; the answer, or false after so many seconds. */
   async wait(expression, seconds) {
-    for (let k = 0; k < 10 * seconds; ++k) {
+    for (const end = performance.now() + 1000 * seconds; performance.now() < end; await pause(20)) {
       const answer = await this.ask(expression).catch(() => false);
       if (answer) return answer;
-      await pause(100);
     }
     return false;
   }
@@ -99,25 +111,28 @@ export class Browser {
   }
 
   #hear({ method, params }) {
-    if (method === "Runtime.exceptionThrown") this.failures.push(`exception: ${params.exceptionDetails.exception?.description}`);
-    if (method === "Runtime.consoleAPICalled" && params.type === "error") this.failures.push(`console: ${params.args.map((a) => a.value ?? a.description).join(" ")}`);
-    if (method === "Log.entryAdded" && params.entry.level === "error") this.failures.push(`log: ${params.entry.text}`);
+    if (method === "Runtime.exceptionThrown") this.fail(`exception: ${params.exceptionDetails.exception?.description}`);
+    if (method === "Runtime.consoleAPICalled" && params.type === "error") this.fail(`console: ${params.args.map((a) => a.value ?? a.description).join(" ")}`);
+    if (method === "Log.entryAdded" && params.entry.level === "error") this.fail(`log: ${params.entry.text}`);
     if (method === "Network.requestWillBeSent" && /^(https?|wss?):/.test(params.request.url) && !(this.network && params.request.url.startsWith(this.network)))
-      this.failures.push(`network: ${params.request.url}`);
+      this.fail(`network: ${params.request.url}`);
   }
 }
 
-/** Runs a trial of a page, prints what failed and ends the process; a browser that does not answer is no success. */
-export async function tryInBrowser(browser, trial) {
+/**
+ * Runs a trial of pages, prints what failed and ends the process; a browser that does not answer for so many seconds is
+ * no success.
+ */
+export async function tryInBrowser(browser, trial, seconds = 180) {
   const giveUp = setTimeout(async () => {
     console.error("the browser does not answer");
     await browser.end();
     process.exit(1);
-  }, 180000);
+  }, 1000 * seconds);
   try {
     await trial(browser);
   } catch (error) {
-    browser.failures.push(String(error));
+    browser.fail(error.stack);
   }
   clearTimeout(giveUp);
   await browser.end();

@@ -12,8 +12,8 @@ async function tryFollowing(browser) {
   browser.expect(await browser.ask("tanorPage.time === tanorPage.end"), "the view does not stay at the end");
   console.log("running"); // and whoever started the run may end it
   browser.expect(await browser.wait("!tanorPage.run.is_running", 60), "the end of the run is not shown");
-  browser.expect((await browser.countPixels()).drawn > 500, "hardly a pixel is drawn");
+  browser.expect((await browser.countPixels()).drawn > 200, "hardly a pixel is drawn");
   browser.expect(await browser.ask(`document.getElementById("running").hidden`), "the page still says that the run goes on");
 }
 
-await tryInBrowser(new Browser(chromium, { network: url }), tryFollowing);
+await tryInBrowser(new Browser(chromium, { width: 960, height: 640, scale: 0.5, network: url }), tryFollowing);

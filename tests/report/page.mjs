@@ -1,73 +1,104 @@
-// page.mjs PAGE SUMMARY CHROMIUM [PICTURE.png]: loads a report.html in headless Chromium and tries it.
+// page.mjs CHROMIUM FOLDER:SWITCHES:SCENE …: loads the report.html of each folder in headless Chromium and tries it.
 //
-// Finds drawn pixels and no error on the console, orbits, switches, looks for its histories and events, scrubs to the end,
-// and compares the tensions shown there with those of summary.json (scenes whose constraints are rods alone). At most
-// 12 MB.
-// Times are printed, not judged: they depend on the machine.
+// Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
+// for its histories and events, scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
+// whose constraints are rods alone), arrows of reactions (scenes whose guides hold points that no rod holds, and
+// supports; friction under gravity alone, of points of one mass), and the curves and surfaces that points stay on. At
+// most 12 MB.
+// Limits of time are wide, since machines differ: what takes ten times longer than on a slow one fails.
+// TANOR_PAGE_PICTURES=1 leaves picture.png in each folder, TANOR_PAGE_DARK=1 looks by night.
 import { existsSync, readFileSync, statSync } from "node:fs";
-import { dirname, join, resolve } from "node:path";
+import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser, tryInBrowser } from "./browser.mjs";
 
-const [pagePath, summaryPath, chromium, picture] = process.argv.slice(2);
+const [chromium, ...trials] = process.argv.slice(2);
+const takesPictures = !!process.env.TANOR_PAGE_PICTURES;
 const mostBytes = 12e6;
+const parts = ["points", "rods", "guides", "normal", "tangent"];
 
-async function tryPage(browser) {
-  await browser.open(pathToFileURL(resolve(pagePath)).href);
-  const first = await browser.ask("tanorPage.firstPicture");
+const readData = (browser, what) => browser.ask(`JSON.parse(document.getElementById("data").textContent).${what}`);
+
+async function tryPage(browser, folder, switches, scene) {
+  const page = join(folder, "report.html"), { final } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
+  await browser.open(pathToFileURL(resolve(page)).href);
+  const motion = await readData(browser, "motion"), isLarge = motion.points > 3000;
+  const first = await browser.ask("tanorPage.firstPicture"), mostForFirst = isLarge ? 30_000 : 15_000;
+  browser.expect(first < mostForFirst, `the first picture comes after ${first} ms`);
   const begin = await browser.countPixels();
-  browser.expect(begin.drawn > 500, `only ${begin.drawn} pixels are drawn`);
-  await trySwitches(browser);
-  await orbit(browser);
-  await readOrder(browser);
+  browser.expect(begin.drawn > 200, `only ${begin.drawn} pixels are drawn`);
+  await orbit(browser, begin);
+  await trySwitches(browser, switches);
+  await readOrder(browser, motion);
+  await readErrorTime(browser, folder);
+  await readTimes(browser, final, motion);
   await tryEvents(browser);
-  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t / s").map(([, value]) => value)`);
-  browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
+  await readCharts(browser);
 
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);
-  const end = await browser.countPixels();
-  browser.expect(end.sum !== begin.sum, "the picture at the end is that of the start");
+  browser.expect((await browser.countPixels()).sum !== begin.sum, "the picture at the end is that of the start");
   const clock = await browser.ask(`document.getElementById("clock").textContent`);
-  const { final } = JSON.parse(readFileSync(summaryPath, "utf8"));
   browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} s`), `the clock shows ${clock}`);
-  if (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.rods`))
-    await compareTensions(browser, readMultipliers(final));
+  if (motion.rods) await compareTensions(browser, motion, readArray(folder, final, "multipliers"));
+  await compareArrows(browser, findEndForces(folder, final, motion, scene));
+  await compareGuides(browser, motion, readArray(folder, final, "positions"), scene);
+
+  const placed = await timeInstants(browser);
+  browser.expect(placed < 1000, `an instant is placed in ${placed} ms`);
   await play(browser);
-  const bytes = statSync(pagePath).size;
+  const bytes = statSync(page).size;
   browser.expect(bytes < mostBytes, `the page has ${bytes} bytes`);
-  console.log(`${(bytes / 1e6).toFixed(2)} MB, first picture after ${first.toFixed(0)} ms, ${begin.drawn} pixels`);
+  console.log(`${basename(folder)}: ${(bytes / 1e6).toFixed(2)} MB, first picture after ${first.toFixed(0)} ms, ${begin.drawn} pixels, ` +
+    `an instant placed in ${placed.toFixed(1)} ms`);
+  if (takesPictures) await browser.takePicture(join(folder, "picture.png"));
 }
 
 /** Of summary.json, or of numpy's file beside it: a header of some lines, then doubles. */
-function readMultipliers({ multipliers }) {
-  if (Array.isArray(multipliers)) return multipliers;
-  const bytes = readFileSync(join(dirname(summaryPath), "final_multipliers.npy")), begins = 10 + bytes.readUInt16LE(8);
+function readArray(folder, final, key) {
+  if (Array.isArray(final[key])) return final[key].flat();
+  const bytes = readFileSync(join(folder, `final_${key}.npy`)), begins = 10 + bytes.readUInt16LE(8);
   return Array.from({ length: (bytes.length - begins) / 8 }, (_, k) => bytes.readDoubleLE(begins + 8 * k));
 }
 
-/** What is switched off is not drawn: each switch that is offered changes the picture, and comes back. */
-async function trySwitches(browser) {
+/**
+ * What guides and supports do to the points at the end (3n, N), and what friction does there: what Newton's law leaves
+ * of it, m w = m g + reaction + friction.
+ */
+function findEndForces(folder, final, motion, scene) {
+  const reactions = readArray(folder, final, "reactions"), carried = readArray(folder, final, "support_forces");
+  const normal = reactions.map((force, k) => (motion.supports.includes(Math.floor(k / 3)) ? -carried[k] : force));
+  if (!motion.has_friction) return { normal, tangent: normal.map(() => 0) };
+  const { points, forces } = JSON.parse(readFileSync(scene, "utf8"));
+  const tangent = readArray(folder, final, "accelerations").map((w, k) => points.masses * (w - forces[0].acceleration[k % 3]) - reactions[k]);
+  return { normal, tangent };
+}
+
+/** What is switched off is not drawn: each switch changes the picture, and all of them together bring it back. */
+async function trySwitches(browser, switches) {
+  const offered = await browser.ask(`${JSON.stringify(parts)}.filter((part) => !document.getElementById("show-" + part).parentElement.hidden)`);
+  browser.expect(offered.join() === switches.join(), `the switches ${offered} are offered, not ${switches}`);
   await browser.ask("tanorPage.seek(tanorPage.begin + 0.4 * (tanorPage.end - tanorPage.begin))");
-  const before = await browser.countPixels();
-  for (const part of ["points", "rods", "guides", "normal", "tangent"]) {
-    const click = `(() => { const box = document.getElementById("show-${part}"); if (box.parentElement.hidden) return false; box.click(); return true; })()`;
-    if (!(await browser.ask(click))) continue;
-    browser.expect((await browser.countPixels()).sum !== before.sum, `without ${part} the picture is the same`);
-    await browser.ask(click);
-    browser.expect((await browser.countPixels()).sum === before.sum, `${part} do not come back as they were`);
+  const whole = await browser.countPixels();
+  let before = whole;
+  for (const part of offered) {
+    await browser.ask(`document.getElementById("show-${part}").click()`);
+    const without = await browser.countPixels();
+    browser.expect(without.sum !== before.sum, `without ${part} the picture is the same`);
+    before = without;
   }
+  browser.expect(before.drawn === 0, `${before.drawn} pixels are drawn where all is switched off`);
+  await browser.ask(offered.map((part) => `document.getElementById("show-${part}").click()`).join(";"));
+  browser.expect((await browser.countPixels()).sum === whole.sum, "parts do not come back as they were");
   await browser.ask("tanorPage.seek(tanorPage.begin)");
 }
 
-/** A hand drags the picture around, and a key brings it back. */
-async function orbit(browser) {
-  await browser.ask("tanorPage.seek(tanorPage.begin)");
-  const before = await browser.countPixels();
+/** A hand drags the picture around, and a button brings it back. */
+async function orbit(browser, before) {
   const [x, y] = await browser.ask(`(() => { const box = document.getElementById("view").getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()`);
   const move = (type, dx, buttons) => browser.call("Input.dispatchMouseEvent", { type, x: x + dx, y, button: "left", buttons, clickCount: 1 });
   await move("mousePressed", 0, 1);
-  for (const dx of [40, 80, 120]) await move("mouseMoved", dx, 1);
+  for (const dx of [60, 120]) await move("mouseMoved", dx, 1);
   await move("mouseReleased", 120, 0);
   browser.expect((await browser.countPixels()).sum !== before.sum, "the picture does not turn with the mouse");
   await browser.ask(`document.getElementById("reset").click()`);
@@ -75,22 +106,20 @@ async function orbit(browser) {
 }
 
 /** Warnings come first, then what ran, then what was left out, then the picture; and the histories are there. */
-async function readOrder(browser) {
+async function readOrder(browser, motion) {
   const order = await browser.ask(`Array.from(document.querySelectorAll("#warnings, #scene, #headline, #left-out-line, #view, #charts, #phases"), (each) => each.id).join(" ")`);
   browser.expect(order === "warnings scene headline left-out-line view charts phases", `the page has ${order}`);
   const words = await browser.ask(`document.getElementById("headline").textContent`);
   for (const word of ["certified", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
   const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);
   const wanted = ["Energy drift", "Violation", "Conditioning", "Error against run time"];
-  if (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.has_friction`)) wanted.push("Friction iterations");
+  if (motion.has_friction) wanted.push("Friction iterations");
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
-  await readErrorTime(browser);
-  await readTimes(browser);
 }
 
 /** The table of tanor error-time beside the page is a curve for each method; without it the page says how to get one. */
-async function readErrorTime(browser) {
-  const table = join(dirname(pagePath), "error_time.csv");
+async function readErrorTime(browser, folder) {
+  const table = join(folder, "error_time.csv");
   const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h2").textContent.startsWith("Error against run time"))`;
   if (!existsSync(table)) {
     browser.expect(await browser.ask(`!!${card}.querySelector(".hint")`), "nothing says how errors are measured");
@@ -103,21 +132,19 @@ async function readErrorTime(browser) {
 }
 
 /** How long the motion is that was simulated, and where its picture begins. */
-async function readTimes(browser) {
-  const { t_start, t_resumed } = await browser.ask(`JSON.parse(document.getElementById("data").textContent).run`);
-  const { final } = JSON.parse(readFileSync(summaryPath, "utf8"));
+async function readTimes(browser, final, motion) {
+  const { t_start, t_resumed } = await readData(browser, "run");
   const simulated = await browser.ask(`Array.from(document.querySelectorAll("#headline dt")).find((each) => each.textContent === "simulated").nextSibling.textContent`);
   browser.expect(simulated === `${+(final.t - t_start).toPrecision(4)} s`, `${simulated} are simulated, from ${t_start} s to ${final.t} s`);
   const begin = await browser.ask("tanorPage.begin"), notes = await browser.ask(`document.getElementById("view-notes").textContent`);
   browser.expect(begin === (t_resumed ?? t_start), `the picture begins at ${begin} s`);
   browser.expect(notes.includes("went on at t = ") === (t_resumed !== null), `beside the picture stands: ${notes}`);
-  const { guides, without_picture } = await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion`);
-  browser.expect(notes.includes("Not drawn") === without_picture.length > 0, `${guides.length} guides, and beside the picture stands: ${notes}`);
+  browser.expect(notes.includes("Not drawn") === motion.without_picture.length > 0, `${motion.guides.length} guides, and beside the picture stands: ${notes}`);
 }
 
 /** Each event is a mark on the line of time and a row; both lead the view there. */
 async function tryEvents(browser) {
-  const times = await browser.ask(`JSON.parse(document.getElementById("data").textContent).events.map((event) => event.t)`);
+  const times = await readData(browser, "events.map((event) => event.t)");
   for (const part of ["#marks i", "#events li"]) {
     const count = await browser.ask(`document.querySelectorAll("${part}").length`);
     browser.expect(count === times.length, `${count} of ${times.length} events are shown as ${part}`);
@@ -125,11 +152,16 @@ async function tryEvents(browser) {
     const shown = await browser.ask(`(() => { document.querySelectorAll("${part}")[${count - 1}].click(); return tanorPage.time; })()`);
     browser.expect(shown === times[count - 1], `an event at ${times[count - 1]} s leads to ${shown} s`);
   }
-  await browser.ask("tanorPage.seek(tanorPage.begin)");
+}
+
+/** Every history tells the values of a time. */
+async function readCharts(browser) {
+  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t / s").map(([, value]) => value)`);
+  browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 }
 
 /** The tension that is written, and all that colours show, against -lambda. */
-async function compareTensions(browser, multipliers) {
+async function compareTensions(browser, motion, multipliers) {
   const largest = multipliers.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
   const shown = Number(await browser.ask(`document.getElementById("tension").textContent.split(" ")[0]`));
   const rod = Number(await browser.ask(`document.getElementById("rod").value`));
@@ -138,7 +170,7 @@ async function compareTensions(browser, multipliers) {
   browser.expect(Math.abs(shown + multipliers[rod]) <= allowed, `rod ${rod} shows ${shown} N, summary.json has ${-multipliers[rod]} N`);
   const all = await browser.ask(`Array.from({ length: ${multipliers.length} }, (_, k) => tanorPage.tension(k))`);
   const worst = multipliers.reduce((most, x, k) => Math.max(most, Math.abs(x + all[k])), 0);
-  const step = (await browser.ask(`JSON.parse(document.getElementById("data").textContent).motion.ranges.tensions.at(-1)`)).reduce((a, b) => b - a) / 65535;
+  const step = motion.ranges.tensions.at(-1).reduce((a, b) => b - a) / 65535;
   browser.expect(worst <= 1.01 * step + 1e-6 * largest, `tensions differ by ${worst} N, a step of 16 bits is ${step} N`);
   // Rods in compression are listed, the most pushed one first.
   const listed = await browser.ask(`Array.from(document.querySelectorAll("#pushed li"), (row) => Number(row.textContent.split(" ")[1].split("(")[0]))`);
@@ -147,21 +179,92 @@ async function compareTensions(browser, multipliers) {
     `${listed.length} rods are listed as pushed, ${pushed} are`);
 }
 
-async function play(browser) {
-  const before = await browser.ask("tanorPage.frames");
-  const begin = performance.now();
-  await browser.ask("tanorPage.seek(tanorPage.begin); tanorPage.play(true)");
-  await browser.wait(`tanorPage.frames > ${before} && tanorPage.time > tanorPage.begin`, 60); // a machine may be busy
-  await browser.ask("new Promise((go) => setTimeout(go, 1500))");
-  const frames = (await browser.ask("tanorPage.frames")) - before, passed = (performance.now() - begin) / 1000;
-  await browser.ask("tanorPage.play(false); tanorPage.seek(tanorPage.begin + 0.6 * (tanorPage.end - tanorPage.begin))");
-  const moved = await browser.ask("(() => { const before = performance.now(); for (let k = 0; k < 20; ++k) tanorPage.seek(tanorPage.begin + (k / 20) * (tanorPage.end - tanorPage.begin)); return (performance.now() - before) / 20; })()");
-  await browser.ask("tanorPage.seek(tanorPage.begin + 0.6 * (tanorPage.end - tanorPage.begin))");
-  browser.expect(frames > 0, "no picture was drawn while it played");
-  console.log(`${(frames / passed).toFixed(1)} pictures a second without a GPU, ${moved.toFixed(1)} ms to place what one shows`);
-  if (picture) await browser.takePicture(picture);
+/** Each arrow, as the picture has it, against the force at its point: where it points, and how long it is. */
+async function compareArrows(browser, forces) {
+  const newtons = Number((await browser.ask(`document.getElementById("arrow-scale").textContent`)).match(/picture is ([^ ]+) N/)?.[1]);
+  for (const part of ["normal", "tangent"]) {
+    const { arrows, points, size } = await browser.ask(`(() => {
+      const { a, b } = tanorPage.scene.getObjectByName("${part}").geometry.attributes;
+      return { arrows: Array.from(b.array, (end, k) => end - a.array[k]), points: Array.from(tanorPage.held), size: tanorPage.size };
+    })()`);
+    const wanted = points.flatMap((point) => forces[part].slice(3 * point, 3 * point + 3)).map((force) => (0.16 * size * force) / newtons);
+    const longest = wanted.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+    const worst = wanted.reduce((most, x, k) => Math.max(most, Math.abs(x - arrows[k])), 0);
+    // The scale is told to three digits.
+    browser.expect(arrows.length === wanted.length && worst <= 6e-3 * longest, `arrows of the ${part} part differ by ${worst} m of ${longest} m`);
+  }
 }
 
-// Without a GPU each pixel takes time: where nobody looks at a picture, fewer of them do.
-const size = picture ? {} : { width: 960, height: 640 };
-await tryInBrowser(new Browser(chromium, { ...size, isDark: !!process.env.TANOR_PAGE_DARK }), tryPage);
+/** Each guide is drawn, and the points that it holds are on what is drawn: on a line, or on the edge of a triangle. */
+async function compareGuides(browser, motion, positions, scene) {
+  if (!motion.guides.length) return;
+  const { constraints } = JSON.parse(readFileSync(scene, "utf8"));
+  const everywhere = Array.from({ length: motion.points }, (_, k) => positions.slice(3 * k, 3 * k + 3));
+  const places = motion.guides.map((guide) => {
+    const { points } = constraints.find(({ name }) => name === guide.name);
+    return points === "all" ? everywhere : points.flat().map((k) => everywhere[k]);
+  });
+  const drawn = await browser.ask(`(() => {
+    ${findDistance}
+    const list = ({ isLineSegments, isLine, geometry: { index, attributes: { position } } }) => { // of pairs of vertices
+      const pairs = [], count = index ? index.count : position.count;
+      const add = (i, k) => pairs.push(index ? [index.array[i], index.array[k]] : [i, k]);
+      if (isLineSegments) for (let k = 0; k < count; k += 2) add(k, k + 1);
+      else if (isLine) for (let k = 1; k < count; ++k) add(k - 1, k);
+      else for (let k = 0; k < count; k += 3) { add(k, k + 1); add(k + 1, k + 2); add(k + 2, k); }
+      return pairs;
+    };
+    const places = ${JSON.stringify(places)};
+    return tanorPage.scene.getObjectByName("guides").children.map((guide, k) => {
+      const distances = places[k].map(() => Infinity);
+      guide.updateMatrixWorld();
+      guide.traverse((each) => {
+        if (!each.geometry) return;
+        const place = (k) => each.position.clone().fromBufferAttribute(each.geometry.attributes.position, k).applyMatrix4(each.matrixWorld).toArray();
+        for (const [a, b] of list(each).map((pair) => pair.map(place)))
+          places[k].forEach((point, p) => (distances[p] = Math.min(distances[p], findDistance(point, a, b))));
+      });
+      return { name: guide.name, distance: Math.max(...distances) };
+    });
+  })()`);
+  const names = drawn.map(({ name }) => name).join(), wanted = motion.guides.map(({ name }) => name).join();
+  browser.expect(names === wanted, `the guides ${names} are drawn, not ${wanted}`);
+  const size = await browser.ask("tanorPage.size");
+  for (const [k, { distance }] of drawn.entries()) {
+    // A plane has lines of a net alone, a tenth of the sheet apart, and a ball faces of a thirtieth of its size.
+    const { kind } = motion.guides[k], allowed = { line: 1e-6, circle: 1e-3, helix: 1e-3, plane: 0.07 }[kind] ?? 0.01;
+    browser.expect(distance < allowed * size, `a point is ${distance} m from the ${kind} as drawn, where all has ${size} m`);
+  }
+}
+
+/** From a point to a stretch of a line. */
+function findDistance(point, a, b) {
+  const along = b.map((x, axis) => x - a[axis]), to = point.map((x, axis) => x - a[axis]);
+  const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2], square = dot(along, along);
+  const part = square > 0 ? Math.min(1, Math.max(0, dot(to, along) / square)) : 0;
+  return Math.hypot(...to.map((x, axis) => x - part * along[axis]));
+}
+
+/** Milliseconds to place what an instant shows, without drawing it. */
+const timeInstants = (browser) => browser.ask(`(() => {
+  const count = 10, before = performance.now();
+  for (let k = 0; k < count; ++k) tanorPage.seek(tanorPage.begin + (k / count) * (tanorPage.end - tanorPage.begin));
+  return (performance.now() - before) / count;
+})()`);
+
+async function play(browser) {
+  const before = await browser.ask("tanorPage.seek(tanorPage.begin); tanorPage.play(true); tanorPage.frames");
+  const isSeen = await browser.wait(`tanorPage.frames >= ${before} + 3 && tanorPage.time > tanorPage.begin`, 60);
+  browser.expect(isSeen, "three pictures take more than a minute while it plays");
+  await browser.ask("tanorPage.play(false)");
+}
+
+const scale = takesPictures ? 1 : 0.5;
+const browser = new Browser(chromium, { width: takesPictures ? 1440 : 960, height: takesPictures ? 1000 : 640, scale, isDark: !!process.env.TANOR_PAGE_DARK });
+await tryInBrowser(browser, async () => {
+  for (const trial of trials) {
+    const [folder, switches, scene] = trial.split(":");
+    browser.about = `${basename(folder)}: `;
+    await tryPage(browser, folder, switches.split(","), scene);
+  }
+}, 90 * trials.length);

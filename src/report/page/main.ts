@@ -90,7 +90,10 @@ class Page {
       if (Math.abs(this.time - this.timeOfNumbers) > 0.15 * this.natural() * this.speed) this.settle();
       if (this.time >= this.end) this.play(false);
     }
-    if (!this.isDirty) return;
+    if (this.isDirty) this.draw();
+  }
+
+  private draw(): void {
     this.isDirty = false;
     this.view?.render();
     ++this.frames;
@@ -126,7 +129,10 @@ class Page {
       seek: (time: number) => page.seek(time),
       choose: (rod: number) => page.choose(rod),
       play: (on: boolean) => page.play(on),
-      render: () => page.view?.render(),
+      get held() { return page.arrays.held; },
+      get scene() { return page.view?.scene; },
+      get size() { return page.view?.size; },
+      render: () => page.draw(),
       tension: (rod: number) => page.view?.tensions[rod],
     };
   }

@@ -71,7 +71,7 @@ export class View {
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
   private colours: Float32Array; // of tensions from -scale to scale
-  private scene = new Scene();
+  readonly scene = new Scene(); // a test finds arrows and guides in it by their names
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
@@ -85,7 +85,7 @@ export class View {
   private guides = new Group();
   private guideFrame = -1;
   private middle = new Vector3();
-  private size = 1;
+  size = 1; // m, of all that is shown
   private frame = 0;
 
   constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private theme: Theme, looksAnew: boolean) {
@@ -109,6 +109,7 @@ export class View {
     this.tangentArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
     this.scene.add(this.guides, this.rods.mesh, this.mark.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
+    [this.normalArrows.mesh.name, this.tangentArrows.mesh.name, this.guides.name] = ["normal", "tangent", "guides"];
     this.paint();
     stage.resized = (width, height) => {
       for (const each of [this.rods, this.mark, this.normalArrows, this.tangentArrows]) each.resize(width, height);
@@ -275,7 +276,9 @@ export class View {
     this.guides.clear();
     for (const guide of this.motion.guides) {
       const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
-      this.guides.add(drawGuide(guide, row, this.middle, this.size, this.theme.guide));
+      const drawn = drawGuide(guide, row, this.middle, this.size, this.theme.guide);
+      drawn.name = guide.name;
+      this.guides.add(drawn);
     }
   }
 
