@@ -51,7 +51,7 @@ ROOMS = {
     "assembly": Sees("base system evaluate", "system", "Eigen/"),
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
-    "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
+    "friction": Sees("base system evaluate factor/dense.hpp", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
     "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
     "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dense.hpp"
+
 namespace tanor::reference {
 
 namespace {
@@ -156,7 +158,7 @@ Eigen::MatrixXd Mechanics::S() const {
 double Mechanics::sqrt_condition() const {
   if (K.cols() == 0) return 1.0;
   const Eigen::MatrixXd columns = (M.cwiseSqrt().cwiseInverse().asDiagonal() * K).colwise().normalized();
-  const Eigen::VectorXd singular = columns.jacobiSvd().singularValues();
+  const Eigen::VectorXd singular = singular_values(columns);
   return singular[0] / singular[singular.size() - 1];
 }
 
@@ -222,12 +224,12 @@ Paper::Matrix beside(const Paper::Matrix& left, const Paper::Matrix& right) {
 Paper::Paper(const Mechanics& mechanics)
     : K(mechanics.K), M(mechanics.M.asDiagonal()), f(mechanics.f), phi(mechanics.phi) {
   const Eigen::Index size = M.rows(), d = K.cols();
-  const Matrix Q = d == 0 ? Matrix(Matrix::Identity(size, size)) : Matrix(K.householderQr().householderQ());
+  const Matrix Q = d == 0 ? Matrix(Matrix::Identity(size, size)) : orthonormal_basis(K);
   A = Q.rightCols(size - d);
 }
 
 Paper::Vector Paper::solve(const Matrix& gram, const Vector& b) {
-  return gram.rows() == 0 ? b : Vector(gram.ldlt().solve(b));
+  return gram.rows() == 0 ? b : solve_definite(gram, b);
 }
 Paper::Matrix Paper::S() const {
   return K.transpose() * M.inverse() * K;
@@ -268,7 +270,7 @@ Paper::Vector Paper::eta_by_A(const Vector& force) const {
   return given - M * A * solve(H(), A.transpose() * given);
 }
 Paper::Vector Paper::solve_27() const {
-  return P_M().fullPivLu().solve(f - M * w_N());
+  return solve_full(P_M(), f - M * w_N());
 }
 
 Solution solve_single_point(double m, const Eigen::Vector3d& f, const Eigen::Vector3d& k, double phi) {

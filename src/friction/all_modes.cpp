@@ -2,7 +2,7 @@
 #include <limits>
 #include <random>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/mode_search.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 
 namespace tanor {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 #include "friction/range.hpp"
 
 namespace tanor {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 
 namespace tanor {
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/range.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 #include "statics/tall_products.hpp"
 
 namespace tanor {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/dense.hpp"
 #include "base/numbers.hpp"
+#include "factor/dense.hpp"
 #include "statics/damping_matrix.hpp"
 
 namespace tanor {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <optional>
 
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 
 namespace tanor {
 

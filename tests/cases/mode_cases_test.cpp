@@ -13,6 +13,7 @@
 
 #include "../scenes.hpp"
 #include "cases/reference_case.hpp"
+#include "dense.hpp"
 
 namespace tanor::cases {
 namespace {
@@ -175,7 +176,7 @@ TEST(GreenhillColumn, OfManyRodsBucklesUnderItsOwnWeight) {
     }
     const Eigen::VectorXd scale = weight.cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * bending * scale.asDiagonal();
-    const double wanted = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues()[0];
+    const double wanted = reference::eigenvalues(scaled)[0];
 
     const Buckling found = find_buckling(system, system.positions, {.loads = {"weight"}});
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "dense.hpp"
 #include "linearised.hpp"
 #include "random_numbers.hpp"
 #include "schur/gram_solver.hpp"
@@ -26,7 +27,7 @@ VectorXd any_vector(Eigen::Index size, std::uint32_t seed) {
 class Range {
  public:
   explicit Range(const MatrixXd& K)
-      : basis_(K.colwise().normalized().householderQr().householderQ() * MatrixXd::Identity(K.rows(), K.cols())) {}
+      : basis_(reference::orthonormal_basis(K.colwise().normalized()).leftCols(K.cols())) {}
   VectorXd part_in(const VectorXd& u) const { return basis_ * (basis_.transpose() * u); }
   VectorXd part_outside(const VectorXd& u) const {
     const VectorXd once = u - part_in(u);
@@ -135,7 +136,7 @@ RC_GTEST_PROP(ForwardDynamics, Equation23_ReactionsFromTheSplitAreKLambda, ()) {
 
   // eta = K S^-1 K'[w_N - M^-1 f]
   const VectorXd right_side = dense.K.transpose() * (w_N - dense.f.cwiseQuotient(dense.M));
-  const VectorXd eta = dense.K * dense.S().ldlt().solve(right_side);
+  const VectorXd eta = dense.K * reference::solve_definite(dense.S(), right_side);
 
   const double terms = solved.as_acceleration(dense.K.cwiseAbs() * solved.lambda.cwiseAbs());
   RC_ASSERT(solved.as_acceleration(solved.eta - dense.K * solved.lambda) <= 1e-14 * terms);
@@ -191,7 +192,7 @@ RC_GTEST_PROP(ForwardDynamics, Equations19And21_SplitIsNormalAndTangent, ()) {
   RC_ASSERT(solved.is_small(dense.K.cols() == 0 ? w_N : Range(dense.K).part_outside(w_N)));
   // (19): w_T = [I - M^-1 K S^-1 K'](M^-1 f - w_N)
   const VectorXd given = dense.f.cwiseQuotient(dense.M) - w_N;
-  const VectorXd lambda = dense.S().ldlt().solve(dense.K.transpose() * given);
+  const VectorXd lambda = reference::solve_definite(dense.S(), dense.K.transpose() * given);
   RC_ASSERT(solved.is_small((w_T - given + (dense.K * lambda).cwiseQuotient(dense.M)) / 10.0));
 }
 

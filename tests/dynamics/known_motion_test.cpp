@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "dense.hpp"
 #include "solved.hpp"
 
 namespace tanor {
@@ -138,7 +139,7 @@ VectorXd any_admissible(const reference::Mechanics& dense, std::mt19937& generat
   for (double& x : w) x = normal(generator);
   for (int pass = 0; pass < 2 && dense.K.cols() > 0; ++pass) {
     const Eigen::MatrixXd Gamma = dense.K.transpose() * dense.K;
-    w -= dense.K * Gamma.ldlt().solve(dense.K.transpose() * w + dense.phi);
+    w -= dense.K * reference::solve_definite(Gamma, dense.K.transpose() * w + dense.phi);
   }
   return w;
 }

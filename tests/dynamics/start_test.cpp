@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "dense.hpp"
 #include "solved.hpp"
 
 namespace tanor {
@@ -33,8 +34,7 @@ reference::Mechanics mechanics_at(const RandomSystem& random, const std::vector<
 /// |x| outside the range of the columns of K.
 double outside_range(const Eigen::MatrixXd& K, const VectorXd& x) {
   if (K.cols() == 0) return x.norm();
-  const Eigen::MatrixXd basis =
-      K.colwise().normalized().householderQr().householderQ() * Eigen::MatrixXd::Identity(K.rows(), K.cols());
+  const Eigen::MatrixXd basis = reference::orthonormal_basis(K.colwise().normalized()).leftCols(K.cols());
   return (x - basis * (basis.transpose() * x)).norm();
 }
 
@@ -53,7 +53,7 @@ RC_GTEST_PROP(ProjectVelocities, IsTheOrthogonalProjectionInTheMassMetric, ()) {
   RC_ASSERT(report.outcome.ok());
   const reference::Mechanics dense = mechanics_at(random, random.positions, given);
   const VectorXd rate = dense.K.transpose() * dense.v + dense.rheonomic_rate;
-  const VectorXd move = -(dense.K * dense.S().ldlt().solve(rate)).cwiseQuotient(dense.M);
+  const VectorXd move = -(dense.K * reference::solve_definite(dense.S(), rate)).cwiseQuotient(dense.M);
   const double accuracy = 1e-12 * dense.sqrt_condition() * (1.0 + dense.v.norm());
   RC_ASSERT((dense.pick(v) - dense.v - move).norm() <= 10.0 * accuracy);
   RC_ASSERT((dense.K.transpose() * dense.pick(v) + dense.rheonomic_rate).norm() <= accuracy * (1.0 + dense.K.norm()));

@@ -9,6 +9,7 @@
 #include <rapidcheck/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "dense.hpp"
 #include "dynamics/forms.hpp"
 #include "random_coordinates.hpp"
 
@@ -134,18 +135,17 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   const VectorXd psi = vector(forms.tangent->dynamics().psi()).head(moving), f = vector(forms.work.f).head(moving);
   VectorXd M(moving);
   for (Eigen::Index c = 0; c < moving; ++c) M[c] = model.mass[static_cast<std::size_t>(c / 3)];
-  const auto H = MatrixXd(A.transpose() * M.asDiagonal() * A).ldlt();
-  const auto G = MatrixXd(A.transpose() * A).ldlt();
-  const VectorXd w_N = psi - A * G.solve(A.transpose() * psi);              // (22)
-  const VectorXd w_q = H.solve(A.transpose() * (f - M.cwiseProduct(w_N)));  // (30)
-  const VectorXd w_T = A * w_q;                                             // (20)
+  const MatrixXd H = A.transpose() * M.asDiagonal() * A, G = A.transpose() * A;
+  const VectorXd w_N = psi - A * reference::solve_definite(G, A.transpose() * psi);              // (22)
+  const VectorXd w_q = reference::solve_definite(H, A.transpose() * (f - M.cwiseProduct(w_N)));  // (30)
+  const VectorXd w_T = A * w_q;                                                                  // (20)
   const VectorXd rest = M.cwiseProduct(w_N) - f;
-  const VectorXd eta_24 = rest - M.cwiseProduct(A * H.solve(A.transpose() * rest));  // (24)
+  const VectorXd eta_24 = rest - M.cwiseProduct(A * reference::solve_definite(H, A.transpose() * rest));  // (24)
   const double scale = 1.0 + w.norm() + f.norm() + psi.norm();
   RC_ASSERT((w.head(moving) - w_T - w_N).norm() <= 1e-11 * scale);
   RC_ASSERT((eta.head(moving) - eta_24).norm() <= 1e-11 * scale);
   // q_ddot = w^(q) - G^-1 A'psi
-  RC_ASSERT((A * (q_ddot - w_q + G.solve(A.transpose() * psi))).norm() <= 1e-11 * scale);
+  RC_ASSERT((A * (q_ddot - w_q + reference::solve_definite(G, A.transpose() * psi))).norm() <= 1e-11 * scale);
 }
 
 // ---- both forms --------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@
 #include <rapidcheck/gtest.h>
 #include <Eigen/Dense>
 
+#include "dense.hpp"
 #include "patterns.hpp"
 
 namespace tanor {
@@ -119,9 +120,9 @@ RC_GTEST_PROP(ColumnsInQuestion, HaveAllOfEachSelfStress, ()) {
   for (std::size_t j = 0; j < C.num_columns(); ++j)
     for_each_entry(C, static_cast<int>(j),
                    [&](int row, double value) { dense(row, static_cast<Eigen::Index>(j)) = value; });
-  const Eigen::JacobiSVD<Matrix> svd(dense, Eigen::ComputeFullV);
-  const auto rank = (svd.singularValues().array() > 1e-10).count();
-  const Matrix null = svd.matrixV().rightCols(dense.cols() - rank);
+  Matrix V;
+  const auto rank = (reference::singular_values(dense, &V).array() > 1e-10).count();
+  const Matrix null = V.rightCols(dense.cols() - rank);
 
   std::vector<int> group_of(C.num_columns(), -1);
   const Groups groups = find_columns_in_question(C, tolerance);

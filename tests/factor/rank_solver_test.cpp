@@ -11,6 +11,8 @@
 #include <rapidcheck/gtest.h>
 #include <Eigen/Dense>
 
+#include "dense.hpp"
+
 namespace tanor {
 namespace {
 
@@ -179,7 +181,7 @@ TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   std::normal_distribution<double> normal;
   Matrix any(80, d);
   for (double& x : any.reshaped()) x = normal(generator);
-  const Matrix Q = Matrix(any.householderQr().householderQ()).leftCols(d);
+  const Matrix Q = reference::orthonormal_basis(any).leftCols(d);
   const Matrix C = Q * R;
 
   RankSolver solver(sparse(C));
@@ -191,7 +193,7 @@ TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   Matrix others = C.colwise().normalized();
   const Vector left_out = others.col(dependence.column);
   others.col(dependence.column).setZero();
-  const Vector x = others.colPivHouseholderQr().solve(left_out);
+  const Vector x = reference::solve_least_squares(others, left_out);
   EXPECT_LT((others * x - left_out).norm(), solver.tolerance());
   for (const auto& [column, coefficient] : dependence.terms) EXPECT_NEAR(coefficient, x[column], 1e-10);
 }
@@ -236,24 +238,23 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
   const Matrix C = make_dependent(*rc::gen::arbitrary<std::uint32_t>());
   const Eigen::Index d = C.cols();
   const Matrix unit = C.colwise().normalized();
-  const Eigen::JacobiSVD<Matrix> svd(unit, Eigen::ComputeFullV);
+  Matrix V;
+  const Vector sigma = reference::singular_values(unit, &V);
   RankSolver solver(sparse(C));
 
   // Rank: that of the singular values; R11 is nearly as well conditioned as C.
-  const auto rank = (svd.singularValues().array() > solver.tolerance()).count();
-  RC_LOG() << svd.singularValues().transpose() << "; tolerance " << solver.tolerance() << "\n";
+  const auto rank = (sigma.array() > solver.tolerance()).count();
+  RC_LOG() << sigma.transpose() << "; tolerance " << solver.tolerance() << "\n";
   RC_ASSERT(static_cast<Eigen::Index>(solver.rank()) == rank);
-  const double smallest = svd.singularValues()[rank - 1];
+  const double smallest = sigma[rank - 1];
   RC_PRE(smallest > 1e-6);
   RC_ASSERT(solver.smallest_singular_value() > smallest / (3.0 * static_cast<double>(d)));
 
   // Minimum norm: C^+ of the load.
   const Vector load = Vector::LinSpaced(C.rows(), -1.0, 2.0);
-  Eigen::CompleteOrthogonalDecomposition<Matrix> dense(C.rows(), d);
-  dense.setThreshold(1e-10);  // the default takes a planted dependence for a direction, once in a thousand systems
-  dense.compute(C);
-  RC_ASSERT(dense.rank() == rank);
-  const Vector expected = dense.solve(load);
+  // The default takes a planted dependence for a direction, once in a thousand systems.
+  RC_ASSERT(reference::rank_of(C, 1e-10) == rank);
+  const Vector expected = reference::solve_least_squares(C, load, 1e-10);
   Vector lambda = solve(solver, C, C.transpose() * load);
   solver.minimize_norm(lambda.data());
   RC_ASSERT((lambda - expected).norm() <= 1e-13 / smallest * (1.0 + expected.norm()) / smallest);
@@ -261,7 +262,7 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
   // Unique: zero in every null vector.
   const std::vector<bool> unique = solver.unique();
   for (Eigen::Index k = 0; k < d; ++k) {
-    const double freedom = svd.matrixV().row(k).tail(d - rank).norm();
+    const double freedom = V.row(k).tail(d - rank).norm();
     RC_ASSERT(unique[static_cast<std::size_t>(k)] == (freedom < 1e-7));
   }
 

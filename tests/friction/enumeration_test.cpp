@@ -6,6 +6,7 @@
 #include <set>
 #include <tanor/tanor.hpp>
 
+#include "dense.hpp"
 #include "friction/random_beads.hpp"
 #include "friction/rough_contacts.hpp"
 #include "reference.hpp"
@@ -187,7 +188,7 @@ struct Row {
           if (k > 0) J(k, k) += along.dot(e[at(k) - 1]);
           b(k) = along.dot(F[at(k)]);
         }
-        const VectorXd x = J.partialPivLu().solve(b);
+        const VectorXd x = reference::solve_partial(J, b);
         if (!x.allFinite() || sense * x(0) <= 0.0) continue;
         bool obeys = true;
         double least = 1.0;

@@ -5,6 +5,7 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "dense.hpp"
 #include "friction/random_beads.hpp"
 #include "reference.hpp"
 
@@ -48,7 +49,7 @@ struct Planar {
     }
     const MatrixXd S = dense.S();
     const auto answer = [&](const VectorXd& f, const VectorXd& phi, auto&& a, auto&& nu) {
-      const VectorXd lambda = -S.fullPivLu().solve(phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
+      const VectorXd lambda = -reference::solve_full(S, phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
       const VectorXd w = (f + dense.K * lambda).cwiseQuotient(dense.M);
       for (Eigen::Index c = 0; c < n; ++c) {
         a.template segment<2>(2 * c) = T[static_cast<std::size_t>(c)].transpose() * w.segment<3>(3 * c);
@@ -116,10 +117,11 @@ struct Planar {
   /// The rods' pulls are statically undetermined: along lines in the space of friction that lets all rest.
   bool can_rest(double* margin) const {
     const auto n = static_cast<Eigen::Index>(mu.size());
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
-    const Eigen::Index rank = (eigen.eigenvalues().array() > 1e-10 * eigen.eigenvalues().maxCoeff()).count();
-    const MatrixXd F = eigen.eigenvectors().leftCols(2 * n - rank);
-    const VectorXd least = -A.completeOrthogonalDecomposition().solve(a0);
+    MatrixXd vectors;
+    const VectorXd values = reference::eigenvalues(A, &vectors);
+    const Eigen::Index rank = (values.array() > 1e-10 * values.maxCoeff()).count();
+    const MatrixXd F = vectors.leftCols(2 * n - rank);
+    const VectorXd least = -reference::solve_least_squares(A, a0);
     const auto slack = [&](const VectorXd& x) {
       double worst = 1.0;
       for (Eigen::Index c = 0; c < n; ++c) {
@@ -187,7 +189,7 @@ struct Planar {
         J(j, i) += a(j);
         J(j, j) -= a(i);
       }
-      const VectorXd step = J.partialPivLu().solve(F);
+      const VectorXd step = reference::solve_partial(J, F);
       if (!step.allFinite()) return false;
       *x -= step;
       if (step.norm() <= 1e-13 * x->norm()) return true;

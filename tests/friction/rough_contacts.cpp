@@ -6,6 +6,7 @@
 #include <complex>
 #include <random>
 
+#include "dense.hpp"
 #include "reference.hpp"
 
 namespace tanor::reference {
@@ -216,16 +217,17 @@ RoughContacts::Counted RoughContacts::find_all() const {
     for (Eigen::Index j = 0; j < q; ++j) Q(slide[static_cast<std::size_t>(j)], j) = 1.0;
     if (!stick.empty()) {
       const Eigen::MatrixXd A_SS = A(stick, stick);
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A_SS);
-      const Eigen::Index rank = (eigen.eigenvalues().array() > 1e-10 * largest).count(), null = A_SS.rows() - rank;
-      const Eigen::MatrixXd U = eigen.eigenvectors().rightCols(rank);
-      const Eigen::MatrixXd inverse = U * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * U.transpose();
+      Eigen::MatrixXd vectors;
+      const Eigen::VectorXd values = reference::eigenvalues(A_SS, &vectors);
+      const Eigen::Index rank = (values.array() > 1e-10 * largest).count(), null = A_SS.rows() - rank;
+      const Eigen::MatrixXd U = vectors.rightCols(rank);
+      const Eigen::MatrixXd inverse = U * values.tail(rank).cwiseInverse().asDiagonal() * U.transpose();
       const Eigen::VectorXd a0_S = a0(stick);
       const Eigen::MatrixXd A_SJ = A(stick, slide);
       p(stick) = -inverse * a0_S;
       Q(stick, Eigen::all) = -inverse * A_SJ;
       F = Eigen::MatrixXd::Zero(k, null);
-      F(stick, Eigen::all) = eigen.eigenvectors().leftCols(null);
+      F(stick, Eigen::all) = vectors.leftCols(null);
     }
     bool feels_share = false;
     for (const Eigen::Index c : slide) feels_share = feels_share || (W.middleRows<3>(3 * c) * F).norm() > 1e-9;

@@ -9,6 +9,7 @@
 
 #include <tanor/system.hpp>
 
+#include "dense.hpp"
 #include "reference.hpp"
 
 namespace tanor {
@@ -77,7 +78,7 @@ struct DenseFriction {
     for (int choice = 0; choice < (1 << m); ++choice) {
       Eigen::VectorXd signs(m);
       for (Eigen::Index i = 0; i < m; ++i) signs(i) = (choice >> i) & 1 ? 1.0 : -1.0;
-      const Eigen::VectorXd lambda = (S + C * signs.asDiagonal() * N).fullPivLu().solve(b);
+      const Eigen::VectorXd lambda = reference::solve_full(S + C * signs.asDiagonal() * N, b);
       if ((signs.asDiagonal() * (N * lambda)).minCoeff() >= 0.0) found.push_back(lambda);
     }
     return found;

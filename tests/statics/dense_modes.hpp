@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "dense.hpp"
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor {
@@ -28,14 +29,11 @@ struct DenseModes {
       unit[static_cast<std::size_t>(a)] = 1.0;
       equations.add_reactions(unit.data(), K.col(a).data());
     }
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(K);
-    qr.setThreshold(threshold);
-    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(W.rows(), W.rows());
-    const Eigen::MatrixXd Z = Q.rightCols(W.rows() - qr.rank());
+    Eigen::Index rank = 0;
+    const Eigen::MatrixXd Q = reference::orthonormal_basis(K, threshold, &rank);
+    const Eigen::MatrixXd Z = Q.rightCols(W.rows() - rank);
     if (Z.cols() == 0) return;
-    omega2 = Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(Z.transpose() * W * Z,
-                                                                       Z.transpose() * mass.asDiagonal() * Z)
-                 .eigenvalues();
+    omega2 = reference::eigenvalues_beside(Z.transpose() * W * Z, Z.transpose() * mass.asDiagonal() * Z);
   }
 
   static Eigen::Index size_of(std::size_t n) { return static_cast<Eigen::Index>(n); }

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "dense.hpp"
 #include "statics/one_sided.hpp"
 
 namespace tanor {
@@ -29,7 +30,7 @@ struct Complementarity {
     for (Eigen::Index i = 0; i < size; ++i) {
       if (open[static_cast<std::size_t>(i)]) b[i] = 0.0;
     }
-    z = A.partialPivLu().solve(b);
+    z = reference::solve_partial(A, b);
     w = q + M * z;
   }
   OneSidedRows::Rows find_wrong(const std::vector<bool>& open) {

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "dense.hpp"
 #include "random_systems.hpp"
 #include "statics/kkt_solver.hpp"
 
@@ -85,7 +86,7 @@ RC_GTEST_PROP(Kkt, SolvesWhatTheDenseMatrixSolves, ()) {
   Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n + d, n + d);
   kkt << W + shift * M, K, K.transpose(), Eigen::MatrixXd::Zero(d, d);
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(n + d, -1.0, 2.0);
-  const Eigen::VectorXd expected = kkt.fullPivLu().solve(b);
+  const Eigen::VectorXd expected = reference::solve_full(kkt, b);
 
   KktSolver solver(rest.equations);
   RC_ASSERT(solver.factorize(shift));
@@ -93,7 +94,8 @@ RC_GTEST_PROP(Kkt, SolvesWhatTheDenseMatrixSolves, ()) {
   std::copy(b.data() + n, b.data() + n + d, y.begin());
   (void)solver.solve(x.data(), y.data());
 
-  const double cond = kkt.jacobiSvd().singularValues()(0) / kkt.jacobiSvd().singularValues()(n + d - 1);
+  const Eigen::VectorXd sigma = reference::singular_values(kkt);
+  const double cond = sigma(0) / sigma(n + d - 1);
   const double allowed = 1e-14 * cond * expected.cwiseAbs().maxCoeff();
   RC_ASSERT((Eigen::Map<Eigen::VectorXd>(x.data(), n) - expected.head(n)).cwiseAbs().maxCoeff() < allowed);
   RC_ASSERT((Eigen::Map<Eigen::VectorXd>(y.data(), d) - expected.tail(d)).cwiseAbs().maxCoeff() < allowed);
@@ -119,11 +121,8 @@ RC_GTEST_PROP(Kkt, CountsFrequenciesAsTheDenseMatrixDoes, ()) {
     K.col(a) = Eigen::Map<const Eigen::VectorXd>(column.data(), n);
   }
   const Eigen::MatrixXd scaled = root.asDiagonal() * K;
-  const Eigen::MatrixXd Q = scaled.householderQr().householderQ() * Eigen::MatrixXd::Identity(n, n);
-  const Eigen::MatrixXd Z = Q.rightCols(n - d);
-  const Eigen::VectorXd omega2 =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Z.transpose() * root.asDiagonal() * W * root.asDiagonal() * Z)
-          .eigenvalues();
+  const Eigen::MatrixXd Z = reference::orthonormal_basis(scaled).rightCols(n - d);
+  const Eigen::VectorXd omega2 = reference::eigenvalues(Z.transpose() * root.asDiagonal() * W * root.asDiagonal() * Z);
   KktSolver solver(rest.equations);
   const double size = std::max(1e-3, omega2.cwiseAbs().maxCoeff());
   for (const double part : {-0.4, -0.01, 0.013, 0.3}) {

@@ -9,6 +9,8 @@
 #include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
+#include "dense.hpp"
+
 namespace tanor {
 namespace {
 
@@ -46,7 +48,7 @@ std::vector<double> swing_of_rope(const System& rope) {
     stiffness(i, i - 1) -= by;
     stiffness(i - 1, i) -= by;
   }
-  const Eigen::VectorXd omega2 = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness / mass).eigenvalues();
+  const Eigen::VectorXd omega2 = reference::eigenvalues(stiffness / mass);
   return {omega2.cwiseSqrt().begin(), omega2.cwiseSqrt().end()};
 }
 

@@ -1,4 +1,4 @@
-#include "base/dense.hpp"
+#include "factor/dense.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
