@@ -130,6 +130,7 @@ class Page {
       choose: (rod: number) => page.choose(rod),
       play: (on: boolean) => page.play(on),
       get held() { return page.arrays.held; },
+      get camera() { return page.stage?.camera; },
       get scene() { return page.view?.scene; },
       get size() { return page.view?.size; },
       render: () => page.draw(),

@@ -39,16 +39,28 @@ function typicalLargest(read: (k: number) => number, count: number): number {
 export class Stage {
   readonly renderer: WebGLRenderer;
   readonly camera = new PerspectiveCamera(35, 1, 0.01, 1000);
-  readonly controls: OrbitControls;
+  controls: OrbitControls;
   resized: (width: number, height: number) => void = () => {};
 
-  constructor(readonly host: HTMLElement, changed: () => void) {
+  constructor(readonly host: HTMLElement, private changed: () => void) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     host.appendChild(this.renderer.domElement);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", changed);
+    this.controls = this.makeControls();
     new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
+  }
+
+  /** A hand turns the picture around this direction, for which OrbitControls ask only when they are made. */
+  setUp(up: Vector3): void {
+    this.camera.up.copy(up);
+    this.controls.dispose();
+    this.controls = this.makeControls();
+  }
+
+  private makeControls(): OrbitControls {
+    const controls = new OrbitControls(this.camera, this.renderer.domElement);
+    controls.addEventListener("change", this.changed);
+    return controls;
   }
 
   resize(): void {
@@ -160,12 +172,13 @@ export class View {
     const from = flat === undefined || Math.abs(up.getComponent(flat)) > 0.7
       ? front.clone().multiplyScalar(1).addScaledVector(right, 0.55).addScaledVector(up, 0.4)
       : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
+    this.stage.setUp(up);
     const { camera, controls } = this.stage;
-    camera.up.copy(up);
     camera.position.copy(this.middle).addScaledVector(from.normalize(), this.size);
     camera.position.copy(this.middle).addScaledVector(from, this.findDistance(from));
     camera.near = 0.002 * this.size;
     camera.far = 40 * this.size;
+    camera.updateProjectionMatrix();
     controls.target.copy(this.middle);
     controls.update();
   }
