@@ -177,6 +177,12 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
   return events;
 }
 
+/// How many there were, of which describe_events lists the first ones.
+Json count_events(const MotionReport& report) {
+  return {
+      {"contact", report.events}, {"rank", report.rank_changes.count}, {"singular", report.singular_passages.count}};
+}
+
 /// `text`: the run in words; empty where it goes on.
 Json describe_run(const RunFacts& facts, const Simulation& simulation, const std::string& text) {
   const MotionReport& report = simulation.report();
@@ -244,6 +250,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
                   {"motion", describe_motion(simulation, recording, &bytes)},
                   {"history", describe_history(recording)},
                   {"events", describe_events(simulation.report(), recording)},
+                  {"events_seen", count_events(simulation.report())},
                   {"error_time", read_error_time(directory)}};
   const std::string_view page = html_page_template();
   const std::size_t place = page.find(place_of_data);

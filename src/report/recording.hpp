@@ -57,7 +57,7 @@ class Recording {
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
   std::vector<RecordedFrame> frames() const { return frames_.items(); }
   std::vector<RecordedStep> steps() const { return steps_.items(); }
-  /// When the equations changed: a contact began or ceased to slip, s; at most 500.
+  /// When the equations changed: a contact began or ceased to slip, s; the first 500.
   const std::vector<double>& switches() const { return switches_; }
   std::size_t frames_seen() const { return frames_.num_seen(); }
 

@@ -66,7 +66,7 @@ export class Browser {
     for (const domain of ["Runtime", "Log", "Page", "Network"]) await this.call(`${domain}.enable`);
     await this.call("Emulation.setDeviceMetricsOverride", this.#screen);
     await this.call("Page.navigate", { url });
-    this.expect(await this.wait("!!window.tanorPage", 60), "the page shows nothing within a minute");
+    if (!(await this.wait("!!window.tanorPage", 60))) throw new Error("the page shows nothing within a minute");
   }
 
   call(method, params = {}) {

@@ -68,6 +68,18 @@ def guides_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def table_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A bead that sticks and slips on a table that tilts: more switches than a page lists."""
+    scene = {"tanor_scene": 1, "name": "table", "points": {"positions": [[0, 0, 0]], "masses": 0.1},
+             "constraints": [{"name": "table", "kind": "plane", "points": [0], "normal": {"formula": ["0.4*sin(60*t)", "0", "1"]}}],
+             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+             "friction": [{"kind": "coulomb", "at": ["table"], "coefficient": 0.2, "static_coefficient": 0.25}],
+             "motion": {"method": "dopri5", "t_end": 20, "output_every": 1}}
+    path = folder / "table.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
 # What each page must offer to switch off.
 EXAMPLES = {"pendulum": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
             "melt_generated": "points,rods"}
@@ -92,6 +104,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
     """All of them in one browser, which takes seconds to start."""
     switches = {ROOT / "examples" / f"{name}.json": each for name, each in EXAMPLES.items()}
     switches |= {saddle_scene(folder): "points,guides,normal", guides_scene(folder): "points,guides,normal",
+                 table_scene(folder): "points,guides,normal,tangent",
                  hostile_scene(folder): "points,rods,normal"}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

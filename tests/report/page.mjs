@@ -20,7 +20,7 @@ const parts = ["points", "rods", "guides", "normal", "tangent"];
 const readData = (browser, what) => browser.ask(`JSON.parse(document.getElementById("data").textContent).${what}`);
 
 async function tryPage(browser, folder, switches, scene) {
-  const page = join(folder, "report.html"), { final } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
+  const page = join(folder, "report.html"), { final, events } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
   await browser.open(pathToFileURL(resolve(page)).href);
   const motion = await readData(browser, "motion"), isLarge = motion.points > 3000;
   const first = await browser.ask("tanorPage.firstPicture"), mostForFirst = isLarge ? 30_000 : 15_000;
@@ -32,7 +32,7 @@ async function tryPage(browser, folder, switches, scene) {
   await readOrder(browser, motion);
   await readErrorTime(browser, folder);
   await readTimes(browser, final, motion);
-  await tryEvents(browser);
+  await tryEvents(browser, events);
   await readCharts(browser);
 
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
@@ -93,14 +93,17 @@ async function trySwitches(browser, switches) {
   await browser.ask("tanorPage.seek(tanorPage.begin)");
 }
 
-/** A hand drags the picture around, and a button brings it back. */
+/** A hand drags the picture around what is up, and a button brings it back. */
 async function orbit(browser, before) {
+  const look = "({ height: tanorPage.camera.position.dot(tanorPage.camera.up), size: tanorPage.size })", { height, size } = await browser.ask(look);
   const [x, y] = await browser.ask(`(() => { const box = document.getElementById("view").getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()`);
   const move = (type, dx, buttons) => browser.call("Input.dispatchMouseEvent", { type, x: x + dx, y, button: "left", buttons, clickCount: 1 });
   await move("mousePressed", 0, 1);
   for (const dx of [60, 120]) await move("mouseMoved", dx, 1);
   await move("mouseReleased", 120, 0);
   browser.expect((await browser.countPixels()).sum !== before.sum, "the picture does not turn with the mouse");
+  const risen = (await browser.ask(look)).height - height;
+  browser.expect(Math.abs(risen) < 1e-6 * size, `the eye rises by ${risen} m of ${size} m as it goes around`);
   await browser.ask(`document.getElementById("reset").click()`);
   browser.expect((await browser.countPixels()).sum === before.sum, "Reset does not bring the view back");
 }
@@ -142,8 +145,8 @@ async function readTimes(browser, final, motion) {
   browser.expect(notes.includes("Not drawn") === motion.without_picture.length > 0, `${motion.guides.length} guides, and beside the picture stands: ${notes}`);
 }
 
-/** Each event is a mark on the line of time and a row; both lead the view there. */
-async function tryEvents(browser) {
+/** Each event is a mark on the line of time and a row; both lead the view there. What is not listed is counted. */
+async function tryEvents(browser, events) {
   const times = await readData(browser, "events.map((event) => event.t)");
   for (const part of ["#marks i", "#events li"]) {
     const count = await browser.ask(`document.querySelectorAll("${part}").length`);
@@ -152,6 +155,10 @@ async function tryEvents(browser) {
     const shown = await browser.ask(`(() => { document.querySelectorAll("${part}")[${count - 1}].click(); return tanorPage.time; })()`);
     browser.expect(shown === times[count - 1], `an event at ${times[count - 1]} s leads to ${shown} s`);
   }
+  const contacts = await readData(browser, `events.filter((event) => event.kind === "contact").length`);
+  const words = await browser.ask(`document.getElementById("events-left-out").textContent`);
+  browser.expect(words.includes(`first ${contacts} of ${events} contact`) === contacts < events && (contacts < events || !words),
+    `${contacts} of ${events} contact switches are listed, and under them stands: ${words}`);
 }
 
 /** Every history tells the values of a time. */

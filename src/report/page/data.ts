@@ -3,7 +3,8 @@ export interface PageData {
   run: any;
   motion: Motion;
   history: Record<string, (number | null)[]>;
-  events: { t: number; kind: string; what: string }[];
+  events: { t: number; kind: string; what: string }[]; // the first ones of each kind
+  events_seen: Record<string, number>; // of each kind, in all
   error_time: string;
 }
 

@@ -52,7 +52,18 @@ function fillPhases(run: any): void {
   }));
 }
 
-export function fillDetails({ run, events }: PageData, seek: (time: number) => void): void {
+const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations" };
+
+/** "The first 500 of 760 contact switches are listed." */
+function tellLeftOut({ events, events_seen }: PageData): string {
+  return Object.entries(events_seen).map(([kind, seen]) => {
+    const listed = events.filter((event) => event.kind === kind).length;
+    return listed < seen ? `The first ${listed} of ${seen} ${namesOfEvents[kind]} are listed.` : "";
+  }).filter((words) => words).join(" ");
+}
+
+export function fillDetails(data: PageData, seek: (time: number) => void): void {
+  const { run, events } = data;
   fillPhases(run);
   find("certificate").textContent = run.certificate_line || (run.is_running ? "It is made at the end." : "No certificate was asked for.");
   find("checks").replaceChildren(...(run.certificate?.checks ?? []).map((check: any) => {
@@ -68,6 +79,7 @@ export function fillDetails({ run, events }: PageData, seek: (time: number) => v
     row.onclick = () => seek(event.t);
     return row;
   }));
+  find("events-left-out").textContent = tellLeftOut(data);
   find("text").textContent = run.text;
   find("text").parentElement!.hidden = !run.text;
 }
