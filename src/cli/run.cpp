@@ -182,6 +182,7 @@ ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   require_output(scene, scene.system.num_points());
+  scene.t_end = end_at_output(scene.t_end, scene.output_every);
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
   naming_file(options.scene, [&] { require_memory(scene, simulation); });

@@ -63,6 +63,20 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_TRUE(summary.at("doubt").is_null());
 }
 
+/// The last output time is a bit behind the table's end.
+TEST(RunTest, ATableThatReachesTheEndReachesTheLastOutputTime) {
+  const Folder folder;
+  write_text(folder / "drive.csv", "0,0,0,0\n0.1,0,0,0.01\n0.2,0,0,0.04\n0.3,0,0,0.09\n");
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.1,0,0]]},
+    "supports": [{"points": [0], "motion": {"table": "drive.csv"}}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "motion": {"t_end": 0.3, "output_every": 0.1}})");
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 3 * 0.1);
+}
+
 TEST(RunTest, AFolderIsNamedAsAShellTakesIt) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));

@@ -108,6 +108,7 @@ class Run {
     if (options_.overrides.trajectory)
       throw InputError("--trajectory", "tanor-mpi writes trajectory.npy alone; `tanor run` knows other formats");
     scene::Scene scene = cli::prepare(scene::load_moving_scene(options_.scene, options_.overrides));
+    scene.t_end = cli::end_at_output(scene.t_end, scene.output_every);
     using When = scene::CertificatePolicy::When;
     const When when = scene.certificate.when;
     if (when == When::Always || when == When::Every)

@@ -45,7 +45,7 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
         velocities.append(simulation.velocities.copy())
 
     keep()
-    outcome = simulation.outcome
+    outcome, t_end = simulation.outcome, end_at_output(t_end, every)
     while outcome.ok and simulation.time < t_end:
         end = next_output_time(simulation.time, every, t_end)
         outcome = simulation.advance_to(end, progress)
@@ -53,6 +53,14 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
         if simulation.time < end:
             break
     return Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report)
+
+
+def end_at_output(t_end: float, every: float) -> float:
+    """The multiple of `every` that t_end is up to rounding, as the program `tanor` finds it, else t_end."""
+    if every <= 0.0:
+        return t_end
+    nearest = float(numpy.round(t_end / every)) * every
+    return nearest if abs(nearest - t_end) <= 4.0 * numpy.finfo(float).eps * t_end else t_end
 
 
 def next_output_time(time: float, every: float, t_end: float) -> float:
