@@ -63,7 +63,7 @@ struct ErrorTimeOptions : CommonOptions {
 /// `tanor equilibrium`
 struct EquilibriumCommand : CommonOptions {
   std::filesystem::path scene;
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.equilibrium.out`
   std::optional<std::size_t> modes;          ///< how many, about what is found; none: not asked for
 };
 
@@ -71,7 +71,7 @@ struct EquilibriumCommand : CommonOptions {
 struct ModesCommand : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::size_t> count;          ///< over the scene's own; ModesOptions::all: all
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.modes.out`
   bool pictures = false;                     ///< of each mode, for ParaView
 };
 

@@ -284,26 +284,27 @@ Command describe_equilibrium() {
                "folder of results.",
        .arguments = {scene_argument(options)},
        .options = {{"--modes", "N", count_of_modes(&options->modes), "the lowest modes about it too; all"},
-                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+                   {"--out", "DIR", text(Word::Folder, &options->out),
+                    "folder of the results; default <name>.equilibrium.out"}},
        .examples = {{"tanor equilibrium net.json", "where does it hang?"},
-                    {"tanor run net.out/equilibrium.json --t-end 1", "does it stay there?"}}});
+                    {"tanor run net.equilibrium.out/equilibrium.json --t-end 1", "does it stay there?"}}});
 }
 
 Command describe_modes() {
   const auto options = std::make_shared<ModesCommand>();
   return complete(
-      options,
-      {.name = "modes",
-       .summary = "frequencies and shapes of small vibrations about an equilibrium",
-       .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
-               "summary.json and the shapes into the folder of results.",
-       .arguments = {scene_argument(options)},
-       .options = {{"--count", "N", count_of_modes(&options->count),
-                    "modes, the lowest ones; all; default: that of the scene, or 10"},
-                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
-                   {"--pictures", "", yes(&options->pictures),
-                    "write the vibration in each mode for ParaView, mode_<k>.pvd"}},
-       .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
+      options, {.name = "modes",
+                .summary = "frequencies and shapes of small vibrations about an equilibrium",
+                .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
+                        "summary.json and the shapes into the folder of results.",
+                .arguments = {scene_argument(options)},
+                .options = {{"--count", "N", count_of_modes(&options->count),
+                             "modes, the lowest ones; all; default: that of the scene, or 10"},
+                            {"--out", "DIR", text(Word::Folder, &options->out),
+                             "folder of the results; default <name>.modes.out"},
+                            {"--pictures", "", yes(&options->pictures),
+                             "write the vibration in each mode for ParaView, mode_<k>.pvd"}},
+                .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
 }
 
 Command describe_selftest() {

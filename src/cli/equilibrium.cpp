@@ -10,7 +10,6 @@
 #include <tanor/statics_names.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/equilibrium.hpp"
@@ -20,6 +19,8 @@
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -49,11 +50,20 @@ std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
   return result;
 }
 
+/// The scene at rest of an earlier search would pass for that of this one, which may find none.
+void remove_other_scene(const fs::path& at_rest, const fs::path& scene) {
+  std::error_code error;
+  if (!fs::equivalent(at_rest, scene, error)) report::remove_file(at_rest);
+}
+
 }  // namespace
 
 ExitCode execute(const EquilibriumCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   const EquilibriumOptions options = scene::equilibrium_options(scene);
+  const OutputFolder folder(choose_folder(command.out, scene, ".equilibrium.out"), "equilibrium");
+  const fs::path& directory = folder.path();
+  require_no_run(directory, "equilibrium");
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
   found.left_out = list_left_out(scene, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
@@ -77,9 +87,8 @@ ExitCode execute(const EquilibriumCommand& command) {
     });
   }
 
-  const std::filesystem::path directory = choose_folder(command.out, scene);
-  report::make_folder(directory);
-  const FolderLock lock(directory, "equilibrium");
+  remove_results(directory);
+  remove_other_scene(directory / report::scene_at_rest_name, command.scene);
   report::write_equilibrium(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);

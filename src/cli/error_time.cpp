@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
-#include <system_error>
-#include <utility>
 
 #include "cli/command_line.hpp"
-#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
-#include "report/output_file.hpp"
 #include "report/terminal.hpp"
 #include "scene/scene.hpp"
 
@@ -46,29 +42,6 @@ std::vector<Method> choose_methods(const std::vector<Method>& wanted, const scen
   return methods;
 }
 
-/// The folder of the tables, there before anything is measured; goes again where nothing came of it.
-class Destination {
- public:
-  explicit Destination(std::filesystem::path path) : path_(std::move(path)), is_new_(!std::filesystem::exists(path_)) {
-    report::make_folder(path_);
-    lock_.emplace(path_, "error-time");
-  }
-  ~Destination() {
-    lock_.reset();
-    std::error_code is_filled;
-    if (is_new_) std::filesystem::remove(path_, is_filled);
-  }
-  Destination(const Destination&) = delete;
-  Destination& operator=(const Destination&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-  bool is_new_;
-  std::optional<FolderLock> lock_;
-};
-
 }  // namespace
 
 ExitCode execute(const ErrorTimeOptions& options) {
@@ -80,12 +53,12 @@ ExitCode execute(const ErrorTimeOptions& options) {
   std::optional<scene::ReferenceState> reference;
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
   const std::vector<Method> methods = naming_file(options.scene, [&] { return choose_methods(wanted, scene); });
-  const Destination destination(choose_folder(options.out, scene));
+  const OutputFolder folder(choose_folder(options.out, scene), "error-time");
   const report::ErrorTimeTable table = naming_file(options.scene, [&] {
     return report::measure_error_time(scene, methods, reference ? &*reference : nullptr, say);
   });
   if (!table.rows.empty()) {
-    const std::string no_picture = report::write_error_time(destination.path(), table);
+    const std::string no_picture = report::write_error_time(folder.path(), table);
     options.json ? print_json(report::describe_error_time(table)) : print_lines(report::format_error_time(table));
     if (!no_picture.empty()) say(no_picture);
   }

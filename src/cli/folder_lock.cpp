@@ -9,8 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <sstream>
 #include <stdexcept>
-#include <string_view>
 #include <thread>
 
 #include "report/output_file.hpp"
@@ -19,12 +19,25 @@ namespace tanor::cli {
 
 namespace {
 
-/// Reads the number that the holder of the lock has written. It may not have written it yet.
-std::string read_holder(int descriptor) {
-  std::array<char, 32> bytes;
+/// Who holds a lock: "1234" and "run". Both are empty where that is not written yet.
+struct Holder {
+  std::string process, command;
+};
+
+Holder read_holder(int descriptor) {
+  std::array<char, 64> bytes;
   const ssize_t size = pread(descriptor, bytes.data(), bytes.size(), 0);
-  const std::string_view text(bytes.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-  return text.empty() ? "another process" : fmt::format("process {}", text.substr(0, text.find('\n')));
+  std::istringstream text(std::string(bytes.data(), size > 0 ? static_cast<std::size_t>(size) : 0));
+  Holder holder;
+  text >> holder.process >> holder.command;
+  return holder;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& folder, const Holder& holder) {
+  const std::string who =
+      holder.command.empty() ? "another process" : fmt::format("process {} (tanor {})", holder.process, holder.command);
+  throw std::runtime_error(
+      fmt::format("{}: is in use by {}; wait for it, or choose another folder with --out", folder.string(), who));
 }
 
 /// Whether the file is still the one of that name. Its last holder removes it.
@@ -34,11 +47,9 @@ bool is_named(int descriptor, const std::filesystem::path& path) {
          opened.st_ino == named.st_ino;
 }
 
-std::filesystem::path name_lock(const std::filesystem::path& folder, const std::string& command) {
-  return folder / fmt::format(".{}.lock", command);
-}
+constexpr const char* lock_name = ".tanor.lock";
 
-/// Takes a lock. Who looks whether there is one (`is_locked`) holds it for a moment, and is waited for.
+/// Takes a lock. Who looks whether there is one (`look`) holds it for a moment, and is waited for.
 bool take(int descriptor) {
   for (int tries = 0; flock(descriptor, LOCK_EX | LOCK_NB) != 0; ++tries) {
     // A file system that knows no locks gives none; the run is not refused for that.
@@ -49,25 +60,30 @@ bool take(int descriptor) {
   return true;
 }
 
+std::optional<Holder> look(const std::filesystem::path& folder) {
+  const int descriptor = open((folder / lock_name).c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return {};
+  std::optional<Holder> holder;
+  if (flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) holder = read_holder(descriptor);
+  close(descriptor);
+  return holder;
+}
+
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& command)
-    : file_(name_lock(folder, command)) {
+FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& command) : file_(folder / lock_name) {
   while (true) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor_ < 0) throw report::WriteError(file_.string());
     if (!take(descriptor_)) {
-      const std::string holder = read_holder(descriptor_);
+      const Holder holder = read_holder(descriptor_);
       close(descriptor_);
-      throw std::runtime_error(
-          fmt::format("{}: is in use by {} (tanor {}); wait for it, or choose another folder "
-                      "with --out",
-                      folder.string(), holder, command));
+      refuse(folder, holder);
     }
     if (is_named(descriptor_, file_)) break;
     close(descriptor_);
   }
-  const std::string text = fmt::format("{}\n", getpid());
+  const std::string text = fmt::format("{} {}\n", getpid(), command);
   // On a full disk the file stays empty: the lock holds, though it cannot name its process.
   [[maybe_unused]] const bool names_us =
       ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) > 0;
@@ -82,12 +98,13 @@ bool FolderLock::is_in_place() const {
   return is_named(descriptor_, file_);
 }
 
-bool is_locked(const std::filesystem::path& folder, const std::string& command) {
-  const int descriptor = open(name_lock(folder, command).c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool is_held = flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  close(descriptor);
-  return is_held;
+std::optional<std::string> find_holder(const std::filesystem::path& folder) {
+  const std::optional<Holder> holder = look(folder);
+  return holder ? std::optional(holder->command) : std::nullopt;
+}
+
+void require_free(const std::filesystem::path& folder) {
+  if (const std::optional<Holder> holder = look(folder)) refuse(folder, *holder);
 }
 
 }  // namespace tanor::cli

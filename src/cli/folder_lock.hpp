@@ -1,14 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace tanor::cli {
 
-/// Keeps other processes of the same command out of a folder while it lives.
+/// Keeps other processes that write results out of a folder while it lives.
 ///
-/// The lock is an flock on `<folder>/.<command>.lock`, a file that holds the number of its process. It ends with the
-/// process, however that ends, and the file goes with it.
+/// The lock is an flock on `<folder>/.tanor.lock`, a file that holds the number of its process and the command. It ends
+/// with the process, however that ends, and the file goes with it.
 class FolderLock {
  public:
   /// The folder is there. Throws InputError that names the process which holds it, WriteError where no file can be
@@ -26,7 +27,9 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
-/// Whether some process holds the lock of a command on a folder.
-bool is_locked(const std::filesystem::path& folder, const std::string& command);
+/// The command of the process that holds a folder; none: it is free.
+std::optional<std::string> find_holder(const std::filesystem::path& folder);
+/// For those who write a file there and hold nothing. Throws as FolderLock does where another process holds the folder.
+void require_free(const std::filesystem::path& folder);
 
 }  // namespace tanor::cli

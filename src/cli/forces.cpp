@@ -8,11 +8,9 @@
 #include <tanor/inverse_dynamics.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
-#include "report/output_file.hpp"
 #include "report/words.hpp"
 #include "scene/number_table.hpp"
 #include "scene/scene.hpp"
@@ -127,15 +125,14 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 
 ExitCode execute(const ForcesOptions& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
-  const fs::path directory = choose_folder(options.out, scene);
+  const OutputFolder folder(choose_folder(options.out, scene), "forces");
+  const fs::path& directory = folder.path();
   InverseDynamics problem =
       naming_file(options.scene, [&] { return InverseDynamics(std::move(scene.system), scene.solver); });
   const GivenMotion motion = read_motion(options.motion, problem.system().num_points(), problem.num_coordinates());
   report::ForcesOfMotion forces = naming_file(options.scene, [&] { return find_forces(motion, &problem); });
   forces.scene = scene.name;
   forces.motion = options.motion.string();
-  report::make_folder(directory);
-  const FolderLock lock(directory, "forces");
   report::write_forces(directory, forces);
 
   const auto violation = [](const MotionForces& sample) { return sample.position.largest; };

@@ -9,11 +9,9 @@
 #include <tanor/modes.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/modes.hpp"
-#include "report/output_file.hpp"
 #include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
@@ -50,6 +48,9 @@ ExitCode execute(const ModesCommand& command) {
   const scene::Scene scene = prepare(scene::load_scene(command.scene));
   ModesOptions options = scene::modes_options(scene);
   if (command.count) options.count = *command.count;
+  const OutputFolder folder(choose_folder(command.out, scene, ".modes.out"), "modes");
+  const fs::path& directory = folder.path();
+  require_no_run(directory, "modes");
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
   found.left_out = list_left_out(scene, found.left_out);
@@ -64,9 +65,7 @@ ExitCode execute(const ModesCommand& command) {
         in_scene([&] { return find_buckling(scene.system, scene.system.positions, scene::buckling_options(scene)); });
   }
 
-  const fs::path directory = choose_folder(command.out, scene);
-  report::make_folder(directory);
-  const FolderLock lock(directory, "modes");
+  remove_results(directory);
   report::write_modes(directory, facts, found);
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);

@@ -3,25 +3,48 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <string>
 
+#include "cli/folder_lock.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
 
-/// Where a command writes: --out, else `<name>.out`; a name may hold what a folder's name must not.
-inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out, const scene::Scene& scene) {
+/// Where a command writes: --out, else the scene's name with an ending; a name may hold what a folder's name must not.
+inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out, const scene::Scene& scene,
+                                           const char* ending = ".out") {
   if (out) return *out;
   std::string name = scene.name;
   std::replace(name.begin(), name.end(), '/', '_');
-  return name + ".out";
+  return name + ending;
 }
+
+/// The folder of results of a command, there and held before anything is computed; goes again where nothing came of it.
+class OutputFolder {
+ public:
+  /// Throws as FolderLock does, WriteError where no folder can be made.
+  OutputFolder(std::filesystem::path path, const std::string& command);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool is_new_;
+  std::optional<FolderLock> lock_;
+};
+
+/// Throws InputError where a run has left what it takes to go on: a run alone begins anew there.
+void require_no_run(const std::filesystem::path& folder, const std::string& command);
 
 /// What tanor-mpi writes beside a summary.
 inline constexpr const char *mpi_checkpoint_name = "checkpoint.mpi", *mpi_trajectory_name = "trajectory.npy",
                             *mpi_times_name = "trajectory_times.npy";
 
-/// Removes what an earlier run of tanor or tanor-mpi has left, and nothing else: none of it could be told from the new
-/// run's own.
+/// Removes what an earlier `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` has left, and nothing else: none of
+/// it could be told from the new results. The scene at rest, equilibrium.json, stays: it may be the one that is read.
 void remove_results(const std::filesystem::path& folder);
 
 }  // namespace tanor::cli

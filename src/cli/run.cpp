@@ -36,6 +36,7 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   const std::chrono::duration<double> checkpoint_every(options.checkpoint_every.value_or(60.0));
   plan.checkpoint_every = std::chrono::duration_cast<RunPlan::Clock::duration>(checkpoint_every);
   plan.has_html_page = options.report && report::has_html_page();
+  plan.scene_checksum = report::make_scene_checksum(scene.files, scene.system);
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
@@ -52,7 +53,7 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   Simulation simulation = naming_file(
       scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver, scene->t_start); });
   if (plan.before) {
-    naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->state); });
+    naming_file(plan.directory / report::checkpoint_name, [&] { simulation.restore(plan.before->state); });
   }
   return simulation;
 }
@@ -181,8 +182,8 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
-  require_output(scene, scene.system.num_points());
   scene.t_end = end_at_output(scene.t_end, scene.output_every);
+  require_output(scene, scene.system.num_points());
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
   naming_file(options.scene, [&] { require_memory(scene, simulation); });

@@ -7,6 +7,7 @@
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
+#include "report/recording_file.hpp"
 
 namespace tanor::cli {
 
@@ -18,10 +19,11 @@ double seconds_since(RunPlan::Clock::time_point begin) {
   return std::chrono::duration<double>(RunPlan::Clock::now() - begin).count();
 }
 
-report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simulation) {
+report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation) {
   report::RunFacts facts;
   facts.scene = scene.name;
   facts.source = scene.source;
+  facts.scene_checksum = plan.scene_checksum;
   facts.left_out = scene.left_out;
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
   facts.t_start = scene.t_start;
@@ -70,7 +72,7 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
       earlier_(plan.before ? plan.before->wall : report::WallTimes()),
       begin_(plan.begin),
       checkpoint_every_(plan.checkpoint_every),
-      facts_(collect_facts(scene, simulation)),
+      facts_(collect_facts(plan, scene, simulation)),
       trajectory_(open_trajectory(plan, scene, simulation.system())),
       due_(RunPlan::Clock::now() + plan.checkpoint_every),
       setup_(seconds_since(plan.begin)) {
@@ -107,6 +109,7 @@ void RunFolder::write_stop(Simulation& simulation) {
 void RunFolder::take_resumed(Simulation& simulation) {
   facts_.t_resumed = simulation.time();
   if (!recording_) return;
+  report::read_recording(directory_, checkpoint_.scene, simulation, &*recording_);
   const Solution now = simulation.solution();
   if (now.outcome.ok()) recording_->take_frame(simulation.system(), now, find_friction(simulation));
 }
@@ -169,7 +172,7 @@ void RunFolder::take_certificate(const Certificate& certificate) {
 }
 
 void RunFolder::publish(const Simulation& simulation) {
-  require_folder("checkpoint");
+  require_folder(report::checkpoint_name);
   const auto begin = RunPlan::Clock::now();
   if (facts_.has_started) {
     checkpoint_.trajectory = trajectory_.mark();
@@ -177,13 +180,16 @@ void RunFolder::publish(const Simulation& simulation) {
     checkpoint_.time = simulation.time();
     checkpoint_.state = simulation.save();
     // Before the first step there is nothing to lose that would be worth the wait.
+    // Before the checkpoint, which is never ahead of it.
+    if (recording_) report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();
-    require_folder("checkpoint");  // the disk takes its time
+    require_folder(report::checkpoint_name);  // the disk takes its time
     report::write_checkpoint(directory_, checkpoint_, wait);
-    if (!is_in_place()) std::filesystem::remove(directory_ / "checkpoint");  // it went into a strange one just now
-    require_folder("checkpoint");
+    if (!is_in_place())
+      std::filesystem::remove(directory_ / report::checkpoint_name);  // it went into a strange one just now
+    require_folder(report::checkpoint_name);
   }
   last_frame_.reset();
   const auto end = RunPlan::Clock::now();

@@ -23,7 +23,7 @@ struct RunPlan {
 
   std::filesystem::path directory;
   std::unique_ptr<FolderLock> lock;          ///< of a run that goes on; a new one has not made its folder yet
-  std::string fingerprint;                   ///< of the scene
+  std::string fingerprint, scene_checksum;   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
   Clock::time_point begin;                   ///< of the program
   Clock::duration checkpoint_every{};        ///< at most, where frames are rare
@@ -46,7 +46,7 @@ class RunFolder {
   /// The state at which a signal stopped the run between two output times, as a last frame. A run that goes on from
   /// here does not keep it: its frames are those of a run that was never stopped.
   void write_stop(Simulation& simulation);
-  /// Where a run goes on: its page begins here.
+  /// Where a run goes on: its page begins where the recording of the parts before does, or here where there is none.
   void take_resumed(Simulation& simulation);
   /// What the page keeps of a step (of some with a picture), and a checkpoint where the last one is old: of a
   /// simulation between two frames (null at a frame, which is to be written before).
@@ -75,7 +75,7 @@ class RunFolder {
   RunPlan::Clock::duration checkpoint_every_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;
-  std::optional<report::Recording> recording_;  ///< of this part of the run, for report.html
+  std::optional<report::Recording> recording_;  ///< for report.html
   report::Checkpoint checkpoint_;
   RunPlan::Clock::time_point next_publication_;  ///< of the checkpoint, not before
   RunPlan::Clock::time_point due_;               ///< a checkpoint between frames, too

@@ -4,11 +4,14 @@
 #include <tanor/enum_names.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "report/solution.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -31,6 +34,7 @@ void add_split(const Split& split, bool has_friction, report::Solution* solution
 
 ExitCode execute(const SolveOptions& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
+  if (options.out) require_free(fs::absolute(*options.out).parent_path());
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);

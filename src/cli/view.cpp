@@ -31,6 +31,10 @@ view::ServeFunction* load_server() {
                   report::html_page_name)));
 }
 
+bool is_running(const fs::path& folder) {
+  return find_holder(folder) == "run";
+}
+
 /// The folder of a run that has a page, or the reason why there is none to see.
 fs::path require_page(const fs::path& given) {
   const fs::path folder = given.filename() == report::html_page_name ? fs::absolute(given).parent_path() : given;
@@ -38,7 +42,7 @@ fs::path require_page(const fs::path& given) {
   if (!fs::is_directory(folder))
     throw InputError(given.string(), "is a file; wanted the folder of a run, such as net.out");
   if (fs::exists(folder / report::html_page_name)) return folder;
-  if (fs::exists(folder / ".run.lock"))
+  if (is_running(folder))
     throw InputError(folder.string(), "the run that goes on there makes no page; it began without --report");
   throw InputError(folder.string(), fmt::format("there is no {}; tanor run SCENE --out {} --report makes it",
                                                 report::html_page_name, typed(folder)));
@@ -108,7 +112,7 @@ ExitCode execute(const ViewOptions& options) {
          .first = report::html_page_name,
          .port = options.port,
          .begins = [&](int port) { announce(options, folder, port); },
-         .is_running = [&] { return is_locked(folder, "run"); }},
+         .is_running = [&] { return is_running(folder); }},
         &trouble);
   if (!trouble.empty()) throw InputError("--port", trouble);
   return ExitCode::Done;

@@ -24,7 +24,7 @@ namespace {
 constexpr int format = 13;
 
 fs::path path_in(const fs::path& directory) {
-  return directory / "checkpoint";
+  return directory / checkpoint_name;
 }
 
 constexpr std::string_view first_words = "tanor checkpoint ";
@@ -130,6 +130,20 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
   return checkpoint;
 }
 
+/// What a motion begins with: a line for each file and for the start, "<checksum> <name>".
+std::string describe_sources(std::span<const fs::path> files, const System& system) {
+  std::string lines;
+  for (const fs::path& file : files) {
+    Checksum sum;
+    sum.add(scene::read_text(file));
+    lines += fmt::format("{} {}\n", sum.text(), file.filename().string());
+  }
+  Checksum sum;
+  for (const auto* numbers : {&system.positions, &system.velocities, &system.masses})
+    sum.add(std::span<const double>(*numbers));
+  return lines + fmt::format("{} {}\n", sum.text(), start_of_points);
+}
+
 }  // namespace
 
 std::string name_difference(std::string_view before, std::string_view now) {
@@ -151,17 +165,14 @@ std::string name_difference(std::string_view before, std::string_view now) {
   return changed.empty() ? strangers : changed;
 }
 
-std::string make_fingerprint(std::span<const fs::path> files, const System& system, const MotionOptions& motion) {
-  std::string lines;
-  for (const fs::path& file : files) {
-    Checksum sum;
-    sum.add(scene::read_text(file));
-    lines += fmt::format("{} {}\n", sum.text(), file.filename().string());
-  }
+std::string make_scene_checksum(std::span<const fs::path> files, const System& system) {
   Checksum sum;
-  for (const auto* numbers : {&system.positions, &system.velocities, &system.masses})
-    sum.add(std::span<const double>(*numbers));
-  lines += fmt::format("{} {}\n", sum.text(), start_of_points);
+  sum.add(describe_sources(files, system));
+  return sum.text();
+}
+
+std::string make_fingerprint(std::span<const fs::path> files, const System& system, const MotionOptions& motion) {
+  std::string lines = describe_sources(files, system);
   lines += fmt::format("{} {}method\n", name_of(motion.method), options_place);
   for (const auto& [name, number] :
        {std::pair{"step", motion.step}, {"max_step", motion.max_step}, {"rtol", motion.rtol}, {"atol", motion.atol}})

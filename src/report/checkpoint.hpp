@@ -16,6 +16,8 @@
 
 namespace tanor::report {
 
+inline constexpr const char* checkpoint_name = "checkpoint";
+
 /// Everything that a run needs to go on, except its scene.
 struct Checkpoint {
   std::string scene;  ///< its fingerprint
@@ -29,6 +31,9 @@ struct Checkpoint {
 /// and one for each choice that another motion would follow from: its value, the place in a scene.
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system,
                              const MotionOptions& motion = {});
+
+/// 16 hexadecimal digits of the same files and start, however they are to move.
+std::string make_scene_checksum(std::span<const std::filesystem::path> files, const System& system);
 
 /// Why two fingerprints differ, by the first thing that both name and that is another one: "is of an earlier version of
 /// the scene: net.json was changed", "is of a run with /motion/method rk4, not dop853"; or of which two scenes they

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
+#include "report/trajectory.hpp"
 #include "report/vtp_frame.hpp"
 
 namespace tanor::report {
@@ -21,6 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char *shapes_name = "shapes.npy", *imaginary_name = "shapes_imaginary.npy";
+constexpr std::string_view picture_prefix = "mode_";
 constexpr int frames_of_period = 24;
 constexpr double largest_move = 0.05;  // of the scene's size, in pictures
 
@@ -55,7 +58,7 @@ double measure_move(std::span<const double> shape) {
 /// r + a q cos(omega t) over one period, of damped modes the real part of q, and its derivatives.
 void write_picture(const fs::path& directory, const ShownParts& shown, std::span<const double> positions,
                    const Modes& modes, std::size_t mode) {
-  const std::string name = fmt::format("mode_{}", mode + 1);
+  const std::string name = fmt::format("{}{}", picture_prefix, mode + 1);
   make_folder(directory / name);
   const std::span<const double> shape = modes.shape(mode);
   const double size = measure_move(shape), amplitude = size > 0.0 ? largest_move * measure_size(positions) / size : 0.0;
@@ -129,6 +132,22 @@ void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes
     json.add("left_out", modes.left_out);
     json.finish();
   });
+}
+
+void remove_modes(const fs::path& directory) {
+  for (const char* name : {shapes_name, imaginary_name}) remove_file(directory / name);
+  std::vector<fs::path> lists;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string stem = entry.path().stem().string();
+    const bool is_numbered =
+        stem.starts_with(picture_prefix) && stem.size() > picture_prefix.size() &&
+        std::ranges::all_of(stem.substr(picture_prefix.size()), [](unsigned char c) { return std::isdigit(c); });
+    if (is_numbered && entry.path().extension() == ".pvd") lists.push_back(entry.path());
+  }
+  for (const fs::path& list : lists) {
+    remove_frames(fs::path(list).replace_extension());
+    remove_file(list);
+  }
 }
 
 void write_mode_pictures(const fs::path& directory, const System& system, std::span<const double> positions,

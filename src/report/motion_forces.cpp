@@ -1,5 +1,7 @@
 #include "report/motion_forces.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -56,6 +58,7 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
       const bool is_known =
           std::ranges::any_of(forces.samples, [&](const MotionForces& sample) { return !(sample.*array).empty(); });
       const std::vector<double> rows = is_known ? stack(forces, array, columns) : std::vector<double>();
+      remove_file(directory / fmt::format("forces_{}.npy", key));  // of an earlier motion, of more samples
       arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns);
     };
     write("multipliers", &MotionForces::multipliers, forces.num_equations);

@@ -159,7 +159,8 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
 
 void remove_summary(const std::filesystem::path& directory) {
   remove_file(directory / summary_name);
-  for (const char* key : {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces"}) {
+  for (const char* key :
+       {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces", "lowest_shape"}) {
     remove_file(directory / (std::string(arrays_prefix) + key + ".npy"));
   }
 }

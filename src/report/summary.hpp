@@ -19,6 +19,7 @@ struct WallTimes {
 struct RunFacts {
   std::string scene;                       ///< its name
   std::string source;                      ///< where its points come from
+  std::string scene_checksum;              ///< as `make_scene_checksum` makes it
   std::vector<std::string> left_out;       ///< what acts in an imported file and not in the scene
   int threads = 1;                         ///< used
   double t_start = 0.0;                    ///< s, of the scene
@@ -48,7 +49,7 @@ struct RunEnd {
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end);
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 
-/// Removes the summary of an earlier run, with its arrays.
+/// Removes the summary of an earlier run or equilibrium, with its arrays.
 void remove_summary(const std::filesystem::path& directory);
 
 }  // namespace tanor::report

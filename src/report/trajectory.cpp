@@ -118,7 +118,10 @@ void remove_trajectory(const fs::path& directory) {
     remove_file(directory / (std::string(name) + packed));
   }
   for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) remove_file(directory / name);
-  const fs::path frames = directory / VtpTrajectory::frame_folder;
+  remove_frames(directory / VtpTrajectory::frame_folder);
+}
+
+void remove_frames(const fs::path& frames) {
   std::error_code error;  // without a folder there are no frames
   for (const fs::directory_entry& entry : fs::directory_iterator(frames, error)) {
     const std::string name = entry.path().filename().string();

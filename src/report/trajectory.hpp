@@ -39,6 +39,8 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
 
 /// Removes the trajectory of an earlier run, whatever its formats.
 void remove_trajectory(const std::filesystem::path& directory);
+/// Removes the frames `frame_<k>.vtp` of a folder, and the folder where nothing else lies there.
+void remove_frames(const std::filesystem::path& frames);
 
 /// The frames of a run in a folder, in one or several formats (`trajectory.xyz`, …).
 ///

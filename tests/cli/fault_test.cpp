@@ -1,3 +1,5 @@
+#include <sys/file.h>
+
 #include <algorithm>
 
 #include <tanor/build_info.hpp>
@@ -208,6 +210,105 @@ TEST(FolderTest, BelongsToOneRunAtATime) {
   EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", end}).code, 0);
   EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], std::stod(end));
   for (const std::string& name : list_names(folder / "o")) EXPECT_FALSE(contains(name, "lock")) << name;
+}
+
+/// Every command that writes results holds its folder, or asks who does.
+TEST(FolderTest, BelongsToOneCommandAtATime) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
+  write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
+  Program run(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_for_frames(folder / "o", 4));
+
+  for (const Words& words :
+       {Words{"equilibrium", "s.json", "--out", "o"}, Words{"modes", "s.json", "--out", "o"},
+        Words{"forces", "s.json", "--motion", "m.csv", "--out", "o"},
+        Words{"error-time", "s.json", "--methods", "rk4", "--t-end", "0.1", "--quiet", "--out", "o"},
+        Words{"solve", "s.json", "--out", "o/summary.json"}}) {
+    const std::string line = complaint(folder, words, 4);
+    EXPECT_TRUE(contains(line, "o: is in use by process " + std::to_string(run.process()) + " (tanor run);")) << line;
+  }
+  for (const std::string& name : list_names(folder / "o"))
+    EXPECT_FALSE(contains(name, "summary") || contains(name, "forces") || contains(name, "error")) << name;
+  kill(run.process(), SIGKILL);
+  run.wait();
+
+  // What src/cli/folder_lock.cpp does in another command.
+  write_text(folder / "o/.tanor.lock", "77 error-time\n");
+  const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
+  ASSERT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
+  for (const Words& words : {Words{"run", "s.json", "--out", "o"}, Words{"run", "s.json", "--out", "o", "--resume"}})
+    EXPECT_TRUE(contains(complaint(folder, words, 4), "o: is in use by process 77 (tanor error-time);"));
+  close(lock);
+}
+
+TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  ASSERT_EQ(run_program(folder, {"run", "s.json"}).code, 0);
+  const Words written = list_names(folder / "pendulum.out");
+
+  ASSERT_EQ(run_program(folder, {"equilibrium", "s.json"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"modes", "pendulum.equilibrium.out/equilibrium.json"}).code, 0);
+
+  EXPECT_EQ(list_names(folder / "pendulum.out"), written);
+  EXPECT_EQ(list_names(folder.path()),
+            (Words{"pendulum.equilibrium.out", "pendulum.modes.out", "pendulum.out", "s.json"}));
+}
+
+/// Hours of work are there: other commands do not take the place of a run.
+TEST(FolderTest, OfARunIsRefusedByOtherCommandsThatHaveASummary) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  ASSERT_EQ(run_program(folder, {"equilibrium", "s.json", "--out", "rest"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o"}).code, 0);
+  const std::string summary = read_text(folder / "o/summary.json");
+  const Words written = list_names(folder / "o");
+
+  for (const Words& words :
+       {Words{"equilibrium", "s.json", "--out", "o"}, Words{"modes", "rest/equilibrium.json", "--out", "o"}}) {
+    const std::string line = complaint(folder, words);
+    EXPECT_TRUE(contains(line, "o: has the results of a run, which tanor " + words[0] + " would replace")) << line;
+  }
+  EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
+  EXPECT_EQ(list_names(folder / "o"), written);
+  EXPECT_EQ(run_program(folder, {"error-time", "s.json", "--methods", "rk4", "--out", "o", "--quiet"}).code, 0)
+      << "files of their own names come beside";
+}
+
+TEST(FolderTest, NothingOfAnEquilibriumOrOfModesIsMixedIntoOtherResults) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  const auto names_after = [&](const Words& words) {
+    const Ended ended = run_program(folder, words);
+    EXPECT_EQ(ended.code, 0) << words[0] << ended.err;
+    return list_names(folder / "o");
+  };
+  const std::string at_rest = "o/equilibrium.json";
+
+  EXPECT_EQ(names_after({"equilibrium", "s.json", "--modes", "2", "--out", "o"}),
+            (Words{"equilibrium.json", "equilibrium.xyz", "shapes.npy", "summary.json"}));
+  EXPECT_EQ(names_after({"modes", at_rest, "--count", "1", "--pictures", "--out", "o"}),
+            (Words{"equilibrium.json", "mode_1", "mode_1.pvd", "shapes.npy", "summary.json"}));
+  write_text(folder / "o/mode_7.pvd.txt", "of a user");
+  EXPECT_EQ(
+      names_after({"run", at_rest, "--trajectory", "csv", "--out", "o"}),
+      (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "report.txt", "summary.json", "trajectory.csv"}));
+}
+
+/// The scene at rest of an earlier search would pass for that of the one which found none.
+TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  write_text(folder / "falls.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]},
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}]})");
+  ASSERT_EQ(run_program(folder, {"equilibrium", "s.json", "--out", "o"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"equilibrium", "o/equilibrium.json", "--out", "o"}).code, 0) << "into its own folder";
+  ASSERT_TRUE(std::filesystem::exists(folder / "o/equilibrium.json"));
+
+  EXPECT_EQ(run_program(folder, {"equilibrium", "falls.json", "--out", "o"}).code, 3);
+
+  EXPECT_FALSE(std::filesystem::exists(folder / "o/equilibrium.json"));
 }
 
 TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {

@@ -130,7 +130,7 @@ TEST(PageTest, TablesAndVerdictsGoOnBelowAtWords) {
     EXPECT_TRUE(contains(read({"--methods"}), "\nrattle "));
     EXPECT_TRUE(contains(read({"selftest"}), "keep their promise"));
     EXPECT_TRUE(contains(read({"equilibrium", "s.json"}), " after "));
-    EXPECT_TRUE(contains(read({"modes", "pendulum.out/equilibrium.json"}), "omega = "));
+    EXPECT_TRUE(contains(read({"modes", "pendulum.equilibrium.out/equilibrium.json"}), "omega = "));
     EXPECT_TRUE(contains(read({"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01"}), "energy drift"));
   }
 }

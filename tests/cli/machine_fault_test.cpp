@@ -22,7 +22,7 @@ TEST(PermissionTest, AFolderThatMayNotBeWrittenEndsTheRunBeforeItBegins) {
   const Ended ended = run_script(folder, "mkdir o; chmod 555 o; " + as_everybody + "\"$TANOR\" run s.json --out o");
 
   EXPECT_EQ(ended.code, 4) << ended.err;
-  EXPECT_EQ(ended.err, "tanor: cannot write o/.run.lock: Permission denied\n");
+  EXPECT_EQ(ended.err, "tanor: cannot write o/.tanor.lock: Permission denied\n");
   EXPECT_TRUE(list_names(folder / "o").empty());
   // No folder of its own can be made either.
   const Ended inside = run_script(folder, as_everybody + "\"$TANOR\" run s.json --out o/inside");
@@ -156,7 +156,7 @@ TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
     done
     while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
     while test $(ls code* 2>/dev/null | wc -l) -lt 5; do sleep 0.01; done
-    kill -TERM $(cat o/.run.lock)
+    kill -TERM $(cut -d " " -f 1 o/.tanor.lock)
     wait)sh");
 
   int winners = 0;

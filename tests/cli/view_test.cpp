@@ -82,7 +82,7 @@ void fill(const Folder& folder) {
   write_text(folder / "o/report.html", "<p>page</p>");
   write_text(folder / "o/summary.json", "{}");
   write_text(folder / "o/trajectory/frame.vtp", "frame");
-  write_text(folder / "o/.run.lock", "1");
+  write_text(folder / "o/.tanor.lock", "1 run\n");
   write_text(folder / "secret.txt", "secret");
   std::filesystem::create_symlink("summary.json", folder / "o/inside.json");
   std::filesystem::create_symlink("../secret.txt", folder / "o/outside.txt");
@@ -109,7 +109,7 @@ TEST(ViewTest, NothingOutsideTheFolderCanBeRead) {
 
   for (const std::string path :
        {"/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/trajectory/../../secret.txt", "/outside.txt",
-        "/up/secret.txt", "//etc/passwd", "/%2fetc/passwd", "/.run.lock", "/trajectory", "/o\\..\\secret.txt",
+        "/up/secret.txt", "//etc/passwd", "/%2fetc/passwd", "/.tanor.lock", "/trajectory", "/o\\..\\secret.txt",
         "/report.html%00.txt"}) {
     const std::string answer = viewer.ask("GET", path);
     EXPECT_FALSE(contains(answer, "secret") || contains(answer, "root:")) << path << answer;
@@ -151,7 +151,7 @@ TEST(ViewTest, TellsWhetherTheRunGoesOn) {
   const Viewer viewer(folder);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: ended")) << "of a run that left its lock behind";
   // What src/cli/folder_lock.cpp does.
-  const int lock = open((folder / "o/.run.lock").c_str(), O_RDWR);
+  const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
   EXPECT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: running"));
   close(lock);
@@ -190,8 +190,12 @@ TEST(ViewTest, SaysWhatThereIsToDoWhereThereIsNoPage) {
   EXPECT_TRUE(contains(complaint(folder, {"view", "missing"}), "missing: there is no such folder"));
   EXPECT_TRUE(contains(complaint(folder, {"view", "net.json"}), "is a file; wanted the folder of a run"));
   EXPECT_TRUE(contains(complaint(folder, {"view", "o", "--port", "70000"}), "--port: must be a whole number"));
-  write_text(folder / "o/.run.lock", "1");
+  write_text(folder / "o/.tanor.lock", "1 run\n");
+  EXPECT_TRUE(contains(complaint(folder, {"view", "o"}), "there is no report.html")) << "a killed run left its lock";
+  const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
+  ASSERT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
   EXPECT_TRUE(contains(complaint(folder, {"view", "o"}), "began without --report"));
+  close(lock);
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ def check_folder(path):
     checkpoint.write_bytes(damaged)
     done = run(2, [path, "--out", out, "--resume"])
     expect(done.returncode == 2 and f"{checkpoint}: is damaged" in complaint(done), f"damaged: {complaint(done)}")
-    with open(out / ".run.lock", "w", encoding="utf-8") as lock:
+    with open(out / ".tanor.lock", "w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         done = run(2, [path, "--out", out])
         expect(done.returncode == 4 and "is in use by" in complaint(done), f"two runs: {complaint(done)}")
