@@ -9,6 +9,8 @@
 #include <map>
 #include <numeric>
 
+#include "report/checkpoint.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -220,7 +222,15 @@ std::string describe_setting(const ErrorTimeRow& row) {
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
                                   const scene::ReferenceState* given,
                                   const std::function<void(const std::string&)>& say) {
-  ErrorTimeTable table{scene.name, scene.source, scene.t_end, scene.solver.threads, {}, {}, {}, {}};
+  ErrorTimeTable table{scene.name,
+                       scene.source,
+                       scene.t_end,
+                       scene.solver.threads,
+                       {},
+                       {},
+                       {},
+                       {},
+                       make_scene_checksum(scene.files, scene.system)};
   Runs runs(scene, given ? given->points : list_points(scene.system), say);
   for (const Method method : methods) {
     if (const std::string& refusal = runs.refusal(method); !refusal.empty()) {

@@ -41,7 +41,8 @@ struct ErrorTimeTable {
   std::vector<Reference> references;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
   std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
-  Outcome outcome;  ///< why no reference was found for a method; its rows and the next ones are missing
+  Outcome outcome;                  ///< why no reference was found for a method; its rows and the next ones are missing
+  std::string scene_checksum = {};  ///< as `make_scene_checksum` makes it
 };
 
 /// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or

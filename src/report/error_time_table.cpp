@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <vector>
 
 #include "report/loglog_plot.hpp"
 #include "report/output_file.hpp"
@@ -40,8 +42,32 @@ std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
 /// A field of text as RFC 4180 has it.
 std::string quote(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c == '\n' ? ' ' : c);
   return quoted + "\"";
+}
+
+/// The fields of such a row.
+std::vector<std::string> split_row(std::string_view row) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    if (row[k] == '"' && is_quoted && k + 1 < row.size() && row[k + 1] == '"')
+      fields.back() += row[k++];
+    else if (row[k] == '"')
+      is_quoted = !is_quoted;
+    else if (row[k] == ',' && !is_quoted)
+      fields.emplace_back();
+    else
+      fields.back() += row[k];
+  }
+  return fields;
+}
+
+/// For a reader that looks for commas alone.
+std::string without_separators(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == ',' || c == '"'; }, ' ');
+  return text;
 }
 
 /// A field without a number is empty.
@@ -51,12 +77,14 @@ std::string field(double number) {
 
 std::string make_csv(const ErrorTimeTable& table) {
   std::string text =
-      "method,step_s,rtol,steps,factorizations,wall_s,error_m,reference_error_m,order,violation,energy_drift,trouble\n";
+      "method,step_s,rtol,steps,factorizations,wall_s,error_m,reference_error_m,order,violation,energy_drift,trouble,"
+      "scene,scene_checksum\n";
   for (const ErrorTimeRow& row : table.rows) {
     const std::string error = row.trouble.empty() ? field(row.error) : "";
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", name_of(row.method), row.step, row.tolerance,
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", name_of(row.method), row.step, row.tolerance,
                         row.steps, row.factorizations, row.wall_s, error, field(row.reference_error), field(row.order),
-                        field(row.violation), field(row.energy_drift), quote(row.trouble));
+                        field(row.violation), field(row.energy_drift), quote(row.trouble), quote(table.scene),
+                        table.scene_checksum);
   }
   return text;
 }
@@ -128,6 +156,22 @@ Json describe_error_time(const ErrorTimeTable& table) {
                     {"trouble", json_or_null(row.trouble)}});
   }
   return {{"scene", table.scene}, {"t_end", table.t_end}, {"rows", rows}, {"remarks", list_remarks(table)}};
+}
+
+std::string read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum) {
+  std::ifstream file(directory / "error_time.csv");
+  std::string text, line;
+  if (!std::getline(file, line) || !line.ends_with(",scene,scene_checksum")) return {};
+  text = line + "\n";
+  while (std::getline(file, line)) {
+    const std::vector<std::string> fields = split_row(line);
+    const std::size_t end_of_method = line.find(',');
+    if (fields.size() < 2 || end_of_method == std::string::npos) return {};
+    std::string method = fields.front();
+    if (fields.back() != scene_checksum) method += fmt::format(" ({})", without_separators(fields[fields.size() - 2]));
+    text += method + line.substr(end_of_method) + "\n";
+  }
+  return text;
 }
 
 std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {

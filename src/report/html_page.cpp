@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 
 #include <tanor/version.hpp>
 
+#include "report/error_time_table.hpp"
 #include "report/friction_parts.hpp"
 #include "report/packed_bytes.hpp"
 #include "report/page.hpp"
@@ -235,14 +234,6 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"text", text}};
 }
 
-/// The table of `tanor error-time` in the same folder; empty: there is none.
-std::string read_error_time(const std::filesystem::path& directory) {
-  std::ifstream file(directory / "error_time.csv");
-  std::ostringstream text;
-  if (file) text << file.rdbuf();
-  return text.str();
-}
-
 void write(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
            const Recording& recording, const std::string& text) {
   PackedBytes bytes;
@@ -251,7 +242,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
                   {"history", describe_history(recording)},
                   {"events", describe_events(simulation.report(), recording)},
                   {"events_seen", count_events(simulation.report())},
-                  {"error_time", read_error_time(directory)}};
+                  {"error_time", read_error_time(directory, facts.scene_checksum)}};
   const std::string_view page = html_page_template();
   const std::size_t place = page.find(place_of_data);
   replace_file(directory / html_page_name, [&](OutputFile* file) {

@@ -202,5 +202,29 @@ TEST(ErrorTimeTest, WithoutAnAnswerThereIsNoTable) {
   EXPECT_TRUE(contains(line, "contradicts")) << line;
 }
 
+/// The errors that the page of a run shows.
+std::string read_page(const std::filesystem::path& page) {
+  const std::string text = read_text(page), mark = "id=\"data\">";
+  const std::size_t begin = text.find(mark) + mark.size();
+  return nlohmann::json::parse(text.substr(begin, text.find("</script>", begin) - begin))["error_time"];
+}
+
+TEST(ErrorTimeTest, ThePageOfARunSaysOfWhichSceneTheErrorsAre) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  write_text(folder / "other.json", R"({"tanor_scene": 1, "name": "a bead", "points": {"positions": [[0,0,0]]},
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 0.1}})");
+  ASSERT_EQ(run_program(folder, {"error-time", "s.json", "--methods", "rk4", "--out", "o", "--quiet"}).code, 0);
+
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--report", "--out", "o", "--t-end", "0.2"}).code, 0);
+  if (!std::filesystem::exists(folder / "o/report.html")) GTEST_SKIP() << "built without node";
+  EXPECT_TRUE(contains(read_page(folder / "o/report.html"), "\nrk4,"));
+  ASSERT_EQ(run_program(folder, {"run", "other.json", "--report", "--out", "o"}).code, 0);
+  EXPECT_TRUE(contains(read_page(folder / "o/report.html"), "\nrk4 (pendulum),"));
+  ASSERT_EQ(run_program(folder, {"error-time", "other.json", "--methods", "rk4", "--out", "o", "--quiet"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--report", "--out", "o"}).code, 0);
+  EXPECT_TRUE(contains(read_page(folder / "o/report.html"), "\nrk4 (a bead),"));
+}
+
 }  // namespace
 }  // namespace tanor::cli

@@ -11,7 +11,7 @@ namespace {
 
 /// Two methods of two rows each; the last one did not arrive.
 ErrorTimeTable make_table() {
-  ErrorTimeTable table{"s", "inline", 1.0, 1, {}, {}, {}, {}};
+  ErrorTimeTable table{"s, \"t\"", "inline", 1.0, 1, {}, {}, {}, {}, "0123456789abcdef"};
   table.references = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
   for (const Method method : {Method::Rk4, Method::Taylor}) {
     for (const double error : {1e-3, 1e-6}) {
@@ -30,7 +30,26 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
 
   const std::string csv = read_text(folder / "error_time.csv");
 
-  EXPECT_TRUE(csv.ends_with("\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\"\n")) << csv;
+  EXPECT_TRUE(csv.ends_with(
+      "\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\",\"s, \"\"t\"\"\",0123456789abcdef\n"))
+      << csv;
+}
+
+/// The page of a run of another scene says whose errors it shows.
+TEST(ErrorTimeTableTest, IsReadForAPageWithTheNameOfAnotherScene) {
+  const Folder folder;
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), "");
+  write_error_time(folder.path(), make_table());
+  const std::string csv = read_text(folder / "error_time.csv");
+
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), csv);
+  const std::string of_another = read_error_time(folder.path(), "0123456789abcdee");
+  EXPECT_EQ(of_another.substr(0, of_another.find('\n')), csv.substr(0, csv.find('\n')));
+  EXPECT_TRUE(of_another.find("\nrk4 (s   t ),0.1,0,10,0,0.999,0.001,") != std::string::npos) << of_another;
+  EXPECT_TRUE(of_another.find("\ntaylor (s   t ),0.1,0,10,0,0.999999,,") != std::string::npos) << of_another;
+
+  write_text(folder / "error_time.csv", "method,wall_s,error_m\nrk4,1,1\n");
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), "") << "it may be of any scene";
 }
 
 TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsNothing) {
