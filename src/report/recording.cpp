@@ -34,8 +34,11 @@ std::size_t bytes_of_frame(const ShownParts& shown, std::size_t num_held) {
 Recording::Recording(const System& system, std::span<const Index> chosen, OutputTimes times)
     : shown_(choose_parts(system, chosen)),
       held_(list_held(system, shown_)),
-      frames_(std::clamp<std::size_t>(room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
-      steps_(most_steps) {
+      recorded_{.start = {},
+                .frames = ThinnedList<RecordedFrame>(std::clamp<std::size_t>(
+                    room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
+                .steps = ThinnedList<RecordedStep>(most_steps),
+                .switches = {}} {
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
   const std::size_t wanted = std::min(smooth_frames, room_between / bytes_of_frame(shown_, held_.size()));
   const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
@@ -62,7 +65,9 @@ void Recording::take_frame(const System& system, const Solution& between, std::s
 }
 
 void Recording::take(const System& system, const Instant& instant) {
-  frames_.add(record(system, instant));
+  // Where a run goes on, it stands at a frame that it may have already.
+  if (!recorded_.frames.is_empty() && recorded_.frames.end() >= instant.state.time) return;
+  recorded_.frames.add(record(system, instant));
   if (frame_interval_ > 0.0) next_frame_ = instant.state.time + frame_interval_;
 }
 
@@ -77,8 +82,9 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   for (const std::size_t row : shown_.rod_rows)
     frame.tensions.push_back(row < multipliers.size() ? static_cast<float>(-multipliers[row]) : std::nanf(""));
   if (!held_.empty()) add_reactions(instant, &frame);
-  if (start_.positions.empty()) start_ = {frame.time, {instant.state.positions.begin(), instant.state.positions.end()}};
-  std::vector<Guide> guides = place_guides(system, frame.time, start_, most_guides);
+  GuideStart& start = recorded_.start;
+  if (start.positions.empty()) start = {frame.time, {instant.state.positions.begin(), instant.state.positions.end()}};
+  std::vector<Guide> guides = place_guides(system, frame.time, start, most_guides);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
   if (guides_.empty()) guides_ = std::move(guides);
   return frame;
@@ -99,26 +105,59 @@ void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
   }
 }
 
+bool Recording::fits(const RecordedFrame& frame) const {
+  const std::size_t held = 3 * held_.size();
+  return frame.positions.size() == 3 * shown_.num_points && frame.tensions.size() == shown_.rods.size() &&
+         frame.normal_reactions.size() == held &&
+         (frame.tangent_reactions.empty() || frame.tangent_reactions.size() == held) &&
+         std::ranges::equal(frame.guides, guides_, {}, &std::vector<double>::size,
+                            [](const Guide& guide) { return guide.numbers.size(); });
+}
+
+bool Recording::go_on(Recorded before, const Simulation& simulation) {
+  const MotionReport& report = simulation.report();
+  events_ = report.events;
+  friction_solves_ = report.friction.solves;
+  friction_iterations_ = report.friction.iterations_mean * static_cast<double>(report.friction.solves);
+  const double time = simulation.time();
+  before.frames.cut(time);
+  before.steps.cut(time);
+  std::erase_if(before.switches, [&](double t) { return t > time; });
+  if (before.frames.is_empty() || before.start.positions.size() != simulation.positions().size()) return false;
+  const std::vector<RecordedFrame> frames = before.frames.items();
+  guides_ = place_guides(simulation.system(), frames.front().time, before.start, most_guides);
+  if (!std::ranges::all_of(frames, [&](const RecordedFrame& frame) { return fits(frame); }) ||
+      !recorded_.frames.take(std::move(before.frames)) || !recorded_.steps.take(std::move(before.steps))) {
+    guides_.clear();
+    return false;
+  }
+  recorded_.start = std::move(before.start);
+  recorded_.switches = std::move(before.switches);
+  if (frame_interval_ > 0.0) next_frame_ = recorded_.frames.end() + frame_interval_;
+  return true;
+}
+
 void Recording::take_step(const MotionReport& report) {
   const FrictionSummary& friction = report.friction;
   const double iterations = friction.iterations_mean * static_cast<double>(friction.solves);
-  steps_.add({.time = report.time,
-              .step = report.last_step,
-              .energy = report.energy.now,
-              .kinetic = report.energy.kinetic,
-              .potential = report.energy.potential,
-              .drift = report.energy.drift_relative(),
-              .position_violation = report.violation.position,
-              .velocity_violation = report.violation.velocity,
-              .acceleration_violation = report.violation.acceleration,
-              .reciprocal_condition = report.nearest_to_singular.reciprocal_condition,
-              .friction_iterations =
-                  friction.solves > friction_solves_
-                      ? (iterations - friction_iterations_) / static_cast<double>(friction.solves - friction_solves_)
-                      : 0.0});
+  recorded_.steps.add({.time = report.time,
+                       .step = report.last_step,
+                       .energy = report.energy.now,
+                       .kinetic = report.energy.kinetic,
+                       .potential = report.energy.potential,
+                       .drift = report.energy.drift_relative(),
+                       .position_violation = report.violation.position,
+                       .velocity_violation = report.violation.velocity,
+                       .acceleration_violation = report.violation.acceleration,
+                       .reciprocal_condition = report.nearest_to_singular.reciprocal_condition,
+                       .friction_iterations = friction.solves > friction_solves_
+                                                  ? (iterations - friction_iterations_) /
+                                                        static_cast<double>(friction.solves - friction_solves_)
+                                                  : 0.0});
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
-  if (report.events > events_ && switches_.size() < most_switches) switches_.push_back(report.last_event);
+  std::vector<double>& switches = recorded_.switches;
+  if (report.events > events_ && switches.size() < most_switches) switches.push_back(report.last_event);
   events_ = report.events;
 }
 

@@ -38,6 +38,14 @@ struct OutputTimes {
   double every = 0.0;     ///< s
 };
 
+/// What a recording has taken.
+struct Recorded {
+  GuideStart start;
+  ThinnedList<RecordedFrame> frames;
+  ThinnedList<RecordedStep> steps;
+  std::vector<double> switches;  ///< s
+};
+
 /// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
 /// every second one goes, again and again, and the last one stays. Where output times are too rare for a smooth
 /// picture, it asks for instants between them.
@@ -51,15 +59,19 @@ class Recording {
   bool wants_frame(double time) const { return time >= next_frame_; }
   void take_frame(const System& system, const Solution& between, std::span<const double> friction = {});
   void take_step(const MotionReport& report);
+  /// Goes on after a part of the motion that ended at or after the simulation's time. False: it is of other points or
+  /// guides, and is not taken.
+  bool go_on(Recorded before, const Simulation& simulation);
 
   const ShownParts& shown() const { return shown_; }
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
-  std::vector<RecordedFrame> frames() const { return frames_.items(); }
-  std::vector<RecordedStep> steps() const { return steps_.items(); }
+  const Recorded& recorded() const { return recorded_; }
+  std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
+  std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
   /// When the equations changed: a contact began or ceased to slip, s; the first 500.
-  const std::vector<double>& switches() const { return switches_; }
-  std::size_t frames_seen() const { return frames_.num_seen(); }
+  const std::vector<double>& switches() const { return recorded_.switches; }
+  std::size_t frames_seen() const { return recorded_.frames.num_seen(); }
 
  private:
   /// A state of the motion with its forces.
@@ -68,20 +80,18 @@ class Recording {
     std::span<const double> multipliers, reactions, support_forces, friction;
   };
   void take(const System& system, const Instant& instant);
+  bool fits(const RecordedFrame& frame) const;
   RecordedFrame record(const System& system, const Instant& instant);
   void add_reactions(const Instant& instant, RecordedFrame* frame);
 
   ShownParts shown_;
   std::vector<std::int32_t> held_;
-  GuideStart start_;
   std::vector<Guide> guides_;
   double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
   double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none
-  ThinnedList<RecordedFrame> frames_;
-  ThinnedList<RecordedStep> steps_;
+  Recorded recorded_;
   std::size_t events_ = 0, friction_solves_ = 0;
   double friction_iterations_ = 0.0;
-  std::vector<double> switches_;
 };
 
 }  // namespace tanor::report

@@ -11,6 +11,7 @@ namespace tanor::report {
 template <class Item>
 class ThinnedList {
  public:
+  ThinnedList() = default;
   explicit ThinnedList(std::size_t most) : most_(most) {}
 
   void add(Item item) {
@@ -27,6 +28,28 @@ class ThinnedList {
     return result;
   }
   std::size_t num_seen() const { return num_seen_; }
+  bool is_empty() const { return kept_.empty(); }
+  double end() const { return last_.time; }  ///< s; of a list that is not empty
+
+  /// Forgets what came after this time; of how many there were, only about so many are known then.
+  void cut(double time) {
+    if (is_empty() || last_.time <= time) return;
+    std::erase_if(kept_, [&](const Item& item) { return item.time > time; });
+    num_seen_ = kept_.size() * stride_;
+    if (!is_empty()) last_ = kept_.back();
+  }
+  /// All but the room, of `List`, a ThinnedList: to write it and to read it back.
+  template <class List, class Visit>
+  static void visit(List& list, const Visit& visit_part) {
+    visit_part(list.num_seen_, list.stride_, list.kept_, list.last_);
+  }
+  /// Takes the place of a list that was read back, but for its room.
+  bool take(ThinnedList other) {
+    if (other.stride_ == 0 || other.kept_.size() > most_) return false;
+    other.most_ = most_;
+    *this = std::move(other);
+    return true;
+  }
 
  private:
   void thin() {
@@ -36,7 +59,7 @@ class ThinnedList {
     stride_ *= 2;
   }
 
-  std::size_t most_, num_seen_ = 0, stride_ = 1;
+  std::size_t most_ = 0, num_seen_ = 0, stride_ = 1;
   std::vector<Item> kept_;
   Item last_;
 };

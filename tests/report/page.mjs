@@ -1,7 +1,7 @@
-// page.mjs CHROMIUM FOLDER:SWITCHES:SCENE …: loads the report.html of each folder in headless Chromium and tries it.
+// page.mjs CHROMIUM FOLDER:SWITCHES:SCENE:BEGIN …: loads the report.html of each folder in headless Chromium and tries it.
 //
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
-// for its histories and events, scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
+// for its histories and events and for its begin (BEGIN s, or nothing: that of the motion), scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
 // whose constraints are rods alone), arrows of reactions (scenes whose guides hold points that no rod holds, and
 // supports; friction under gravity alone, of points of one mass), and the curves and surfaces that points stay on. At
 // most 12 MB.
@@ -19,7 +19,7 @@ const parts = ["points", "rods", "guides", "normal", "tangent"];
 
 const readData = (browser, what) => browser.ask(`JSON.parse(document.getElementById("data").textContent).${what}`);
 
-async function tryPage(browser, folder, switches, scene) {
+async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   const page = join(folder, "report.html"), { final, events } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
   await browser.open(pathToFileURL(resolve(page)).href);
   const motion = await readData(browser, "motion"), isLarge = motion.points > 3000;
@@ -31,7 +31,7 @@ async function tryPage(browser, folder, switches, scene) {
   await trySwitches(browser, switches);
   await readOrder(browser, motion);
   await readErrorTime(browser, folder);
-  await readTimes(browser, final, motion);
+  await readTimes(browser, final, motion, toBegin);
   await tryEvents(browser, events);
   await readCharts(browser);
 
@@ -134,14 +134,15 @@ async function readErrorTime(browser, folder) {
   browser.expect(shown === methods, `the errors of ${shown} are shown, the table has ${methods}`);
 }
 
-/** How long the motion is that was simulated, and where its picture begins. */
-async function readTimes(browser, final, motion) {
-  const { t_start, t_resumed } = await readData(browser, "run");
+/** How long the motion is that was simulated, and where its picture and its histories begin. */
+async function readTimes(browser, final, motion, toBegin) {
+  const { t_start } = await readData(browser, "run"), wanted = toBegin ? Number(toBegin) : t_start;
   const simulated = await browser.ask(`Array.from(document.querySelectorAll("#headline dt")).find((each) => each.textContent === "simulated").nextSibling.textContent`);
   browser.expect(simulated === `${+(final.t - t_start).toPrecision(4)} s`, `${simulated} are simulated, from ${t_start} s to ${final.t} s`);
   const begin = await browser.ask("tanorPage.begin"), notes = await browser.ask(`document.getElementById("view-notes").textContent`);
-  browser.expect(begin === (t_resumed ?? t_start), `the picture begins at ${begin} s`);
-  browser.expect(notes.includes("went on at t = ") === (t_resumed !== null), `beside the picture stands: ${notes}`);
+  const first = await readData(browser, "history.t[0]"), second = motion.times.find((time) => time > wanted);
+  browser.expect(begin === wanted && first >= wanted && first <= second, `the picture begins at ${begin} s, the histories at ${first} s`);
+  browser.expect(notes.includes("went on at t = ") === wanted > t_start, `beside the picture stands: ${notes}`);
   browser.expect(notes.includes("Not drawn") === motion.without_picture.length > 0, `${motion.guides.length} guides, and beside the picture stands: ${notes}`);
 }
 
@@ -270,8 +271,8 @@ const scale = takesPictures ? 1 : 0.5;
 const browser = new Browser(chromium, { width: takesPictures ? 1440 : 960, height: takesPictures ? 1000 : 640, scale, isDark: !!process.env.TANOR_PAGE_DARK });
 await tryInBrowser(browser, async () => {
   for (const trial of trials) {
-    const [folder, switches, scene] = trial.split(":");
+    const [folder, switches, scene, begin] = trial.split(":");
     browser.about = `${basename(folder)}: `;
-    await tryPage(browser, folder, switches.split(","), scene);
+    await tryPage(browser, { folder, switches: switches.split(","), scene, begin });
   }
 }, 90 * trials.length);

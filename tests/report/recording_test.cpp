@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "report/reading.hpp"
+#include "report/recording_file.hpp"
 #include "rough_incline.hpp"
 
 namespace tanor::report {
@@ -101,6 +103,112 @@ TEST(RecordingTest, AHistoryIsThinnedEvenlyAndKeepsItsEnd) {
   EXPECT_GT(steps.size(), 1900u);
   EXPECT_EQ(steps.back().time, 20'001.0);
   for (std::size_t k = 2; k + 1 < steps.size(); ++k) EXPECT_EQ(steps[k].time - steps[k - 1].time, steps[1].time);
+}
+
+constexpr MotionOptions in_small_steps{.method = Method::Rk4, .step = 1e-2};
+
+/// Every step of a motion to some time, in s.
+void record(double end, Simulation* motion, Recording* recording) {
+  recording->take_frame(*motion, motion->friction_forces());
+  const Outcome outcome = motion->advance_to(end, [&](const MotionReport& report) {
+    recording->take_step(report);
+    recording->take_frame(motion->system(), motion->solution(), motion->friction_forces());
+    return true;
+  });
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+}
+
+/// That ends at t = 0.5 s, where its bead sticks on a rough rail after it has slid uphill, and lies in a folder.
+struct StoredRecording {
+  System system = make_incline(-1.0, 0.8);
+  Simulation motion{system, in_small_steps};
+  Recording recording{system, {}};
+  Folder folder;
+
+  StoredRecording() {
+    record(0.5, &motion, &recording);
+    write_recording(folder.path(), "mine", motion.time(), recording);
+  }
+  bool is_taken_by(Recording* other, const std::string& fingerprint = "mine") const {
+    return read_recording(folder.path(), fingerprint, motion, other);
+  }
+};
+
+TEST(RecordingTest, ARunThatGoesOnKeepsWhatWasRecordedBefore) {
+  StoredRecording before;
+  Recording after(before.system, {});
+
+  ASSERT_TRUE(before.is_taken_by(&after));
+
+  const std::vector<RecordedFrame> frames = before.recording.frames();
+  ASSERT_GT(frames.size(), 40u);
+  ASSERT_EQ(before.recording.switches().size(), 1u);
+  EXPECT_EQ(after.switches(), before.recording.switches());
+  EXPECT_EQ(after.frames_seen(), before.recording.frames_seen());
+  EXPECT_EQ(after.guides().size(), 1u);
+  ASSERT_EQ(after.frames().size(), frames.size());
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const RecordedFrame frame = after.frames()[k];
+    EXPECT_EQ(frame.time, frames[k].time);
+    EXPECT_EQ(frame.positions, frames[k].positions);
+    EXPECT_EQ(frame.tangent_reactions, frames[k].tangent_reactions);
+    EXPECT_EQ(frame.guides, frames[k].guides);
+  }
+  ASSERT_EQ(after.steps().size(), before.recording.steps().size());
+  EXPECT_EQ(after.steps().back().energy, before.recording.steps().back().energy);
+
+  // The frame at which it stands is there already, and nothing that was counted before counts again.
+  record(0.6, &before.motion, &after);
+  EXPECT_EQ(after.frames().size(), frames.size() + 10);
+  EXPECT_EQ(after.switches().size(), 1u);
+}
+
+// A program that was killed may have recorded more than its checkpoint has.
+TEST(RecordingTest, WhatCameAfterTheCheckpointIsForgotten) {
+  StoredRecording before;
+  before.motion = Simulation(before.system, in_small_steps);
+  ASSERT_TRUE(before.motion.advance_to(0.2).ok());
+  Recording after(before.system, {});
+
+  ASSERT_TRUE(before.is_taken_by(&after));
+
+  EXPECT_EQ(after.frames().back().time, before.motion.time());
+  EXPECT_EQ(after.steps().back().time, before.motion.time());
+  EXPECT_EQ(after.frames_seen(), after.frames().size());
+}
+
+TEST(RecordingTest, WhatDoesNotFitIsNotTaken) {
+  StoredRecording before;
+  const std::filesystem::path file = before.folder / recording_name;
+  const std::string good = read_text(file);
+  const auto is_taken = [&](const std::string& text) {
+    write_text(file, text);
+    Recording after(before.system, {});
+    const bool is_taken = before.is_taken_by(&after);
+    EXPECT_EQ(after.frames().empty(), !is_taken);
+    return is_taken;
+  };
+
+  EXPECT_TRUE(is_taken(good));
+  for (std::size_t k = 0; k < good.size(); k += good.size() / 97) {
+    std::string bad = good;
+    bad[k] ^= 1;
+    EXPECT_FALSE(is_taken(bad)) << k;
+    EXPECT_FALSE(is_taken(good.substr(0, k))) << k;
+  }
+
+  write_text(file, good);
+  Recording after(before.system, {});
+  EXPECT_FALSE(before.is_taken_by(&after, "another scene"));
+  System on_a_table = before.system;
+  on_a_table.constraints.emplace_back(
+      Planes{.name = "table", .points = {0}, .normal = Vector3{0.0, 0.0, 1.0}, .offset = 0.0});
+  Recording other(on_a_table, {});
+  EXPECT_FALSE(read_recording(before.folder.path(), "mine", Simulation(on_a_table, in_small_steps), &other));
+  ASSERT_TRUE(before.motion.advance_to(0.6).ok());  // which nothing recorded
+  EXPECT_FALSE(before.is_taken_by(&after));
+  remove_file(file);
+  EXPECT_FALSE(before.is_taken_by(&after));
 }
 
 TEST(RecordingTest, AGuideThatTheStartSizesKeepsItsSize) {
