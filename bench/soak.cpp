@@ -19,6 +19,7 @@
 #include <vector>
 
 #include <tanor/motion.hpp>
+#include <tanor/version.hpp>
 
 #include "scenes.hpp"
 
@@ -133,10 +134,13 @@ int main(int argc, char** argv) {
   const double share = argc > 1 ? std::atof(argv[1]) : 1.0;
   const auto part = [&](std::size_t count) { return static_cast<std::size_t>(share * static_cast<double>(count)); };
   std::printf("# Soak: does memory grow?\n\n");
+  char date[11];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(date, sizeof date, "%Y-%m-%d", std::localtime(&now));
   std::printf(
-      "`build/bench/soak%s%s`: bytes in use on the heap and resident, after a tenth of the work and more at its "
-      "end.\n\n",
-      argc > 1 ? " " : "", argc > 1 ? argv[1] : "");
+      "`build/bench/soak%s%s`, tanor %s, %s: bytes in use on the heap and resident,\n"
+      "after a tenth of the work and more at its end.\n\n",
+      argc > 1 ? " " : "", argc > 1 ? argv[1] : "", TANOR_VERSION, date);
   std::printf("| what | times | s of the processor | heap after a tenth, kB | more at the end, kB | resident, kB |\n");
   std::printf("|---|--:|--:|--:|--:|--:|\n");
   bool stands = soak_motion("steps of a net of 25 beads, rattle", scenes::make_curtain(5, 5),

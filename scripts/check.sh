@@ -80,6 +80,13 @@ if [[ ${1:-} != --quick ]]; then
   headline "release"
   build_and_test release
 
+  headline "a program without node says that it has no page"
+  cmake --preset release -B build-without-page -D TANOR_REPORT_PAGE=OFF -D TANOR_UNITY=ON -D TANOR_BUILD_TESTS=OFF
+  cmake --build build-without-page --target tanor_cli --parallel "$(nproc)"
+  build-without-page/src/cli/tanor run examples/pendulum.json --report --out build-without-page/pendulum.out 2>&1 |
+    grep "there is no report.html"
+  [[ ! -e build-without-page/pendulum.out/report.html ]]
+
   headline "flat nets of more sizes (TANOR_LARGEST_NET=30 takes hours)"
   TANOR_LARGEST_NET=12 ctest --preset release --tests-regex 'FlatNet\.ArrivesByEveryMethod' --parallel "$(nproc)"
 
