@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
@@ -71,10 +72,15 @@ void require_complete(const Command& command, const CLI::App& found) {
   }
 }
 
-std::vector<std::string> list_program_options() {
-  std::vector<std::string> names;
-  for (const ProgramOption& each : program_options()) names.emplace_back(each.names.substr(each.names.find("--")));
-  return names;
+/// Refuses what stands outside of a command and is no option of the program.
+void require_known(const CLI::App& app, const std::vector<Command>& commands) {
+  const std::vector<std::string> extras = app.remaining();
+  if (extras.empty()) return;
+  const std::string& word = extras.front();
+  const bool is_option = word.starts_with("-");
+  throw InputError("", (is_option ? "there is no option " : "there is no command ") + word +
+                           suggest(word, is_option ? list_program_options() : list_names(commands)) +
+                           "; see tanor --help");
 }
 
 /// A line each: name, order, kind of steps, what it is.
@@ -90,18 +96,41 @@ std::string list_methods() {
 
 }  // namespace
 
-ExitCode execute(const Words& words) {
+ExitCode execute(const VersionOptions& options) {
+  const BuildInfo build = build_info();
+  if (!options.json) return print_lines(describe(build)), ExitCode::Done;
+  print_json({{"version", build.version},
+              {"has_suitesparse_qr", build.has_suitesparse_qr},
+              {"cholmod_has_gpl_modules", build.cholmod_has_gpl_modules},
+              {"instruction_set", build.instruction_set}});
+  return ExitCode::Done;
+}
+
+ExitCode execute(const MethodsOptions& options) {
   constexpr std::size_t column = 48;  // of what a method is
-  print_lines(words.text, column);
+  if (!options.json) return print_lines(list_methods(), column), ExitCode::Done;
+  nlohmann::ordered_json table = nlohmann::json::array();
+  for (const MethodTraits& each : methods()) {
+    table.push_back({{"name", each.name},
+                     {"order", each.order > 0 ? nlohmann::ordered_json(each.order) : nullptr},
+                     {"has_fixed_steps", each.has_fixed_steps},
+                     {"is_implicit", each.is_implicit},
+                     {"serves_friction", each.serves_friction},
+                     {"steps_in_coordinates", each.steps_in_coordinates},
+                     {"what", each.what}});
+  }
+  print_json(table);
   return ExitCode::Done;
 }
 
 Request parse_command_line(int argc, const char* const* argv) {
   const std::vector<Command> commands = make_commands();
   CLI::App app(std::string(program_summary), "tanor");
-  app.set_version_flag("--version", [] { return describe(build_info()); });
-  bool lists_methods = false;
+  bool tells_version = false, lists_methods = false;
+  CommonOptions common;
+  app.add_flag("--version", tells_version);
   app.add_flag("--methods", lists_methods);
+  app.add_flag("--json", common.json);
   app.require_subcommand(0, 1)->allow_extras();
   for (const Command& each : commands) add_command(each, &app);
   const auto asked = [&] {
@@ -111,10 +140,12 @@ Request parse_command_line(int argc, const char* const* argv) {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
     HelpOptions help;
-    if (asked() != commands.end()) help.command = asked()->name;
+    help.json = app.count("--json") > 0;
+    if (asked() != commands.end()) {
+      help.command = asked()->name;
+      help.json = app.get_subcommand(asked()->name)->count("--json") > 0;
+    }
     return help;
-  } catch (const CLI::CallForVersion& version) {
-    return Words{version.what() + std::string("\n")};
   } catch (const CLI::ArgumentMismatch& error) {
     const std::string told = error.what(), name = told.substr(0, told.find(':'));
     throw InputError("", name + " needs one value; see tanor " + asked()->name + " --help");
@@ -122,18 +153,15 @@ Request parse_command_line(int argc, const char* const* argv) {
     throw InputError("", std::string(error.what()) + "; see tanor " +
                              (asked() == commands.end() ? "" : asked()->name + " ") + "--help");
   }
+  require_known(app, commands);
   if (asked() != commands.end()) {
+    if (common.json || tells_version || lists_methods)
+      throw InputError("", "options stand behind the command, as in tanor " + asked()->name + " --json");
     require_complete(*asked(), *app.get_subcommand(asked()->name));
     return asked()->request();
   }
-  if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
-    const std::string& word = extras.front();
-    const bool is_option = word.starts_with("-");
-    throw InputError("", (is_option ? "there is no option " : "there is no command ") + word +
-                             suggest(word, is_option ? list_program_options() : list_names(commands)) +
-                             "; see tanor --help");
-  }
-  if (lists_methods) return Words{list_methods()};
+  if (tells_version) return VersionOptions{common};
+  if (lists_methods) return MethodsOptions{common};
   throw InputError("", "a command is required, such as tanor run SCENE; see tanor --help");
 }
 

@@ -105,15 +105,14 @@ struct CompletionOptions : CommonOptions {
   std::string shell;
 };
 
-/// `tanor --version`, `tanor --methods`: words alone.
-struct Words {
-  std::string text;
-};
+/// `tanor --version`, `tanor --methods`.
+struct VersionOptions : CommonOptions {};
+struct MethodsOptions : CommonOptions {};
 
 /// What a command line asks for.
 using Request = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
                              EquilibriumCommand, ModesCommand, SelftestOptions, ViewOptions, PictureOptions,
-                             HelpOptions, ManualOptions, CompletionOptions, Words>;
+                             HelpOptions, ManualOptions, CompletionOptions, VersionOptions, MethodsOptions>;
 
 /// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
 Request parse_command_line(int argc, const char* const* argv);
@@ -133,6 +132,7 @@ ExitCode execute(const PictureOptions& options);
 ExitCode execute(const HelpOptions& options);
 ExitCode execute(const ManualOptions& options);
 ExitCode execute(const CompletionOptions& options);
-ExitCode execute(const Words& words);
+ExitCode execute(const VersionOptions& options);
+ExitCode execute(const MethodsOptions& options);
 
 }  // namespace tanor::cli

@@ -434,8 +434,15 @@ std::span<const ProgramOption> program_options() {
       ProgramOption{"-h, --help", "this overview; behind a command: all about it"},
       ProgramOption{"--version", "the version, and what this program was built of"},
       ProgramOption{"--methods", "the methods: name, order, steps, what it is"},
+      ProgramOption{"--json", "with --version or --methods: print it as JSON"},
   };
   return options;
+}
+
+std::vector<std::string> list_program_options() {
+  std::vector<std::string> names;
+  for (const ProgramOption& each : program_options()) names.emplace_back(each.names.substr(each.names.find("--")));
+  return names;
 }
 
 std::span<const ExitMeaning> exit_meanings() {

@@ -59,11 +59,13 @@ std::vector<Command> make_commands();
 /// The command of a name. Throws InputError where there is none.
 Command find_command(const std::string& name);
 
-/// Options of the program itself: --help, --version, --methods.
+/// Options of the program itself: --help, --version, --methods, --json.
 struct ProgramOption {
   std::string_view names, what;
 };
 std::span<const ProgramOption> program_options();
+/// Their long names, "--help" and so on.
+std::vector<std::string> list_program_options();
 
 /// What an exit code means.
 struct ExitMeaning {

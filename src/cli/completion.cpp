@@ -84,7 +84,7 @@ _tanor() {
   COMPREPLY=()
   if ((COMP_CWORD == 1)); then
     COMPREPLY=($(compgen -W ')" +
-         words + R"( --help --version --methods' -- "$cur"))
+         words + fmt::format(" {}", fmt::join(list_program_options(), " ")) + R"(' -- "$cur"))
     return
   fi
   case ${COMP_WORDS[1]} in
@@ -161,7 +161,8 @@ _tanor() {
          R"(  )
   if ((CURRENT == 2)); then
     _describe command commands
-    compadd -- --help --version --methods
+    compadd -- )" +
+         fmt::format("{}", fmt::join(list_program_options(), " ")) + R"(
     return
   fi
   local command=${words[2]}

@@ -6,6 +6,8 @@
 #include <set>
 #include <sstream>
 
+#include <tanor/build_info.hpp>
+
 #include "cli/shell.hpp"
 #include "cli/terminal.hpp"
 
@@ -191,6 +193,16 @@ TEST(JsonTest, EveryCommandPrintsIt) {
   const json modes = ask({"modes", "e/equilibrium.json", "--out", "m"});
   EXPECT_EQ(modes, read_json(folder / "m/summary.json"));
   EXPECT_EQ(ask({"help"}), read_table());
+  EXPECT_EQ(ask({"--help"}), read_table());
+  EXPECT_EQ(ask({"run", "--help"})[0]["name"], "run");
+  const json version = ask({"--version"}), methods = ask({"--methods"});
+  EXPECT_EQ(run_program(folder, {"--version"}).out.substr(6, 5), version["version"].get<std::string>().substr(0, 5));
+  EXPECT_EQ(version["instruction_set"], build_info().instruction_set);
+  for (const json& method : methods) EXPECT_TRUE(contains(run_program(folder, {"--methods"}).out, method["what"]));
+  EXPECT_EQ(methods.size(), count(run_program(folder, {"--methods"}).out, "\n"));
+  EXPECT_EQ(methods[0]["order"], nullptr);
+  EXPECT_TRUE(contains(complaint(folder, {"--json", "run", "s.json"}), "behind the command, as in tanor run --json"));
+  EXPECT_TRUE(contains(complaint(folder, {"--version", "--jsn"}), "no option --jsn (did you mean --json?)"));
   EXPECT_EQ(ask({"completion", "zsh"})["script"], run_program(folder, {"completion", "zsh"}).out);
   EXPECT_EQ(ask({"manual", "run"})["page"], run_program(folder, {"manual", "run"}).out);
   EXPECT_EQ(ask({"manual"})["name"], "tanor");

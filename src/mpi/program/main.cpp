@@ -239,7 +239,8 @@ struct Executor {
 
   ExitCode operator()(const cli::RunOptions& options) const { return Run(ranks, options).execute(); }
   ExitCode operator()(const cli::HelpOptions& options) const { return cli::execute(options); }
-  ExitCode operator()(const cli::Words& words) const { return cli::execute(words); }
+  ExitCode operator()(const cli::VersionOptions& options) const { return cli::execute(options); }
+  ExitCode operator()(const cli::MethodsOptions& options) const { return cli::execute(options); }
   template <class Other>
   ExitCode operator()(const Other&) const {
     throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
