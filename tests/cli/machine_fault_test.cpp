@@ -87,6 +87,12 @@ TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
   }
 }
 
+/// Whether a test that finds no small disk is a failure: in continuous integration root is to have one.
+bool must_mount() {
+  const char* const ci = std::getenv("CI");
+  return ci != nullptr && *ci != '\0' && geteuid() == 0;
+}
+
 // A disk of 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of files.
 TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   const Folder folder;
@@ -94,12 +100,15 @@ TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   ASSERT_EQ(run_script(folder, "tanor run s.json --quiet --out whole").code, 0);
 
   const Ended ended = run_script(folder, R"sh(mkdir disk
-    unshare --mount true 2>/dev/null || exit 99
-    export TANOR; unshare --mount sh -c 'mount -t tmpfs -o size=256k none disk 2>/dev/null || exit 99
+    unshare --mount true || exit 99
+    export TANOR; unshare --mount sh -c 'mount -t tmpfs -o size=256k none disk || exit 99
       "$TANOR" run s.json --quiet --out disk/o; code=$?
       cp -r disk/o o
       exit $code')sh");
-  if (ended.code == 99) return;
+  if (ended.code == 99) {
+    ASSERT_FALSE(must_mount()) << ended.err;
+    GTEST_SKIP() << "this process may not mount a disk";
+  }
 
   EXPECT_EQ(ended.code, 4) << ended.err;
   EXPECT_TRUE(contains(ended.err, "No space left on device")) << ended.err;
@@ -125,14 +134,17 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
 
     const std::string options = "s.json --quiet --trajectory " + format + " --out ";
     const Ended ended = run_script(folder, R"sh(mkdir disk
-      unshare --mount true 2>/dev/null || exit 99
+      unshare --mount true || exit 99
       export TANOR; unshare --mount sh -c 'mount -t tmpfs -o size=)sh" +
                                                std::to_string(bytes / 2) +
-                                               R"sh( none disk 2>/dev/null || exit 99
+                                               R"sh( none disk || exit 99
         "$TANOR" run )sh" + options + R"sh(disk/o; code=$?
         cp -r disk/o o
         exit $code')sh");
-    if (ended.code == 99) return;
+    if (ended.code == 99) {
+      ASSERT_FALSE(must_mount()) << ended.err;
+      GTEST_SKIP() << "this process may not mount a disk";
+    }
     EXPECT_EQ(ended.code, 4) << format << ended.err;
     EXPECT_TRUE(contains(ended.err, "cannot write disk/o/")) << format << ended.err;
     EXPECT_EQ(run_script(folder, "tanor run --resume " + options + "o").code, 0) << format;
