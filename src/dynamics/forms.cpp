@@ -55,12 +55,13 @@ void Forms::make_plan() {
   }
   std::sort(plan.idle_equations.begin(), plan.idle_equations.end());
   auto& left_out = plan.left_out;
-  if (!model.has_friction()) left_out.push_back("friction stage: constraints are ideal");
-  if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
-  if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
-  if (normal == nullptr && given == nullptr) left_out.push_back("normal form: no constraints are given");
+  if (!model.has_friction()) left_out.push_back("friction: constraints are ideal");
+  if (model.num_rows() > 0 && has_one_mass(model))
+    left_out.push_back("second matrix of the constraints: all points have one mass (36)");
+  if (tangent == nullptr) left_out.push_back("coordinates: none are given");
+  if (normal == nullptr && given == nullptr) left_out.push_back("constraints: none are given");
   if (normal != nullptr && tangent != nullptr)
-    left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
+    left_out.push_back(std::string(is_tangent() ? "steps by constraints: " : "steps in coordinates: ") + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
   if (tangent != nullptr) plan.tangent_flops = tangent->dynamics().completed().predicted_flops();
   main->describe(&plan);

@@ -25,7 +25,7 @@ void TangentForm::describe(PlanSummary* plan) const {
   linearization_.describe(plan);
   plan->left_out.push_back("projections: r(q, t) stays on the constraints by itself");
   plan->left_out.push_back("multipliers in steps: computed where they are asked for");
-  if (!work_.coordinates.depends_on_time()) plan->left_out.push_back("r_t terms: no coordinates depend on time");
+  if (!work_.coordinates.depends_on_time()) plan->left_out.push_back("moving coordinates: none depend on time");
   if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 

@@ -114,20 +114,21 @@ async function readOrder(browser, motion) {
   browser.expect(order === "warnings scene headline left-out-line view charts phases", `the page has ${order}`);
   const words = await browser.ask(`document.getElementById("headline").textContent`);
   for (const word of ["certified", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
+  const leftOut = await browser.ask(`document.getElementById("left-out-line").textContent`);
+  browser.expect(/^Left out/.test(leftOut) && !/Gamma|xi_t|r_t|[A-Z]\b|form/.test(leftOut), `the headline says ${leftOut}`);
   const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);
-  const wanted = ["Energy drift", "Violation", "Conditioning", "Error against run time"];
+  const wanted = ["Energy drift", "Violation", "Conditioning"];
   if (motion.has_friction) wanted.push("Friction iterations");
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
 }
 
-/** The table of tanor error-time beside the page is a curve for each method; without it the page says how to get one. */
+/** The table of tanor error-time beside the page is a curve for each method; without it one line says how to get one. */
 async function readErrorTime(browser, folder) {
-  const table = join(folder, "error_time.csv");
+  const table = join(folder, "error_time.csv"), hasTable = existsSync(table);
   const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h2").textContent.startsWith("Error against run time"))`;
-  if (!existsSync(table)) {
-    browser.expect(await browser.ask(`!!${card}.querySelector(".hint")`), "nothing says how errors are measured");
-    return;
-  }
+  browser.expect((await browser.ask(`document.getElementById("errors-line").hidden`)) === hasTable && (await browser.ask(`!!${card}`)) === hasTable,
+    "a card shows errors or a line says how they are measured, not both and not neither");
+  if (!hasTable) return;
   const [head, ...rows] = readFileSync(table, "utf8").trim().split("\n").map((row) => row.split(","));
   const methods = [...new Set(rows.map((row) => row[head.indexOf("method")]))].join(" ");
   const shown = await browser.ask(`Array.from(${card}.querySelectorAll(".u-series .u-label"), (each) => each.textContent).slice(1).join(" ")`);

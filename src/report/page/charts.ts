@@ -1,5 +1,6 @@
 import uPlot from "uplot";
 import { words, type PageData } from "./data";
+import { find } from "./dom";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 // uPlot has ticks down to 1e-24 and looks for others without end.
@@ -135,7 +136,8 @@ export class Charts {
   /** Error against wall time from the table of `tanor error-time`, one curve a method. */
   private addErrorTime(csv: string): void {
     const [head, ...lines] = csv.trim().split("\n").map((line) => line.split(","));
-    if (!lines.length) return this.sayHowToMeasureErrors();
+    find("errors-line").hidden = lines.length > 0;
+    if (!lines.length) return;
     const column = (name: string) => head.indexOf(name);
     const methods = [...new Set(lines.map((line) => line[column("method")]))];
     const points = lines.map((line) => ({ method: line[column("method")], wall: Number(line[column("wall_s")]), error: Number(line[column("error_m")]) }))
@@ -147,12 +149,5 @@ export class Charts {
       cursor: { drag: { x: false, y: false } },
       series: [{ label: "run time / s", value: tell }, ...methods.map((label, k) => ({ label, ...lineOf(k), spanGaps: true, points: { show: true, size: 6 }, value: tell }))],
     }, [points.map((p) => p.wall), ...methods.map((method) => points.map((p) => (p.method === method ? p.error : null)))] as uPlot.AlignedData, card);
-  }
-
-  private sayHowToMeasureErrors(): void {
-    const card = this.card("Error against run time"), hint = document.createElement("p");
-    hint.className = "hint";
-    hint.innerHTML = "Not measured here. <code>tanor error-time SCENE --out DIR</code> runs every method against a finer run of another one; <code>tanor run SCENE --out DIR --report</code> shows that table in this place.";
-    card.append(hint);
   }
 }
