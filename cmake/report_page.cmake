@@ -27,7 +27,7 @@ else()
   endif()
   if(NOT installed STREQUAL wanted)
     file(COPY ${page_sources}/package.json ${page_sources}/package-lock.json DESTINATION ${page_build})
-    execute_process(COMMAND ${NPM_PROGRAM} ci --ignore-scripts --no-audit --no-fund --fetch-retries=1
+    execute_process(COMMAND ${NPM_PROGRAM} ci --omit=dev --ignore-scripts --no-audit --no-fund --fetch-retries=1
       WORKING_DIRECTORY ${page_build} TIMEOUT 180 RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
     if(failed)
       set(page_obstacle "npm could not fetch three, uplot and esbuild")

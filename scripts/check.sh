@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Before sharing: format, scripts, rooms, reference, warnings as errors, tests (with package and exports), clang-tidy,
+# Before sharing: format, scripts, types, rooms, reference, warnings as errors, tests (with package and exports), clang-tidy,
 # sanitizers, release tests.
 #
 #   scripts/check.sh               all of it
@@ -39,9 +39,19 @@ sanitize() {
   scripts/fuzz 20000
 }
 
+# tsc looks for libraries beside the sources, and the source tree has none; esbuild, which bundles the page, drops types unread.
+check_types() {
+  local folder=build-page-types
+  mkdir -p "$folder"
+  rm -f "$folder"/*.ts
+  cp src/report/page/{*.ts,tsconfig.json,package.json,package-lock.json} "$folder"
+  (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund && npx tsc)
+}
+
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
 
 scripts/install_packages library program test python check
+command -v npm >/dev/null || scripts/install_packages page  # another Node.js does not stand beside Debian's
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}; fi
 
 if [[ ${1:-} == --format ]]; then
@@ -59,6 +69,9 @@ clang-format --dry-run -Werror "${sources[@]}"
 headline "scripts"
 shellcheck scripts/{abi,bench,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-formats,test-hosts,test-rooms,test_aarch64} \
   .ci/run
+
+headline "types of the page of a run"
+check_types
 
 headline "rooms"
 scripts/check_rooms.py

@@ -1,8 +1,39 @@
+/** A number that was not computed, or is none, is null. */
+type Figure = number | null;
+
+/** Facts of a run, of those that src/report/html_page.cpp tells, as the page shows them. Times of the motion and times that somebody waits in s. */
+export interface Run {
+  scene: string;
+  version: string;
+  method: string;
+  threads: number;
+  points: number;
+  equations: number;
+  islands: number;
+  steps: number;
+  rejected: number;
+  t_start: number;
+  t_resumed: number | null;
+  t_end: number;
+  t_reached: number;
+  certificate: { checks: { identity: string; error: Figure }[] };
+  certificate_line: string;
+  certified_to: Figure;
+  warnings: string[];
+  left_out: string[];
+  drift: Figure;
+  position_violation: Figure;
+  velocity_violation: Figure;
+  wall: { total: number } & Record<string, number>; // by phase
+  is_running: boolean;
+  text: string; // empty where the run goes on
+}
+
 /** What src/report/html_page.cpp puts into the page. */
 export interface PageData {
-  run: any;
+  run: Run;
   motion: Motion;
-  history: Record<string, (number | null)[]>;
+  history: Record<string, Figure[]>;
   events: { t: number; kind: string; what: string }[]; // the first ones of each kind
   events_seen: Record<string, number>; // of each kind, in all
   error_time: string;
@@ -98,7 +129,7 @@ export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
 }
 
 /** "1.23e-7 N" and the like, to so many digits. */
-export function words(number: number | null | undefined, unit = "", digits = 4): string {
+export function words(number: Figure | undefined, unit = "", digits = 4): string {
   if (number === null || number === undefined || !Number.isFinite(number)) return "undefined";
   const size = Math.abs(number);
   const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? number.toExponential(digits - 1) : String(+number.toPrecision(digits));

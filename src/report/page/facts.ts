@@ -1,11 +1,10 @@
-import type { PageData } from "./data";
-import { wait, words } from "./data";
+import { wait, words, type PageData, type Run } from "./data";
 import { fillList, find, make } from "./dom";
 
 const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
 
 /** What was proven, in a word or two. */
-function describeCertificate(run: any): string {
+function describeCertificate(run: Run): string {
   if (run.is_running) return "at the end";
   if (run.certified_to === null) return "not asked for";
   if (!run.certificate_line.startsWith("certified")) return "failed";
@@ -26,7 +25,7 @@ export function fillHeadline({ run, motion }: PageData): void {
     ["run time", wait(run.wall.total)],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
     ["simulated", words(run.t_reached - run.t_start, "s")],
-    ["violation", words(Math.max(run.position_violation, run.velocity_violation), "", 2)],
+    ["violation", words(run.position_violation === null || run.velocity_violation === null ? null : Math.max(run.position_violation, run.velocity_violation), "", 2)],
     ["energy drift", words(run.drift, "", 2)],
     ["threads", String(run.threads)],
   ];
@@ -36,13 +35,13 @@ export function fillHeadline({ run, motion }: PageData): void {
     return pair;
   }));
   find("warnings").hidden = run.warnings.length === 0;
-  find("warnings").replaceChildren(...run.warnings.map((warning: string) => make("p", warning)));
-  find("left-out-line").textContent = run.left_out.length ? `Left out, since the scene does not need it: ${run.left_out.map((what: string) => what.split(":")[0]).join(", ")}.` : "";
+  find("warnings").replaceChildren(...run.warnings.map((warning) => make("p", warning)));
+  find("left-out-line").textContent = run.left_out.length ? `Left out, since the scene does not need it: ${run.left_out.map((what) => what.split(":")[0]).join(", ")}.` : "";
   find("left-out-line").title = run.left_out.join("\n");
 }
 
-function fillPhases(run: any): void {
-  const phases = Object.entries(run.wall as Record<string, number>).filter(([name, time]) => name !== "total" && time > 0);
+function fillPhases(run: Run): void {
+  const phases = Object.entries(run.wall).filter(([name, time]) => name !== "total" && time > 0);
   const most = Math.max(...phases.map(([, time]) => time));
   find("phases").replaceChildren(...phases.map(([name, time]) => {
     const row = make("div", "", "phase"), bar = make("i");
@@ -66,12 +65,12 @@ export function fillDetails(data: PageData, seek: (time: number) => void): void 
   const { run, events } = data;
   fillPhases(run);
   find("certificate").textContent = run.certificate_line || (run.is_running ? "It is made at the end." : "No certificate was asked for.");
-  find("checks").replaceChildren(...(run.certificate?.checks ?? []).map((check: any) => {
+  find("checks").replaceChildren(...run.certificate.checks.map((check) => {
     const row = make("tr");
     row.append(make("td", check.identity), make("td", words(check.error)));
     return row;
   }));
-  fillList("left-out", run.left_out.map((what: string) => make("li", what)), "nothing");
+  fillList("left-out", run.left_out.map((what) => make("li", what)), "nothing");
   find("events-card").hidden = events.length === 0;
   fillList("events", events.map((event) => {
     const row = make("li");

@@ -261,10 +261,14 @@ class Page {
   }
 }
 
+declare global {
+  interface Window { tanorPage: Page["hooks"] }
+}
+
 async function start(): Promise<void> {
   const page = new Page(), { data, packed } = readPage(document);
   await page.show(data, packed);
-  (window as any).tanorPage = page.hooks;
+  window.tanorPage = page.hooks;
   const tick = (now: number) => { page.tick(now); requestAnimationFrame(tick); };
   requestAnimationFrame(tick);
   await follow(data.run.is_running, (next) => page.show(next.data, next.packed));

@@ -1,4 +1,4 @@
-import { Group, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { Group, Line, Mesh, Object3D, PerspectiveCamera, Points, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Arrays, Motion } from "./data";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
@@ -72,6 +72,15 @@ export class Stage {
   }
 }
 
+/** Gives back what the graphics hold of all that is drawn in it. */
+function release(drawn: Object3D): void {
+  drawn.traverse((child) => {
+    if (!(child instanceof Mesh || child instanceof Line || child instanceof Points)) return;
+    child.geometry.dispose();
+    for (const material of [child.material].flat()) material.dispose();
+  });
+}
+
 const shades = 256; // from no tension to the largest
 
 /** The motion in 3-D. */
@@ -132,7 +141,7 @@ export class View {
   }
 
   dispose(): void {
-    this.scene.traverse((child: any) => { child.geometry?.dispose(); child.material?.dispose(); });
+    release(this.scene);
   }
 
   /** The rod that pulls or pushes most at a time. */
@@ -285,7 +294,7 @@ export class View {
     const moves = this.motion.guides.some((guide) => guide.rows.length > 1);
     if (this.guideFrame >= 0 && (!moves || this.guideFrame === this.frame)) return;
     this.guideFrame = this.frame;
-    this.guides.traverse((child: any) => { child.geometry?.dispose(); child.material?.dispose(); });
+    release(this.guides);
     this.guides.clear();
     for (const guide of this.motion.guides) {
       const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
