@@ -127,8 +127,9 @@ export class Charts {
       ctx.fillStyle = colour;
       ctx.fillRect(x - width / 2, bbox.top + bbox.height - height, width, height);
     };
+    const colours = Object.fromEntries(Object.entries(colourOfEvent).map(([kind, name]) => [kind, style(name)]));
     ctx.save();
-    for (const event of this.data.events) bar(event.t, style(colourOfEvent[event.kind]), 1.5 * devicePixelRatio, 7 * devicePixelRatio);
+    for (const event of this.data.events) bar(event.t, colours[event.kind], 1.5 * devicePixelRatio, 7 * devicePixelRatio);
     bar(this.time, style("--accent"), 1.5 * devicePixelRatio, bbox.height);
     ctx.restore();
   }
