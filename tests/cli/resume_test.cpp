@@ -1,6 +1,6 @@
 #include <tanor/motion.hpp>
 
-#include "cli/program.hpp"
+#include "cli/shell.hpp"
 
 namespace tanor::cli {
 namespace {
@@ -176,6 +176,51 @@ TEST(ResumeTest, AKilledRunGoesOn) {
   const auto frames = read_xyz(folder / "o/trajectory.xyz");
   ASSERT_EQ(frames.size(), written + 21);
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
+}
+
+/// Whether two H5MD files hold the same data sets, by h5py; how their bytes lie depends on when they were written.
+Ended compare_h5(const Folder& folder, const std::string& a, const std::string& b) {
+  return run_script(folder, "/usr/bin/python3 -c 'import h5py' || exit 77\n/usr/bin/python3 - " + a + " " + b +
+                                R"py( <<'END'
+import sys, h5py
+def read(name):
+    sets = {}
+    def take(path, each):
+        if isinstance(each, h5py.Dataset):
+            sets[path] = (each.shape, str(each.dtype), each[()].tobytes())
+    with h5py.File(name) as file:
+        file.visititems(take)
+    return sets
+a, b = read(sys.argv[1]), read(sys.argv[2])
+sys.exit(f"data sets {sorted(a)} and {sorted(b)}" if a.keys() != b.keys() or not a else
+         next((f"{name} differs" for name in a if a[name] != b[name]), 0))
+END
+)py");
+}
+
+TEST(ResumeTest, AKilledRunHasTheFramesOfOneRunInEveryFormat) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.125, "step": 0.0078125,
+    "trajectory": ["vtp", "lammps", "h5md", "csv", "npz"])"));
+  if (contains(run_program(folder, {"run", "s.json", "--out", "tried", "--t-end", "0.1"}).err, "was built without"))
+    GTEST_SKIP() << "without HDF5 or libzip";
+  Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_for_frames(folder / "o", 4));
+  kill(program.process(), SIGKILL);
+  EXPECT_EQ(program.wait().code, 128 + SIGKILL);
+  const std::string end = std::to_string(0.125 * static_cast<double>(count_frames(folder / "o") + 20));
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", end});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_FALSE(contains(ended.err, "starts anew")) << ended.err;
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "whole", "--t-end", end}).code, 0);
+
+  ASSERT_EQ(list_names(folder / "o"), list_names(folder / "whole"));
+  for (const std::string name :
+       {"trajectory.pvd", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"})
+    EXPECT_EQ(read_text(folder / "o" / name), read_text(folder / "whole" / name)) << name;
+  const Ended compared = compare_h5(folder, "o/trajectory.h5", "whole/trajectory.h5");
+  EXPECT_TRUE(compared.code == 0 || compared.code == 77) << compared.err;
 }
 
 /// Frames are rare and the run is long: what was done since the last frame is not lost.
