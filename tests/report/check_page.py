@@ -101,7 +101,7 @@ def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
         subprocess.run([*command[:-1], "--t-end", str(HOSTILE_BEGIN)], check=True)
         command.append("--resume")
     if scene.stem == "melt_generated":
-        command += ["--t-end", "0.1"]
+        command += ["--t-end", "0.05"]
     subprocess.run(command, check=True)
 
 
