@@ -60,7 +60,8 @@ void MultiplierForm::describe(PlanSummary* plan) const {
   if (plan->linear_solvers == std::vector{LinearSolver::ClosedForm} ||
       plan->factorizations == std::vector{Factorization::ClosedForm})
     left_out.push_back("sparse factorization: closed form, row by row");
-  if (work_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of the equations: their sizes do not change");
+  if (work_.constraints.gradient_norms_are_constant())
+    left_out.push_back("rescaling of the equations: their sizes do not change");
   if (!work_.constraints.depends_on_time()) left_out.push_back("moving constraints: none depends on time");
 }
 
