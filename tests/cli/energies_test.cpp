@@ -61,18 +61,18 @@ INSTANTIATE_TEST_SUITE_P(Scenes, EnergyEnds, testing::ValuesIn(ends),
 
 /// Each command warns once on stderr, and says it in `left_out`.
 void expect_warning_of_each_command(const Folder& folder, const std::string& warning) {
-  for (const Words& words : std::vector<Words>{{"run", "s.json", "--out", "o", "--quiet"},
-                                               {"solve", "s.json", "--out", "o/solve.json"},
+  for (const Words& words : std::vector<Words>{{"run", "s.json", "--out", "run", "--quiet"},
+                                               {"solve", "s.json", "--out", "solve.json"},
                                                {"info", "s.json"},
-                                               {"equilibrium", "s.json", "--out", "o"},
-                                               {"modes", "s.json", "--out", "o"}}) {
+                                               {"equilibrium", "s.json", "--out", "equilibrium"},
+                                               {"modes", "s.json", "--out", "modes"}}) {
     const Ended ended = run_program(folder, words);
 
     ASSERT_EQ(ended.code, 0) << words[0] << ended.err;
     EXPECT_EQ(count(ended.err, "warning: " + warning), 1u) << words[0] << ended.err;
     const std::string told = words[0] == "info"    ? ended.out
-                             : words[0] == "solve" ? read_text(folder / "o/solve.json")
-                                                   : read_text(folder / "o/summary.json");
+                             : words[0] == "solve" ? read_text(folder / "solve.json")
+                                                   : read_text(folder / words[0] / "summary.json");
     EXPECT_NE(told.find(warning), std::string::npos) << words[0];
   }
 }
