@@ -38,7 +38,7 @@ struct OutputTimes {
   double every = 0.0;     ///< s
 };
 
-/// What a recording has taken.
+/// Holds what a recording has taken.
 struct Recorded {
   GuideStart start;
   ThinnedList<RecordedFrame> frames;

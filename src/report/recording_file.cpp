@@ -54,7 +54,7 @@ struct RecordingWriter {
   }
 };
 
-/// What is left to read ends too early.
+/// Says that the bytes that are left end too early.
 struct CutOff {};
 
 /// Reads back what a RecordingWriter wrote.
