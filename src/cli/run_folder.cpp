@@ -179,9 +179,9 @@ void RunFolder::publish(const Simulation& simulation) {
     checkpoint_.wall = measure_wall();
     checkpoint_.time = simulation.time();
     checkpoint_.state = simulation.save();
-    // Before the first step there is nothing to lose that would be worth the wait.
-    // Before the checkpoint, which is never ahead of it.
+    // It comes before the checkpoint, which is never ahead of it.
     if (recording_) report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
+    // Before the first step there is nothing to lose that would be worth the wait.
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "cli/command_line.hpp"
@@ -32,7 +33,9 @@ view::ServeFunction* load_server() {
 }
 
 bool is_running(const fs::path& folder) {
-  return find_holder(folder) == "run";
+  // A holder has no name yet for a moment, and none on a full disk.
+  const std::optional<std::string> holder = find_holder(folder);
+  return holder && (holder->empty() || *holder == "run");
 }
 
 /// The folder of a run that has a page, or the reason why there is none to see.

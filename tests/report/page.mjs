@@ -143,7 +143,7 @@ async function readTimes(browser, final, motion, toBegin) {
   const begin = await browser.ask("tanorPage.begin"), notes = await browser.ask(`document.getElementById("view-notes").textContent`);
   const first = await readData(browser, "history.t[0]"); // after a step
   browser.expect(begin === wanted && first >= wanted && first - wanted < 0.2 * (final.t - wanted), `the picture begins at ${begin} s, the histories at ${first} s`);
-  browser.expect(notes.includes("went on at t = ") === wanted > t_start, `beside the picture stands: ${notes}`);
+  browser.expect(notes.includes(`begin at t = ${+begin.toPrecision(4)} s`) === wanted > t_start, `beside the picture stands: ${notes}`);
   browser.expect(notes.includes("Not drawn") === motion.without_picture.length > 0, `${motion.guides.length} guides, and beside the picture stands: ${notes}`);
 }
 

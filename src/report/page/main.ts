@@ -197,7 +197,7 @@ class Page {
     find("arrow-scale").textContent = held && this.view ? `An arrow of a sixth of the picture is ${words(this.view.newtonsPerSize, "N", 3)}. Normal: what guides and supports do; tangent: friction. The pull of rods is left out.` : "";
     const notes = [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
     const { t_start, t_resumed } = this.data.run;
-    if (t_resumed !== null && this.begin > t_start) notes.push(`The run went on at t = ${words(t_resumed, "s")} from an earlier one, where this picture and the histories begin; the trajectory has all of the motion.`);
+    if (t_resumed !== null && this.begin > t_start) notes.push(`This picture and the histories begin at t = ${words(this.begin, "s")}, where the run went on from an earlier one; the trajectory has all of the motion.`);
     if (motion.without_picture.length) notes.push(`Not drawn: ${motion.without_picture.join(", ")}.`);
     find("view-notes").textContent = notes.join(" ");
     const natural = this.natural(), speed = find<HTMLSelectElement>("speed");
