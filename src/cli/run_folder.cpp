@@ -79,7 +79,7 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
   checkpoint_.scene = plan.fingerprint;
   if (plan.has_html_page)
     recording_.emplace(simulation.system(), scene.output_points,
-                       report::OutputTimes{.duration = scene.t_end - simulation.time(), .every = scene.output_every});
+                       report::OutputTimes{.duration = scene.t_end - scene.t_start, .every = scene.output_every});
 }
 
 void RunFolder::append_frame(Simulation& simulation) {
@@ -187,8 +187,10 @@ void RunFolder::publish(const Simulation& simulation) {
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();
     require_folder(report::checkpoint_name);  // the disk takes its time
     report::write_checkpoint(directory_, checkpoint_, wait);
-    if (!is_in_place())
-      std::filesystem::remove(directory_ / report::checkpoint_name);  // it went into a strange one just now
+    if (!is_in_place()) {  // they went into a strange one just now
+      for (const char* name : {report::checkpoint_name, report::recording_name})
+        std::filesystem::remove(directory_ / name);
+    }
     require_folder(report::checkpoint_name);
   }
   last_frame_.reset();

@@ -11,6 +11,7 @@
 #include <tanor/enum_names.hpp>
 
 #include "base/checksum.hpp"
+#include "report/sealed_file.hpp"
 #include "report/words.hpp"
 #include "scene/text_file.hpp"
 
@@ -28,14 +29,8 @@ fs::path path_in(const fs::path& directory) {
 }
 
 constexpr std::string_view first_words = "tanor checkpoint ";
-constexpr std::string_view last_words = "checksum ";
-
 std::string first_line() {
   return fmt::format("{}{}\n", first_words, format);
-}
-
-std::string last_line(const Checksum& sum) {
-  return fmt::format("{}{}\n", last_words, sum.text());
 }
 
 /// visit(name, number) for every number of the head, to write them and to read them back.
@@ -77,18 +72,19 @@ void require_sound(const Checkpoint& checkpoint) {
 
 /// The lines and bytes between the first line and the last. Throws InputError where one byte is not what was written.
 std::string_view open_content(std::string_view text) {
-  if (!text.starts_with(first_line())) {
-    const bool is_other = text.starts_with(first_words) || text.starts_with("{\n  \"tanor_checkpoint\"");
-    throw InputError("",
-                     is_other ? "is of another version of tanor; run without --resume" : "is no checkpoint of tanor");
+  std::string_view content;
+  switch (open_sealed(text, first_line(), &content)) {
+    case Seal::Sound:
+      break;
+    case Seal::OtherFormat: {
+      const bool is_other = text.starts_with(first_words) || text.starts_with("{\n  \"tanor_checkpoint\"");
+      throw InputError("",
+                       is_other ? "is of another version of tanor; run without --resume" : "is no checkpoint of tanor");
+    }
+    case Seal::Damaged:
+      throw InputError("", "is damaged: its checksum is another one; run without --resume");
   }
-  const std::size_t end = text.rfind(last_words);
-  Checksum sum;
-  sum.add(text.substr(0, end));
-  if (end == std::string_view::npos || text.substr(end) != last_line(sum)) {
-    throw InputError("", "is damaged: its checksum is another one; run without --resume");
-  }
-  return text.substr(first_line().size(), end - first_line().size());
+  return content;
 }
 
 constexpr std::string_view start_of_points = "the start of its points", options_place = "/motion/";
@@ -184,15 +180,9 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint, W
   ordered_json head{{"scene", checkpoint.scene}};
   for_each_number(checkpoint, [&](const char* name, const auto& number) { head[name] = number; });
   head["files"] = checkpoint.trajectory.files;
-  const std::string lines = first_line() + head.dump() + "\n";
-  Checksum sum;
-  sum.add(lines);
-  sum.add(checkpoint.state);
-  replace_file(path_in(directory), wait, [&](OutputFile* file) {
-    file->write(lines);
-    file->write({reinterpret_cast<const char*>(checkpoint.state.data()), checkpoint.state.size()});
-    file->write(last_line(sum));
-  });
+  write_sealed(path_in(directory), wait, first_line(),
+               {head.dump(), "\n",
+                std::string_view(reinterpret_cast<const char*>(checkpoint.state.data()), checkpoint.state.size())});
 }
 
 std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::string& fingerprint) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <vector>
@@ -63,11 +64,11 @@ std::vector<std::string> split_row(std::string_view row) {
   return fields;
 }
 
-/// For a reader that looks for commas alone.
-std::string without_separators(std::string text) {
-  std::ranges::replace_if(
-      text, [](char c) { return c == ',' || c == '"'; }, ' ');
-  return text;
+/// null where there is no number.
+Json read_field(const std::string& text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? Json(number) : Json();
 }
 
 /// A field without a number is empty.
@@ -158,20 +159,27 @@ Json describe_error_time(const ErrorTimeTable& table) {
   return {{"scene", table.scene}, {"t_end", table.t_end}, {"rows", rows}, {"remarks", list_remarks(table)}};
 }
 
-std::string read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum) {
+Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum) {
   std::ifstream file(directory / "error_time.csv");
-  std::string text, line;
-  if (!std::getline(file, line) || !line.ends_with(",scene,scene_checksum")) return {};
-  text = line + "\n";
+  std::string line;
+  if (!std::getline(file, line)) return Json::array();
+  const std::vector<std::string> head = split_row(line);
+  Json rows = Json::array();
   while (std::getline(file, line)) {
     const std::vector<std::string> fields = split_row(line);
-    const std::size_t end_of_method = line.find(',');
-    if (fields.size() < 2 || end_of_method == std::string::npos) return {};
-    std::string method = fields.front();
-    if (fields.back() != scene_checksum) method += fmt::format(" ({})", without_separators(fields[fields.size() - 2]));
-    text += method + line.substr(end_of_method) + "\n";
+    if (fields.size() != head.size()) return Json::array();
+    const auto field = [&](std::string_view name) -> std::string {
+      const auto column = std::ranges::find(head, name);
+      return column == head.end() ? "" : fields[static_cast<std::size_t>(column - head.begin())];
+    };
+    const std::string scene = field("scene"), checksum = field("scene_checksum");
+    if (checksum.empty()) return Json::array();
+    rows.push_back(
+        {{"method", checksum == scene_checksum ? field("method") : fmt::format("{} ({})", field("method"), scene)},
+         {"wall_s", read_field(field("wall_s"))},
+         {"error_m", read_field(field("error_m"))}});
   }
-  return text;
+  return rows;
 }
 
 std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {

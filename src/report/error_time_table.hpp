@@ -14,9 +14,9 @@ std::string format_error_time(const ErrorTimeTable& table);
 /// The same as JSON, with the names of the columns of `error_time.csv`.
 Json describe_error_time(const ErrorTimeTable& table);
 
-/// The text of `directory/error_time.csv` for the page of a run, which looks for commas alone; empty: there is none, or
+/// Rows of `directory/error_time.csv` for the page of a run: method, wall_s, error_m; none: there is no such file, or
 /// none that says of which scene it is. Behind the methods of another scene stands that one's name.
-std::string read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum);
+Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum);
 
 /// `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png` in a
 /// folder. Says why there is no PNG; empty: there is one.

@@ -30,7 +30,7 @@ struct GuideStart {
 
 /// Guides of constraints and coordinates at time t, in their order, at most `most` of them: at every time the same
 /// ones. Points with a number each have a guide each.
-std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most);
+std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most = 64);
 
 /// Groups whose guides have no picture: formulas of several points, angles, pulleys and the like.
 std::vector<Guide> list_guides_without_picture(const System& system);

@@ -41,7 +41,7 @@ struct Range {
   Json json() const { return least <= most ? Json{least, most} : Json{0.0, 0.0}; }
 };
 
-using Numbers = std::vector<float> RecordedFrame::*;
+using FrameArray = std::vector<float> RecordedFrame::*;
 
 Range find_range(const std::vector<float>& numbers) {
   Range range;
@@ -51,7 +51,8 @@ Range find_range(const std::vector<float>& numbers) {
 
 /// Rows of numbers in 16 bits between the ends of the range of each frame, which the page gets with them: one large
 /// force at one time takes no digits of the others.
-Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames, Numbers array, PackedBytes* bytes) {
+Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames, FrameArray array,
+                 PackedBytes* bytes) {
   Json ranges = Json::array();
   std::vector<std::uint16_t> numbers;
   for (const RecordedFrame& frame : frames) {
@@ -177,9 +178,10 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
 }
 
 /// How many there were, of which describe_events lists the first ones.
-Json count_events(const MotionReport& report) {
-  return {
-      {"contact", report.events}, {"rank", report.rank_changes.count}, {"singular", report.singular_passages.count}};
+Json count_events(const MotionReport& report, const Recording& recording) {
+  return {{"contact", recording.num_switches()},
+          {"rank", report.rank_changes.count},
+          {"singular", report.singular_passages.count}};
 }
 
 /// `text`: the run in words; empty where it goes on.
@@ -241,7 +243,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
                   {"motion", describe_motion(simulation, recording, &bytes)},
                   {"history", describe_history(recording)},
                   {"events", describe_events(simulation.report(), recording)},
-                  {"events_seen", count_events(simulation.report())},
+                  {"events_seen", count_events(simulation.report(), recording)},
                   {"error_time", read_error_time(directory, facts.scene_checksum)}};
   const std::string_view page = html_page_template();
   const std::size_t place = page.find(place_of_data);

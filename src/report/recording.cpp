@@ -9,7 +9,7 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::size_t most_steps = 4000, most_switches = 500, most_guides = 64;
+constexpr std::size_t most_steps = 4000, most_switches = 500;
 /// What the frames of a page may take, in bytes before they are packed: packing and base64 are about even.
 constexpr std::size_t room_for_frames = 9'000'000, most_frames_ever = 1500;
 /// A motion looks smooth with so many frames; those between output times take no more than these bytes.
@@ -38,7 +38,8 @@ Recording::Recording(const System& system, std::span<const Index> chosen, Output
                 .frames = ThinnedList<RecordedFrame>(std::clamp<std::size_t>(
                     room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
                 .steps = ThinnedList<RecordedStep>(most_steps),
-                .switches = {}} {
+                .switches = {},
+                .num_switches = 0} {
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
   const std::size_t wanted = std::min(smooth_frames, room_between / bytes_of_frame(shown_, held_.size()));
   const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
@@ -84,7 +85,7 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   if (!held_.empty()) add_reactions(instant, &frame);
   GuideStart& start = recorded_.start;
   if (start.positions.empty()) start = {frame.time, {instant.state.positions.begin(), instant.state.positions.end()}};
-  std::vector<Guide> guides = place_guides(system, frame.time, start, most_guides);
+  std::vector<Guide> guides = place_guides(system, frame.time, start);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
   if (guides_.empty()) guides_ = std::move(guides);
   return frame;
@@ -122,10 +123,11 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   const double time = simulation.time();
   before.frames.cut(time);
   before.steps.cut(time);
-  std::erase_if(before.switches, [&](double t) { return t > time; });
+  if (std::erase_if(before.switches, [&](double t) { return t > time; }) > 0)
+    before.num_switches = before.switches.size();
   if (before.frames.is_empty() || before.start.positions.size() != simulation.positions().size()) return false;
   const std::vector<RecordedFrame> frames = before.frames.items();
-  guides_ = place_guides(simulation.system(), frames.front().time, before.start, most_guides);
+  guides_ = place_guides(simulation.system(), frames.front().time, before.start);
   if (!std::ranges::all_of(frames, [&](const RecordedFrame& frame) { return fits(frame); }) ||
       !recorded_.frames.take(std::move(before.frames)) || !recorded_.steps.take(std::move(before.steps))) {
     guides_.clear();
@@ -133,6 +135,7 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   }
   recorded_.start = std::move(before.start);
   recorded_.switches = std::move(before.switches);
+  recorded_.num_switches = before.num_switches;
   if (frame_interval_ > 0.0) next_frame_ = recorded_.frames.end() + frame_interval_;
   return true;
 }
@@ -156,8 +159,8 @@ void Recording::take_step(const MotionReport& report) {
                                                   : 0.0});
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
-  std::vector<double>& switches = recorded_.switches;
-  if (report.events > events_ && switches.size() < most_switches) switches.push_back(report.last_event);
+  if (report.events > events_ && recorded_.num_switches++ < most_switches)
+    recorded_.switches.push_back(report.last_event);
   events_ = report.events;
 }
 

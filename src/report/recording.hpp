@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -22,6 +23,12 @@ struct RecordedFrame {
   std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty: the system has none
   std::vector<std::vector<double>> guides;  ///< numbers of each Guide
 };
+
+/// Its parts, to write it and to read it back (base/archive.hpp).
+template <class Frame, class Visit>
+void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove_const_t<Frame>, RecordedFrame> {
+  visit(frame.time, frame.positions, frame.tensions, frame.normal_reactions, frame.tangent_reactions, frame.guides);
+}
 
 /// What the report says of one step.
 struct RecordedStep {
@@ -43,7 +50,8 @@ struct Recorded {
   GuideStart start;
   ThinnedList<RecordedFrame> frames;
   ThinnedList<RecordedStep> steps;
-  std::vector<double> switches;  ///< s
+  std::vector<double> switches;  ///< s, the first of them
+  std::size_t num_switches = 0;  ///< since the recording began
 };
 
 /// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
@@ -69,8 +77,9 @@ class Recording {
   const Recorded& recorded() const { return recorded_; }
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
-  /// When the equations changed: a contact began or ceased to slip, s; the first 500.
+  /// When the equations changed: a contact began or ceased to slip, s; the first 500 since it began.
   const std::vector<double>& switches() const { return recorded_.switches; }
+  std::size_t num_switches() const { return recorded_.num_switches; }
   std::size_t frames_seen() const { return recorded_.frames.num_seen(); }
 
  private:

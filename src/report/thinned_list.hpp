@@ -38,10 +38,14 @@ class ThinnedList {
     num_seen_ = kept_.size() * stride_;
     if (!is_empty()) last_ = kept_.back();
   }
-  /// All but the room, of `List`, a ThinnedList: to write it and to read it back.
-  template <class List, class Visit>
-  static void visit(List& list, const Visit& visit_part) {
-    visit_part(list.num_seen_, list.stride_, list.kept_, list.last_);
+  /// All but the room: to write it and to read it back (base/archive.hpp).
+  template <class Visit>
+  friend void visit_parts(const ThinnedList& list, const Visit& visit) {
+    visit(list.num_seen_, list.stride_, list.kept_, list.last_);
+  }
+  template <class Visit>
+  friend void visit_parts(ThinnedList& list, Visit& visit) {
+    visit(list.num_seen_, list.stride_, list.kept_, list.last_);
   }
   /// Takes the place of a list that was read back, but for its room.
   bool take(ThinnedList other) {

@@ -27,8 +27,6 @@ using scene::TrajectoryFormat;
 
 namespace {
 
-constexpr std::size_t most_guides = 64;
-
 constexpr const char *xyz_name = "trajectory.xyz", *dump_name = "trajectory.dump", *rods_name = "trajectory_rods.dump",
                      *csv_name = "trajectory.csv", *h5md_name = "trajectory.h5", *npz_name = "trajectory.npz",
                      *packed = ".gz";
@@ -213,7 +211,7 @@ void Trajectory::write_frame(const Simulation& simulation, std::span<const doubl
   if (start_.positions.empty())
     start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
   const MotionReport& report = simulation.report();
-  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_, most_guides);
+  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_);
   for (Guide& each : list_guides_without_picture(simulation.system())) guides.push_back(std::move(each));
   const Frame frame{.number = frames_,
                     .steps = report.steps,

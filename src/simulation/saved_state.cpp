@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <string>
 #include <type_traits>
 
 #include <tanor/enum_names.hpp>
 
+#include "base/archive.hpp"
 #include "base/checksum.hpp"
 #include "base/saved_frame.hpp"
 #include "base/text.hpp"
@@ -25,9 +25,6 @@ constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
   throw InputError("/snapshot", why);
 }
 
-template <class Number>
-concept PlainNumber = std::is_arithmetic_v<Number> || std::is_enum_v<Number>;
-
 template <class Enum>
 bool is_value(Enum value) {
   return name_of(value) != "?";
@@ -36,93 +33,14 @@ bool is_value(Method method) {
   return std::ranges::any_of(methods(), [&](const MethodTraits& each) { return each.method == method; });
 }
 
-/// Counts the bytes of numbers, texts and lists.
-struct Counter {
-  template <class... Values>
-  void operator()(const Values&... values) {
-    (add(values), ...);
-  }
-
-  std::size_t bytes = 0;
-
- private:
-  template <PlainNumber Number>
-  void add(const Number&) {
-    bytes += sizeof(Number);
-  }
-  template <class List>
-  void add(const List& list) {
-    bytes += sizeof(std::uint64_t) + std::as_bytes(std::span(list)).size();
-  }
-};
-
-/// Appends numbers, texts and lists to bytes.
-class Writer {
- public:
-  explicit Writer(std::vector<std::byte>* bytes) : bytes_(*bytes) {}
-
-  template <class... Values>
-  void operator()(Values&... values) {
-    (put(values), ...);
-  }
-
- private:
-  template <class Values>
-  void append(const Values& values) {
-    const auto bytes = std::as_bytes(std::span(values));
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  }
-  template <PlainNumber Number>
-  void put(const Number& number) {
-    append(std::span(&number, 1));
-  }
-  /// Of numbers or characters.
-  template <class List>
-  void put(const List& list) {
-    const std::uint64_t size = list.size();
-    put(size);
-    append(list);
-  }
-
-  std::vector<std::byte>& bytes_;
-};
-
-/// Reads back what a Writer wrote.
-class Reader {
- public:
-  explicit Reader(std::span<const std::byte> bytes) : left_(bytes) {}
-
-  template <class... Values>
-  void operator()(Values&... values) {
-    (take(values), ...);
-  }
-  void finish() const {
-    if (!left_.empty()) refuse("it holds " + text(left_.size()) + " bytes too many");
-  }
-
- private:
-  void copy(void* to, std::size_t size) {
-    if (size > left_.size()) refuse("it ends too early");
-    if (size > 0) std::memcpy(to, left_.data(), size);
-    left_ = left_.subspan(size);
-  }
-  template <PlainNumber Number>
-  void take(Number& number) {
-    copy(&number, sizeof number);
+/// Refuses numbers that are no value of their enumeration.
+struct CheckEnum {
+  template <class Number>
+  void operator()(const Number& number) const {
     if constexpr (std::is_enum_v<Number>) {
       if (!is_value(number)) refuse("it holds " + text(static_cast<int>(number)) + ", no value of an enumeration");
     }
   }
-  template <class List>
-  void take(List& list) {
-    std::uint64_t size = 0;
-    take(size);
-    if (size > left_.size() / sizeof(typename List::value_type)) refuse("it ends too early");
-    list.resize(size);
-    copy(list.data(), size * sizeof(typename List::value_type));
-  }
-
-  std::span<const std::byte> left_;
 };
 
 /// archive(number …) for everything in a snapshot, in one order for both directions.
@@ -176,23 +94,27 @@ void exchange(Archive& archive, AnySnapshot& snapshot) {
 std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint) {
   const SavedHeader header = header_of(fingerprint);
   const auto first = std::as_bytes(std::span(&header, 1));
-  Counter counter;
+  std::size_t size = first.size() + sizeof(std::uint64_t);
+  ByteWriter counter([&](std::span<const std::byte> part) { size += part.size(); });
   exchange(counter, snapshot);
   std::vector<std::byte> bytes;
-  bytes.reserve(first.size() + counter.bytes + sizeof(std::uint64_t));
+  bytes.reserve(size);
+  ByteWriter writer([&](std::span<const std::byte> part) { bytes.insert(bytes.end(), part.begin(), part.end()); });
   bytes.assign(first.begin(), first.end());
-  Writer writer(&bytes);
   exchange(writer, snapshot);
-  const std::uint64_t sum = checksum_of(bytes);
-  writer(sum);
+  writer(checksum_of(bytes));
   return bytes;
 }
 
 Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
-  Reader reader(check_frame(bytes, header_of(fingerprint), by));
+  ByteReader reader(check_frame(bytes, header_of(fingerprint), by), CheckEnum());
   Snapshot snapshot;
-  exchange(reader, snapshot);
-  reader.finish();
+  try {
+    exchange(reader, snapshot);
+  } catch (const EndsTooEarly&) {
+    refuse("it ends too early");
+  }
+  if (reader.num_left() > 0) refuse("it holds " + text(reader.num_left()) + " bytes too many");
   return snapshot;
 }
 

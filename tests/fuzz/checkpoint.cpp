@@ -61,13 +61,6 @@ const std::vector<Stopped>& stopped_runs(const std::filesystem::path& folder) {
   return runs;
 }
 
-/// The good bytes with the input over them; what the input has more is appended.
-std::string lay_over(std::string good, std::string_view input) {
-  for (std::size_t k = 0; k < std::min(good.size(), input.size()); ++k) good[k] = static_cast<char>(good[k] ^ input[k]);
-  if (input.size() > good.size()) good += input.substr(good.size());
-  return good;
-}
-
 /// Both sums, that of the simulation's bytes (the last eight before the line "checksum …") and that of the file.
 void mend_checksums(std::string* file) {
   constexpr std::string_view last = "checksum ";
@@ -93,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const fuzz::InputFile file(".none");
   const std::vector<Stopped>& runs = stopped_runs(file.folder());
   const Stopped& run = runs[(data[0] & 0x7F) % runs.size()];
-  std::string bytes = lay_over(run.file, fuzz::text_of(data + head, size - head));
+  std::string bytes = fuzz::lay_over(run.file, fuzz::text_of(data + head, size - head));
   bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), data[1] + 256u * data[2]));
   if (data[0] < 0x80) mend_checksums(&bytes);
   std::ofstream(file.folder() / "checkpoint", std::ios::binary) << bytes;

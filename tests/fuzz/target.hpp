@@ -1,6 +1,7 @@
 #pragma once
 
 #include <unistd.h>
+#include <algorithm>
 
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +41,13 @@ bool takes(const Work& work) {
   } catch (const std::length_error&) {
     return false;
   }
+}
+
+/// The good bytes with the input over them; what the input has more is appended.
+inline std::string lay_over(std::string good, std::string_view input) {
+  const std::size_t common = std::min(good.size(), input.size());
+  for (std::size_t k = 0; k < common; ++k) good[k] = static_cast<char>(good[k] ^ input[k]);
+  return good.append(input.substr(common));
 }
 
 /// A file for readers that open one; it goes with the process.

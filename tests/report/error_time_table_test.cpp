@@ -38,18 +38,19 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
 /// The page of a run of another scene says whose errors it shows.
 TEST(ErrorTimeTableTest, IsReadForAPageWithTheNameOfAnotherScene) {
   const Folder folder;
-  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), "");
+  const Json nothing = Json::array();
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), nothing);
   write_error_time(folder.path(), make_table());
-  const std::string csv = read_text(folder / "error_time.csv");
 
-  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), csv);
-  const std::string of_another = read_error_time(folder.path(), "0123456789abcdee");
-  EXPECT_EQ(of_another.substr(0, of_another.find('\n')), csv.substr(0, csv.find('\n')));
-  EXPECT_TRUE(of_another.find("\nrk4 (s   t ),0.1,0,10,0,0.999,0.001,") != std::string::npos) << of_another;
-  EXPECT_TRUE(of_another.find("\ntaylor (s   t ),0.1,0,10,0,0.999999,,") != std::string::npos) << of_another;
+  const Json rows = read_error_time(folder.path(), "0123456789abcdef");
+  EXPECT_EQ(rows.at(0), Json({{"method", "rk4"}, {"wall_s", 0.999}, {"error_m", 0.001}}));
+  EXPECT_EQ(rows.back(), Json({{"method", "taylor"}, {"wall_s", 0.999999}, {"error_m", nullptr}}));
+  const Json of_another = read_error_time(folder.path(), "0123456789abcdee");
+  EXPECT_EQ(of_another.size(), rows.size());
+  EXPECT_EQ(of_another.at(0).at("method"), "rk4 (s, \"t\")");
 
   write_text(folder / "error_time.csv", "method,wall_s,error_m\nrk4,1,1\n");
-  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), "") << "it may be of any scene";
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), nothing) << "it may be of any scene";
 }
 
 TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsNothing) {

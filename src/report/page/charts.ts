@@ -1,5 +1,5 @@
 import uPlot from "uplot";
-import { words, type PageData } from "./data";
+import { words, type ErrorTimeRow, type PageData } from "./data";
 import { find } from "./dom";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -135,13 +135,10 @@ export class Charts {
   }
 
   /** Error against wall time from the table of `tanor error-time`, one curve a method. */
-  private addErrorTime(csv: string): void {
-    const [head, ...lines] = csv.trim().split("\n").map((line) => line.split(","));
-    find("errors-line").hidden = lines.length > 0;
-    if (!lines.length) return;
-    const column = (name: string) => head.indexOf(name);
-    const methods = [...new Set(lines.map((line) => line[column("method")]))];
-    const points = lines.map((line) => ({ method: line[column("method")], wall: Number(line[column("wall_s")]), error: Number(line[column("error_m")]) }))
+  private addErrorTime(rows: ErrorTimeRow[]): void {
+    find("errors-line").hidden = rows.length > 0;
+    const methods = [...new Set(rows.map((row) => row.method))];
+    const points = rows.map((row) => ({ method: row.method, wall: row.wall_s ?? 0, error: row.error_m ?? 0 }))
       .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
     if (!points.length) return;
     const card = this.card("Error against run time (m, s), by method");

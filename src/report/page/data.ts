@@ -29,6 +29,13 @@ export interface Run {
   text: string; // empty where the run goes on
 }
 
+/** A run of `tanor error-time`. */
+export interface ErrorTimeRow {
+  method: string;
+  wall_s: number | null;
+  error_m: number | null; // none: it did not arrive
+}
+
 /** What src/report/html_page.cpp puts into the page. */
 export interface PageData {
   run: Run;
@@ -36,7 +43,7 @@ export interface PageData {
   history: Record<string, Figure[]>;
   events: { t: number; kind: string; what: string }[]; // the first ones of each kind
   events_seen: Record<string, number>; // of each kind, in all
-  error_time: string;
+  error_time: ErrorTimeRow[];
 }
 
 export interface Guide {

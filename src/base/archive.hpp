@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+/// \file Numbers, texts, lists and what is made of them as the bytes of this machine, and back. Whatever is no number
+/// and no list says what it is made of: visit_parts(value, visit), which calls visit(part …).
+namespace tanor {
+
+/// What is copied byte by byte.
+template <class Value>
+concept PlainBytes = std::is_trivially_copyable_v<Value>;
+template <class Value>
+concept ByteList = !PlainBytes<Value> && requires(Value list) {
+  list.data();
+  list.resize(0);
+};
+
+/// Hands bytes on: to(std::span<const std::byte>).
+template <class Sink>
+class ByteWriter {
+ public:
+  explicit ByteWriter(Sink to) : to_(to) {}
+
+  template <class... Values>
+  void operator()(const Values&... values) const {
+    (put(values), ...);
+  }
+
+ private:
+  template <PlainBytes Value>
+  void put(const Value& value) const {
+    to_(std::as_bytes(std::span(&value, 1)));
+  }
+  template <ByteList List>
+  void put(const List& list) const {
+    put(std::uint64_t{list.size()});
+    if constexpr (PlainBytes<typename List::value_type>) {
+      to_(std::as_bytes(std::span(list)));
+    } else {
+      for (const auto& item : list) put(item);
+    }
+  }
+  template <class Value>
+  void put(const Value& value) const {
+    visit_parts(value, *this);
+  }
+
+  Sink to_;
+};
+
+/// Says that the bytes end too early for what they begin with.
+struct EndsTooEarly {};
+
+/// Reads back what a ByteWriter wrote, or throws EndsTooEarly, before it makes room for more than the bytes can hold.
+/// check(number) of each that is no item of a list.
+template <class Check>
+class ByteReader {
+ public:
+  ByteReader(std::span<const std::byte> bytes, Check check) : left_(bytes), check_(check) {}
+
+  template <class... Values>
+  void operator()(Values&... values) {
+    (take(values), ...);
+  }
+  std::size_t num_left() const { return left_.size(); }
+
+ private:
+  void copy(void* to, std::size_t size) {
+    if (size > left_.size()) throw EndsTooEarly();
+    if (size > 0) std::memcpy(to, left_.data(), size);
+    left_ = left_.subspan(size);
+  }
+  template <PlainBytes Value>
+  void take(Value& value) {
+    copy(&value, sizeof value);
+    check_(value);
+  }
+  template <ByteList List>
+  void take(List& list) {
+    using Item = typename List::value_type;
+    constexpr std::size_t least_bytes = PlainBytes<Item> ? sizeof(Item) : sizeof(std::uint64_t);
+    std::uint64_t size = 0;
+    copy(&size, sizeof size);
+    if (size > left_.size() / least_bytes) throw EndsTooEarly();
+    list.resize(size);
+    if constexpr (PlainBytes<Item>) {
+      copy(list.data(), size * sizeof(Item));
+    } else {
+      for (Item& item : list) take(item);
+    }
+  }
+  template <class Value>
+  void take(Value& value) {
+    visit_parts(value, *this);
+  }
+
+  std::span<const std::byte> left_;
+  Check check_;
+};
+
+}  // namespace tanor
