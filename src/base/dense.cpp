@@ -1,4 +1,4 @@
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -33,9 +33,22 @@ VectorXd solve(const MatrixXd& A, const VectorXd& b) {
   return Lu(A).solve(b);
 }
 
-VectorXd solve_least_squares(const MatrixXd& A, const VectorXd& b, double rounding) {
+void Ldlt::compute(const MatrixXd& A) {
+  ldlt_.compute(A);
+}
+
+VectorXd Ldlt::solve(const VectorXd& b) const {
+  return ldlt_.solve(b);
+}
+
+VectorXd solve_by_qr(const MatrixXd& A, const VectorXd& b) {
+  return A.colPivHouseholderQr().solve(b);
+}
+
+VectorXd solve_least_squares(const MatrixXd& A, const VectorXd& b, std::optional<double> rounding) {
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(A.rows(), A.cols());
-  decomposition.setThreshold(rounding).compute(A);
+  if (rounding) decomposition.setThreshold(*rounding);
+  decomposition.compute(A);
   return decomposition.solve(b);
 }
 

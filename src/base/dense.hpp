@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <optional>
 
 /// \file Decompositions of small dense matrices. They are Eigen's, compiled once: each takes seconds in a file that
 /// names it.
@@ -22,11 +24,28 @@ class Lu {
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
 };
 
+/// A = L D L' of a symmetric matrix, with diagonal pivots; its lower half is read.
+class Ldlt {
+ public:
+  Ldlt() = default;
+  explicit Ldlt(const Eigen::MatrixXd& A) { compute(A); }
+  void compute(const Eigen::MatrixXd& A);
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& b) const;  ///< A x = b
+
+ private:
+  Eigen::LDLT<Eigen::MatrixXd> ldlt_;
+};
+
 /// A x = b by partial pivots; not finite where A is singular.
 Eigen::VectorXd solve(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// Of all x with the least |A x - b| the shortest; pivots up to `rounding` times the largest one count as 0.
-Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double rounding);
+/// An x with the least |A x - b|, by reflections with columns exchanged; what rounding leaves of the rank is 0.
+Eigen::VectorXd solve_by_qr(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+
+/// Of all x with the least |A x - b| the shortest; pivots up to `rounding` times the largest one count as 0: by default
+/// what rounding makes of one.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                    std::optional<double> rounding = std::nullopt);
 
 /// A V = V diag(values)
 struct SymmetricEigen {

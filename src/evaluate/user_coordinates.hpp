@@ -2,10 +2,9 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
-
 #include <tanor/kernel.hpp>
 
+#include "base/dense.hpp"
 #include "evaluate/coordinate_family.hpp"
 
 namespace tanor {
@@ -172,7 +171,7 @@ class UserCoordinateFamily final : public CoordinateFamily {
     constexpr int most_iterations = 50;
     double left = miss(q->data(), true);
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
-      step = tangents.colPivHouseholderQr().solve(wanted - place);
+      step = dense::solve_by_qr(tangents, wanted - place);
       if (!step.allFinite() || step.norm() <= 1e-16 * (1.0 + q->norm())) break;
       double length = 1.0;
       for (; length > 1e-3; length *= 0.5) {

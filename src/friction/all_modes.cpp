@@ -1,8 +1,7 @@
 #include <algorithm>
-#include <limits>
 #include <random>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/mode_search.hpp"
 
@@ -23,8 +22,7 @@ bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<Ve
 
 /// What Newton's method finds from `guess`, and from other starts: it may be several motions, and proves nothing.
 void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts, std::vector<VectorXd>* found) {
-  const VectorXd rest = -dense::solve_least_squares(
-      problem.A, problem.a0, static_cast<double>(problem.size()) * std::numeric_limits<double>::epsilon());
+  const VectorXd rest = -dense::solve_least_squares(problem.A, problem.a0);
   (void)add_motion(problem, find_one(problem, guess), found);
   if (starts > 0) (void)add_motion(problem, rest, found);
   std::mt19937 random(1);

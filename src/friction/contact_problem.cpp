@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "friction/range.hpp"
 
 namespace tanor {

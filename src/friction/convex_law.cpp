@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/dense.hpp"
+
 /// \file Contacts at rest whose limits stand, by an interior point method (Nocedal and Wright, Numerical Optimization,
 /// sections 19.2 and 19.3). With x_c = h_c u_c and multipliers z_c = h_c |a_c|:
 ///
@@ -72,7 +74,7 @@ class InteriorPoint {
   VectorXd u_, z_, g_, dz_;
   VectorXd defect_, correction_;  // Q u + q + z u; of second order [disk]
   double gap_ = 0.0;              // mean of z g
-  Eigen::LDLT<MatrixXd> factor_;
+  dense::Ldlt factor_;
 };
 
 const VectorXd& InteriorPoint::solve() {

@@ -1,7 +1,7 @@
 #include "friction/fixed_point.hpp"
 
-#include <Eigen/Dense>
 #include <Eigen/Jacobi>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "friction/laws.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <variant>

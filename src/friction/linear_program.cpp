@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 namespace tanor {
 

@@ -4,7 +4,7 @@
 
 #include "friction/mode_search.hpp"
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 /// \file The law in one node of a ModeSearch, as equations: their roots, whether they have one at most, and what a root
 /// is worth.

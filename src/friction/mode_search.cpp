@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "friction/range.hpp"
 
 namespace tanor {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/convex_law.hpp"
 

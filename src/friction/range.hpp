@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 namespace tanor {
 

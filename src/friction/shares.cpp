@@ -1,8 +1,8 @@
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
 #include "friction/range.hpp"
 
@@ -96,7 +96,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
       H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(C_by_y.transpose());
     }
     H.selfadjointView<Eigen::Lower>().rankUpdate(B.topRows(next).transpose());
-    const VectorXd change = H.ldlt().solve(g);
+    const VectorXd change = dense::Ldlt(H).solve(g);
     const double decrement = std::sqrt(std::max(0.0, g.dot(change)));
     if (!change.allFinite()) return;
     // The function is self-concordant: such a step stays inside and lowers it.

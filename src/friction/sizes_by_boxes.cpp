@@ -4,7 +4,7 @@
 
 #include "friction/enumeration.hpp"
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 /// \file All solutions of s_c = mu_c |N0_c + sum_j W_cj s_j|, s >= 0, by boxes that are cut until each holds none, or
 /// one that Newton's method finds (Krawczyk's test; Neumaier, Interval Methods for Systems of Equations, 1990).

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 #include "statics/tall_products.hpp"
 
 namespace tanor {

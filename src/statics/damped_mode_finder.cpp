@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
-#include "factor/dense.hpp"
 #include "statics/damping_matrix.hpp"
 
 namespace tanor {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/dense.hpp"
 #include "base/numbers.hpp"
-#include "factor/dense.hpp"
 #include "statics/damping_matrix.hpp"
 
 namespace tanor {
@@ -21,14 +21,14 @@ using Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::VectorXcd;
 namespace {
 
 /// Imaginary parts that rounding gives to real roots which are equal, over the fastest rate.
-constexpr double rounding = 1e-10;
+constexpr double real_roots_to = 1e-10;
 
 /// One of each pair, the smallest |lambda| first; rates are in units of the fastest one. Rounding makes any pair of the
 /// double root 0.
 std::vector<Rows> choose(const VectorXcd& lambda, double zero) {
   std::vector<Rows> chosen;
   for (Rows k = 0; k < lambda.size(); ++k) {
-    if (lambda[k].imag() >= -rounding || std::abs(lambda[k]) <= zero) chosen.push_back(k);
+    if (lambda[k].imag() >= -real_roots_to || std::abs(lambda[k]) <= zero) chosen.push_back(k);
   }
   std::ranges::stable_sort(chosen, {}, [&](Rows k) { return std::abs(lambda[k]); });
   return chosen;
@@ -87,7 +87,7 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
     VectorXcd y = eigen.vectors.col(chosen[static_cast<std::size_t>(k)]).head(s);
     y /= y.norm();
     lambda = refine(lambda, work_of(D, D_skew, y), work_of(W, W_skew, y));
-    if (std::abs(lambda.imag()) <= rounding * rate) lambda = lambda.real();
+    if (std::abs(lambda.imag()) <= real_roots_to * rate) lambda = lambda.real();
     // The phase in which the real part is largest.
     const std::complex<double> square = y.cwiseProduct(y).sum();
     if (std::abs(square) > 0.0) y *= std::sqrt(std::conj(square) / std::abs(square));

@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
-#include "factor/dense.hpp"
 #include "statics/rigid_modes.hpp"
 #include "statics/tall_products.hpp"
 

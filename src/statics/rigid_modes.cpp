@@ -7,7 +7,7 @@
 #include <numeric>
 #include <optional>
 
-#include "factor/dense.hpp"
+#include "base/dense.hpp"
 
 namespace tanor {
 

@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
+#include "base/dense.hpp"
 #include "base/text.hpp"
-#include "factor/dense.hpp"
 #include "statics/rigid_modes.hpp"
 
 namespace tanor {

@@ -2,9 +2,10 @@
 
 /// \file One instant of a system with friction, made ready for the parts that find it.
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
+#include "base/dense.hpp"
 #include "dynamics/contact_response.hpp"
 #include "dynamics/workspace.hpp"
 
@@ -100,7 +101,7 @@ class DenseResponse final : public ContactResponse {
   int num_solves = 0;
 
  private:
-  Eigen::PartialPivLU<Eigen::MatrixXd> factor_;
+  dense::Lu factor_;
   Eigen::MatrixXd M_inverse_K_;
 };
 
