@@ -90,8 +90,8 @@ if [[ ${1:-} != --quick ]]; then
 
   sanitize
 
-  headline "release"
-  build_and_test release
+  headline "release, with the long tests"
+  TANOR_LONG_TESTS=1 build_and_test release
 
   headline "a program without node says that it has no page"
   cmake --preset release -B build-without-page -D TANOR_REPORT_PAGE=OFF -D TANOR_UNITY=ON -D TANOR_BUILD_TESTS=OFF

@@ -213,7 +213,7 @@ RC_GTEST_PROP(Multifrontal, FirstColumnThatFailsIsTheSameOnEveryNumberOfThreads,
   const Cholesky::Quality expected = make_simplicial(S).factorize();
 
   RC_ASSERT(!expected.positive_definite);
-  for (const int threads : {1, 2, 4}) RC_ASSERT(answer_of(S, threads).done == expected.weakest_column);
+  for (const int threads : {1, 3}) RC_ASSERT(answer_of(S, threads).done == expected.weakest_column);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "long_tests.hpp"
 #include "reference.hpp"
 
 /// \file Beads at rest on rough lines that rods join: all motions that obey the law, counted by a dense twin, and by
@@ -100,7 +101,8 @@ struct TwoBeads {
 
 TEST(FrictionModes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
   int several = 0, unique = 0, held = 0, proven = 0;
-  for (unsigned seed = 1; seed <= 120; ++seed) {
+  const int tried = tests_are_long() ? 120 : 60;
+  for (unsigned seed = 1; seed <= static_cast<unsigned>(tried); ++seed) {
     const TwoBeads beads(seed);
     const std::vector<double> all = beads.find_all();
     const System system = beads.system();
@@ -129,10 +131,10 @@ TEST(FrictionModes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
     const Simulation simulation(system);
     EXPECT_EQ(simulation.outcome().status, report.outcome.status) << simulation.outcome().what;
   }
-  EXPECT_GT(unique, 80);
-  EXPECT_GT(held, 20);
+  EXPECT_GT(unique, tried * 2 / 3);
+  EXPECT_GT(held, tried / 6);
   EXPECT_EQ(proven, unique);
-  EXPECT_GT(several, 3);
+  EXPECT_GT(several, tried / 40);
 }
 
 // ---- where the law says less than a motion ----

@@ -1,6 +1,6 @@
 #include "friction/rough_contacts.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -161,9 +161,9 @@ RoughContacts::RoughContacts(const System& system, double t) {
   }
   const auto k = static_cast<Eigen::Index>(mu.size());
   // lambda = -S^+ (phi + K'M^-1 f), w = M^-1 (f + K lambda)
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> S(dense.S());
+  const Eigen::MatrixXd S = dense.S(), inverse = solve_least_squares(S, Eigen::MatrixXd::Identity(S.rows(), S.rows()));
   const auto answer = [&](const Eigen::VectorXd& f, const Eigen::VectorXd& phi, auto&& a, auto&& N) {
-    const Eigen::VectorXd lambda = -S.solve(phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
+    const Eigen::VectorXd lambda = -inverse * (phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
     const Eigen::VectorXd w = (f + dense.K * lambda).cwiseQuotient(dense.M);
     for (Eigen::Index c = 0; c < k; ++c) {
       const auto i = static_cast<std::size_t>(c);

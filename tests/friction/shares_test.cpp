@@ -6,6 +6,7 @@
 #include <tanor/tanor.hpp>
 
 #include "friction/rough_contacts.hpp"
+#include "long_tests.hpp"
 #include "reference.hpp"
 
 /// \file Beads at rest on rough lines whose load can be shared in many ways, with reactions that depend on the share:
@@ -54,12 +55,14 @@ System make_sharing_beads(unsigned seed, const SharedKind& kind) {
 }
 
 TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
-  int unique = 0, several = 0, resting = 0, borderline = 0;
+  int unique = 0, several = 0, resting = 0, borderline = 0, tried = 0;
   for (const SharedKind& kind :
        {SharedKind{1500, 2, 2, false, false}, SharedKind{1500, 3, 2, false, false}, SharedKind{1500, 2, 2, false, true},
         SharedKind{400, 3, 3, false, false}, SharedKind{400, 3, 3, false, true}, SharedKind{400, 4, 3, true, false},
         SharedKind{60, 4, 4, false, false}}) {
-    for (unsigned seed = 1; seed <= kind.scenes; ++seed) {
+    const auto scenes = static_cast<unsigned>(num_draws(static_cast<int>(kind.scenes)));
+    tried += static_cast<int>(scenes);
+    for (unsigned seed = 1; seed <= scenes; ++seed) {
       const System system = make_sharing_beads(seed, kind);
       const reference::RoughContacts twin(system);
       const auto counted = twin.find_all();
@@ -90,9 +93,9 @@ TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
       }
     }
   }
-  EXPECT_GT(unique, 5000);
-  EXPECT_GT(several, 250);
-  EXPECT_GT(resting, 3000);
+  EXPECT_GT(unique, tried * 4 / 5);
+  EXPECT_GT(several, tried / 25);
+  EXPECT_GT(resting, tried / 2);
   EXPECT_LE(borderline, 10);
 }
 

@@ -8,6 +8,7 @@
 #include "errors.hpp"
 #include "host/edited_host.hpp"
 #include "host/velocity_verlet.hpp"
+#include "long_tests.hpp"
 
 namespace tanor::host {
 namespace {
@@ -82,7 +83,7 @@ TEST(Topology, ManyChainsAreThoseOfANewHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(300, 12, &r);
   Edited host(std::vector<double>(r.size() / 3, 1.0), r, pairs, 2);
-  edit_beside_fresh_handles(&host, 6000, 20);
+  edit_beside_fresh_handles(&host, tests_are_long() ? 6000 : 2000, 20);
 }
 
 TEST(Topology, NetsAreThoseOfANewHandle) {

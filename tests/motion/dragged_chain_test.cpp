@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "long_tests.hpp"
 #include "scenes.hpp"
 
 /// \file Many contacts held at once that give way one after another: bent chains of beads and rods on a rough floor,
@@ -78,6 +78,7 @@ void expect_to_arrive(const System& system, const MotionOptions& options, double
 
 TEST(DraggedChain, ABentChainOnAFloorIsDrawnByItsEnd) {
   for (const std::size_t count : {20u, 30u, 50u}) {
+    if (count == 50 && !tests_are_long()) continue;
     for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
       SCOPED_TRACE(std::to_string(count) + " beads, bend " + std::to_string(static_cast<int>(bend)));
       expect_to_arrive(make_dragged_chain(count, bend, Pull::Support), {}, 5.0, 10);
@@ -85,9 +86,8 @@ TEST(DraggedChain, ABentChainOnAFloorIsDrawnByItsEnd) {
   }
 }
 
-/// TANOR_LONG_TESTS=1: half a minute each.
 TEST(DraggedChain, TwoHundredBeadsAreDrawnForFiveSeconds) {
-  const bool is_long = std::getenv("TANOR_LONG_TESTS") != nullptr;
+  const bool is_long = tests_are_long();
   const std::size_t count = is_long ? 200 : 100;
   expect_to_arrive(make_dragged_chain(count, Bend::Wave, Pull::Support), {}, is_long ? 5.0 : 1.0, 10);
 }
@@ -103,7 +103,7 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     for (const Pull pull : {Pull::SupportToAndFro, Pull::ForceToAndFro}) {
       for (const std::size_t count : {12u, 20u}) {
-        if (method == Method::Dopri5 && count > 12) continue;
+        if (count > 12 && (method == Method::Dopri5 || !tests_are_long())) continue;
         for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
           SCOPED_TRACE(std::to_string(count) + " beads, bend " + std::to_string(static_cast<int>(bend)) + ", pull " +
                        std::to_string(static_cast<int>(pull)) + ", " + std::string(name_of(method)));

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "long_tests.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -143,15 +144,17 @@ TEST_P(FlatNet, ArrivesByEveryMethod) {
 }
 
 TEST_P(FlatNet, ArrivesWhereCellsFlattenTogether) {
-  for (const Index side : {8, 14}) expect_same_motion(side, GetParam(), explicit_ways);
+  for (const Index side : {8, 14})
+    if (side == 8 || tests_are_long()) expect_same_motion(side, GetParam(), explicit_ways);
 }
 
 INSTANTIATE_TEST_SUITE_P(Holds, FlatNet, testing::ValuesIn(holds));
 
 /// README's picture: at t = 0.3688 two cells at the free corners flatten at once.
 TEST(FlatNet, OfTheReadmeArrives) {
-  expect_same_motion(20, Hold::OppositeCorners,
-                     {{Method::Dopri5, 1e-6}, {Method::Dop853, 1e-8}, {Method::Taylor, 1e-8}, {Method::Taylor, 1e-10}});
+  std::vector<Way> ways{{Method::Dop853, 1e-8}, {Method::Taylor, 1e-10}};
+  if (tests_are_long()) ways.insert(ways.end(), {{Method::Dopri5, 1e-6}, {Method::Taylor, 1e-8}});
+  expect_same_motion(20, Hold::OppositeCorners, ways);
 }
 
 }  // namespace

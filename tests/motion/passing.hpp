@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <span>
 #include <string>
@@ -13,17 +12,13 @@
 #include <gtest/gtest.h>
 
 #include "base/parallel.hpp"
+#include "long_tests.hpp"
 #include "scenes.hpp"
 
 /// \file Random scenes that steps must not jump, and how the runs of each are counted.
 namespace tanor::passing {
 
 using scenes::add_point;
-
-inline int num_draws(int usual) {
-  const char* const wanted = std::getenv("TANOR_DRAWS");
-  return wanted != nullptr ? std::max(std::atoi(wanted), 1) : usual;
-}
 
 class Random {
  public:

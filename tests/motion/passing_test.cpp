@@ -1,5 +1,5 @@
 /// Steps must not jump what lies between two evaluations: wells that are narrow, and bumps of guides. Random ones,
-/// against closed forms. TANOR_DRAWS: how many are drawn of each kind.
+/// against closed forms.
 
 #include <functional>
 #include <numbers>

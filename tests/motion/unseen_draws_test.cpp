@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 #include <string>
 
 #include <tanor/tanor.hpp>
 
+#include "long_tests.hpp"
 #include "motion/unseen_scenes.hpp"
 
 namespace tanor {
@@ -159,10 +159,8 @@ Result draw_one(unsigned seed) {
                  describe("a rod as long as 1 +", g), periods);
 }
 
-/// Fewer with TANOR_DRAWS=100, where they are slow.
 TEST(Unseen, RandomPulsesAreSeenByEveryMethod) {
-  const char* const asked = std::getenv("TANOR_DRAWS");
-  const int count = asked != nullptr ? std::atoi(asked) : 1000;
+  const int count = num_draws(1000);
   double worst = 0.0;
   int told = 0, missed = 0;
   for (int k = 0; k < count; ++k) {

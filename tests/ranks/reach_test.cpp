@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "long_tests.hpp"
 #include "ranks/on_ranks.hpp"
 #include "scenes.hpp"
 
@@ -67,7 +68,7 @@ TEST(Reach, PairForcesReachFromRankToRank) {
     expect_same_motion(system, options, 0.002, 1e-12);
     options = options_of(Method::Rattle, 2e-4);
     options.start = StartMode::Project;
-    expect_same_motion(system, options, 0.05, 1e-12);
+    expect_same_motion(system, options, tests_are_long() ? 0.05 : 0.01, 1e-12);
   }
 }
 
