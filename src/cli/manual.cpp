@@ -46,7 +46,7 @@ std::string item(std::string_view term, std::string_view what) {
   return fmt::format(".TP\n.B {}\n{}\n", escape(term), escape(what));
 }
 
-std::string list_examples(std::span<const Example> examples) {
+std::string set_examples(std::span<const Example> examples) {
   std::string text = ".SH EXAMPLES\n";
   for (const Example& each : examples) text += item(each.line, each.what);
   return text;
@@ -77,7 +77,7 @@ std::string write_page(const Command& command) {
   for (const Option& each : command.options)
     page += item(each.place.empty() ? each.name : each.name + " " + each.place, each.what);
   page += item("-h, --help", "print a summary of this page");
-  return page + list_examples(command.examples) + list_exit_codes() + list_environment() +
+  return page + set_examples(command.examples) + list_exit_codes() + list_environment() +
          ".SH SEE ALSO\n.BR tanor (1)\n";
 }
 
@@ -91,7 +91,7 @@ std::string write_page_of_program() {
   for (const Command& each : commands) page += item(each.name, each.summary);
   page += ".SH OPTIONS\n";
   for (const ProgramOption& each : program_options()) page += item(each.names, each.what);
-  page += list_examples(first_examples()) + list_exit_codes() + list_environment() + ".SH SEE ALSO\n";
+  page += set_examples(first_examples()) + list_exit_codes() + list_environment() + ".SH SEE ALSO\n";
   for (const Command& each : commands)
     page += fmt::format(".BR {} (1){}\n", escape("tanor-" + each.name), &each == &commands.back() ? "" : ",");
   return page;

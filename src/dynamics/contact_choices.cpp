@@ -12,7 +12,7 @@ namespace tanor {
 namespace {
 
 /// All digits but those of rounding; `scale`: the size of what cancels in it.
-std::string text(const Vec3& a, double scale) {
+std::string vector_text(const Vec3& a, double scale) {
   const auto digits = [scale](double x) {
     char buffer[32];
     std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-13 * scale ? x : 0.0);
@@ -141,7 +141,7 @@ Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
     what += (k == 0                  ? ""
              : k + 1 == found.size() ? " and "
                                      : ", ") +
-            text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
+            vector_text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
   }
   return fail_friction(Status::NotUnique, t, what + " m/s^2; at a start nothing says which");
 }

@@ -7,11 +7,6 @@ namespace tanor {
 
 namespace {
 
-template <class Kernel>
-struct IsRod : std::false_type {};
-template <bool Timed, bool Shifted>
-struct IsRod<RodKernel<Timed, Shifted>> : std::true_type {};
-
 /// The Hessian of a member's rows by what every kind says about curvature: phi along the velocity v is
 ///
 ///   phi(v) = v'Hv + 2 v'grad(xi_t) + xi_tt,   so   4 a'Hb = phi(a + b) - phi(a - b) - phi(b) + phi(-b)
@@ -54,7 +49,7 @@ void list_members(const UserFamily& family, const Append& append) {
 
 template <class Kernel, class Append>
 void list_members(const Family<Kernel>& family, const Append& append) {
-  if constexpr (!IsRod<Kernel>::value) {
+  if constexpr (!is_rod_kernel<Kernel>) {
     for (const auto& points : family.kernel.points) append(std::span<const Index>(points));
   }
 }
@@ -94,7 +89,7 @@ Block3* evaluate_members(const UserFamily& family, const double* r, const double
 
 template <class Kernel>
 Block3* evaluate_members(const Family<Kernel>& family, const double* r, const double* lambda, double* v, Block3* to) {
-  if constexpr (!IsRod<Kernel>::value) {
+  if constexpr (!is_rod_kernel<Kernel>) {
     constexpr std::size_t p = Kernel::num_points, rows = Kernel::num_rows;
     std::array<double, 3 * p> move{};
     for (std::size_t k = 0; k < family.size(); ++k, to += p * p) {

@@ -19,10 +19,10 @@ using Instruction = Expression::Instruction;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Operands {
+struct OperandsRead {
   bool a = false, b = false;
 };
-Operands operands_of(Operation operation) {
+OperandsRead operands_of(Operation operation) {
   switch (operation) {
     case Operation::Variable:
     case Operation::Constant:
@@ -302,7 +302,7 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
 Narrowness::Narrowness(const Expression& expression) {
   Expression bare = expression;
   for (Instruction& instruction : bare.instructions) {
-    const Operands operands = operands_of(instruction.operation);
+    const OperandsRead operands = operands_of(instruction.operation);
     if (!operands.a) instruction.a = 0;
     if (!operands.b) instruction.b = 0;
     instruction.c = 0;
@@ -329,7 +329,7 @@ Narrowness::Narrowness(const Expression& expression) {
     const bool counts = is_needed[i] && !is_smooth(instruction.operation);
     if (counts) ++num_to_count_;
     if (counts) counts_[i] = 1;
-    const Operands operands = operands_of(instruction.operation);
+    const OperandsRead operands = operands_of(instruction.operation);
     for (const auto& [is_there, operand] : {std::pair{operands.a, instruction.a}, {operands.b, instruction.b}}) {
       if (!is_there) continue;
       is_needed[static_cast<std::size_t>(operand)] |= is_needed[i];

@@ -6,13 +6,8 @@ namespace tanor {
 
 namespace {
 
-template <class Kernel>
-struct IsRod : std::false_type {};
-template <bool Timed, bool Shifted>
-struct IsRod<RodKernel<Timed, Shifted>> : std::true_type {};
-
 template <class Family>
-constexpr bool is_rods = IsRod<decltype(Family::kernel)>::value;
+constexpr bool is_rods = is_rod_kernel<decltype(Family::kernel)>;
 
 }  // namespace
 

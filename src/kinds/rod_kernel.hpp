@@ -58,4 +58,10 @@ struct RodKernel {
   }
 };
 
+/// Whether it is one of the four kernels of rods.
+template <class Kernel>
+inline constexpr bool is_rod_kernel = false;
+template <bool Timed, bool Shifted>
+inline constexpr bool is_rod_kernel<RodKernel<Timed, Shifted>> = true;
+
 }  // namespace tanor

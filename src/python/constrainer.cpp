@@ -162,7 +162,7 @@ py::slice rows(HostHandle& handle, ConstraintId id) {
   return {static_cast<py::ssize_t>(range.first), static_cast<py::ssize_t>(range.first + range.count), 1};
 }
 
-constexpr const char* class_doc = R"doc(
+constexpr const char* constrainer_doc = R"doc(
 Exact constraints for a simulation that owns its arrays, its forces and its time loop: SHAKE and RATTLE for any graph of
 any constraints, solved to rounding. A step of velocity Verlet is
 
@@ -253,7 +253,7 @@ index      int32 [n], as in constrain_positions)doc")
 void bind_constrainer(py::module_& module) {
   using py::arg;
   const py::none none;
-  py::class_<HostHandle> type(module, "Constrainer", class_doc);
+  py::class_<HostHandle> type(module, "Constrainer", constrainer_doc);
   type.def(py::init(&make_handle), arg("masses"), arg("constraints"), arg("positions"), py::kw_only(),
            arg("cell") = none, arg("repeats") = py::make_tuple(true, true, true), arg("images") = none,
            arg("options") = none)

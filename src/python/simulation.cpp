@@ -129,7 +129,7 @@ void restore(Run& self, const std::string& saved) {
   self.run([&](Simulation& s) { s.restore(std::as_bytes(std::span(saved))); });
 }
 
-constexpr const char* class_doc = R"doc(
+constexpr const char* simulation_doc = R"doc(
 A system on its way through time. The start is made consistent; a numerical failure is in `outcome`.
 
 The arrays positions, velocities, ... are views of the state that the start, the last advance_to or restore ended with:
@@ -168,7 +168,7 @@ void bind_arrays(py::class_<Run>* type) {
 void bind_simulation(py::module_& module) {
   using py::arg;
   const py::none none;
-  py::class_<Run> type(module, "Simulation", class_doc);
+  py::class_<Run> type(module, "Simulation", simulation_doc);
   type.def(py::init<py::object, const py::object&, const py::object&, double>(), arg("system"), arg("motion") = none,
            arg("solver") = none, arg("t_start") = 0.0)
       .def(py::pickle([](Run& self) { return self.state(); }, &Run::from_state))

@@ -53,7 +53,7 @@ struct Series {
 
 constexpr hsize_t room_for_groups = 1 << 18;  // more than all that is neither a chunk nor an array of the points
 constexpr hsize_t bytes_of_a_chunk = 1 << 16;
-constexpr unsigned level = 4;  // of deflate
+constexpr unsigned deflate_level = 4;
 
 }  // namespace
 
@@ -173,7 +173,7 @@ struct H5mdTrajectory::File {
     check(H5Pset_chunk(how, static_cast<int>(chunk.size()), chunk.data()));
     if (is_compressed) {
       check(H5Pset_shuffle(how));
-      check(H5Pset_deflate(how, level));
+      check(H5Pset_deflate(how, deflate_level));
     }
     return {
         check(H5Dcreate2(group, key, is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, how, H5P_DEFAULT),

@@ -40,21 +40,22 @@ struct Element {
   std::vector<Property> properties;
 };
 
-enum class Format { Ascii, LittleEndian, BigEndian };
+enum class Encoding { Ascii, LittleEndian, BigEndian };
 
 /// The numbers behind the header, one by one.
 class Numbers {
  public:
-  Numbers(Format format, std::string_view bytes, std::size_t line) : format_(format), rest_(bytes), line_(line) {}
+  Numbers(Encoding encoding, std::string_view bytes, std::size_t line)
+      : encoding_(encoding), rest_(bytes), line_(line) {}
 
   /// Nothing where the data end, or where the next word is no finite number.
-  std::optional<double> next(Type type) { return format_ == Format::Ascii ? next_word() : next_bytes(type); }
+  std::optional<double> next(Type type) { return encoding_ == Encoding::Ascii ? next_word() : next_bytes(type); }
 
   /// How many numbers the rest can hold at most; a word takes a digit and a blank.
   std::size_t room(std::size_t size) const {
-    return format_ == Format::Ascii ? rest_.size() / 2 + 1 : rest_.size() / size;
+    return encoding_ == Encoding::Ascii ? rest_.size() / 2 + 1 : rest_.size() / size;
   }
-  bool is_ascii() const { return format_ == Format::Ascii; }
+  bool is_ascii() const { return encoding_ == Encoding::Ascii; }
   std::size_t line() const { return line_; }
 
  private:
@@ -72,7 +73,7 @@ class Numbers {
   double decode() const {
     unsigned char bytes[sizeof(Number)];
     std::memcpy(bytes, rest_.data(), sizeof bytes);
-    if ((format_ == Format::LittleEndian) != (std::endian::native == std::endian::little))
+    if ((encoding_ == Encoding::LittleEndian) != (std::endian::native == std::endian::little))
       std::reverse(std::begin(bytes), std::end(bytes));
     Number number;
     std::memcpy(&number, bytes, sizeof number);
@@ -109,7 +110,7 @@ class Numbers {
     return std::isfinite(number) ? std::optional(number) : std::nullopt;
   }
 
-  Format format_;
+  Encoding encoding_;
   std::string_view rest_;
   std::size_t line_;  ///< of text
 };
@@ -120,8 +121,8 @@ class PlyReader {
   PlyReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
 
   Imported read() {
-    const Format format = read_header();
-    Numbers numbers(format, lines_.rest(), lines_.number() + 1);
+    const Encoding encoding = read_header();
+    Numbers numbers(encoding, lines_.rest(), lines_.number() + 1);
     for (const Element& element : elements_) read_element(element, &numbers);
     check_edges();
     data_.bonds = edges_.take();
@@ -129,19 +130,19 @@ class PlyReader {
   }
 
  private:
-  Format read_header() {
+  Encoding read_header() {
     if (!lines_.next() || trim(lines_.line()) != "ply")
       lines_.complain("wanted \"ply\", the first line of such a file");
-    std::optional<Format> format;
+    std::optional<Encoding> encoding;
     while (lines_.next()) {
       const std::vector<std::string_view> words = split_words(lines_.line());
       if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
       if (words[0] == "end_header") {
-        if (!format) lines_.complain("missing the line \"format …\" above");
-        return *format;
+        if (!encoding) lines_.complain("missing the line \"format …\" above");
+        return *encoding;
       }
       if (words[0] == "format" && words.size() == 3)
-        format = read_format(words[1]);
+        encoding = read_encoding(words[1]);
       else if (words[0] == "element" && words.size() == 3)
         elements_.push_back({words[1], read_count(words[2]), {}});
       else if (words[0] == "property" && words.size() >= 3 && !elements_.empty())
@@ -152,10 +153,10 @@ class PlyReader {
     lines_.complain("missing end_header");
   }
 
-  Format read_format(std::string_view word) const {
-    if (word == "ascii") return Format::Ascii;
-    if (word == "binary_little_endian") return Format::LittleEndian;
-    if (word == "binary_big_endian") return Format::BigEndian;
+  Encoding read_encoding(std::string_view word) const {
+    if (word == "ascii") return Encoding::Ascii;
+    if (word == "binary_little_endian") return Encoding::LittleEndian;
+    if (word == "binary_big_endian") return Encoding::BigEndian;
     lines_.fail(word, "ascii, binary_little_endian or binary_big_endian");
   }
 

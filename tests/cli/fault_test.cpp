@@ -18,8 +18,6 @@ void expect_one_line(const Ended& ended, const std::string& what) {
   EXPECT_TRUE(ended.err.starts_with("tanor: ")) << what << ": " << ended.err;
 }
 
-const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
-
 // With descriptor 2 closed the trajectory would be opened as 2, and what is printed would land in it.
 TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
   const Folder folder;

@@ -7,7 +7,6 @@ namespace {
 
 using report::read_xyz;
 
-const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
 const std::string endless = R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)";
 
 /// In front of a command: root may write everywhere, but without this capability

@@ -125,6 +125,9 @@ inline bool wait_for_frames(const std::filesystem::path& out, std::size_t count)
   return wait_until([&] { return count_frames(out) >= count; });
 }
 
+/// A motion with 129 frames.
+inline const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
+
 /// Two beads hanging on a fixed point, released horizontally; `motion`: members of that name.
 ///
 ///     X--o--o

@@ -90,7 +90,7 @@ struct SolvedTangentForm {
   }
 };
 
-void expect_near(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
+void expect_near_relative(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
   ASSERT_EQ(a.size(), b.size());
   double scale = 1.0, difference = 0.0;
   for (std::size_t k = 0; k < a.size(); ++k) {
@@ -107,14 +107,14 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
     SolvedTangentForm quick(system, false, 0.3), thorough(system, true, 0.3);
     RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
 
-    expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
-    expect_near(quick.reactions.w, thorough.reactions.w, 1e-12);
+    expect_near_relative(quick.q_ddot, thorough.q_ddot, 1e-11);
+    expect_near_relative(quick.reactions.w, thorough.reactions.w, 1e-12);
     // What was left out is there when it is asked for.
     quick.forms.tangent->write_reactions(quick.at(), quick.reactions, quick.eta.data());
     thorough.forms.tangent->write_reactions(thorough.at(), thorough.reactions, thorough.eta.data());
-    expect_near(quick.eta, thorough.eta, 1e-11);
-    expect_near(quick.forms.tangent->dynamics().blocks(), thorough.forms.tangent->dynamics().blocks(), 1e-13);
-    expect_near(quick.forms.tangent->dynamics().psi(), thorough.forms.tangent->dynamics().psi(), 1e-12);
+    expect_near_relative(quick.eta, thorough.eta, 1e-11);
+    expect_near_relative(quick.forms.tangent->dynamics().blocks(), thorough.forms.tangent->dynamics().blocks(), 1e-13);
+    expect_near_relative(quick.forms.tangent->dynamics().psi(), thorough.forms.tangent->dynamics().psi(), 1e-12);
     const Power power = quick.find_power(), wanted = thorough.find_power();
     RC_ASSERT(std::abs(power.supports - wanted.supports) <= 1e-10 * (1.0 + std::abs(wanted.supports)));
   }

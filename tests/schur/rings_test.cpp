@@ -70,7 +70,7 @@ void append(const System& more, System* system) {
 }
 
 /// The numbers come out without being mended: tests/schur/path_rings_test.cpp.
-void expect_agreement(const System& system) {
+void expect_agreement_on_ring(const System& system) {
   const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.4),
                paths = solve(system, {.linear_solver = LinearSolver::Paths}, 0.4);
   EXPECT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
@@ -85,8 +85,8 @@ TEST(Rings, AgreeWithTheGeneralSolver) {
   AnyNumbers any(21);
   for (const Index num_points : {3, 4, 5, 6, 7, 17, 63, 64, 65, 128, 129, 130, 131, 256, 257, 258, 259, 260, 700}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
-    expect_agreement(make_ring(num_points, 0.5, &any));
-    expect_agreement(make_driven_ring(num_points, &any));
+    expect_agreement_on_ring(make_ring(num_points, 0.5, &any));
+    expect_agreement_on_ring(make_driven_ring(num_points, &any));
   }
 }
 
@@ -95,7 +95,7 @@ TEST(Rings, FlatOnesAgreeToo) {
   AnyNumbers any(22);
   for (const Index num_points : {5, 40, 300}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
-    expect_agreement(make_ring(num_points, 0.02, &any));
+    expect_agreement_on_ring(make_ring(num_points, 0.02, &any));
   }
 }
 
@@ -107,7 +107,7 @@ TEST(Rings, BesidePathsAgreeWithTheGeneralSolver) {
     if (k % 2 == 0) std::get<Rods>(one.constraints[0]).pairs.pop_back();
     append(one, &system);
   }
-  expect_agreement(system);
+  expect_agreement_on_ring(system);
   EXPECT_NE(Dynamics(system, {.linear_solver = LinearSolver::Paths})
                 .plan()
                 .linear_solver_reason.find("30 paths of rods, 31 rings of rods"),

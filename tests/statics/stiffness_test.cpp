@@ -12,8 +12,8 @@ namespace tanor {
 namespace {
 
 /// A random system at rest with its inner arrays, and numbers that stand for multipliers.
-struct AtRest {
-  explicit AtRest(const RandomSystem& random)
+struct StiffnessAtRest {
+  explicit StiffnessAtRest(const RandomSystem& random)
       : work(random.system, {.threads = 1}, random.t),
         equations(work, random.t),
         r(random.positions.size()),
@@ -42,7 +42,7 @@ Eigen::VectorXd multiply(const StiffnessMatrix& W, const Eigen::VectorXd& x) {
 }
 
 RC_GTEST_PROP(Stiffness, IsTheDerivativeOfForcesAndReactions, ()) {
-  AtRest rest(any_at_rest());
+  StiffnessAtRest rest(any_at_rest());
   RC_PRE(rest.equations.size() > 0);
   rest.equations.linearise(rest.r.data(), rest.lambda.data());
   Eigen::VectorXd x(static_cast<Eigen::Index>(rest.equations.size()));
@@ -65,7 +65,7 @@ RC_GTEST_PROP(Stiffness, IsTheDerivativeOfForcesAndReactions, ()) {
 }
 
 RC_GTEST_PROP(Kkt, SolvesWhatTheDenseMatrixSolves, ()) {
-  AtRest rest(any_at_rest());
+  StiffnessAtRest rest(any_at_rest());
   RC_PRE(rest.equations.size() > 0);
   rest.equations.linearise(rest.r.data(), rest.lambda.data());
   const auto n = static_cast<Eigen::Index>(rest.equations.size());
@@ -102,7 +102,7 @@ RC_GTEST_PROP(Kkt, SolvesWhatTheDenseMatrixSolves, ()) {
 }
 
 RC_GTEST_PROP(Kkt, CountsFrequenciesAsTheDenseMatrixDoes, ()) {
-  AtRest rest(any_at_rest());
+  StiffnessAtRest rest(any_at_rest());
   RC_PRE(rest.equations.size() > rest.equations.num_rows());
   rest.equations.linearise(rest.r.data(), rest.lambda.data());
   const auto n = static_cast<Eigen::Index>(rest.equations.size());

@@ -33,7 +33,7 @@ TEST_P(CoordinateMistakeTest, IsNamedWithItsPlace) {
   expect_named_with_its_place(GetParam(), make_points_on_coordinates());
 }
 
-const Mistake mistakes[] = {
+const Mistake coordinate_mistakes[] = {
     {"NoFunction", [](System& s) { user(s).kernel.evaluate = nullptr; },
      "/coordinates/1/x: is missing: there is no function to call"},
     {"NoCoordinates", [](System& s) { user(s).kernel.num_coordinates = 0; },
@@ -70,7 +70,7 @@ const Mistake mistakes[] = {
      "/coordinates/0/points: all 3 points are on one line, through points 0 and 1; a rigid body needs one beside it"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(mistakes), name_of);
+INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(coordinate_mistakes), name_of);
 
 TEST(ValidateTest, CoordinatesOfAGoodSystemPass) {
   EXPECT_NO_THROW(validate(make_points_on_coordinates()));

@@ -25,7 +25,7 @@ FrictionKernel make_law(int num_multipliers) {
 
 /// Point 0 on a floor, 1 on a ball, 2 on a wire, 3 on a ring, 4 in a bowl; rods join them to a chain, and support 5
 /// stands on the floor too. Each guide is rough; a wall beside the floor is not.
-System make_system() {
+System make_rough_system() {
   System system;
   system.positions = {0, 1, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 16, 0, 2, 0};
   system.masses.assign(6, 1.0);
@@ -59,12 +59,12 @@ UserFriction& felt(System& system) {
 }
 
 TEST(ValidateTest, FrictionOfAGoodSystemPasses) {
-  EXPECT_NO_THROW(validate(make_system()));
+  EXPECT_NO_THROW(validate(make_rough_system()));
 }
 
 /// Supports stand still for friction: one on the floor is no contact, and three equations there hold nobody back.
 TEST(ValidateTest, SupportsOnAGuideAreNoContacts) {
-  System system = make_system();
+  System system = make_rough_system();
   rough(system).at = {"floor", "pole"};
 
   EXPECT_NO_THROW(validate(system));
@@ -72,7 +72,7 @@ TEST(ValidateTest, SupportsOnAGuideAreNoContacts) {
 }
 
 TEST(ValidateTest, ContactsAreCountedEntryByEntry) {
-  System system = make_system();
+  System system = make_rough_system();
   EXPECT_EQ(num_contacts(system, 0), 5u);
   EXPECT_EQ(num_contacts(system, 1), 1u);
   EXPECT_EQ(num_contacts(system, 2), 1u) << "floor and wall guide one point together";
@@ -83,14 +83,14 @@ TEST(ValidateTest, ContactsAreCountedEntryByEntry) {
 }
 
 TEST(ValidateTest, GuidesMayHaveDefaultNames) {
-  System system = make_system();
+  System system = make_rough_system();
   oil(system).at = {"sphere11"};
 
   EXPECT_NO_THROW(validate(system));
 }
 
 TEST(ValidateTest, DefaultNamesOfFrictionAndConstraintsDoNotMeet) {
-  System system = make_system();
+  System system = make_rough_system();
   std::get<UserConstraints>(system.constraints[4]).name = "formula2";
   rough(system).at = {"floor"};
   felt(system).name = "";  // "formula2" by default
@@ -99,7 +99,7 @@ TEST(ValidateTest, DefaultNamesOfFrictionAndConstraintsDoNotMeet) {
 }
 
 TEST(ValidateTest, VelocityOfAGuideIsCheckedAtTheStart) {
-  System system = make_system();
+  System system = make_rough_system();
   oil(system).velocity = {ScalarFunction::formula("1/(t - 2)"), 0.0, 0.0};
 
   EXPECT_NO_THROW(validate(system));
@@ -107,7 +107,7 @@ TEST(ValidateTest, VelocityOfAGuideIsCheckedAtTheStart) {
 }
 
 TEST(ValidateTest, LawsWithoutStickMayShareAGuide) {
-  System system = make_system();
+  System system = make_rough_system();
   system.friction.push_back(Coulomb{.name = "more", .at = {"ball"}, .coefficient = 0.1, .regularisation = 1e-3});
   system.friction.push_back(Viscous{.name = "grease", .at = {"ball"}, .coefficient = 0.1});
 
@@ -117,10 +117,10 @@ TEST(ValidateTest, LawsWithoutStickMayShareAGuide) {
 class FrictionMistakeTest : public testing::TestWithParam<Mistake> {};
 
 TEST_P(FrictionMistakeTest, IsNamedWithItsPlace) {
-  expect_named_with_its_place(GetParam(), make_system());
+  expect_named_with_its_place(GetParam(), make_rough_system());
 }
 
-const Mistake mistakes[] = {
+const Mistake friction_mistakes[] = {
     {"NoGuides", [](System& s) { oil(s).at.clear(); },
      "/friction/1/at: is empty; it names the constraints that the friction acts at"},
     {"UnknownGuide", [](System& s) { rough(s).at[3] = "rink"; },
@@ -219,7 +219,7 @@ const Mistake mistakes[] = {
      "line, circle, ellipsoid, helix or formula of single points is right"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Validate, FrictionMistakeTest, testing::ValuesIn(mistakes), name_of);
+INSTANTIATE_TEST_SUITE_P(Validate, FrictionMistakeTest, testing::ValuesIn(friction_mistakes), name_of);
 
 }  // namespace
 }  // namespace tanor
