@@ -10,9 +10,11 @@
 /// and no list says what it is made of: visit_parts(value, visit), which calls visit(part …).
 namespace tanor {
 
-/// What is copied byte by byte.
+/// What is copied byte by byte: numbers, and structs that say so because they have no gaps.
 template <class Value>
-concept PlainBytes = std::is_trivially_copyable_v<Value>;
+inline constexpr bool is_plain_bytes = std::is_arithmetic_v<Value> || std::is_enum_v<Value>;
+template <class Value>
+concept PlainBytes = is_plain_bytes<Value>;
 template <class Value>
 concept ByteList = !PlainBytes<Value> && requires(Value list) {
   list.data();
@@ -55,7 +57,7 @@ class ByteWriter {
 /// Says that the bytes end too early for what they begin with.
 struct EndsTooEarly {};
 
-/// Reads back what a ByteWriter wrote, or throws EndsTooEarly, before it makes room for more than the bytes can hold.
+/// Reads back what a ByteWriter wrote, or throws EndsTooEarly, before it makes room for more items than the bytes hold.
 /// check(number) of each that is no item of a list.
 template <class Check>
 class ByteReader {

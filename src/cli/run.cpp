@@ -36,8 +36,8 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   const std::chrono::duration<double> checkpoint_every(options.checkpoint_every.value_or(60.0));
   plan.checkpoint_every = std::chrono::duration_cast<RunPlan::Clock::duration>(checkpoint_every);
   plan.has_html_page = options.report && report::has_html_page();
-  plan.scene_checksum = report::make_scene_checksum(scene.files, scene.system);
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
+  plan.scene_checksum = report::make_scene_checksum(plan.fingerprint);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);

@@ -114,6 +114,12 @@ void RunFolder::take_resumed(Simulation& simulation) {
   if (now.outcome.ok()) recording_->take_frame(simulation.system(), now, find_friction(simulation));
 }
 
+/// What was written just now, where another folder has taken the place of ours.
+void RunFolder::remove_from_strange_folder(const char* file) const {
+  std::error_code failed;
+  if (!is_in_place()) std::filesystem::remove(directory_ / file, failed);
+}
+
 bool RunFolder::is_in_place() const {
   return lock_ == nullptr || lock_->is_in_place();
 }
@@ -180,17 +186,17 @@ void RunFolder::publish(const Simulation& simulation) {
     checkpoint_.time = simulation.time();
     checkpoint_.state = simulation.save();
     // It comes before the checkpoint, which is never ahead of it.
-    if (recording_) report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
+    if (recording_) {
+      report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
+      remove_from_strange_folder(report::recording_name);
+    }
     // Before the first step there is nothing to lose that would be worth the wait.
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();
     require_folder(report::checkpoint_name);  // the disk takes its time
     report::write_checkpoint(directory_, checkpoint_, wait);
-    if (!is_in_place()) {  // they went into a strange one just now
-      for (const char* name : {report::checkpoint_name, report::recording_name})
-        std::filesystem::remove(directory_ / name);
-    }
+    remove_from_strange_folder(report::checkpoint_name);
     require_folder(report::checkpoint_name);
   }
   last_frame_.reset();

@@ -61,6 +61,7 @@ class RunFolder {
  private:
   void append_frame(Simulation& simulation);
   bool is_in_place() const;
+  void remove_from_strange_folder(const char* file) const;
   void require_folder(const std::string& file) const;
   /// Replaces the checkpoint.
   void publish(const Simulation& simulation);

@@ -117,6 +117,10 @@ double Model::largest_move(const double* x, const double* y) const {
   });
 }
 
+double Model::power(const double* a, const double* v) const {
+  return parallel.sum(num_moving(), [&](std::size_t i) { return mass[i] * dot(load(a, i), load(v, i)); });
+}
+
 Outcome Model::not_finite(double t) const {
   return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
 }

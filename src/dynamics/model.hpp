@@ -85,6 +85,8 @@ class Model : public NumberedSystem {
   double largest_move(const double* x, const double* y) const;
 
   Outcome not_finite(double t) const;
+  /// Power W = sum of m a'v over the moving points, of accelerations a and velocities v [3n].
+  double power(const double* a, const double* v) const;
 
  private:
   struct PrescribedPoints {

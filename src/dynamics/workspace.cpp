@@ -274,9 +274,7 @@ Power Workspace::power(double of_constraints, const double* r, const double* v) 
 
 /// eta'v, eta = M (M^-1 eta)
 double Workspace::power_of_reactions(const double* accelerations, const double* v) const {
-  if (!model_.is_rheonomic()) return 0.0;
-  return model_.parallel.sum(model_.num_moving(),
-                             [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
+  return model_.is_rheonomic() ? model_.power(accelerations, v) : 0.0;
 }
 
 Outcome Workspace::not_finite(double t, const double* r) const {

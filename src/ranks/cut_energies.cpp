@@ -36,9 +36,7 @@ double CutEnergies::potential(double t, const double* r) {
 }
 
 double CutEnergies::power_of_reactions(const double* accelerations, const double* v) const {
-  if (!is_rheonomic_) return 0.0;
-  return model_.parallel.sum(model_.num_moving(),
-                             [&](std::size_t i) { return model_.mass[i] * dot(load(accelerations, i), load(v, i)); });
+  return is_rheonomic_ ? model_.power(accelerations, v) : 0.0;
 }
 
 /// Guests move in here as supports would, but what forces do to them is not counted as work of supports.

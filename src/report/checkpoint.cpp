@@ -161,9 +161,12 @@ std::string name_difference(std::string_view before, std::string_view now) {
   return changed.empty() ? strangers : changed;
 }
 
-std::string make_scene_checksum(std::span<const fs::path> files, const System& system) {
+std::string make_scene_checksum(std::string_view fingerprint) {
   Checksum sum;
-  sum.add(describe_sources(files, system));
+  for (scene::LineReader lines("", fingerprint); lines.next();) {
+    sum.add(fmt::format("{}\n", lines.line()));
+    if (split_line(lines.line()).second == start_of_points) break;
+  }
   return sum.text();
 }
 

@@ -32,8 +32,8 @@ struct Checkpoint {
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system,
                              const MotionOptions& motion = {});
 
-/// 16 hexadecimal digits of the same files and start, however they are to move.
-std::string make_scene_checksum(std::span<const std::filesystem::path> files, const System& system);
+/// 16 hexadecimal digits of a fingerprint's files and start, however they are to move.
+std::string make_scene_checksum(std::string_view fingerprint);
 
 /// Why two fingerprints differ, by the first thing that both name and that is another one: "is of an earlier version of
 /// the scene: net.json was changed", "is of a run with /motion/method rk4, not dop853"; or of which two scenes they

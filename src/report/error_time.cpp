@@ -230,7 +230,7 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
                        {},
                        {},
                        {},
-                       make_scene_checksum(scene.files, scene.system)};
+                       make_scene_checksum(make_fingerprint(scene.files, scene.system))};
   Runs runs(scene, given ? given->points : list_points(scene.system), say);
   for (const Method method : methods) {
     if (const std::string& refusal = runs.refusal(method); !refusal.empty()) {

@@ -39,7 +39,7 @@ Recording::Recording(const System& system, std::span<const Index> chosen, Output
                     room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
                 .steps = ThinnedList<RecordedStep>(most_steps),
                 .switches = {},
-                .num_switches = 0} {
+                .events_before = 0} {
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
   const std::size_t wanted = std::min(smooth_frames, room_between / bytes_of_frame(shown_, held_.size()));
   const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
@@ -123,8 +123,8 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   const double time = simulation.time();
   before.frames.cut(time);
   before.steps.cut(time);
-  if (std::erase_if(before.switches, [&](double t) { return t > time; }) > 0)
-    before.num_switches = before.switches.size();
+  std::erase_if(before.switches, [&](double t) { return t > time; });
+  recorded_.events_before = events_;
   if (before.frames.is_empty() || before.start.positions.size() != simulation.positions().size()) return false;
   const std::vector<RecordedFrame> frames = before.frames.items();
   guides_ = place_guides(simulation.system(), frames.front().time, before.start);
@@ -135,7 +135,7 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   }
   recorded_.start = std::move(before.start);
   recorded_.switches = std::move(before.switches);
-  recorded_.num_switches = before.num_switches;
+  recorded_.events_before = before.events_before;
   if (frame_interval_ > 0.0) next_frame_ = recorded_.frames.end() + frame_interval_;
   return true;
 }
@@ -159,7 +159,7 @@ void Recording::take_step(const MotionReport& report) {
                                                   : 0.0});
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
-  if (report.events > events_ && recorded_.num_switches++ < most_switches)
+  if (report.events > events_ && recorded_.switches.size() < most_switches)
     recorded_.switches.push_back(report.last_event);
   events_ = report.events;
 }

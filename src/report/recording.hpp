@@ -8,6 +8,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "base/archive.hpp"
 #include "report/guides.hpp"
 #include "report/shown_parts.hpp"
 #include "report/thinned_list.hpp"
@@ -39,6 +40,11 @@ struct RecordedStep {
   double friction_iterations = 0.0;  ///< mean of the instants since the sample before
 };
 
+}  // namespace tanor::report
+template <>
+inline constexpr bool tanor::is_plain_bytes<tanor::report::RecordedStep> = true;
+namespace tanor::report {
+
 /// When a run writes frames: at the start, every so many seconds (0: never), and at the end.
 struct OutputTimes {
   double duration = 0.0;  ///< s
@@ -50,8 +56,8 @@ struct Recorded {
   GuideStart start;
   ThinnedList<RecordedFrame> frames;
   ThinnedList<RecordedStep> steps;
-  std::vector<double> switches;  ///< s, the first of them
-  std::size_t num_switches = 0;  ///< since the recording began
+  std::vector<double> switches;   ///< s, the first ones, the last one of a step
+  std::size_t events_before = 0;  ///< of the motion, before the recording began
 };
 
 /// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
@@ -77,9 +83,10 @@ class Recording {
   const Recorded& recorded() const { return recorded_; }
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
-  /// When the equations changed: a contact began or ceased to slip, s; the first 500 since it began.
+  /// When the equations changed: a contact began or ceased to slip, s; the last one of a step, of the first 500 steps.
   const std::vector<double>& switches() const { return recorded_.switches; }
-  std::size_t num_switches() const { return recorded_.num_switches; }
+  /// All of them since the recording began.
+  std::size_t num_switches() const { return events_ - recorded_.events_before; }
   std::size_t frames_seen() const { return recorded_.frames.num_seen(); }
 
  private:

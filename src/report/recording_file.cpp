@@ -1,9 +1,10 @@
 #include "report/recording_file.hpp"
 
 #include <cstddef>
+#include <span>
+#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "base/archive.hpp"
 #include "report/sealed_file.hpp"
@@ -22,15 +23,15 @@ struct CheckNothing {
 };
 
 /// `archive` of everything between the first line and the last.
-template <class Archive, class Recorded>
-void exchange(Archive& archive, std::string& fingerprint, double& time, Recorded& recorded) {
+template <class Archive, class Text, class Number, class Recorded>
+void exchange(Archive& archive, Text& fingerprint, Number& time, Recorded& recorded) {
   archive(fingerprint, time, recorded.start.time, recorded.start.positions, recorded.frames, recorded.steps,
-          recorded.switches, recorded.num_switches);
+          recorded.switches, recorded.events_before);
 }
 
 }  // namespace
 
-void write_recording(const std::filesystem::path& directory, std::string fingerprint, double time,
+void write_recording(const std::filesystem::path& directory, const std::string& fingerprint, double time,
                      const Recording& recording) {
   std::string bytes;
   ByteWriter writer(

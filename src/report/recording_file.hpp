@@ -11,7 +11,7 @@ inline constexpr const char* recording_name = "recording";
 
 /// Replaces `directory/recording`, from which the page of a run that goes on begins: a line with the format's number;
 /// the fingerprint, the time and all that was recorded; a line with the checksum of everything before.
-void write_recording(const std::filesystem::path& directory, std::string fingerprint, double time,
+void write_recording(const std::filesystem::path& directory, const std::string& fingerprint, double time,
                      const Recording& recording);
 
 /// Takes up what an earlier part of the run recorded until the simulation's time. False: nothing lies there, or it is

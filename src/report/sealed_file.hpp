@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <initializer_list>
-#include <string>
 #include <string_view>
 
 #include "report/output_file.hpp"

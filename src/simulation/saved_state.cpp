@@ -14,6 +14,11 @@
 
 namespace tanor {
 
+template <>
+inline constexpr bool is_plain_bytes<RankChange> = true;
+template <>
+inline constexpr bool is_plain_bytes<SingularPassage> = true;
+
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {

@@ -102,7 +102,7 @@ TEST(DraggedChains, FixedStepsArriveAndThoseThatAreTooLongNameTheMethodToTake) {
   const std::filesystem::path scene =
       std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / "cut_steps.json";
 
-  const std::string t_end = tests_are_long() ? "0.6" : "0.17";  // 1,343 events by 0.2 s
+  const std::string t_end = tests_are_long() ? "0.6" : "0.17";  // 72 events; 1,343 by 0.2 s
   const Ended ended = run_program(folder, {"run", scene.string(), "--t-end", t_end, "--out", "out"});
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_GE(read_json(folder / "out" / "summary.json").at("events").get<int>(), 50);

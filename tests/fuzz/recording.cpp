@@ -83,9 +83,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     recording.take_step(simulation.report());
     recording.take_frame(simulation);
     // What a page packs.
-    const std::size_t frame = 3 * recording.shown().num_points;
-    for (const report::RecordedFrame& each : recording.frames())
-      if (each.positions.size() != frame || each.guides.size() != recording.guides().size()) std::abort();
+    const std::size_t held = 3 * recording.held().size();
+    for (const report::RecordedFrame& each : recording.frames()) {
+      bool fits = each.positions.size() == 3 * recording.shown().num_points &&
+                  each.tensions.size() == recording.shown().rods.size() && each.normal_reactions.size() == held &&
+                  (each.tangent_reactions.empty() || each.tangent_reactions.size() == held) &&
+                  each.guides.size() == recording.guides().size();
+      for (std::size_t k = 0; fits && k < each.guides.size(); ++k)
+        fits = each.guides[k].size() == recording.guides()[k].numbers.size();
+      if (!fits) std::abort();
+    }
     (void)recording.steps();
   });
   return 0;

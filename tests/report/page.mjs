@@ -122,7 +122,8 @@ async function readOrder(browser, motion) {
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
 }
 
-/** The table of tanor error-time beside the page is a curve for each method; without it one line says how to get one. */
+/** The table of tanor error-time beside the page is a curve for each method, with the name of the scene where that is another one;
+    without a table one line says how to get one. */
 async function readErrorTime(browser, folder) {
   const table = join(folder, "error_time.csv"), hasTable = existsSync(table);
   const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h2").textContent.startsWith("Error against run time"))`;
@@ -130,7 +131,12 @@ async function readErrorTime(browser, folder) {
     "a card shows errors or a line says how they are measured, not both and not neither");
   if (!hasTable) return;
   const [head, ...rows] = readFileSync(table, "utf8").trim().split("\n").map((row) => row.split(","));
-  const methods = [...new Set(rows.map((row) => row[head.indexOf("method")]))].join(" ");
+  const { scene } = await readData(browser, "run");
+  const nameOf = (row) => {
+    const measured = row[head.indexOf("scene")].replaceAll('"', "");
+    return row[head.indexOf("method")] + (measured === scene ? "" : ` (${measured})`);
+  };
+  const methods = [...new Set(rows.map(nameOf))].join(" ");
   const shown = await browser.ask(`Array.from(${card}.querySelectorAll(".u-series .u-label"), (each) => each.textContent).slice(1).join(" ")`);
   browser.expect(shown === methods, `the errors of ${shown} are shown, the table has ${methods}`);
 }
@@ -159,7 +165,7 @@ async function tryEvents(browser, events) {
   }
   const contacts = await readData(browser, `events.filter((event) => event.kind === "contact").length`);
   const words = await browser.ask(`document.getElementById("events-left-out").textContent`);
-  browser.expect(words.includes(`first ${contacts} of ${events} contact`) === contacts < events && (contacts < events || !words),
+  browser.expect(words.includes(`${contacts} of ${events} contact`) === contacts < events && (contacts < events || !words),
     `${contacts} of ${events} contact switches are listed, and under them stands: ${words}`);
 }
 

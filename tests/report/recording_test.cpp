@@ -161,6 +161,22 @@ TEST(RecordingTest, ARunThatGoesOnKeepsWhatWasRecordedBefore) {
   record(0.6, &before.motion, &after);
   EXPECT_EQ(after.frames().size(), frames.size() + 10);
   EXPECT_EQ(after.switches().size(), 1u);
+  EXPECT_EQ(after.num_switches(), 1u);
+}
+
+// A page that begins where a run went on counts what it can have seen.
+TEST(RecordingTest, ContactSwitchesBeforeItBeganDoNotCount) {
+  StoredRecording before;
+  ASSERT_EQ(before.recording.num_switches(), 1u);
+  Recording late(before.system, {});
+
+  ASSERT_FALSE(before.is_taken_by(&late, "another"));
+  MotionReport report = before.motion.report();
+  report.events += 3;
+  late.take_step(report);
+
+  EXPECT_EQ(late.num_switches(), 3u) << "of one step, all of them";
+  EXPECT_EQ(late.switches().size(), 1u);
 }
 
 // A program that was killed may have recorded more than its checkpoint has.
@@ -175,6 +191,7 @@ TEST(RecordingTest, WhatCameAfterTheCheckpointIsForgotten) {
   EXPECT_EQ(after.frames().back().time, before.motion.time());
   EXPECT_EQ(after.steps().back().time, before.motion.time());
   EXPECT_EQ(after.frames_seen(), after.frames().size());
+  EXPECT_EQ(after.num_switches(), before.motion.report().events);
 }
 
 TEST(RecordingTest, WhatDoesNotFitIsNotTaken) {

@@ -53,11 +53,11 @@ function fillPhases(run: Run): void {
 
 const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations" };
 
-/** "The first 500 of 760 contact switches are listed." */
+/** "500 of 760 contact switches are listed, the first ones." */
 function tellLeftOut({ events, events_seen }: PageData): string {
   return Object.entries(events_seen).map(([kind, seen]) => {
     const listed = events.filter((event) => event.kind === kind).length;
-    return listed < seen ? `The first ${listed} of ${seen} ${namesOfEvents[kind]} are listed.` : "";
+    return listed < seen ? `${listed} of ${seen} ${namesOfEvents[kind]} are listed, the first ones.` : "";
   }).filter((words) => words).join(" ");
 }
 
