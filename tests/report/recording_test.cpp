@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "report/output_file.hpp"
 #include "report/reading.hpp"
 #include "report/recording_file.hpp"
 #include "rough_incline.hpp"
