@@ -81,15 +81,12 @@ void mend_checksums(std::string* file) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::size_t head = 3;
-  if (size < head) return 0;
+  if (size < fuzz::Overlaid<Stopped>::head) return 0;
   static const fuzz::InputFile file(".none");
-  const std::vector<Stopped>& runs = stopped_runs(file.folder());
-  const Stopped& run = runs[(data[0] & 0x7F) % runs.size()];
-  std::string bytes = fuzz::lay_over(run.file, fuzz::text_of(data + head, size - head));
-  bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), data[1] + 256u * data[2]));
-  if (data[0] < 0x80) mend_checksums(&bytes);
-  std::ofstream(file.folder() / "checkpoint", std::ios::binary) << bytes;
+  fuzz::Overlaid overlaid(stopped_runs(file.folder()), data, size);
+  const Stopped& run = overlaid.good;
+  if (overlaid.mends_checksum) mend_checksums(&overlaid.bytes);
+  std::ofstream(file.folder() / "checkpoint", std::ios::binary) << overlaid.bytes;
 
   fuzz::takes([&] {
     const auto checkpoint = report::read_checkpoint(file.folder(), "fuzz");

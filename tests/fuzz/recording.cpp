@@ -63,17 +63,14 @@ const std::vector<Stopped>& stopped_runs(const std::filesystem::path& folder) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::size_t head = 3;
-  if (size < head) return 0;
+  if (size < fuzz::Overlaid<Stopped>::head) return 0;
   static const fuzz::InputFile file(".none");
-  const std::vector<Stopped>& runs = stopped_runs(file.folder());
-  const Stopped& run = runs[(data[0] & 0x7F) % runs.size()];
-  std::string bytes = fuzz::lay_over(run.file, fuzz::text_of(data + head, size - head));
-  bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), data[1] + 256u * data[2]));
+  fuzz::Overlaid overlaid(stopped_runs(file.folder()), data, size);
+  const Stopped& run = overlaid.good;
   Checksum sum;
-  sum.add(std::string_view(bytes));
-  bytes += std::string(last_words) + (data[0] < 0x80 ? sum.text() : "0123456789abcdef") + "\n";
-  std::ofstream(file.folder() / report::recording_name, std::ios::binary) << bytes;
+  sum.add(std::string_view(overlaid.bytes));
+  overlaid.bytes += std::string(last_words) + (overlaid.mends_checksum ? sum.text() : "0123456789abcdef") + "\n";
+  std::ofstream(file.folder() / report::recording_name, std::ios::binary) << overlaid.bytes;
 
   fuzz::takes([&] {
     Simulation simulation(run.scene.system, run.scene.motion, run.scene.solver);

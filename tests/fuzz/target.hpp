@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <tanor/error.hpp>
 
@@ -43,12 +44,25 @@ bool takes(const Work& work) {
   }
 }
 
-/// The good bytes with the input over them; what the input has more is appended.
-inline std::string lay_over(std::string good, std::string_view input) {
-  const std::size_t common = std::min(good.size(), input.size());
-  for (std::size_t k = 0; k < common; ++k) good[k] = static_cast<char>(good[k] ^ input[k]);
-  return good.append(input.substr(common));
-}
+/// A good file with an input laid over it by exclusive or; what the input has more is appended.
+///
+///     byte 0: which file; bit 7: its checksum stays wrong      bytes 1, 2: bytes cut off at the end
+template <class Good>
+struct Overlaid {
+  Overlaid(const std::vector<Good>& files, const std::uint8_t* data, std::size_t size)
+      : good(files[(data[0] & 0x7F) % files.size()]), mends_checksum(data[0] < 0x80), bytes(good.file) {
+    const std::string_view input = text_of(data + head, size - head);
+    const std::size_t common = std::min(bytes.size(), input.size());
+    for (std::size_t k = 0; k < common; ++k) bytes[k] = static_cast<char>(bytes[k] ^ input[k]);
+    bytes.append(input.substr(common));
+    bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), data[1] + 256u * data[2]));
+  }
+
+  static constexpr std::size_t head = 3;  ///< an input has so many bytes at least
+  const Good& good;
+  bool mends_checksum;
+  std::string bytes;
+};
 
 /// A file for readers that open one; it goes with the process.
 class InputFile {
