@@ -19,7 +19,7 @@ SKIPPED = 77  # as CMakeLists.txt says
 EMULATOR = "qemu-x86_64-static"
 PROCESSORS = ("qemu64", "Haswell")  # x86-64-v1, x86-64-v3
 SETS = ("baseline", "avx2", "avx512")
-THREADS = ("1", "2", "5")
+THREADS = ("1", "2", "5") if os.environ.get("TANOR_LONG_TESTS") == "1" else ("1", "5")
 ROUNDING = 1e-11  # of an instant, relative; an emulated run of a few steps leaves no more either
 
 GRAVITY = {"kind": "gravity", "acceleration": [0.3, 0.2, -9.81]}

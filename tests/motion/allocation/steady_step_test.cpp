@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "beside.hpp"
+#include "long_tests.hpp"
 #include "motion/allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
@@ -59,7 +60,7 @@ TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
   ASSERT_TRUE(advance(1, 3));
 
   const AllocationCounter counter;
-  const bool is_ok = advance(4, 13);
+  const bool is_ok = advance(4, tests_are_long() ? 13 : 7);
   const std::size_t count = counter.count();
 
   EXPECT_TRUE(is_ok);
