@@ -134,6 +134,7 @@ void RunFolder::show(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   facts_.wall = measure_wall();
   report::write_running_page(directory_, facts_, simulation, *recording_);
+  remove_from_strange_folder(report::html_page_name);
   const auto end = RunPlan::Clock::now();
   next_page_ = end + std::max<RunPlan::Clock::duration>(page_share * (end - begin), shortest_page_interval);
 }

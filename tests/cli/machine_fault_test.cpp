@@ -63,11 +63,14 @@ TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWhatItHas) {
 }
 
 TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
-  for (const std::string trouble : {"rm -r o", "mv o elsewhere", "mv o elsewhere && mkdir o"}) {
+  for (const auto& [trouble, option] : {std::pair<std::string, std::string>{"rm -r o", ""},
+                                        {"mv o elsewhere", ""},
+                                        {"mv o elsewhere && mkdir o", ""},
+                                        {"mv o elsewhere && mkdir o", "--report"}}) {
     const Folder folder;
     write_text(folder / "s.json", pendulum(endless));
 
-    const Ended ended = run_script(folder, R"sh("$TANOR" run s.json --out o --quiet & process=$!
+    const Ended ended = run_script(folder, R"sh("$TANOR" run s.json --out o --quiet )sh" + option + R"sh( & process=$!
       while ! test -e o/trajectory/frame_000004.vtp; do sleep 0.01; done
       while ! { )sh" + trouble + R"sh(; } 2>/dev/null; do true; done  # a frame may come while rm is on its way
       wait $process)sh");

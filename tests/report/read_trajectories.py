@@ -313,6 +313,39 @@ def check_lammps(out: pathlib.Path, arrays: dict) -> None:
         assert np.allclose(rows[:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
 
 
+LAMMPS_CELL = """
+units lj
+atom_modify map array
+region cell {region}
+create_box 1 cell
+create_atoms 1 single 0.1 0.1 0.1
+create_atoms 1 single 0.5 0.5 0.5
+create_atoms 1 single 0.9 0.9 0.9
+mass * 1
+pair_style zero 0.1
+pair_coeff * *
+read_dump trajectory.dump {frame} x y z vx vy vz replace yes box yes format native
+dump once all custom 1 once.dump id xu yu zu vx vy vz
+dump_modify once sort id format float %.17g
+run 0
+print "$(lx:%.17g) 0 0 $(xy:%.17g) $(ly:%.17g) 0 $(xz:%.17g) $(yz:%.17g) $(lz:%.17g)" file cell.txt
+"""
+
+
+def check_lammps_cell(out: pathlib.Path, arrays: dict, cell: np.ndarray) -> None:
+    """LAMMPS takes the cell from a frame, and the points up to whole turns around it."""
+    frame = len(arrays["time"]) - 1
+    is_tilted = np.any(cell != np.diag(np.diag(cell)))
+    region = "prism 0 1 0 1 0 1 0 0 0" if is_tilted else "block 0 1 0 1 0 1"  # of the kind that the file tells
+    (out / "in.lammps").write_text(LAMMPS_CELL.format(frame=frame, region=region), encoding="utf-8")
+    subprocess.run([LAMMPS, "-in", "in.lammps", "-log", "none", "-screen", "none"], cwd=out, check=True)
+    assert np.allclose(np.loadtxt(out / "cell.txt").reshape(3, 3), cell, rtol=1e-12, atol=1e-12)
+    state = next(iter(read_dump(out / "once.dump").values()))
+    turns = np.linalg.solve(cell.T, (state[:, 1:4] - arrays["position"][frame]).T)
+    assert abs(turns - np.round(turns)).max() < 1e-9, turns
+    assert np.allclose(state[:, 4:7], arrays["velocity"][frame], rtol=1e-9, atol=1e-9)
+
+
 def find_nearest_image(d: np.ndarray, cell: np.ndarray) -> np.ndarray:
     """The shortest of d and its images; a search, as no reader of ours does it."""
     steps = range(-2, 3)
@@ -355,6 +388,8 @@ def check_periodic(out: pathlib.Path, edges: list, rods: list) -> None:
     assert len(starts) == frames
     if vtk_to_numpy:
         check_images(out, cell, arrays, lengths)
+    if LAMMPS:
+        check_lammps_cell(out, arrays, cell)
 
 
 def check_images(out: pathlib.Path, cell: np.ndarray, arrays: dict, lengths: list) -> None:
@@ -393,7 +428,7 @@ READINGS = [
     ("trajectory.xyz", "positions", ["ASE"]),
     ("trajectory.pvd, trajectory/", "positions, velocities, accelerations, supports, tensions, forces of guides, gravity", ["VTK"]),
     ("trajectory.pvd, trajectory/", "times, positions, tensions", ["ParaView"]),
-    ("trajectory.dump", "positions, velocities (read_dump), all frames (rerun)", ["LAMMPS"]),
+    ("trajectory.dump", "positions, velocities, cells upright and tilted (read_dump), all frames (rerun)", ["LAMMPS"]),
     ("trajectory.dump", "positions", ["ASE"]),
     ("trajectory_rods.dump", "ids, lengths, tensions; no other program reads a dump local", ["Python"]),
     ("trajectory.h5", "all", ["h5py"]),
