@@ -24,6 +24,7 @@ struct RunOptions : CommonOptions {
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
+  bool overwrite = false;                  ///< the same run lies there, and is not at its end
   std::optional<double> checkpoint_every;  ///< s of the clock, at most, between two checkpoints; default 60
   bool report = false;                     ///< a page for a browser, report.html
 };

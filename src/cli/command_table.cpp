@@ -174,7 +174,13 @@ Command describe_run() {
                    {"--threads", "P", threads(&over->threads), "threads; 0: all"},
                    {"--trajectory", "LIST", names(&over->trajectory),
                     "files of the frames, names between commas: xyz, vtp, lammps, h5md, csv, npz; default xyz,vtp"},
-                   {"--resume", "", yes(&options->resume), "go on from the checkpoint of an interrupted run"},
+                   {"--resume",
+                    "",
+                    yes(&options->resume),
+                    "go on from the checkpoint of an interrupted run",
+                    false,
+                    {"--overwrite"}},
+                   {"--overwrite", "", yes(&options->overwrite), "begin anew where the same run was interrupted"},
                    {"--checkpoint-every", "S", interval(&options->checkpoint_every),
                     "also between frames, s of the clock; 0: as often as takes a twentieth of the time; default 60"},
                    {"--report", "", yes(&options->report),
@@ -464,6 +470,14 @@ std::span<const Example> first_examples() {
       Example{"tanor help run", "all options of a command"},
   };
   return examples;
+}
+
+std::string describe(const Option& option) {
+  std::string what = option.what;
+  if (option.is_required) what += " (required)";
+  for (const std::string& other : option.excludes)
+    what += (&other == &option.excludes[0] ? "; not with " : ", ") + other;
+  return what;
 }
 
 std::string usage(const Command& command) {

@@ -79,6 +79,9 @@ std::span<const Example> first_examples();
 inline constexpr std::string_view program_summary =
     "Motion and reactions of large systems of material points under constraints.";
 
+/// "fixed step, s; not with --rtol, --atol"
+std::string describe(const Option& option);
+
 /// "tanor run SCENE [OPTION...]"
 std::string usage(const Command& command);
 

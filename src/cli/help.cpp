@@ -61,10 +61,7 @@ std::string describe_command(const Command& command, const Terminal& terminal) {
   Rows arguments, options;
   for (const Argument& each : command.arguments) arguments.emplace_back(each.name, each.what);
   for (const Option& each : command.options) {
-    std::string what = each.what;
-    if (each.is_required) what += " (required)";
-    for (const std::string& other : each.excludes) what += (&other == &each.excludes[0] ? "; not with " : ", ") + other;
-    options.emplace_back(each.place.empty() ? each.name : each.name + " " + each.place, what);
+    options.emplace_back(each.place.empty() ? each.name : each.name + " " + each.place, describe(each));
   }
   options.emplace_back("-h, --help", "this page");
   const std::size_t width = terminal.width().value_or(100);
@@ -85,7 +82,7 @@ nlohmann::ordered_json as_json(const Command& command) {
     arguments.push_back({{"name", each.name}, {"what", each.what}, {"required", each.is_required}});
   for (const Option& each : command.options)
     options.push_back(
-        {{"name", each.name}, {"value", each.place}, {"what", each.what}, {"required", each.is_required}});
+        {{"name", each.name}, {"value", each.place}, {"what", describe(each)}, {"required", each.is_required}});
   for (const Example& each : command.examples) examples.push_back({{"line", each.line}, {"what", each.what}});
   return {{"name", command.name},   {"summary", command.summary}, {"text", command.text},
           {"arguments", arguments}, {"options", options},         {"examples", examples}};

@@ -75,7 +75,7 @@ std::string write_page(const Command& command) {
   for (const Argument& each : command.arguments) page += item(each.name, each.what);
   page += ".SH OPTIONS\n";
   for (const Option& each : command.options)
-    page += item(each.place.empty() ? each.name : each.name + " " + each.place, each.what);
+    page += item(each.place.empty() ? each.name : each.name + " " + each.place, describe(each));
   page += item("-h, --help", "print a summary of this page");
   return page + set_examples(command.examples) + list_exit_codes() + list_environment() +
          ".SH SEE ALSO\n.BR tanor (1)\n";

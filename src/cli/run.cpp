@@ -28,7 +28,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A run that is to go on holds its folder before it looks at the checkpoint.
+/// A forgotten --resume is not to cost a week.
+void require_no_interrupted(const RunPlan& plan, double t_start) {
+  std::optional<report::Checkpoint> before;
+  try {
+    before = report::read_checkpoint(plan.directory, plan.fingerprint);
+  } catch (const InputError&) {  // it is of another run, or damaged
+  }
+  if (before && before->time > t_start && before->time < before->t_end)
+    throw InputError(
+        plan.directory.string(),
+        fmt::format("has this run, which was interrupted at t = {:g} s of {:g} s; --resume goes on with it, "
+                    "--overwrite begins anew",
+                    before->time, before->t_end));
+}
+
+/// A folder that is there is held before its checkpoint is looked at.
 RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
@@ -38,8 +53,13 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   plan.has_html_page = options.report && report::has_html_page();
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
   plan.scene_checksum = report::make_scene_checksum(plan.fingerprint);
-  if (!options.resume || !fs::exists(plan.directory)) return plan;
+  plan.t_end = scene.t_end;
+  if (!fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
+  if (!options.resume) {
+    if (!options.overwrite) require_no_interrupted(plan, scene.t_start);
+    return plan;
+  }
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);
   if (plan.before && plan.before->time > scene.t_end) {
     throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
@@ -184,12 +204,12 @@ ExitCode execute(const RunOptions& options) {
   scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   scene.t_end = end_at_output(scene.t_end, scene.output_every);
   require_output(scene, scene.system.num_points());
-  const RunPlan plan = plan_run(options, scene, begin);
+  RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
   naming_file(options.scene, [&] { require_memory(scene, simulation); });
 
   // Nothing was written so far.
-  RunFolder folder(plan, scene, simulation);
+  RunFolder folder(&plan, scene, simulation);
   if (options.resume && !plan.before) print_message("no checkpoint in " + typed(plan.directory) + "; starts anew");
   if (options.report && !plan.has_html_page)
     print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers",

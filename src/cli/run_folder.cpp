@@ -32,14 +32,13 @@ report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, c
   return facts;
 }
 
-std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
-  std::unique_ptr<FolderLock> lock;
-  if (!plan.lock) {
-    report::make_folder(plan.directory);
-    lock = std::make_unique<FolderLock>(plan.directory, "run");
+std::unique_ptr<FolderLock> take_folder(RunPlan* plan) {
+  if (!plan->lock) {
+    report::make_folder(plan->directory);
+    plan->lock = std::make_unique<FolderLock>(plan->directory, "run");
   }
-  if (!plan.before) remove_results(plan.directory);
-  return lock;
+  if (!plan->before) remove_results(plan->directory);
+  return std::move(plan->lock);
 }
 
 report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, const System& system) {
@@ -63,23 +62,30 @@ constexpr std::chrono::milliseconds shortest_page_interval(1000);
 }  // namespace
 
 report::TrajectoryOptions choose_trajectory(const scene::Scene& scene) {
-  return {.points = scene.output_points, .formats = scene.trajectory, .cell = scene.cell, .title = scene.name};
+  return {.points = scene.output_points,
+          .formats = scene.trajectory,
+          .cell = scene.cell,
+          .title = scene.name,
+          .t_start = scene.t_start};
 }
 
-RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation)
-    : directory_(plan.directory),
+RunFolder::RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation& simulation)
+    : directory_(plan->directory),
       lock_(take_folder(plan)),
-      earlier_(plan.before ? plan.before->wall : report::WallTimes()),
-      begin_(plan.begin),
-      checkpoint_every_(plan.checkpoint_every),
-      facts_(collect_facts(plan, scene, simulation)),
-      trajectory_(open_trajectory(plan, scene, simulation.system())),
-      due_(RunPlan::Clock::now() + plan.checkpoint_every),
-      setup_(seconds_since(plan.begin)) {
-  checkpoint_.scene = plan.fingerprint;
-  if (plan.has_html_page)
-    recording_.emplace(simulation.system(), scene.output_points,
-                       report::OutputTimes{.duration = scene.t_end - scene.t_start, .every = scene.output_every});
+      earlier_(plan->before ? plan->before->wall : report::WallTimes()),
+      begin_(plan->begin),
+      checkpoint_every_(plan->checkpoint_every),
+      facts_(collect_facts(*plan, scene, simulation)),
+      trajectory_(open_trajectory(*plan, scene, simulation.system())),
+      due_(RunPlan::Clock::now() + plan->checkpoint_every),
+      setup_(seconds_since(plan->begin)) {
+  checkpoint_.scene = plan->fingerprint;
+  checkpoint_.t_end = plan->t_end;
+  if (plan->has_html_page)
+    recording_.emplace(
+        simulation.system(), scene.output_points,
+        report::OutputTimes{
+            .start = scene.t_start, .duration = scene.t_end - scene.t_start, .every = scene.output_every});
 }
 
 void RunFolder::append_frame(Simulation& simulation) {
@@ -121,7 +127,7 @@ void RunFolder::remove_from_strange_folder(const char* file) const {
 }
 
 bool RunFolder::is_in_place() const {
-  return lock_ == nullptr || lock_->is_in_place();
+  return lock_->is_in_place();
 }
 
 /// A folder that somebody has put in the place of ours stays as it is.

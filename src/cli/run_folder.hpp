@@ -22,9 +22,10 @@ struct RunPlan {
   using Clock = std::chrono::steady_clock;
 
   std::filesystem::path directory;
-  std::unique_ptr<FolderLock> lock;          ///< of a run that goes on; a new one has not made its folder yet
+  std::unique_ptr<FolderLock> lock;          ///< of a folder that was there; a new run has not made it yet
   std::string fingerprint, scene_checksum;   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
+  double t_end = 0.0;                        ///< s
   Clock::time_point begin;                   ///< of the program
   Clock::duration checkpoint_every{};        ///< at most, where frames are rare
   bool has_html_page = false;                ///< report.html is asked for, and this program can make it
@@ -37,8 +38,8 @@ report::TrajectoryOptions choose_trajectory(const scene::Scene& scene);
 /// as one, over all its parts.
 class RunFolder {
  public:
-  /// Makes the folder; nothing is written before.
-  RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation);
+  /// Makes the folder, or takes its lock from the plan; nothing is written before.
+  RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation& simulation);
 
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, so often that it takes a twentieth of the time.
@@ -70,8 +71,8 @@ class RunFolder {
   report::WallTimes measure_wall() const;
 
   std::filesystem::path directory_;
-  std::unique_ptr<FolderLock> lock_;  ///< of a new run
-  report::WallTimes earlier_;         ///< of the parts before this one
+  std::unique_ptr<FolderLock> lock_;
+  report::WallTimes earlier_;  ///< of the parts before this one
   RunPlan::Clock::time_point begin_;
   RunPlan::Clock::duration checkpoint_every_;
   report::RunFacts facts_;

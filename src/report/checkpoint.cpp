@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int format = 13;
+constexpr int format = 14;
 
 fs::path path_in(const fs::path& directory) {
   return directory / checkpoint_name;
@@ -37,6 +37,7 @@ std::string first_line() {
 template <class Checkpoint, class Visit>
 void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("time", checkpoint.time);
+  visit("t_end", checkpoint.t_end);
   visit("frames", checkpoint.trajectory.frames);
   visit("wall_total", checkpoint.wall.total);
   visit("wall_setup", checkpoint.wall.setup);

@@ -20,8 +20,9 @@ inline constexpr const char* checkpoint_name = "checkpoint";
 
 /// Everything that a run needs to go on, except its scene.
 struct Checkpoint {
-  std::string scene;  ///< its fingerprint
-  double time = 0.0;  ///< reached, s
+  std::string scene;   ///< its fingerprint
+  double time = 0.0;   ///< reached, s
+  double t_end = 0.0;  ///< to be reached, s
   TrajectoryMark trajectory;
   WallTimes wall;
   std::vector<std::byte> state;  ///< of Simulation::save

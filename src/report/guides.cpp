@@ -200,9 +200,9 @@ void mark(const Points& points, std::vector<bool>* marks) {
 
 }  // namespace
 
-std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most) {
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most) {
   std::vector<Guide> guides;
-  const Now then{start.time, start.positions}, now{t, {}};
+  const Now then{t_start, system.positions}, now{t, {}};
   visit_groups(system, [&]<class Group>(const Group& group) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
       if (has_surface(group) && guides.size() < most) guides.push_back(place_surface(group, t));

@@ -22,15 +22,10 @@ inline bool has_picture(const Guide& guide) {
   return guide.numbers.size() > 1;
 }
 
-/// A state that decides radii, offsets and phases which a scene leaves to the start.
-struct GuideStart {
-  double time = 0.0;              ///< s
-  std::vector<double> positions;  ///< 3n, m
-};
-
 /// Guides of constraints and coordinates at time t, in their order, at most `most` of them: at every time the same
-/// ones. Points with a number each have a guide each.
-std::vector<Guide> place_guides(const System& system, double t, const GuideStart& start, std::size_t most = 64);
+/// ones. Radii, offsets and phases that the system leaves to the start are those of its positions at t_start. Points
+/// with a number each have a guide each.
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most = 64);
 
 /// Groups whose guides have no picture: formulas of several points, angles, pulleys and the like.
 std::vector<Guide> list_guides_without_picture(const System& system);

@@ -34,8 +34,8 @@ std::size_t bytes_of_frame(const ShownParts& shown, std::size_t num_held) {
 Recording::Recording(const System& system, std::span<const Index> chosen, OutputTimes times)
     : shown_(choose_parts(system, chosen)),
       held_(list_held(system, shown_)),
-      recorded_{.start = {},
-                .frames = ThinnedList<RecordedFrame>(std::clamp<std::size_t>(
+      t_start_(times.start),
+      recorded_{.frames = ThinnedList<RecordedFrame>(std::clamp<std::size_t>(
                     room_for_frames / bytes_of_frame(shown_, held_.size()), 2, most_frames_ever)),
                 .steps = ThinnedList<RecordedStep>(most_steps),
                 .switches = {},
@@ -83,9 +83,7 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   for (const std::size_t row : shown_.rod_rows)
     frame.tensions.push_back(row < multipliers.size() ? static_cast<float>(-multipliers[row]) : std::nanf(""));
   if (!held_.empty()) add_reactions(instant, &frame);
-  GuideStart& start = recorded_.start;
-  if (start.positions.empty()) start = {frame.time, {instant.state.positions.begin(), instant.state.positions.end()}};
-  std::vector<Guide> guides = place_guides(system, frame.time, start);
+  std::vector<Guide> guides = place_guides(system, t_start_, frame.time);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
   if (guides_.empty()) guides_ = std::move(guides);
   return frame;
@@ -125,15 +123,14 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   before.steps.cut(time);
   std::erase_if(before.switches, [&](double t) { return t > time; });
   recorded_.events_before = events_;
-  if (before.frames.is_empty() || before.start.positions.size() != simulation.positions().size()) return false;
+  if (before.frames.is_empty()) return false;
   const std::vector<RecordedFrame> frames = before.frames.items();
-  guides_ = place_guides(simulation.system(), frames.front().time, before.start);
+  guides_ = place_guides(simulation.system(), t_start_, frames.front().time);
   if (!std::ranges::all_of(frames, [&](const RecordedFrame& frame) { return fits(frame); }) ||
       !recorded_.frames.take(std::move(before.frames)) || !recorded_.steps.take(std::move(before.steps))) {
     guides_.clear();
     return false;
   }
-  recorded_.start = std::move(before.start);
   recorded_.switches = std::move(before.switches);
   recorded_.events_before = before.events_before;
   if (frame_interval_ > 0.0) next_frame_ = recorded_.frames.end() + frame_interval_;

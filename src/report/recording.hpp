@@ -47,13 +47,13 @@ namespace tanor::report {
 
 /// When a run writes frames: at the start, every so many seconds (0: never), and at the end.
 struct OutputTimes {
+  double start = 0.0;     ///< s; of the motion, however often it was resumed
   double duration = 0.0;  ///< s
   double every = 0.0;     ///< s
 };
 
 /// Holds what a recording has taken.
 struct Recorded {
-  GuideStart start;
   ThinnedList<RecordedFrame> frames;
   ThinnedList<RecordedStep> steps;
   std::vector<double> switches;   ///< s, the first ones, the last one of a step
@@ -103,6 +103,7 @@ class Recording {
   ShownParts shown_;
   std::vector<std::int32_t> held_;
   std::vector<Guide> guides_;
+  double t_start_ = 0.0;                                         ///< s
   double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
   double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none
   Recorded recorded_;

@@ -14,7 +14,7 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::string_view first_line_of_recording = "tanor recording 2\n";
+constexpr std::string_view first_line_of_recording = "tanor recording 3\n";
 
 /// Any number may stand in it: a page draws what there is.
 struct CheckNothing {
@@ -25,8 +25,7 @@ struct CheckNothing {
 /// `archive` of everything between the first line and the last.
 template <class Archive, class Text, class Number, class Recorded>
 void exchange(Archive& archive, Text& fingerprint, Number& time, Recorded& recorded) {
-  archive(fingerprint, time, recorded.start.time, recorded.start.positions, recorded.frames, recorded.steps,
-          recorded.switches, recorded.events_before);
+  archive(fingerprint, time, recorded.frames, recorded.steps, recorded.switches, recorded.events_before);
 }
 
 }  // namespace

@@ -54,9 +54,8 @@ std::string name_file(TrajectoryFormat format, bool is_compressed) {
 void require_size(const fs::path& path, std::uint64_t size) {
   std::error_code error;
   const std::uintmax_t found = fs::file_size(path, error);
-  if (error || found < size) {
-    throw InputError(path.string(), "is shorter than the checkpoint says; run without --resume");
-  }
+  if (error) throw InputError(path.string(), "is missing, of the run that is to go on; run without --resume");
+  if (found < size) throw InputError(path.string(), "is shorter than the checkpoint says; run without --resume");
 }
 
 /// Names of the files that a run with these options writes.
@@ -80,6 +79,8 @@ void require_marked(const fs::path& directory, const std::vector<std::string>& n
                                                      fmt::join(marked, ", "), fmt::join(names, ", ")));
   // Counts of frames are below those of bytes.
   for (const auto& [name, size] : mark.files) require_size(directory / name, size);
+  if (!mark.files.contains(VtpTrajectory::list_name)) return;
+  for (std::size_t k = 0; k < mark.frames; ++k) require_size(directory / VtpTrajectory::name_frame(k), 1);
 }
 
 /// What a format that keeps frames in memory needs for one.
@@ -135,7 +136,9 @@ Trajectory::Trajectory(const fs::path& directory, const System& system, const Tr
 
 Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options,
                        const TrajectoryMark& mark)
-    : shown_(std::make_unique<ShownParts>(choose_parts(system, options.points))), frames_(mark.frames) {
+    : shown_(std::make_unique<ShownParts>(choose_parts(system, options.points))),
+      t_start_(options.t_start),
+      frames_(mark.frames) {
   for (const Index point : shown_->points)
     masses_.push_back(system.masses.empty() ? 1.0 : system.masses[static_cast<std::size_t>(point)]);
   const std::vector<bool> is_held = find_held_points(system);
@@ -208,10 +211,8 @@ void Trajectory::gather(const Simulation& simulation) {
 void Trajectory::write_frame(const Simulation& simulation, std::span<const double> friction) {
   gather(simulation);
   if (!friction.empty()) gather_points(*shown_, friction, &friction_);
-  if (start_.positions.empty())
-    start_ = {simulation.time(), {simulation.positions().begin(), simulation.positions().end()}};
   const MotionReport& report = simulation.report();
-  std::vector<Guide> guides = place_guides(simulation.system(), simulation.time(), start_);
+  std::vector<Guide> guides = place_guides(simulation.system(), t_start_, simulation.time());
   for (Guide& each : list_guides_without_picture(simulation.system())) guides.push_back(std::move(each));
   const Frame frame{.number = frames_,
                     .steps = report.steps,

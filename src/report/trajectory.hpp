@@ -31,6 +31,7 @@ struct TrajectoryOptions {
   scene::TrajectoryFormats formats;
   std::optional<scene::Cell> cell;  ///< periodic box
   std::string title;                ///< name of the scene
+  double t_start = 0.0;             ///< s; of the motion, however often it was resumed
 };
 
 /// Throws InputError, naming /motion/trajectory or /motion/compression, where this program cannot write the formats, or
@@ -70,7 +71,7 @@ class Trajectory {
   std::unique_ptr<ShownParts> shown_;  ///< stays where it is: the files look at it
   std::vector<double> masses_;         ///< m, of the shown points
   bool has_held_points_ = false;
-  GuideStart start_;
+  double t_start_;
   std::size_t frames_ = 0;
   std::map<std::string, std::unique_ptr<FrameFile>> files_;
   std::vector<double> positions_, velocities_, accelerations_, forces_, reactions_, tensions_, guide_forces_,

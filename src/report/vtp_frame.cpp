@@ -181,8 +181,12 @@ VtpTrajectory::VtpTrajectory(const std::filesystem::path& directory, const Shown
   make_folder(directory / frame_folder);
 }
 
+std::string VtpTrajectory::name_frame(std::size_t number) {
+  return fmt::format("{}/frame_{:06}.vtp", frame_folder, number);
+}
+
 void VtpTrajectory::write(const Frame& frame) {
-  const std::string name = fmt::format("{}/frame_{:06}.vtp", frame_folder, frame.number);
+  const std::string name = name_frame(frame.number);
   last_ = directory_ / name;
   const std::uint64_t before = mark();
   try {

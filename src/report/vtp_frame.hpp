@@ -27,6 +27,7 @@ class VtpTrajectory : public FrameFile {
 
   static constexpr const char* list_name = "trajectory.pvd";
   static constexpr const char* frame_folder = "trajectory";
+  static std::string name_frame(std::size_t number);
 
   void write(const Frame& frame) override;
   std::uint64_t mark() const override { return list_.body_size(); }

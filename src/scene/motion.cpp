@@ -1,6 +1,7 @@
 #include "scene/motion.hpp"
 
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -67,6 +68,13 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
           0};
 }
 
+/// Words for some of them that scenes may use as well.
+constexpr std::pair<const char*, LinearSolver> other_words[]{{"sparse", LinearSolver::General},
+                                                             {"path", LinearSolver::Paths},
+                                                             {"tree", LinearSolver::Trees},
+                                                             {"batched", LinearSolver::Batches},
+                                                             {"pointwise", LinearSolver::ClosedForm}};
+
 /// Its old names "way" and "bundles" are read for one version.
 LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
   const Cursor old = solver["way"];
@@ -76,6 +84,9 @@ LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
   if (kind && kind.says("bundles")) {
     scene->old_names.push_back(kind.pointer() + ": \"bundles\" is \"batches\"");
     return LinearSolver::Batches;
+  }
+  for (const auto& [word, named] : other_words) {
+    if (kind && kind.says(word)) return named;
   }
   return kind.choice<LinearSolver>(scene->solver.linear_solver);
 }

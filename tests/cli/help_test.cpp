@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <initializer_list>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -68,6 +69,21 @@ TEST(HelpTest, ExamplesUseWhatThereIs) {
     }
     EXPECT_TRUE(shows_itself) << command;
   }
+}
+
+/// "tanor view net.out" looks at what "tanor run net.json" has written.
+TEST(HelpTest, FoldersOfExamplesAreThoseOfTheirScenes) {
+  const std::filesystem::path examples = std::filesystem::path(TANOR_DOCS).parent_path() / "examples";
+  std::string text = read_text(examples / "README.md");
+  for (const json& command : read_table())
+    for (const json& example : command["examples"]) text += "\n" + example["line"].get<std::string>();
+  const std::regex folder("[^.a-z_]([a-z_]+)\\.out");
+  int found = 0;
+  for (std::sregex_iterator each(text.begin(), text.end(), folder), end; each != end; ++each, ++found) {
+    const std::string stem = (*each)[1];
+    EXPECT_EQ(read_json(examples / (stem + ".json"))["name"], stem);
+  }
+  EXPECT_GE(found, 4);
 }
 
 TEST(HelpTest, TheSceneFormatPageTellsEveryCommandAndEveryOption) {

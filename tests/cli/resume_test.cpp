@@ -67,6 +67,9 @@ TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoesBitByBit) {
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.1 * static_cast<double>(k));
   EXPECT_EQ(read_text(folder / "parts/trajectory.xyz"), read_text(folder / "whole/trajectory.xyz"));
   EXPECT_EQ(read_text(folder / "parts/trajectory.pvd"), read_text(folder / "whole/trajectory.pvd"));
+  ASSERT_EQ(list_names(folder / "whole/trajectory").size(), frames.size());
+  for (const std::string& name : list_names(folder / "whole/trajectory"))  // the ball has the radius of the start
+    EXPECT_EQ(read_text(folder / "parts/trajectory" / name), read_text(folder / "whole/trajectory" / name)) << name;
 }
 
 /// A signal comes at any step: the steps that were left until the next output time are those of the whole run. The end
@@ -74,8 +77,8 @@ TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoesBitByBit) {
 TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
   const Folder folder;
   const double every = GetParam() == Method::Radau5 || GetParam() == Method::Rattle6 ? 10.0 : 50.0;  // these are slow
-  write_text(folder / "s.json", pendulum(fmt::format(R"("t_end": 1e7, "output_every": {}, )", every) +
-                                         choose(GetParam(), "0.0007")));
+  write_text(folder / "s.json",
+             pendulum(fmt::format(R"("t_end": 1e7, "output_every": {}, )", every) + choose(GetParam(), "0.0007")));
 
   Program program(folder, {"run", "s.json", "--out", "parts"});
   ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "parts/checkpoint"); }));
@@ -148,6 +151,43 @@ TEST(ResumeTest, FrictionAndCoordinatesGoOnBitByBit) {
                 without_work(read_json(folder / "whole/summary.json")))
           << scene << motion;
     }
+  }
+}
+
+TEST(ResumeTest, ARunThatWasInterruptedIsNotBegunAnewByMistake) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 1)"));
+  Program program(folder, {"run", "s.json", "--out", "o"});
+  ASSERT_TRUE(wait_for_frames(folder / "o", 4));
+  kill(program.process(), SIGTERM);
+  ASSERT_EQ(program.wait().code, 143);
+  const std::string frames = read_text(folder / "o/trajectory.xyz");
+
+  const Ended refused = run_program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_TRUE(contains(refused.err, "tanor: o: has this run, which was interrupted at t = ")) << refused.err;
+  EXPECT_TRUE(contains(refused.err, "--resume goes on with it, --overwrite begins anew")) << refused.err;
+  EXPECT_EQ(read_text(folder / "o/trajectory.xyz"), frames);
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--overwrite"}).code, 2);
+
+  const Words anew{"run", "s.json", "--out", "o", "--overwrite", "--quiet", "--t-end", "2"};
+  EXPECT_EQ(run_program(folder, anew).code, 0);
+  EXPECT_EQ(read_xyz(folder / "o/trajectory.xyz").size(), 3u);
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--quiet", "--t-end", "1"}).code, 0)
+      << "what has reached its end is replaced";
+}
+
+TEST(ResumeTest, AFileThatIsGoneIsNamed) {
+  for (const std::string name : {"trajectory.xyz", "trajectory.pvd", "trajectory/frame_000001.vtp"}) {
+    const Folder folder;
+    write_text(folder / "s.json", pendulum(R"("t_end": 1, "output_every": 0.25)"));
+    ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--t-end", "0.5"}).code, 0);
+    std::filesystem::remove(folder / ("o/" + name));
+
+    const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume"});
+
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_TRUE(contains(ended.err, "tanor: o/" + name + ": is missing")) << ended.err;
   }
 }
 

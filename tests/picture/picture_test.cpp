@@ -65,7 +65,7 @@ report::Guide formula_guide(const std::string& equation, double t = 0.0) {
   system.positions = {0, 0, 0};
   system.masses = {1.0};
   system.constraints = {UserConstraints{"surface", {{0}}, formula_constraint(equation, 1)}};
-  return report::place_guides(system, t, {}, 10).at(0);
+  return report::place_guides(system, t, t).at(0);
 }
 
 /// A support at the origin and a bead at (1, 0, 0), joined by a rod.

@@ -235,7 +235,7 @@ TEST(RecordingTest, AGuideThatTheStartSizesKeepsItsSize) {
   system.masses = {1.0};
   system.constraints = {Spheres{"ball", {0}, VectorFunction(ScalarFunction::formula("t"), 0.0, 0.0), Parameter()}};
 
-  const std::vector<Guide> later = place_guides(system, 2.0, {.time = 0.0, .positions = system.positions}, 10);
+  const std::vector<Guide> later = place_guides(system, 0.0, 2.0);
 
   ASSERT_EQ(later.size(), 1u);
   EXPECT_EQ(later[0].numbers, (std::vector<double>{2, 0, 0, 3}));
