@@ -1,15 +1,16 @@
 #!/usr/bin/python3
-"""Pictures of what scripts/bench and scripts/error-time measured, by matplotlib (Debian: python3-matplotlib).
+"""Pictures of what scripts/bench, scripts/error-time and bench/rivals measured, by matplotlib (Debian: python3-matplotlib).
 
     draw_results.py [FOLDER]     default bench/results
 
-Writes FOLDER/error_time/*/error_time.svg (error against wall time, a line a method) and FOLDER/linear_solvers.svg (time
-of a solve beside Eigen's and the general solver's). Colours are those of Okabe and Ito, which colour-blind readers tell
+Writes FOLDER/error_time/*/error_time.svg (error against wall time, a line a method), FOLDER/linear_solvers.svg (time
+of a solve beside Eigen's and the general solver's) and FOLDER/rivals_PROBLEM.svg (error against time of all programs). Colours are those of Okabe and Ito, which colour-blind readers tell
 apart; lines also differ by marks, and all is readable at half its size.
 """
 
 import csv
 import json
+import math
 import pathlib
 import sys
 
@@ -52,6 +53,35 @@ def draw_error_time(table: pathlib.Path) -> None:
     save(figure, table.with_name("error_time.svg"))
 
 
+def find_front(points: list) -> list:
+    """(time, error) from coarse to fine, without what is neither faster nor finer than another one."""
+    front = []
+    for time, error in sorted(points):
+        if not front or error < front[-1][1]:
+            front.append((time, error))
+    return front
+
+
+def draw_rivals(table: pathlib.Path) -> None:
+    with open(table, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["error"] and row["seconds"] and 0 < float(row["error"]) < math.inf]
+    for problem in dict.fromkeys(row["problem"] for row in rows):
+        figure, axes = plt.subplots(figsize=(11, 6.5))
+        groups = list(dict.fromkeys(row["group"] for row in rows if row["problem"] == problem))
+        own = [group for group in groups if group.startswith("tanor")]
+        for others, filled in ((own, True), ([group for group in groups if group not in own], False)):
+            for k, group in enumerate(others):
+                front = find_front([(float(row["seconds"]), float(row["error"])) for row in rows
+                                    if (row["problem"], row["group"]) == (problem, group)])
+                axes.loglog(*zip(*front), label=group, color=COLOURS[k % 10], marker=MARKS[k % 10],
+                            linestyle="-" if filled else "--", linewidth=3.2 if filled else 1.8,
+                            markerfacecolor=COLOURS[k % 10] if filled else "white")
+        axes.set(title=f"{problem}: tanor (solid) and other programs", xlabel="processor time, s", ylabel="largest error, m")
+        axes.grid(True, which="major", color="#dddddd")
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        save(figure, table.with_name(f"rivals_{problem}.svg"))
+
+
 def draw_linear_solvers(table: pathlib.Path) -> None:
     rows = json.loads(table.read_text(encoding="utf-8"))["rows"]
     figure, axes = plt.subplots(figsize=(10, 1.5 + 0.42 * len(rows)))
@@ -76,6 +106,8 @@ def main() -> None:
         draw_error_time(table)
     if (folder / "linear_solvers.json").exists():
         draw_linear_solvers(folder / "linear_solvers.json")
+    if (folder / "rivals.csv").exists():
+        draw_rivals(folder / "rivals.csv")
 
 
 if __name__ == "__main__":

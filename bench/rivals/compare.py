@@ -25,9 +25,7 @@ import sys
 import tempfile
 from typing import NamedTuple
 
-import plot
-
-HERE = pathlib.Path(__file__).resolve().parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROUNDS = 3
 SLOW = 2.0          # s; not repeated
 TIME_LIMIT = 60.0   # s a run
@@ -218,7 +216,7 @@ def make_run(drivers: pathlib.Path, problem: Problem, run: Run, truth: list) -> 
 
 def measure(drivers: pathlib.Path, problem: Problem) -> list:
     """One row a run: the middle of its times over the rounds."""
-    truth = read_places(HERE / "reference" / problem.reference) if problem.reference else [pendulum_place(2000.0)]
+    truth = read_places(ROOT / "bench/rivals/reference" / problem.reference) if problem.reference else [pendulum_place(2000.0)]
     runs = [run for run in problem.runs if driver_of(drivers, run.driver).exists()]
     times, rows = {}, {}
     for _ in range(ROUNDS):
@@ -356,7 +354,8 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
     text += make_bars(measured) + "".join(make_table(PROBLEMS[name], rows) for name, rows in measured.items())
     if "A01" in measured:
         text += "OpenSim's published time for A01 is 637 ms, on another machine.\n"
-    for name in plot.draw_all(out):
+    subprocess.run([ROOT / "scripts/draw_results.py", out], check=True)
+    for name in measured:
         picture = f"![{name}](rivals_{name}.svg)\n\n"
         text = text.replace(f"## {PROBLEMS[name].title}\n\n", f"## {PROBLEMS[name].title}\n\n{picture}")
     (out / "rivals.md").write_text(text, encoding="utf-8")
