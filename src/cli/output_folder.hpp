@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,7 +16,9 @@ inline std::filesystem::path choose_folder(const std::optional<std::filesystem::
                                            const char* ending = ".out") {
   if (out) return *out;
   std::string name = scene.name;
-  std::replace(name.begin(), name.end(), '/', '_');
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return c == '/' || std::iscntrl(c) != 0; }, '_');
+  if (name.starts_with('.')) name[0] = '_';  // a folder that is hidden would be looked for
   return name + ending;
 }
 

@@ -19,6 +19,7 @@
 #include "report/html_page.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
+#include "report/words.hpp"
 #include "scene/memory.hpp"
 #include "scene/scene.hpp"
 
@@ -193,8 +194,8 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
                        t_end, ending.why, typed(directory),
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {:g} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
-                     name_of(report.method), typed(directory));
+  return fmt::format("t = {:g} s reached in {} of {}; results in {}", simulation.time(),
+                     report::count_in_words(report.steps, "step"), name_of(report.method), typed(directory));
 }
 
 }  // namespace

@@ -118,11 +118,12 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   }
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
   const std::size_t iterations = report.counters.iterations;
-  page +=
-      line("method", fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves{}, {} threads",
-                                 name_of(report.method), report.steps, report.rejected, report.counters.factorizations,
-                                 plan.ordering(), plan.factorization(), report.counters.solves,
-                                 iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "", facts.threads));
+  page += line("method", fmt::format("{}, {}, {} rejected, {} ({}, {}), {}{}, {}", name_of(report.method),
+                                     count_in_words(report.steps, "step"), report.rejected,
+                                     count_in_words(report.counters.factorizations, "factorization"), plan.ordering(),
+                                     plan.factorization(), count_in_words(report.counters.solves, "solve"),
+                                     iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "",
+                                     count_in_words(static_cast<std::size_t>(facts.threads), "thread")));
   page +=
       line("wall time",
            fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "

@@ -147,6 +147,17 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
   }
 }
 
+TEST(FolderTest, IsNamedByTheSceneWithoutWhatAFolderMustNotHave) {
+  for (const auto& [name, made] :
+       {std::pair{R"(../a)", "_._a.out"}, {R"(.hidden)", "_hidden.out"}, {R"(a\nb)", "a_b.out"}}) {
+    const Folder folder;
+    write_text(folder / "s.json", std::string(R"({"tanor_scene": 1, "name": ")") + name +
+                                      R"(", "points": {"positions": [[0,0,0]]}, "motion": {"t_end": 1}})");
+    ASSERT_EQ(run_program(folder, {"run", "s.json", "--quiet"}).code, 0) << name;
+    EXPECT_EQ(list_names(folder.path()), (Words{made, "s.json"}));
+  }
+}
+
 TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));

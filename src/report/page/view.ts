@@ -1,6 +1,6 @@
 import { Group, Line, Mesh, Object3D, PerspectiveCamera, Points, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import type { Arrays, Motion } from "./data";
+import { weighRows, type Arrays, type Motion } from "./data";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
 
 export interface Theme {
@@ -228,10 +228,11 @@ export class View {
     const span = high > low ? times[high] - times[low] : 0;
     const part = span > 0 ? Math.min(1, Math.max(0, (time - times[low]) / span)) : 0;
     this.frame = part < 0.5 ? low : high;
-    this.arrays.positions.read(low, part, true, this.places);
-    this.arrays.tensions.read(low, part, false, this.tensions);
-    this.arrays.normal.read(low, part, false, this.normal);
-    this.arrays.tangent.read(low, part, false, this.tangent);
+    const straight = [0, 1 - part, part, 0];
+    this.arrays.positions.read(low, weighRows(times, low, part), this.places);
+    this.arrays.tensions.read(low, straight, this.tensions);
+    this.arrays.normal.read(low, straight, this.normal);
+    this.arrays.tangent.read(low, straight, this.tangent);
     this.tensionStep = this.tensions.length ? Math.max(this.arrays.tensions.step(low), this.arrays.tensions.step(high)) : 0;
     this.beads.positions.set(this.places);
     this.beads.update();
