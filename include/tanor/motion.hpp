@@ -115,7 +115,7 @@ struct FrictionSummary {
   std::string uniqueness_reason{};  ///< of the weakest that was found, where it is known
 };
 
-/// How far a motion left its constraints: the largest after any of its steps.
+/// How far a motion left its constraints.
 struct Violations {
   double position = 0.0;      ///< relative, as Dynamics::position_violation says it
   double velocity = 0.0;      ///< likewise, over the velocity scale
@@ -144,10 +144,12 @@ struct [[nodiscard]] MotionReport {
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
   StartReport start;
-  Violations violation;
+  Violations violation;       ///< the largest after any of its steps
+  Violations last_violation;  ///< after the last step
   NearestToSingular nearest_to_singular;
-  RankChanges rank_changes;            ///< since the start
-  SingularPassages singular_passages;  ///< in the order of time
+  double last_reciprocal_condition = 1.0;  ///< of the scaled S or H, after the last step
+  RankChanges rank_changes;                ///< since the start
+  SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;
   FrictionSummary friction;
   Counters counters;

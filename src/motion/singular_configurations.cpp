@@ -10,8 +10,8 @@ namespace tanor {
 void SingularConfigurations::begin(double t) {
   forget();
   if (monitor_ != nullptr) regular_ = 1.0 / monitor_->mass_ratio();
-  report_.nearest_to_singular.reciprocal_condition = mechanics_.reciprocal_condition();
-  report_.nearest_to_singular.time = t;
+  report_.last_reciprocal_condition = mechanics_.reciprocal_condition();
+  report_.nearest_to_singular = {report_.last_reciprocal_condition, t};
   report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
   note_end(t);
 }
@@ -66,10 +66,9 @@ void SingularConfigurations::note_end(double t) {
 }
 
 void SingularConfigurations::note_nearest(double t) {
-  const double reciprocal_condition = mechanics_.reciprocal_condition();
-  if (!(reciprocal_condition < report_.nearest_to_singular.reciprocal_condition)) return;
-  report_.nearest_to_singular.reciprocal_condition = reciprocal_condition;
-  report_.nearest_to_singular.time = t;
+  report_.last_reciprocal_condition = mechanics_.reciprocal_condition();
+  if (report_.last_reciprocal_condition < report_.nearest_to_singular.reciprocal_condition)
+    report_.nearest_to_singular = {report_.last_reciprocal_condition, t};
 }
 
 /// The step ended at a singular configuration: a new one, or nearer to the last one than the step before.

@@ -100,10 +100,15 @@ void bind_motion_reports(py::module_& module) {
       .field("position_violation", "Violations.position", &MotionReport::violation, &Violations::position)
       .field("velocity_violation", "Violations.velocity", &MotionReport::violation, &Violations::velocity)
       .field("acceleration_violation", "Violations.acceleration", &MotionReport::violation, &Violations::acceleration)
+      .field("last_position_violation", "Violations.position", &MotionReport::last_violation, &Violations::position)
+      .field("last_velocity_violation", "Violations.velocity", &MotionReport::last_violation, &Violations::velocity)
+      .field("last_acceleration_violation", "Violations.acceleration", &MotionReport::last_violation,
+             &Violations::acceleration)
       .field("reciprocal_condition", "NearestToSingular.reciprocal_condition", &MotionReport::nearest_to_singular,
              &NearestToSingular::reciprocal_condition)
       .field("reciprocal_condition_time", "NearestToSingular.time", &MotionReport::nearest_to_singular,
              &NearestToSingular::time)
+      .field("last_reciprocal_condition", &MotionReport::last_reciprocal_condition)
       .field("rank_changes", &MotionReport::rank_changes)
       .field("singular_passages", &MotionReport::singular_passages)
       .field("energy", &MotionReport::energy)

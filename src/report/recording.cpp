@@ -146,10 +146,10 @@ void Recording::take_step(const MotionReport& report) {
                        .kinetic = report.energy.kinetic,
                        .potential = report.energy.potential,
                        .drift = report.energy.drift_relative(),
-                       .position_violation = report.violation.position,
-                       .velocity_violation = report.violation.velocity,
-                       .acceleration_violation = report.violation.acceleration,
-                       .reciprocal_condition = report.nearest_to_singular.reciprocal_condition,
+                       .position_violation = report.last_violation.position,
+                       .velocity_violation = report.last_violation.velocity,
+                       .acceleration_violation = report.last_violation.acceleration,
+                       .reciprocal_condition = report.last_reciprocal_condition,
                        .friction_iterations = friction.solves > friction_solves_
                                                   ? (iterations - friction_iterations_) /
                                                         static_cast<double>(friction.solves - friction_solves_)

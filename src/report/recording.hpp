@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -31,14 +32,21 @@ void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove
   visit(frame.time, frame.positions, frame.tensions, frame.normal_reactions, frame.tangent_reactions, frame.guides);
 }
 
-/// What the report says of one step.
+/// What the report says of one step; of violations and the condition the worst one until the next step that is kept.
 struct RecordedStep {
   double time = 0.0, step = 0.0;
   double energy = 0.0, kinetic = 0.0, potential = 0.0, drift = 0.0;
-  double position_violation = 0.0, velocity_violation = 0.0, acceleration_violation = 0.0;  ///< largest so far
-  double reciprocal_condition = 0.0;                                                        ///< smallest so far
+  double position_violation = 0.0, velocity_violation = 0.0, acceleration_violation = 0.0;
+  double reciprocal_condition = 0.0;
   double friction_iterations = 0.0;  ///< mean of the instants since the sample before
 };
+
+inline void absorb(RecordedStep* kept, const RecordedStep& later) {
+  kept->position_violation = std::max(kept->position_violation, later.position_violation);
+  kept->velocity_violation = std::max(kept->velocity_violation, later.velocity_violation);
+  kept->acceleration_violation = std::max(kept->acceleration_violation, later.acceleration_violation);
+  kept->reciprocal_condition = std::min(kept->reciprocal_condition, later.reciprocal_condition);
+}
 
 }  // namespace tanor::report
 template <>

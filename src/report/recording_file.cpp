@@ -14,7 +14,7 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::string_view first_line_of_recording = "tanor recording 3\n";
+constexpr std::string_view first_line_of_recording = "tanor recording 4\n";
 
 /// Any number may stand in it: a page draws what there is.
 struct CheckNothing {

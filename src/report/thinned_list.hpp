@@ -7,7 +7,7 @@
 namespace tanor::report {
 
 /// A list of instants that has room for so many: where it is full every second one goes, again and again, and the last
-/// one stays.
+/// one stays. The one before may keep something of it: absorb(Item* kept, const Item& later).
 template <class Item>
 class ThinnedList {
  public:
@@ -18,6 +18,8 @@ class ThinnedList {
     if (num_seen_++ % stride_ == 0) {
       kept_.push_back(item);
       if (kept_.size() > most_) thin();
+    } else {
+      leave_out(item, &kept_.back());
     }
     last_ = std::move(item);
   }
@@ -56,9 +58,15 @@ class ThinnedList {
   }
 
  private:
+  static void leave_out([[maybe_unused]] const Item& item, [[maybe_unused]] Item* before) {
+    if constexpr (requires { absorb(before, item); }) absorb(before, item);
+  }
   void thin() {
     std::size_t kept = 0;
-    for (std::size_t k = 0; k < kept_.size(); k += 2) std::swap(kept_[kept++], kept_[k]);
+    for (std::size_t k = 0; k < kept_.size(); k += 2) {
+      if (k + 1 < kept_.size()) leave_out(kept_[k + 1], &kept_[k]);
+      std::swap(kept_[kept++], kept_[k]);
+    }
     kept_.resize(kept);
     stride_ *= 2;
   }

@@ -39,6 +39,7 @@ void MotionMeasures::begin() {
   report_.violation.position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
   report_.violation.velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   report_.violation.acceleration = state_.report.residual;
+  report_.last_violation = report_.violation;
 }
 
 void MotionMeasures::note(const Energy& energy) {
@@ -59,6 +60,8 @@ void MotionMeasures::measure_violations(const StepResult& step) {
     position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
     velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
   }
+  report_.last_violation.position = position;
+  report_.last_violation.velocity = velocity;
   report_.violation.position = std::max(report_.violation.position, position);
   report_.violation.velocity = std::max(report_.violation.velocity, velocity);
 }
@@ -86,6 +89,7 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
 
 /// K'w + phi of the state's accelerations.
 void MotionMeasures::measure_acceleration() {
+  report_.last_violation.acceleration = state_.report.residual;
   report_.violation.acceleration = std::max(report_.violation.acceleration, state_.report.residual);
 }
 

@@ -22,7 +22,7 @@ inline constexpr bool is_plain_bytes<SingularPassage> = true;
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 4, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 5, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
@@ -76,7 +76,9 @@ void exchange_report(Archive& archive, Report& report) {
           report.accuracy_warning, report.events, report.last_event);
   archive(report.start.position_correction, report.start.velocity_correction, report.start.relative);
   archive(report.violation.position, report.violation.velocity, report.violation.acceleration,
-          report.nearest_to_singular.reciprocal_condition, report.nearest_to_singular.time);
+          report.last_violation.position, report.last_violation.velocity, report.last_violation.acceleration,
+          report.nearest_to_singular.reciprocal_condition, report.nearest_to_singular.time,
+          report.last_reciprocal_condition);
   archive(report.rank_changes.start, report.rank_changes.now, report.rank_changes.count, report.rank_changes.first);
   archive(report.singular_passages.count, report.singular_passages.first);
   archive(report.times.evaluate, report.times.assemble, report.times.factor, report.times.solve, report.times.friction);

@@ -19,7 +19,8 @@ SKIPPED = 77  # as CMakeLists.txt says
 EMULATOR = "qemu-x86_64-static"
 PROCESSORS = ("qemu64", "Haswell")  # x86-64-v1, x86-64-v3
 SETS = ("baseline", "avx2", "avx512")
-THREADS = ("1", "2", "5") if os.environ.get("TANOR_LONG_TESTS") == "1" else ("1", "5")
+IS_LONG = os.environ.get("TANOR_LONG_TESTS") == "1"
+THREADS = ("1", "2", "5") if IS_LONG else ("1", "5")
 ROUNDING = 1e-11  # of an instant, relative; an emulated run of a few steps leaves no more either
 
 GRAVITY = {"kind": "gravity", "acceleration": [0.3, 0.2, -9.81]}
@@ -47,8 +48,8 @@ def list_scenes() -> dict:
         "ring": generated("ring", count=40),
         "tree": generated("tree", count=200),
         "clusters": generated("clusters", clusters=30, count=6),
-        "net": generated("net", columns=24, rows=20),
-        "lattice": generated("lattice", size=[7, 7, 7]),
+        "net": generated("net", columns=24, rows=20 if IS_LONG else 10),
+        "lattice": generated("lattice", size=[7, 7, 7] if IS_LONG else [5, 5, 5]),
         "circles": beads(60, constraints=[circle]),
         "circles in coordinates": beads(60, coordinates=[circle]),
         "spheres": beads(60, constraints=[sphere]),

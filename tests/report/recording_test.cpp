@@ -1,5 +1,6 @@
 #include "report/recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -193,6 +194,29 @@ TEST(RecordingTest, WhatCameAfterTheCheckpointIsForgotten) {
   EXPECT_EQ(after.steps().back().time, before.motion.time());
   EXPECT_EQ(after.frames_seen(), after.frames().size());
   EXPECT_EQ(after.num_switches(), before.motion.report().events);
+}
+
+// A page has room for 4,000 of these steps.
+TEST(RecordingTest, AViolationOfOneStepIsSeenThoughTheStepIsNotKept) {
+  const System system = make_incline(0.0, 0.8);
+  Recording recording(system, {});
+  for (int k = 0; k < 20'000; ++k) {
+    MotionReport report;
+    report.time = 1e-3 * k;
+    const bool is_bad = k == 12'347;
+    report.last_violation = {.position = is_bad ? 1e-3 : 1e-12, .velocity = 1e-11, .acceleration = 1e-10};
+    report.last_reciprocal_condition = is_bad ? 1e-6 : 0.5;
+    recording.take_step(report);
+  }
+
+  const std::vector<RecordedStep> steps = recording.steps();
+  EXPECT_LE(steps.size(), 4'001u);
+  EXPECT_EQ(std::ranges::count(steps, 1e-3, &RecordedStep::position_violation), 1);
+  const auto bad = std::ranges::find(steps, 1e-3, &RecordedStep::position_violation);
+  EXPECT_NEAR(bad->time, 12.347, 0.01);
+  EXPECT_EQ(bad->reciprocal_condition, 1e-6);
+  EXPECT_EQ(steps.back().position_violation, 1e-12);
+  EXPECT_EQ(steps.back().reciprocal_condition, 0.5);
 }
 
 TEST(RecordingTest, WhatDoesNotFitIsNotTaken) {

@@ -86,6 +86,8 @@ Snapshot make_snapshot() {
                             .work_of_friction = -0.3,
                             .scale = 3.0};
   snapshot.report.violation.velocity = std::nan("");
+  snapshot.report.last_violation = {.position = 1e-13, .velocity = 1.0 / 7.0, .acceleration = 3e-9};
+  snapshot.report.last_reciprocal_condition = 0.3;
   snapshot.report.counters = {.evaluations = 1,
                               .factorizations = 2,
                               .solves = 3,
@@ -139,6 +141,10 @@ TEST(SavedState, EveryNumberReadsBackBitByBit) {
   EXPECT_EQ(read.report.energy.work_of_forces, 0.2);
   EXPECT_EQ(read.report.energy.work_of_potentials, 0.4);
   EXPECT_TRUE(std::isnan(read.report.violation.velocity));
+  EXPECT_EQ(read.report.last_violation.position, written.report.last_violation.position);
+  EXPECT_EQ(read.report.last_violation.velocity, written.report.last_violation.velocity);
+  EXPECT_EQ(read.report.last_violation.acceleration, written.report.last_violation.acceleration);
+  EXPECT_EQ(read.report.last_reciprocal_condition, written.report.last_reciprocal_condition);
   EXPECT_EQ(read.report.counters.solves, 3u);
   EXPECT_EQ(read.report.times.solve, 0.4);
   EXPECT_EQ(read.report.times.friction, 0.5);
@@ -170,7 +176,7 @@ TEST(SavedState, ForeignBytesAreRefused) {
   EXPECT_EQ(error_of(make_pendulum(), {}), "these are no bytes that a Simulation saved");
   EXPECT_EQ(error_of(make_pendulum(), Bytes(1000, std::byte{7})), "these are no bytes that a Simulation saved");
   bytes[8] = std::byte{200};
-  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 4");
+  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 5");
 }
 
 TEST(SavedState, BytesOfAnotherSystemAreRefused) {

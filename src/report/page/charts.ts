@@ -44,8 +44,8 @@ export class Charts {
     const h = data.history;
     this.add("Energy drift", [["drift / scale", "drift"]], "", false);
     this.add("Energy", [["kinetic + potential", "energy"], ["kinetic", "kinetic"], ["potential", "potential"]], "J", false);
-    this.add("Violation, largest so far", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
-    this.add("Conditioning, smallest so far", [["reciprocal condition", "reciprocal_condition"]], "", true);
+    this.add("Violation", [["positions", "position_violation"], ["velocities", "velocity_violation"], ["accelerations", "acceleration_violation"]], "relative", true);
+    this.add("Conditioning", [["reciprocal condition", "reciprocal_condition"]], "", true);
     this.add("Step", [["step", "step"]], "s", true);
     if (h.friction_iterations.some((count) => (count ?? 0) > 0)) this.add("Friction iterations", [["an instant", "friction_iterations"]], "", false);
     this.addErrorTime(data.error_time);
