@@ -173,7 +173,9 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
 /// The page of the run. After a failure of the machine the last words are tried, no more.
 std::string finish(const Ending& ending, Simulation& simulation, RunFolder* folder) {
   try {
-    return folder->finish(simulation, ending.is_between_steps);
+    std::string page = folder->finish(simulation, ending.is_between_steps);
+    if (ending.code == ExitCode::NoAnswer) folder->give_up();
+    return page;
   } catch (const std::exception&) {
     if (ending.code != ExitCode::MachineFailure) throw;
     return {};

@@ -162,6 +162,12 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   return page;
 }
 
+void RunFolder::give_up() {
+  if (checkpoint_.state.empty()) return;
+  checkpoint_.t_end = checkpoint_.time;
+  report::write_checkpoint(directory_, checkpoint_, report::Wait::No);
+}
+
 void RunFolder::take_step(const MotionReport& report, Simulation* between_frames) {
   const auto begin = RunPlan::Clock::now();
   if (recording_) {

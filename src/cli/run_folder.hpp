@@ -58,6 +58,8 @@ class RunFolder {
   /// where the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the
   /// frames.
   std::string finish(Simulation& simulation, bool can_go_on);
+  /// The motion has no more to find: nothing is lost where the run is begun anew.
+  void give_up();
 
  private:
   void append_frame(Simulation& simulation);

@@ -227,6 +227,10 @@ TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
   const std::vector<double> times = list_times(folder / "o/trajectory.xyz");
   EXPECT_EQ(times.size(), std::ceil(reached / 0.125) + 1) << "t = 0, 0.125, ... and where it stopped";
   EXPECT_EQ(times.back(), reached);
+
+  const Ended again = run_program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  EXPECT_EQ(again.code, 3) << "a run that found its end may be begun anew";
+  EXPECT_EQ(again.err, ended.err);
 }
 
 TEST(EarlyEndTest, WithoutAStartNothingIsClaimed) {
