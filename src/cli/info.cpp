@@ -15,6 +15,7 @@
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "report/terminal.hpp"
+#include "report/words.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -119,7 +120,7 @@ void print_system(const Needs& needs) {
   if (plan.coordinates > 0) print("coordinates", needs.coordinates);
   print("forces", needs.forces);
   print("friction", needs.friction);
-  print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
+  print("islands", fmt::format("{}, in {}", plan.islands, report::count_in_words(plan.parts, "part")));
 }
 
 void print_solution(const Needs& needs) {

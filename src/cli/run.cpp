@@ -54,7 +54,6 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   plan.has_html_page = options.report && report::has_html_page();
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
   plan.scene_checksum = report::make_scene_checksum(plan.fingerprint);
-  plan.t_end = scene.t_end;
   if (!fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   if (!options.resume) {

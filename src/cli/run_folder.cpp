@@ -80,7 +80,7 @@ RunFolder::RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation&
       due_(RunPlan::Clock::now() + plan->checkpoint_every),
       setup_(seconds_since(plan->begin)) {
   checkpoint_.scene = plan->fingerprint;
-  checkpoint_.t_end = plan->t_end;
+  checkpoint_.t_end = scene.t_end;
   if (plan->has_html_page)
     recording_.emplace(
         simulation.system(), scene.output_points,

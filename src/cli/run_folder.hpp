@@ -25,7 +25,6 @@ struct RunPlan {
   std::unique_ptr<FolderLock> lock;          ///< of a folder that was there; a new run has not made it yet
   std::string fingerprint, scene_checksum;   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
-  double t_end = 0.0;                        ///< s
   Clock::time_point begin;                   ///< of the program
   Clock::duration checkpoint_every{};        ///< at most, where frames are rare
   bool has_html_page = false;                ///< report.html is asked for, and this program can make it

@@ -28,7 +28,7 @@ std::string name_law(const Friction& friction) {
 }
 
 std::string name_contacts(std::size_t count) {
-  return fmt::format("{} contact{}", count, count == 1 ? "" : "s");
+  return count_in_words(count, "contact");
 }
 
 /// Null where no friction depends on reactions, because nothing was iterated then.
