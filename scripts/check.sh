@@ -50,8 +50,7 @@ check_types() {
 
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
 
-scripts/install_packages library program test python check
-command -v npm >/dev/null || scripts/install_packages page  # another Node.js does not stand beside Debian's
+scripts/install_packages library program page test python check
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}; fi
 
 if [[ ${1:-} == --format ]]; then

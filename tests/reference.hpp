@@ -163,7 +163,7 @@ struct Xi {
   /// (Q - sqrt Q)/sqrt P with Q = a'(sum of u u'/s^2) a, P = a'(sum of u u'/s^4) a over the axes u with radii s.
   std::vector<Number> operator()(const Ellipsoids& ellipsoids, std::size_t k) const {
     using Eigen::Vector3d;
-    const Vector3d first = Vector3d(ellipsoids.axis.data()).normalized(), second(ellipsoids.second_axis.data());
+    const Vector3d first = Vector3d(ellipsoids.axes[0].data()).normalized(), second(ellipsoids.axes[1].data());
     const Vector3d third = first.cross(second).normalized();
     const Vector3d axes[] = {first, third.cross(first), third};
     Eigen::Matrix3d inner = Eigen::Matrix3d::Zero(), outer = inner;

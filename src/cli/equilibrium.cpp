@@ -14,6 +14,7 @@
 #include "cli/output_folder.hpp"
 #include "report/equilibrium.hpp"
 #include "report/output_file.hpp"
+#include "report/words.hpp"
 #include "scene/equilibrium.hpp"
 #include "scene/modes.hpp"
 #include "scene/scene.hpp"
@@ -65,7 +66,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   const fs::path& directory = folder.path();
   require_no_run(directory, "equilibrium");
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
-  found.left_out = list_left_out(scene, found.left_out);
+  found.left_out = report::list_left_out(scene.left_out, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
   std::optional<Modes> vibrations;
   Outcome buckled;

@@ -184,7 +184,7 @@ Json as_json(const Needs& needs) {
           {"method_reason", text_or_null(needs.chosen.reason)},
           {"t_end", needs.scene.t_end > 0.0 ? Json(needs.scene.t_end) : Json()},
           {"predicted", predicted},
-          {"left_out", list_left_out(needs.scene, plan.left_out)}};
+          {"left_out", report::list_left_out(needs.scene.left_out, plan.left_out)}};
 }
 
 }  // namespace
@@ -213,7 +213,7 @@ ExitCode execute(const InfoOptions& options) {
   print_system(needs);
   print_solution(needs);
   print_costs(needs);
-  const std::vector<std::string> left_out = list_left_out(scene, needs.plan.left_out);
+  const std::vector<std::string> left_out = report::list_left_out(scene.left_out, needs.plan.left_out);
   if (!left_out.empty()) print_heading("What this scene does not need");
   for (const std::string& what : left_out) print("left out", what);
   return ExitCode::Done;

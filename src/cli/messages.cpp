@@ -17,6 +17,7 @@
 #include "cli/machine.hpp"
 #include "report/page.hpp"
 #include "report/terminal.hpp"
+#include "report/words.hpp"
 
 namespace tanor::cli {
 
@@ -104,16 +105,10 @@ ExitCode tell(const std::filesystem::path& scene, const std::string& why) {
 
 scene::Scene prepare(scene::Scene scene) {
   for (const std::string& each : scene.old_names) print_message(scene.file.string() + ": " + each);
-  for (const std::string& each : list_left_out(scene, find_warnings(scene.system)))
+  for (const std::string& each : report::list_left_out(scene.left_out, find_warnings(scene.system)))
     print_message(scene.file.string() + ": warning: " + each, Tone::Warning);
   require_threads(scene.solver.threads);
   return scene;
-}
-
-std::vector<std::string> list_left_out(const scene::Scene& scene, const std::vector<std::string>& by_command) {
-  std::vector<std::string> result = scene.left_out;
-  result.insert(result.end(), by_command.begin(), by_command.end());
-  return result;
 }
 
 std::string describe(const InputError& error) {

@@ -41,9 +41,6 @@ ExitCode tell(const std::filesystem::path& scene, const std::string& why);
 /// it asks for are there.
 scene::Scene prepare(scene::Scene scene);
 
-/// What the scene has not of its file, then what a command left out.
-std::vector<std::string> list_left_out(const scene::Scene& scene, const std::vector<std::string>& by_command);
-
 /// "<where>: <what>", or what alone.
 std::string describe(const InputError& error);
 

@@ -12,6 +12,7 @@
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/modes.hpp"
+#include "report/words.hpp"
 #include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
@@ -53,7 +54,7 @@ ExitCode execute(const ModesCommand& command) {
   require_no_run(directory, "modes");
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
-  found.left_out = list_left_out(scene, found.left_out);
+  found.left_out = report::list_left_out(scene.left_out, found.left_out);
   report::ModesFacts facts;
   facts.scene = scene.name;
   facts.source = scene.source;

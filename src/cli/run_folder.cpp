@@ -1,6 +1,7 @@
 #include "cli/run_folder.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "cli/machine.hpp"
 #include "cli/output_folder.hpp"
@@ -79,6 +80,7 @@ RunFolder::RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation&
       trajectory_(open_trajectory(*plan, scene, simulation.system())),
       due_(RunPlan::Clock::now() + plan->checkpoint_every),
       setup_(seconds_since(plan->begin)) {
+  if (plan->before) checkpoint_ = std::move(*plan->before);
   checkpoint_.scene = plan->fingerprint;
   checkpoint_.t_end = scene.t_end;
   if (plan->has_html_page)

@@ -37,7 +37,7 @@ report::TrajectoryOptions choose_trajectory(const scene::Scene& scene);
 /// as one, over all its parts.
 class RunFolder {
  public:
-  /// Makes the folder, or takes its lock from the plan; nothing is written before.
+  /// Makes the folder, or takes its lock and the checkpoint from the plan; nothing is written before.
   RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation& simulation);
 
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at

@@ -7,6 +7,7 @@
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "report/solution.hpp"
+#include "report/words.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -42,7 +43,7 @@ ExitCode execute(const SolveOptions& options) {
 
   report::Solution solution;
   solution.num_points = dynamics.num_points();
-  solution.left_out = list_left_out(scene, dynamics.plan().left_out);
+  solution.left_out = report::list_left_out(scene.left_out, dynamics.plan().left_out);
   solution.form = name_of(dynamics.plan().form);
   const StartReport start = naming_file(options.scene, [&] {
     return dynamics.start({.time = scene.t_start, .positions = positions, .velocities = velocities},

@@ -82,29 +82,30 @@ struct Extra<Coulomb> {
                                      FieldOf("reaction", &Coulomb::reaction)};
 };
 
+template <class Group>
+concept HasOptionalMembers = requires {
+  Extra<Group>::members_are_optional;
+};
+
 /// All fields of a kind of <tanor/kinds.hpp>, its members and guides first, its name last.
 template <class Group>
 struct Description {
   static constexpr auto members() {
-    if constexpr (requires { KindOf<Group>::members; }) {
-      return std::tuple{FieldOf(list_name<Group>(), KindOf<Group>::members,
-                                {.is_required = !requires { Extra<Group>::members_are_optional; }
-    })
-  };
-} else {
-  return std::tuple<>{};
-}
-}  // namespace
-static constexpr auto guides() {
-  if constexpr (requires(Group group) { group.at; }) {
-    return std::tuple{FieldOf("at", &Group::at, {.is_required = true})};
-  } else {
-    return std::tuple<>{};
+    if constexpr (requires { KindOf<Group>::members; })
+      return std::tuple{
+          FieldOf(list_name<Group>(), KindOf<Group>::members, {.is_required = !HasOptionalMembers<Group>})};
+    else
+      return std::tuple<>{};
   }
-}
-static constexpr auto fields = std::tuple_cat(members(), guides(), KindOf<Group>::fields, Extra<Group>::fields,
-                                              std::tuple{FieldOf("name", &Group::name)});
-};  // namespace tanor::python
+  static constexpr auto guides() {
+    if constexpr (requires(Group group) { group.at; })
+      return std::tuple{FieldOf("at", &Group::at, {.is_required = true})};
+    else
+      return std::tuple<>{};
+  }
+  static constexpr auto fields = std::tuple_cat(members(), guides(), KindOf<Group>::fields, Extra<Group>::fields,
+                                                std::tuple{FieldOf("name", &Group::name)});
+};
 template <>
 struct Description<Support> {
   static constexpr std::tuple fields{FieldOf("points", &Support::points, {.is_required = true}),

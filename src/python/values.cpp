@@ -116,6 +116,13 @@ void read(const Given& given, Vector3* vector) {
   std::copy_n(numbers.data(), 3, vector->begin());
 }
 
+void read(const Given& given, std::array<Vector3, 2>* vectors) {
+  std::vector<Vector3> list;
+  read(given, &list);
+  if (list.size() != vectors->size()) given.fail("numbers [2, 3]");
+  std::ranges::copy(list, vectors->begin());
+}
+
 void read(const Given& given, ScalarFunction* function) {
   if (is_number(given.value)) {
     *function = py::float_(given.value).operator double();
@@ -286,6 +293,9 @@ py::object default_of(const std::string& text) {
 }
 py::object default_of(const Vector3& vector) {
   return py::make_tuple(vector[0], vector[1], vector[2]);
+}
+py::object default_of(const std::array<Vector3, 2>& vectors) {
+  return py::make_tuple(default_of(vectors[0]), default_of(vectors[1]));
 }
 py::object default_of(const VectorFunction& function) {
   const auto at = function(0.0);

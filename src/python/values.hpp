@@ -40,6 +40,7 @@ void read(const Given& given, double* number);
 void read(const Given& given, std::optional<double>* number);
 void read(const Given& given, std::string* text);
 void read(const Given& given, Vector3* vector);
+void read(const Given& given, std::array<Vector3, 2>* vectors);
 void read(const Given& given, ScalarFunction* function);
 void read(const Given& given, VectorFunction* function);
 void read(const Given& given, Parameter* parameter);
@@ -83,6 +84,7 @@ py::object default_of(double number);
 py::object default_of(const std::optional<double>& number);
 py::object default_of(const std::string& text);
 py::object default_of(const Vector3& vector);
+py::object default_of(const std::array<Vector3, 2>& vectors);
 py::object default_of(const VectorFunction& function);
 py::object default_of(const Parameter& parameter);
 py::object default_of(Method method);
@@ -109,6 +111,7 @@ constexpr TypeInWords in_words() {
   if constexpr (std::is_same_v<Value, std::optional<double>>) return {"float | None", "a number or None"};
   if constexpr (std::is_same_v<Value, std::string>) return {"str", "a text"};
   if constexpr (std::is_same_v<Value, Vector3>) return {"ArrayLike", "float [3]"};
+  if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) return {"ArrayLike", "float [2, 3]"};
   if constexpr (std::is_same_v<Value, VectorFunction>)
     return {"VectorLike", "float [3], three functions of time, or one callable of time"};
   if constexpr (std::is_same_v<Value, Parameter>)

@@ -127,7 +127,7 @@ std::vector<double> place(const Group& group, const Now& now, const Now& start, 
     add(now(group.origin));
     add(now(group.direction));
   } else if constexpr (is_ellipsoid<Group>) {
-    for (const Vector3& v : {now(group.center), group.radii, group.axis, group.second_axis}) add(v);
+    for (const Vector3& v : {now(group.center), group.radii, group.axes[0], group.axes[1]}) add(v);
   } else {
     add(now(group.origin));
     add(group.axis);

@@ -12,6 +12,7 @@
 #include "report/packed_bytes.hpp"
 #include "report/page.hpp"
 #include "report/shared_parts.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -214,7 +215,7 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"certificate_line", facts.certificate ? facts.certificate->line() : std::string()},
           {"certified_to", facts.certificate ? Json(facts.certificate->certified_to()) : Json()},
           {"warnings", warnings},
-          {"left_out", list_left_out(facts, plan)},
+          {"left_out", list_left_out(facts.left_out, plan.left_out)},
           {"drift", report.energy.drift_relative()},
           {"position_violation", report.violation.position},
           {"velocity_violation", report.violation.velocity},

@@ -9,6 +9,7 @@
 #include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
 #include "report/shared_parts.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -107,12 +108,6 @@ Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has
 
 }  // namespace
 
-std::vector<std::string> list_left_out(const RunFacts& facts, const PlanSummary& plan) {
-  std::vector<std::string> result = facts.left_out;
-  result.insert(result.end(), plan.left_out.begin(), plan.left_out.end());
-  return result;
-}
-
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end) {
   const MotionReport& report = end.report;
   const bool has_friction = !end.system.friction.empty();
@@ -144,7 +139,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("certificate", describe_certificate(facts.certificate));
     json.add("certificates", facts.certificates);
     json.add("friction", describe_friction_summary(end.system, report.friction));
-    json.add("left_out", list_left_out(facts, end.plan));
+    json.add("left_out", list_left_out(facts.left_out, end.plan.left_out));
     json.finish();
   });
 }

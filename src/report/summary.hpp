@@ -31,9 +31,6 @@ struct RunFacts {
   WallTimes wall;
 };
 
-/// What the scene has not of its file, then what was not needed.
-std::vector<std::string> list_left_out(const RunFacts& facts, const PlanSummary& plan);
-
 inline constexpr const char* summary_name = "summary.json";
 /// What a run ended with, of all its points and equations in the order of the scene.
 struct RunEnd {

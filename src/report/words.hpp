@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tanor::report {
 
@@ -19,6 +20,13 @@ inline std::string in_words(double number, std::string_view format = "{}") {
 /// "1 rod", "2 rods"
 inline std::string count_in_words(std::size_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+}
+
+/// What the scene has not of its file, then what was not needed.
+inline std::vector<std::string> list_left_out(std::vector<std::string> of_scene,
+                                              const std::vector<std::string>& not_needed) {
+  of_scene.insert(of_scene.end(), not_needed.begin(), not_needed.end());
+  return of_scene;
 }
 
 }  // namespace tanor::report

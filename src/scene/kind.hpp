@@ -86,6 +86,10 @@ void read_field(const Cursor& cursor, const Context& context, const FieldOf<Grou
     value = context.vector_function(cursor);
   } else if constexpr (std::is_same_v<Value, Vector3>) {
     value = cursor.vector3();
+  } else if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) {
+    const std::vector<Vector3> vectors = context.vectors(cursor);
+    if (vectors.size() != value.size()) cursor.fail("2 vectors [x, y, z]");
+    std::ranges::copy(vectors, value.begin());
   } else if constexpr (std::is_same_v<Value, Index>) {
     value = context.point(cursor);
   } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {

@@ -62,6 +62,8 @@ void check_field([[maybe_unused]] const Group& group, const FieldOf<Group, Value
       check_function(value, t, where, field.name);
   } else if constexpr (std::is_same_v<Value, Vector3>) {
     check_vector_field(value, data, where, field.name);
+  } else if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) {
+    for (std::size_t k = 0; k < value.size(); ++k) check_vector_field(value[k], data, element(where, k), "vector");
   } else if constexpr (std::is_same_v<Value, double>) {
     check_number(value, data.range, where, field.name);
   } else if constexpr (std::is_same_v<Value, std::optional<double>>) {

@@ -70,8 +70,10 @@ bool says(const std::string& cell, const Parameter& value) {
   if (value.is_initial()) return cell == "`\"initial\"`";
   return value.constants.size() == 1 && says(cell, value.constants[0]);
 }
-bool says(const std::string& cell, const Vector3& value) {
-  if (cell == "none") return value == Vector3{};
+/// A list of numbers or of vectors.
+template <class Element, std::size_t size>
+bool says(const std::string& cell, const std::array<Element, size>& value) {
+  if (cell == "none") return value == std::array<Element, size>{};
   const std::string list = cell.substr(0, cell.find_last_of('`')).substr(cell.find('`') == 0 ? 1 : 0);
   return json::accept(list) && json::parse(list) == json(value);
 }

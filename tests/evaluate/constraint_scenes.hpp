@@ -94,7 +94,7 @@ inline const Kind kinds[] = {
        return Linears{"", {{0, 1, 2, 5}, {3, 4, 0, 1}},
                       {any.vector(), any.vector(), any.vector(), any.vector()}, any.length()}; }},
     {"Ellipsoid", [](Random& any) {
-       return Ellipsoids{"", {1, 4}, any.vector(), {1.5, 0.8, 1.1}, any.vector(), any.vector()}; }},
+       return Ellipsoids{"", {1, 4}, any.vector(), {1.5, 0.8, 1.1}, {any.vector(), any.vector()}}; }},
     {"EllipsoidMovingCenter", [](Random& any) { return Ellipsoids{"", {1, 4}, any.moving_vector(), {1.5, 0.8, 1.1}}; }},
     {"HelixInitial", [](Random& any) { return Helices{"", {0, 3}, any.vector(), any.vector(), 1.2, 3.0, {}}; }},
     {"HelixAllMoves", [](Random& any) {

@@ -37,7 +37,7 @@ TEST_P(EllipsoidMotion, EqualRadiiMakeASphere) {
   const VectorFunction center(ScalarFunction::formula("0.1*sin(2*t)"), 0.0, 0.0);
   ball.velocities[0] = egg.velocities[0] = 0.2;
   ball.constraints = {Spheres{"ball", {0}, center, 1.3}};
-  egg.constraints = {Ellipsoids{"egg", {0}, center, {1.3, 1.3, 1.3}, {1, 1, 0}, {0, 1, 3}}};
+  egg.constraints = {Ellipsoids{"egg", {0}, center, {1.3, 1.3, 1.3}, {Vector3{1, 1, 0}, Vector3{0, 1, 3}}}};
 
   const Simulation expected = run(ball, 1.0), simulation = run(egg, 1.0);
 
@@ -53,7 +53,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
   egg.velocities = {0, 1.5, 0};
   egg.forces = {scenes::gravity};
   System formula = egg;
-  egg.constraints = {Ellipsoids{"egg", {0}, {}, {3.0, 2.0, 1.0}, {0, 0, 1}, {1, 0, 0}}};
+  egg.constraints = {Ellipsoids{"egg", {0}, {}, {3.0, 2.0, 1.0}, {Vector3{0, 0, 1}, Vector3{1, 0, 0}}}};
   formula.constraints = {UserConstraints{"egg", {{0}}, formula_constraint("x1^2/4 + y1^2 + z1^2/9 - 1", 1)}};
 
   const Simulation simulation = run(egg, 2.0), expected = run(formula, 2.0);

@@ -11,6 +11,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import time
 
 PROGRAM, TANOR, MPIRUN, FOLDER = sys.argv[1:5]
 folder = pathlib.Path(FOLDER)
@@ -175,6 +176,30 @@ def check_folder(path):
     expect((out / "trajectory.npy").stat().st_size == 128 + 3 * 64 * 24, "three frames and nothing else")
 
 
+def check_interrupted(path):
+    """A run that was cut off is gone on with or begun anew, and neither without a word; another scene may replace it."""
+    out = folder / "cut_off"
+    endless = net()
+    endless["motion"] |= {"t_end": 1e3, "output_every": 0.01}
+    long_path = write_scene("endless", endless)
+    with subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", long_path, "--out", out, "--quiet"],
+                          stderr=subprocess.DEVNULL) as cut:
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (out / "checkpoint.mpi").exists():
+            time.sleep(0.05)
+        cut.terminate()
+    kept = (out / "checkpoint.mpi").read_bytes()
+    done = run(2, [long_path, "--out", out])
+    expect(done.returncode == 2 and "--overwrite begins anew" in complaint(done), f"cut off: {complaint(done)}")
+    expect((out / "checkpoint.mpi").read_bytes() == kept, "a refused run touched the checkpoint")
+    expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "another scene in the folder of a run cut off")
+    expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "a run that reached its end is begun anew")
+    (out / "summary.json").unlink()
+    expect(run(2, [path, "--out", out, "--quiet"]).returncode == 2, "cut off behind its last frame")
+    expect(run(2, [path, "--out", out, "--quiet", "--overwrite"]).returncode == 0, "--overwrite")
+    expect("net" in summary_of(out)["scene"], "a summary once more")
+
+
 def clusters(count=30):
     """Chains of 4 rods that fall beside each other, with a spring in each."""
     points, pairs, springs = [], [], []
@@ -251,6 +276,7 @@ def main():
     check_failures()
     check_options(path)
     check_folder(path)
+    check_interrupted(path)
     print("\n".join(failures) if failures else "tanor-mpi: every answer is that of tanor")
     return 1 if failures else 0
 

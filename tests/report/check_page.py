@@ -56,7 +56,7 @@ def guides_scene(folder: pathlib.Path) -> pathlib.Path:
     guides = [{"name": "wire", "kind": "line", "points": [0], "origin": [0, 0, 1], "direction": [1, 0.5, -0.3]},
               {"name": "ring", "kind": "circle", "points": [1], "center": [2, 0, 0], "normal": [0.2, 0.3, 1], "radius": 0.7},
               {"name": "egg", "kind": "ellipsoid", "points": [2, 4, 5], "center": [0, 2, 0], "radii": [0.9, 0.6, 0.4],
-               "axis": [1, 1, 0], "second_axis": [0, 1, 1]},
+               "axes": [[1, 1, 0], [0, 1, 1]]},
               {"name": "spiral", "kind": "helix", "points": [3], "origin": [2, 2, 0], "axis": [0.3, -0.2, 1], "radius": 0.5,
                "pitch": -0.4}]
     scene = {"tanor_scene": 1, "name": "guides",

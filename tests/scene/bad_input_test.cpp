@@ -209,8 +209,14 @@ const BadInput bad_inputs[] = {
     R"("radii": [1,0,1]}])"),
      R"(scene.json: /constraints/0/radii: radii y 0 is not positive)"},
     {"AxesOfAnEllipsoidAreParallel", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
-    R"([0,0,0], "radii": [1,2,1], "second_axis": [2,0,0]}])"),
-     R"(scene.json: /constraints/0/points/0: point 1: axis and second_axis are parallel; they span a plane)"},
+    R"([0,0,0], "radii": [1,2,1], "axes": [[1,0,0], [2,0,0]]}])"),
+     R"(scene.json: /constraints/0/points/0: point 1: its axes are parallel; they span a plane)"},
+    {"AxesOfAnEllipsoidAreThree", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
+    R"([0,0,0], "radii": [1,2,1], "axes": [[1,0,0], [0,1,0], [0,0,1]]}])"),
+     R"(scene.json: /constraints/0/axes: found a list of 3, wanted 2 vectors [x, y, z])"},
+    {"AxisOfAnEllipsoidIsZero", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
+    R"([0,0,0], "radii": [1,2,1], "axes": [[1,0,0], [0,0,0]]}])"),
+     R"(scene.json: /constraints/0/axes/1: vector [0, 0, 0] is zero; it must have a direction)"},
     {"RadiusOfAHelixIsNegative", three_points(R"("constraints": [{"kind": "helix", "points": [1], "origin": [0,0,0], )"
     R"("axis": [0,0,1], "radius": -1, "pitch": 1}])"),
      R"(scene.json: /constraints/0/radius: found number -1, wanted a number > 0)"},

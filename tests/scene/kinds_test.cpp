@@ -104,16 +104,14 @@ TEST(Constraints, EllipsoidsHaveRadiiAndAxes) {
       read_constraint<Ellipsoids>(R"("kind": "ellipsoid", "points": [0], "center": [0, 0, 1], "radii": [1, 2, 3])");
   const auto turned = read_constraint<Ellipsoids>(
       R"("kind": "ellipsoid", "points": "all", "center": {"formula": ["t", "0", "-1"]}, "radii": [1, 2, 3], )"
-      R"("axis": [1, 1, 0], "second_axis": [0, 0, 1])");
+      R"("axes": [[1, 1, 0], [0, 0, 1]])");
 
   EXPECT_EQ(plain.points, std::vector<Index>{0});
   EXPECT_EQ(at(plain.center, 0.0), (Vector3{0, 0, 1}));
   EXPECT_EQ(plain.radii, (Vector3{1, 2, 3}));
-  EXPECT_EQ(plain.axis, (Vector3{1, 0, 0}));
-  EXPECT_EQ(plain.second_axis, (Vector3{0, 1, 0}));
+  EXPECT_EQ(plain.axes, (std::array{Vector3{1, 0, 0}, Vector3{0, 1, 0}}));
   EXPECT_FALSE(turned.center.is_constant());
-  EXPECT_EQ(turned.axis, (Vector3{1, 1, 0}));
-  EXPECT_EQ(turned.second_axis, (Vector3{0, 0, 1}));
+  EXPECT_EQ(turned.axes, (std::array{Vector3{1, 1, 0}, Vector3{0, 0, 1}}));
 }
 
 TEST(Constraints, HelicesHaveAnAxisARadiusAndAPitch) {

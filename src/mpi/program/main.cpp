@@ -131,7 +131,28 @@ class Run {
     if (goes_on_) return resume();
     if (options_.resume && ranks_.rank() == 0)
       cli::print_message("no checkpoint in " + folder_.string() + "; starts anew");
+    if (!options_.overwrite) require_no_interrupted();
     do_on_first(ranks_, [&] { cli::remove_results(folder_); });
+  }
+
+  /// A run has a summary when it ended, whatever its end. A forgotten --resume is not to cost a week.
+  void require_no_interrupted() {
+    const fs::path name = folder_ / cli::mpi_checkpoint_name;
+    bool is_cut_off = false;
+    do_on_first(ranks_, [&] { is_cut_off = fs::exists(name) && !fs::exists(folder_ / report::summary_name); });
+    MPI_Bcast(&is_cut_off, 1, MPI_CXX_BOOL, 0, ranks_.communicator());
+    if (is_cut_off && read_mark(name) == mark_)
+      throw InputError(folder_.string(),
+                       "has this run, which was interrupted; --resume goes on with it, --overwrite begins anew");
+  }
+
+  /// Nothing where the file is damaged, or none of tanor-mpi.
+  std::optional<std::string> read_mark(const fs::path& name) const {
+    try {
+      return read_checkpoint_mark(ranks_, name);
+    } catch (const InputError&) {
+      return {};
+    }
   }
 
   void resume() {
@@ -142,6 +163,7 @@ class Run {
     if (simulation_->time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
                                                      simulation_->time(), scene_.t_end));
+    do_on_first(ranks_, [&] { report::remove_summary(folder_); });  // that of its end is to come
   }
 
   void write_frame() {

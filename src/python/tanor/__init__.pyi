@@ -237,10 +237,9 @@ class Ellipsoids:
     points: ArrayLike
     center: VectorLike
     radii: ArrayLike
-    axis: ArrayLike
-    second_axis: ArrayLike
+    axes: ArrayLike
     name: str
-    def __init__(self, points: ArrayLike, *, center: VectorLike, radii: ArrayLike, axis: ArrayLike = (1.0, 0.0, 0.0), second_axis: ArrayLike = (0.0, 1.0, 0.0), name: str = '') -> None: ...
+    def __init__(self, points: ArrayLike, *, center: VectorLike, radii: ArrayLike, axes: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), name: str = '') -> None: ...
 
 class EnergyReport:
     @property

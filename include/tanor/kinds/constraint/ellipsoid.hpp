@@ -17,9 +17,9 @@ struct Ellipsoids {
   std::string name{};
   std::vector<Index> points{};
   VectorFunction center{};
-  Vector3 radii{1.0, 1.0, 1.0};        ///< m, > 0: a, b, c
-  Vector3 axis{1.0, 0.0, 0.0};         ///< of a
-  Vector3 second_axis{0.0, 1.0, 0.0};  ///< its part orthogonal to `axis` is the direction of b
+  Vector3 radii{1.0, 1.0, 1.0};  ///< m, > 0: a, b, c
+  /// The direction of a; a vector whose part orthogonal to it is the direction of b.
+  std::array<Vector3, 2> axes{Vector3{1.0, 0.0, 0.0}, Vector3{0.0, 1.0, 0.0}};
 };
 
 template <>
@@ -30,8 +30,7 @@ struct KindOf<Ellipsoids> {
   static constexpr std::tuple fields{
       FieldOf("center", &Ellipsoids::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
       FieldOf("radii", &Ellipsoids::radii, {.unit = "m", .range = ValueRange::positive, .is_required = true}),
-      FieldOf("axis", &Ellipsoids::axis, {.role = FieldRole::Direction}),
-      FieldOf("second_axis", &Ellipsoids::second_axis, {.role = FieldRole::Direction})};
+      FieldOf("axes", &Ellipsoids::axes, {.role = FieldRole::Direction})};
 
   template <class T>
   struct Definition {
@@ -41,7 +40,7 @@ struct KindOf<Ellipsoids> {
 
     template <class Now>
     Definition(const Ellipsoids& given, const Now& now) : center(now(given.center)), radius(given.radii) {
-      const TripleOf<double> e = unit(triple_of<double>(given.axis)), h = triple_of<double>(given.second_axis);
+      const TripleOf<double> e = unit(triple_of<double>(given.axes[0])), h = triple_of<double>(given.axes[1]);
       const TripleOf<double> f = unit(h - dot(e, h) * e), g = cross(e, f);
       direction = {triple(e), triple(f), triple(g)};
     }
@@ -67,8 +66,8 @@ struct KindOf<Ellipsoids> {
 
   template <class Points>
   static const char* complaint(const Ellipsoids& group, const Definition<double>& now, const Points& r, std::size_t) {
-    const TripleOf<double> a = triple_of<double>(group.axis), b = triple_of<double>(group.second_axis);
-    if (!(norm(cross(a, b)) > 1e-8 * norm(a) * norm(b))) return "axis and second_axis are parallel; they span a plane";
+    const TripleOf<double> a = triple_of<double>(group.axes[0]), b = triple_of<double>(group.axes[1]);
+    if (!(norm(cross(a, b)) > 1e-8 * norm(a) * norm(b))) return "its axes are parallel; they span a plane";
     return norm(r[0] - now.center) > 0.0 ? nullptr : "it is at the center and has no direction there";
   }
 };
