@@ -192,8 +192,10 @@ class Traced {
     return {*expression_, append(*expression_, {.operation = Operation::Shift, .a = number_, .constant = shift})};
   }
   std::pair<Traced, Traced> pair(Operation first, Operation second) const {
-    std::vector<Expression::Instruction>& all = expression_->instructions;
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    // Looked for among the last ones alone, or long texts would take the square of their length.
+    constexpr std::size_t nearby = 256;
+    const std::vector<Expression::Instruction>& all = expression_->instructions;
+    for (std::size_t i = all.size() - std::min(all.size(), nearby); i < all.size(); ++i) {
       if (all[i].operation != first || all[i].a != number_) continue;
       return {Traced(*expression_, static_cast<int>(i)), Traced(*expression_, static_cast<int>(i) + 1)};
     }

@@ -51,12 +51,6 @@ std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
   return result;
 }
 
-/// The scene at rest of an earlier search would pass for that of this one, which may find none.
-void remove_other_scene(const fs::path& at_rest, const fs::path& scene) {
-  std::error_code error;
-  if (!fs::equivalent(at_rest, scene, error)) report::remove_file(at_rest);
-}
-
 }  // namespace
 
 ExitCode execute(const EquilibriumCommand& command) {
@@ -65,6 +59,8 @@ ExitCode execute(const EquilibriumCommand& command) {
   const OutputFolder folder(choose_folder(command.out, scene, ".equilibrium.out"), "equilibrium");
   const fs::path& directory = folder.path();
   require_no_run(directory, "equilibrium");
+  require_results_not_read(directory, scene.files);
+  require_not_read(directory / report::scene_at_rest_name, scene.files);
   EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
@@ -89,7 +85,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   }
 
   remove_results(directory);
-  remove_other_scene(directory / report::scene_at_rest_name, command.scene);
+  report::remove_file(directory / report::scene_at_rest_name);  // this search may find none
   report::write_equilibrium(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/command_line.hpp"
+#include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
@@ -54,13 +55,19 @@ ExitCode execute(const ErrorTimeOptions& options) {
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
   const std::vector<Method> methods = naming_file(options.scene, [&] { return choose_methods(wanted, scene); });
   const OutputFolder folder(choose_folder(options.out, scene), "error-time");
+  catch_interrupts();
   const report::ErrorTimeTable table = naming_file(options.scene, [&] {
-    return report::measure_error_time(scene, methods, reference ? &*reference : nullptr, say);
+    return report::measure_error_time(scene, methods, reference ? &*reference : nullptr,
+                                      {.say = say, .goes_on = [] { return !caught_interrupt(); }});
   });
   if (!table.rows.empty()) {
     const std::string no_picture = report::write_error_time(folder.path(), table);
     options.json ? print_json(report::describe_error_time(table)) : print_lines(report::format_error_time(table));
     if (!no_picture.empty()) say(no_picture);
+  }
+  if (const auto interrupt = caught_interrupt(); interrupt && !table.outcome.ok()) {
+    (void)tell(options.scene, fmt::format("{} came; rows are missing", interrupt->name));
+    return interrupt->code;
   }
   if (table.outcome.ok()) return ExitCode::Done;
   return tell(options.scene, table.outcome.what);

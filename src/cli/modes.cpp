@@ -52,6 +52,7 @@ ExitCode execute(const ModesCommand& command) {
   const OutputFolder folder(choose_folder(command.out, scene, ".modes.out"), "modes");
   const fs::path& directory = folder.path();
   require_no_run(directory, "modes");
+  require_results_not_read(directory, scene.files);
   const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
   Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);

@@ -44,16 +44,46 @@ void require_no_run(const fs::path& folder, const std::string& command) {
   }
 }
 
-void remove_results(const std::filesystem::path& folder) {
-  report::remove_checkpoint(folder);
-  report::remove_trajectory(folder);
-  report::remove_summary(folder);
-  report::remove_equilibrium(folder);
-  report::remove_modes(folder);
-  for (const char* name : {report::recording_name, report::page_name, report::html_page_name, report::picture_name})
-    report::remove_file(folder / name);
-  for (const char* name : {mpi_checkpoint_name, mpi_trajectory_name, mpi_times_name})
-    report::remove_file(folder / name);
+namespace {
+
+/// What `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` may leave in a folder, but for the scene at rest.
+std::vector<fs::path> list_results(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const char* name :
+       {report::checkpoint_name, report::recording_name, report::page_name, report::html_page_name,
+        report::picture_name, report::places_at_rest_name, mpi_checkpoint_name, mpi_trajectory_name, mpi_times_name})
+    files.push_back(folder / name);
+  for (const auto& list : {report::list_trajectory(folder), report::list_summary(folder), report::list_modes(folder)})
+    files.insert(files.end(), list.begin(), list.end());
+  return files;
+}
+
+}  // namespace
+
+bool holds_results(const fs::path& folder) {
+  std::error_code error;  // what cannot be asked for is not there
+  return std::ranges::any_of(list_results(folder), [&](const fs::path& file) { return fs::exists(file, error); });
+}
+
+void require_not_read(const fs::path& result, const std::vector<fs::path>& read) {
+  std::error_code error;  // what is not there is no file that was read
+  for (const fs::path& file : read) {
+    if (fs::equivalent(result, file, error))
+      throw InputError(file.string(),
+                       "is read by this command, which would replace it; choose another place with --out");
+  }
+}
+
+void require_results_not_read(const fs::path& folder, const std::vector<fs::path>& read) {
+  for (const fs::path& result : list_results(folder)) require_not_read(result, read);
+}
+
+void remove_results(const fs::path& folder) {
+  for (const fs::path& file : list_results(folder)) {
+    report::remove_file(file);
+    std::error_code is_filled;
+    if (file.parent_path() != folder) fs::remove(file.parent_path(), is_filled);  // of the last frame
+  }
 }
 
 }  // namespace tanor::cli

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/folder_lock.hpp"
 #include "scene/scene.hpp"
@@ -46,8 +47,16 @@ void require_no_run(const std::filesystem::path& folder, const std::string& comm
 inline constexpr const char *mpi_checkpoint_name = "checkpoint.mpi", *mpi_trajectory_name = "trajectory.npy",
                             *mpi_times_name = "trajectory_times.npy";
 
+/// Throws InputError where a command would replace a file that it has read: a result of its own, or of those that it
+/// removes from its folder.
+void require_not_read(const std::filesystem::path& result, const std::vector<std::filesystem::path>& read);
+void require_results_not_read(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& read);
+
+/// Whether any results are in a folder.
+bool holds_results(const std::filesystem::path& folder);
+
 /// Removes what an earlier `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` has left, and nothing else: none of
-/// it could be told from the new results. The scene at rest, equilibrium.json, stays: it may be the one that is read.
+/// it could be told from the new results. The scene at rest, equilibrium.json, stays: it is a scene to go on from.
 void remove_results(const std::filesystem::path& folder);
 
 }  // namespace tanor::cli

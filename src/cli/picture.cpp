@@ -44,6 +44,8 @@ double choose_time(const PictureOptions& options, const report::StoredMotion& mo
 }  // namespace
 
 ExitCode execute(const PictureOptions& options) {
+  if (options.out && options.out->extension() != ".png")
+    throw InputError("--out", fmt::format("found {}, wanted a name that ends in .png", options.out->string()));
   const report::StoredMotion motion(options.folder);
   const report::StoredMotion::Instant instant = motion.at(choose_time(options, motion));
   const std::filesystem::path file = options.out.value_or(options.folder / report::picture_name);

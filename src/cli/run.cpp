@@ -55,6 +55,7 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system, scene.motion);
   plan.scene_checksum = report::make_scene_checksum(plan.fingerprint);
   if (!fs::exists(plan.directory)) return plan;
+  require_results_not_read(plan.directory, scene.files);
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   if (!options.resume) {
     if (!options.overwrite) require_no_interrupted(plan, scene.t_start);
@@ -172,7 +173,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
 /// The page of the run. After a failure of the machine the last words are tried, no more.
 std::string finish(const Ending& ending, Simulation& simulation, RunFolder* folder) {
   try {
-    std::string page = folder->finish(simulation, ending.is_between_steps);
+    std::string page = folder->finish(simulation, ending.why, ending.is_between_steps);
     if (ending.code == ExitCode::NoAnswer) folder->give_up();
     return page;
   } catch (const std::exception&) {
@@ -191,8 +192,9 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
   const MotionReport& report = simulation.report();
   if (ending.code != ExitCode::Done) {
     const bool can_go_on = caught_interrupt().has_value();
-    return fmt::format("stopped at t = {:g} s of {:g} s: {}; what was found until then is in {}{}", simulation.time(),
-                       t_end, ending.why, typed(directory),
+    const std::string left = holds_results(directory) ? "what was found until then is in " + typed(directory)
+                                                      : "nothing of it is left in " + typed(directory);
+    return fmt::format("stopped at t = {:g} s of {:g} s: {}; {}{}", simulation.time(), t_end, ending.why, left,
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
   return fmt::format("t = {:g} s reached in {} of {}; results in {}", simulation.time(),

@@ -30,6 +30,7 @@ report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, c
   facts.t_start = scene.t_start;
   facts.t_end = scene.t_end;
   facts.has_started = simulation.outcome().ok();
+  facts.wants_certificate = scene.certificate.when != scene::CertificatePolicy::When::Off;
   return facts;
 }
 
@@ -147,7 +148,7 @@ void RunFolder::show(const Simulation& simulation) {
   next_page_ = end + std::max<RunPlan::Clock::duration>(page_share * (end - begin), shortest_page_interval);
 }
 
-std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
+std::string RunFolder::finish(Simulation& simulation, const std::string& stopped_by, bool can_go_on) {
   require_folder(report::summary_name);
   const auto begin = RunPlan::Clock::now();
   if (can_go_on && last_frame_ == simulation.time())
@@ -156,6 +157,7 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
     trajectory_.synchronize();
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
+  facts_.stopped_by = stopped_by;
   report::write_summary(directory_, facts_, simulation);
   std::string page = report::format_page(facts_, simulation);
   report::replace_file(directory_ / report::page_name,

@@ -53,10 +53,11 @@ class RunFolder {
   void take_step(const MotionReport& report, Simulation* between_frames);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
-  /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only
+  /// Writes what is due at the end, however the run ended (`stopped_by`: why before its time), and returns the page
+  /// `report.txt`. A last checkpoint only
   /// where the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the
   /// frames.
-  std::string finish(Simulation& simulation, bool can_go_on);
+  std::string finish(Simulation& simulation, const std::string& stopped_by, bool can_go_on);
   /// The motion has no more to find: nothing is lost where the run is begun anew.
   void give_up();
 

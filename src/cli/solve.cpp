@@ -6,6 +6,7 @@
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
+#include "cli/output_folder.hpp"
 #include "report/solution.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
@@ -35,7 +36,10 @@ void add_split(const Split& split, bool has_friction, report::Solution* solution
 
 ExitCode execute(const SolveOptions& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
-  if (options.out) require_free(fs::absolute(*options.out).parent_path());
+  if (options.out) {
+    require_free(fs::absolute(*options.out).parent_path());
+    require_not_read(*options.out, scene.files);
+  }
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);

@@ -200,8 +200,4 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
   }
 }
 
-void remove_checkpoint(const fs::path& directory) {
-  remove_file(path_in(directory));
-}
-
 }  // namespace tanor::report

@@ -49,7 +49,4 @@ void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& 
 /// to another scene. (The bytes of the simulation are looked at by Simulation::restore.)
 std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& directory, const std::string& fingerprint);
 
-/// Forgets the checkpoint of an earlier run.
-void remove_checkpoint(const std::filesystem::path& directory);
-
 }  // namespace tanor::report

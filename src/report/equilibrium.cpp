@@ -27,8 +27,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* places_name = "equilibrium.xyz";
-
 Json known(double number) {
   return std::isfinite(number) ? Json(number) : Json();
 }
@@ -361,16 +359,12 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
 
 }  // namespace
 
-void remove_equilibrium(const fs::path& directory) {
-  remove_file(directory / places_name);
-}
-
 void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
                        const std::optional<Modes>& modes) {
   write_summary(directory, scene, found, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
-  XyzTrajectory(directory / places_name, &shown, scene.cell)
+  XyzTrajectory(directory / places_at_rest_name, &shown, scene.cell)
       .write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
   if (found.stability.status != Stability::None) write_scene(directory / scene_at_rest_name, scene, found);
 }

@@ -9,15 +9,12 @@
 
 namespace tanor::report {
 
+inline constexpr const char* places_at_rest_name = "equilibrium.xyz";
 inline constexpr const char* scene_at_rest_name = "equilibrium.json";
 
 /// summary.json and equilibrium.xyz, and, where an equilibrium was found, equilibrium.json: the scene at rest there,
 /// which `tanor run` accepts. `modes`: about it, where somebody asked for them.
 void write_equilibrium(const std::filesystem::path& directory, const scene::Scene& scene,
                        const EquilibriumResult& found, const std::optional<Modes>& modes = {});
-
-/// Removes the points at rest of an earlier search. Its summary goes as that of a run (`remove_summary`); the scene at
-/// rest stays.
-void remove_equilibrium(const std::filesystem::path& directory);
 
 }  // namespace tanor::report

@@ -72,11 +72,16 @@ struct Run {
   std::vector<double> positions;
 };
 
-Run run_once(const scene::Scene& scene, const MotionOptions& options) {
+/// Somebody does not want to wait for the rest.
+struct Stopped {};
+
+Run run_once(const scene::Scene& scene, const MotionOptions& options, const std::function<bool()>& goes_on) {
   Simulation simulation(scene.system, options, scene.solver, scene.t_start);
+  const auto observe = [&](const MotionReport&) { return goes_on(); };
   Run result;
   const auto begin = std::chrono::steady_clock::now();
-  result.outcome = simulation.outcome().ok() ? simulation.advance_to(scene.t_end) : simulation.outcome();
+  result.outcome = simulation.outcome().ok() ? simulation.advance_to(scene.t_end, observe) : simulation.outcome();
+  if (!goes_on()) throw Stopped();
   result.row.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const MotionReport& report = simulation.report();
   result.row.method = report.method;
@@ -92,10 +97,11 @@ Run run_once(const scene::Scene& scene, const MotionOptions& options) {
 }
 
 /// Repeats short runs three times and takes the middle one of their times.
-Run run(const scene::Scene& scene, const MotionOptions& options) {
-  Run first = run_once(scene, options);
+Run run(const scene::Scene& scene, const MotionOptions& options, const std::function<bool()>& goes_on) {
+  Run first = run_once(scene, options, goes_on);
   if (!first.outcome.ok() || first.row.wall_s > short_run) return first;
-  std::array times{first.row.wall_s, run_once(scene, options).row.wall_s, run_once(scene, options).row.wall_s};
+  std::array times{first.row.wall_s, 0.0, 0.0};
+  for (double* again : {&times[1], &times[2]}) *again = run_once(scene, options, goes_on).row.wall_s;
   std::sort(times.begin(), times.end());
   first.row.wall_s = times[1];
   return first;
@@ -104,14 +110,14 @@ Run run(const scene::Scene& scene, const MotionOptions& options) {
 /// Runs of a scene by method and level. Each is made once, when it is asked for.
 class Runs {
  public:
-  Runs(const scene::Scene& scene, std::vector<Index> points, const std::function<void(const std::string&)>& say)
-      : scene_(scene), points_(std::move(points)), say_(say) {}
+  Runs(const scene::Scene& scene, std::vector<Index> points, const Watcher& watcher)
+      : scene_(scene), points_(std::move(points)), watcher_(watcher) {}
 
   const Run& get(Method method, int level) {
     const auto found = runs_.find({method, level});
     if (found != runs_.end()) return found->second;
-    const Run& made = runs_[{method, level}] = run(scene_, options_of(scene_, method, level));
-    say_(fmt::format("{} with {}: {:.3g} s", name_of(method), describe_setting(made.row), made.row.wall_s));
+    const Run& made = runs_[{method, level}] = run(scene_, options_of(scene_, method, level), watcher_.goes_on);
+    watcher_.say(fmt::format("{} with {}: {:.3g} s", name_of(method), describe_setting(made.row), made.row.wall_s));
     return made;
   }
 
@@ -142,7 +148,7 @@ class Runs {
  private:
   const scene::Scene& scene_;
   std::vector<Index> points_;
-  const std::function<void(const std::string&)>& say_;
+  const Watcher& watcher_;
   std::map<std::pair<Method, int>, Run> runs_;
   std::map<Method, std::string> refusals_;
 };
@@ -213,6 +219,40 @@ std::vector<Index> list_points(const System& system) {
   return points;
 }
 
+/// The rows of a method, and what they are compared with.
+void add_method(const scene::Scene& scene, Method method, const scene::ReferenceState* given, Runs* runs,
+                ErrorTimeTable* table) {
+  if (const std::string& refusal = runs->refusal(method); !refusal.empty()) {
+    table->left_out.push_back(refusal);
+    return;
+  }
+  const std::vector<double>* truth = given ? &given->positions : nullptr;
+  ErrorTimeTable::Reference named{method, given ? given->name : "", {}};
+  if (!given) {
+    const ReferenceRun reference = find_reference(scene, runs, method);
+    if (!reference.outcome.ok()) {
+      table->outcome = reference.outcome;
+      return;
+    }
+    truth = &reference.run->positions;
+    named.setting = fmt::format("{} with {}", name_of(reference.method), describe_setting(reference.run->row));
+    named.error = reference.error;
+  }
+  table->references.push_back(named);
+  double last_error = 0.0;
+  for (int level = 0; level < rows_per_method; ++level) {
+    const Run& run = runs->get(method, level);
+    ErrorTimeRow row = run.row;
+    row.error = run.outcome.ok() ? runs->distance(run.positions, *truth) : NAN;
+    row.reference_error = named.error.value_or(0.0);
+    const bool has_order = has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0;
+    if (has_order && std::isfinite(last_error) && std::isfinite(row.error))
+      row.order = std::log2(last_error / row.error);
+    last_error = row.error;
+    table->rows.push_back(row);
+  }
+}
+
 }  // namespace
 
 std::string describe_setting(const ErrorTimeRow& row) {
@@ -220,8 +260,7 @@ std::string describe_setting(const ErrorTimeRow& row) {
 }
 
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
-                                  const scene::ReferenceState* given,
-                                  const std::function<void(const std::string&)>& say) {
+                                  const scene::ReferenceState* given, const Watcher& watcher) {
   ErrorTimeTable table{scene.name,
                        scene.source,
                        scene.t_end,
@@ -231,37 +270,15 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
                        {},
                        {},
                        make_scene_checksum(make_fingerprint(scene.files, scene.system))};
-  Runs runs(scene, given ? given->points : list_points(scene.system), say);
-  for (const Method method : methods) {
-    if (const std::string& refusal = runs.refusal(method); !refusal.empty()) {
-      table.left_out.push_back(refusal);
-      continue;
+  Runs runs(scene, given ? given->points : list_points(scene.system), watcher);
+  try {
+    for (const Method method : methods) {
+      add_method(scene, method, given, &runs, &table);
+      if (!table.outcome.ok()) return table;
     }
-    const std::vector<double>* truth = given ? &given->positions : nullptr;
-    ErrorTimeTable::Reference named{method, given ? given->name : "", {}};
-    if (!given) {
-      const ReferenceRun reference = find_reference(scene, &runs, method);
-      if (!reference.outcome.ok()) {
-        table.outcome = reference.outcome;
-        return table;
-      }
-      truth = &reference.run->positions;
-      named.setting = fmt::format("{} with {}", name_of(reference.method), describe_setting(reference.run->row));
-      named.error = reference.error;
-    }
-    table.references.push_back(named);
-    double last_error = 0.0;
-    for (int level = 0; level < rows_per_method; ++level) {
-      const Run& run = runs.get(method, level);
-      ErrorTimeRow row = run.row;
-      row.error = run.outcome.ok() ? runs.distance(run.positions, *truth) : NAN;
-      row.reference_error = named.error.value_or(0.0);
-      const bool has_order = has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0;
-      if (has_order && std::isfinite(last_error) && std::isfinite(row.error))
-        row.order = std::log2(last_error / row.error);
-      last_error = row.error;
-      table.rows.push_back(row);
-    }
+  } catch (const Stopped&) {
+    table.outcome = {Status::NoSolution, "it was stopped; rows are missing"};
+    return table;
   }
   if (table.rows.empty()) throw InputError("--methods", table.left_out.empty() ? "none is named" : table.left_out[0]);
   return table;

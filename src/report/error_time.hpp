@@ -45,14 +45,19 @@ struct ErrorTimeTable {
   std::string scene_checksum = {};  ///< as `make_scene_checksum` makes it
 };
 
+/// Who waits for a table: `say` hears a line after each run; where `goes_on` says no, which is asked after each step,
+/// the table ends with the rows that are there.
+struct Watcher {
+  std::function<void(const std::string&)> say;
+  std::function<bool()> goes_on;
+};
+
 /// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or
 /// else against a finer run of *another* method, the reference: dop853 for taylor, taylor for all others; where taylor
 /// refuses the scene, dop853, and dopri5 for dop853. A reference is refined until its own error is a tenth of the
-/// smallest error that it finds, or rounding rules. `say` hears a line after each run. Throws InputError where the
-/// scene refuses all.
+/// smallest error that it finds, or rounding rules. Throws InputError where the scene refuses all.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
-                                  const scene::ReferenceState* given,
-                                  const std::function<void(const std::string&)>& say);
+                                  const scene::ReferenceState* given, const Watcher& watcher);
 
 /// "rtol 1e-05", "step 0.005"
 std::string describe_setting(const ErrorTimeRow& row);

@@ -240,11 +240,11 @@ struct H5mdTrajectory::File {
 
   void add_rods(hid_t particles) const {
     if (shown->rods.empty()) return;
-    std::vector<int> pairs;
+    std::vector<int> pairs;  // of the points' ids
     for (const auto& [i, j] : shown->rods) {
       const auto beyond = j - static_cast<std::int32_t>(shown->num_points);  // an image of a point
-      pairs.push_back(i);
-      pairs.push_back(beyond < 0 ? j : shown->images[static_cast<std::size_t>(beyond)].point);
+      for (const std::int32_t end : {i, beyond < 0 ? j : shown->images[static_cast<std::size_t>(beyond)].point})
+        pairs.push_back(shown->points[static_cast<std::size_t>(end)]);
     }
     const Handle group = make_group(file, "connectivity");
     const Handle rods = add_fixed(group, "rods", H5T_STD_I32LE, H5T_NATIVE_INT, {shown->rods.size(), 2}, pairs.data());
@@ -280,6 +280,7 @@ struct H5mdTrajectory::File {
       add_observables(sample);
     }
     check(H5Fstart_swmr_write(file));
+    check(H5Fflush(file, H5F_SCOPE_LOCAL));  // what does not fit is told now, not when the file closes
   }
 
   /// A file of which we know that it is ours: the groups are where `create` put them.
@@ -388,7 +389,13 @@ struct H5mdTrajectory::File {
 
 H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, const Sample& sample)
     : file_(std::make_unique<File>(path, shown)) {
-  file_->create(sample);
+  try {
+    file_->create(sample);
+  } catch (const WriteError&) {  // no frame is in it, and no reader would take it
+    file_->abandon();
+    remove_file(path);
+    throw;
+  }
 }
 
 H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, std::uint64_t frames)

@@ -196,7 +196,8 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
   if (facts.certificate && !facts.certificate->passed()) warnings.push_back(facts.certificate->line());
   const bool is_running = text.empty();
   if (facts.has_started && simulation.time() < facts.t_end && !is_running)
-    warnings.push_back(fmt::format("The motion ended at t = {:g} s of {:g} s.", simulation.time(), facts.t_end));
+    warnings.push_back(fmt::format("The motion ended at t = {:g} s of {:g} s{}", simulation.time(), facts.t_end,
+                                   facts.stopped_by.empty() ? "." : ": " + facts.stopped_by));
   if (const std::string several = describe_several(report.friction); !several.empty()) warnings.push_back(several);
   return {{"scene", facts.scene},
           {"version", TANOR_VERSION},
@@ -214,11 +215,13 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"certificate", describe_certificate(facts.certificate)},
           {"certificate_line", facts.certificate ? facts.certificate->line() : std::string()},
           {"certified_to", facts.certificate ? Json(facts.certificate->certified_to()) : Json()},
+          {"certificate_passed", facts.certificate ? Json(facts.certificate->passed()) : Json()},
+          {"wants_certificate", facts.wants_certificate},
           {"warnings", warnings},
           {"left_out", list_left_out(facts.left_out, plan.left_out)},
-          {"drift", report.energy.drift_relative()},
-          {"position_violation", report.violation.position},
-          {"velocity_violation", report.violation.velocity},
+          {"drift", if_started(facts, report.energy.drift_relative())},
+          {"position_violation", if_started(facts, report.violation.position)},
+          {"velocity_violation", if_started(facts, report.violation.velocity)},
           {"wall",
            {{"total", facts.wall.total},
             {"set-up", facts.wall.setup},

@@ -134,20 +134,19 @@ void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes
   });
 }
 
-void remove_modes(const fs::path& directory) {
-  for (const char* name : {shapes_name, imaginary_name}) remove_file(directory / name);
-  std::vector<fs::path> lists;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+std::vector<fs::path> list_modes(const fs::path& directory) {
+  std::vector<fs::path> files{directory / shapes_name, directory / imaginary_name};
+  std::error_code error;  // without a folder there are none
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
     const std::string stem = entry.path().stem().string();
     const bool is_numbered =
         stem.starts_with(picture_prefix) && stem.size() > picture_prefix.size() &&
         std::ranges::all_of(stem.substr(picture_prefix.size()), [](unsigned char c) { return std::isdigit(c); });
-    if (is_numbered && entry.path().extension() == ".pvd") lists.push_back(entry.path());
+    if (!is_numbered || entry.path().extension() != ".pvd") continue;
+    files.push_back(entry.path());
+    std::ranges::copy(list_frames(fs::path(entry.path()).replace_extension()), std::back_inserter(files));
   }
-  for (const fs::path& list : lists) {
-    remove_frames(fs::path(list).replace_extension());
-    remove_file(list);
-  }
+  return files;
 }
 
 void write_mode_pictures(const fs::path& directory, const System& system, std::span<const double> positions,

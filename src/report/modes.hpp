@@ -30,7 +30,7 @@ void write_modes(const std::filesystem::path& directory, const ModesFacts& facts
 void write_mode_pictures(const std::filesystem::path& directory, const System& system,
                          std::span<const double> positions, const Modes& modes);
 
-/// Removes the shapes and pictures of an earlier search.
-void remove_modes(const std::filesystem::path& directory);
+/// Shapes and pictures of modes that may be in a folder.
+std::vector<std::filesystem::path> list_modes(const std::filesystem::path& directory);
 
 }  // namespace tanor::report

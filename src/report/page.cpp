@@ -117,6 +117,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
                                       in_words(report.start.velocity_correction, "{:.2g}")));
   }
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
+  if (!facts.stopped_by.empty()) page += line("stopped by", facts.stopped_by);
   const std::size_t iterations = report.counters.iterations;
   page += line("method", fmt::format("{}, {}, {} rejected, {} ({}, {}), {}{}, {}", name_of(report.method),
                                      count_in_words(report.steps, "step"), report.rejected,

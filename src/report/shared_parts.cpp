@@ -10,6 +10,10 @@ bool has_multipliers(const PlanSummary& plan) {
   return plan.form == Form::Normal || plan.equations > 0;
 }
 
+Json if_started(const RunFacts& facts, double number) {
+  return facts.has_started ? Json(number) : Json();
+}
+
 Json describe_certificate(const std::optional<Certificate>& certificate) {
   const auto figure = [&](double Certificate::*which) { return certificate ? Json(*certificate.*which) : Json(); };
   Json checks = Json::array();

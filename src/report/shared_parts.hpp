@@ -7,9 +7,13 @@
 #include <tanor/dynamics.hpp>
 
 #include "report/json_text.hpp"
+#include "report/summary.hpp"
 
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
+
+/// A number of a state, which is not known without a start.
+Json if_started(const RunFacts& facts, double number);
 
 /// Coordinates alone have reactions, but no multipliers.
 bool has_multipliers(const PlanSummary& plan);

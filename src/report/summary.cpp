@@ -17,11 +17,6 @@ namespace {
 
 constexpr const char* arrays_prefix = "final_";
 
-/// A number of a state, which is not known without a start.
-Json if_started(const RunFacts& facts, double number) {
-  return facts.has_started ? Json(number) : Json();
-}
-
 void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   const PlanSummary& plan = end.plan;
   json->add("points", end.system.num_points());
@@ -123,6 +118,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     add_sizes(end, &json);
     json.add("t_end", facts.t_end);
     json.add("t_reached", end.time);
+    json.add("stopped_by", json_or_null(facts.stopped_by));
     json.add("rank_changes", describe_rank_changes(report.rank_changes));
     json.add("singular_passages", describe_singular_passages(report.singular_passages));
     json.add("nearest_to_singular", describe_nearest_to_singular(facts, report));
@@ -152,12 +148,12 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
                  simulation.reactions(), simulation.support_forces()});
 }
 
-void remove_summary(const std::filesystem::path& directory) {
-  remove_file(directory / summary_name);
+std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {
+  std::vector<std::filesystem::path> files{directory / summary_name};
   for (const char* key :
-       {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces", "lowest_shape"}) {
-    remove_file(directory / (std::string(arrays_prefix) + key + ".npy"));
-  }
+       {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces", "lowest_shape"})
+    files.push_back(directory / (std::string(arrays_prefix) + key + ".npy"));
+  return files;
 }
 
 }  // namespace tanor::report

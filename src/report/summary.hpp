@@ -26,6 +26,8 @@ struct RunFacts {
   double t_end = 0.0;                      ///< asked for, s
   std::optional<double> t_resumed;         ///< s, where this part of the run began; none: at t_start
   bool has_started = true;                 ///< a start was found; else no state is known
+  std::string stopped_by;                  ///< why it ended before t_end; empty: it did not, or goes on
+  bool wants_certificate = true;           ///< at the end at least
   std::optional<Certificate> certificate;  ///< of the end, or the first one that failed
   std::size_t certificates = 0;            ///< made since the run began or was resumed
   WallTimes wall;
@@ -46,7 +48,7 @@ struct RunEnd {
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end);
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 
-/// Removes the summary of an earlier run or equilibrium, with its arrays.
-void remove_summary(const std::filesystem::path& directory);
+/// The summary of a run or equilibrium, and the arrays that may lie beside it.
+std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory);
 
 }  // namespace tanor::report

@@ -111,24 +111,25 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
     throw InputError("/motion/compression", "found true, which this tanor was built without (zlib1g-dev)");
 }
 
-void remove_trajectory(const fs::path& directory) {
+std::vector<fs::path> list_trajectory(const fs::path& directory) {
+  std::vector<fs::path> files = list_frames(directory / VtpTrajectory::frame_folder);
   for (const char* name : {xyz_name, dump_name, rods_name, csv_name}) {
-    remove_file(directory / name);
-    remove_file(directory / (std::string(name) + packed));
+    files.push_back(directory / name);
+    files.push_back(directory / (std::string(name) + packed));
   }
-  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) remove_file(directory / name);
-  remove_frames(directory / VtpTrajectory::frame_folder);
+  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) files.push_back(directory / name);
+  return files;
 }
 
-void remove_frames(const fs::path& frames) {
+std::vector<fs::path> list_frames(const fs::path& frames) {
+  std::vector<fs::path> files;
   std::error_code error;  // without a folder there are no frames
   for (const fs::directory_entry& entry : fs::directory_iterator(frames, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part"))) {
-      remove_file(entry.path());
-    }
+    if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part")))
+      files.push_back(entry.path());
   }
-  fs::remove(frames, error);  // which fails where something else lies there
+  return files;
 }
 
 Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options)

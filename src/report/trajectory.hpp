@@ -38,10 +38,10 @@ struct TrajectoryOptions {
 /// where `expected_frames` of a format that is kept in memory do not fit there.
 void require_formats(const TrajectoryOptions& options, std::size_t num_points, double expected_frames);
 
-/// Removes the trajectory of an earlier run, whatever its formats.
-void remove_trajectory(const std::filesystem::path& directory);
-/// Removes the frames `frame_<k>.vtp` of a folder, and the folder where nothing else lies there.
-void remove_frames(const std::filesystem::path& frames);
+/// What the trajectory of a run may have in its folder, whatever its formats.
+std::vector<std::filesystem::path> list_trajectory(const std::filesystem::path& directory);
+/// The frames `frame_<k>.vtp` that are in a folder.
+std::vector<std::filesystem::path> list_frames(const std::filesystem::path& frames);
 
 /// The frames of a run in a folder, in one or several formats (`trajectory.xyz`, …).
 ///

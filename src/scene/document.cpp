@@ -18,13 +18,6 @@ constexpr std::size_t largest_depth = 100;
 
 constexpr Document::Node open_end = std::numeric_limits<Document::Node>::max();
 
-/// Cuts a long text and ends it in "…", never inside a character of UTF-8.
-std::string cut(std::string_view text, std::size_t longest) {
-  if (text.size() <= longest) return std::string(text);
-  while (longest > 0 && (text[longest] & 0xC0) == 0x80) --longest;
-  return std::string(text.substr(0, longest)) + "…";
-}
-
 /// Escapes control characters as JSON does, so that a message stays on one line.
 std::string escape(std::string_view text) {
   std::string escaped;
@@ -185,6 +178,12 @@ std::string pointer_step(std::string_view key) {
       step += c;
   }
   return escape(step);
+}
+
+std::string cut(std::string_view text, std::size_t longest) {
+  if (text.size() <= longest) return std::string(text);
+  while (longest > 0 && (text[longest] & 0xC0) == 0x80) --longest;
+  return std::string(text.substr(0, longest)) + "…";
 }
 
 std::string quote(std::string_view text) {

@@ -53,6 +53,9 @@ class Document {
 /// "/key", with the escapes of JSON pointers.
 std::string pointer_step(std::string_view key);
 
+/// The beginning of a text, which ends in "…" where that is not all; never inside a character of UTF-8.
+std::string cut(std::string_view text, std::size_t longest);
+
 /// The text in double quotes on one line: control characters escaped, long ones cut.
 std::string quote(std::string_view text);
 

@@ -27,6 +27,14 @@ constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Forma
                                                            {"gro", Format::Gro},
                                                            {"pdb", Format::Pdb}};
 
+/// That of the file's ending, else lammps-data, which has none of its own.
+Format format_of(const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  for (const auto& [name, format] : formats)
+    if (ending == "." + std::string(name)) return format;
+  return Format::LammpsData;
+}
+
 Imported read_file(const std::filesystem::path& path, Format format) {
   const std::string name = path.filename().string(), text = read_text(path);
   switch (format) {
@@ -227,7 +235,10 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
 PointSet read_import(const Cursor& import, const Context& context) {
   import.object({"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
                  "dihedral_style", "fene_repulsion", "units"});
-  const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)}, Format::LammpsData);
+  const Cursor file = import["file"];
+  const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)},
+                                                      file.is_string() ? format_of(file.string()) : Format::LammpsData);
+  const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
   const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
                                                       {"distance", BondRule::Distance},
                                                       {"none", BondRule::None},
@@ -243,15 +254,14 @@ PointSet read_import(const Cursor& import, const Context& context) {
       .rod_types = {}};
   check_energies(import, format, choices);
 
-  const Cursor file = import["file"];
   Imported data = file.locate([&, path = context.file(file)] { return read_file(path, format); });
-  if (data.positions.empty()) file.fail("a file with at least one atom or vertex");
+  if (data.positions.empty())
+    file.fail(fmt::format("a file of format {} with at least one atom or vertex", name->first));
   for (const Cursor type : import["types"].optional_list("a list of bond types"))
     choices.rod_types.push_back(type.integer(1, data.num_bond_types));
   choose_bonds(import["bonds"], rule, &data);
 
   PointSet set;
-  const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
   set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
                            rule == BondRule::Distance ? ", bonds by distance" : "",
                            convert_velocities(find_units(import["units"], data), &data));

@@ -91,16 +91,25 @@ LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
   return kind.choice<LinearSolver>(scene->solver.linear_solver);
 }
 
+std::vector<Index> read_output_points(const Cursor& cursor, const Context& context) {
+  std::vector<Index> points = context.points(cursor);
+  if (points.empty()) cursor.fail("one point at least");
+  std::vector<Index> sorted = points;
+  std::ranges::sort(sorted);
+  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
+    cursor.complain(fmt::format("names point {} twice", *twice));
+  return points;
+}
+
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
   motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_start", "t_end",
                  "output_every", "output_points", "stabilisation", "start", "trajectory", "compression"});
   MotionOptions& options = scene->motion;
-  if (const Cursor method = motion["method"]) {
-    const std::string& name = method.string();
-    options.method = method.locate([&] { return method_from_name(name); });
-  }
+  std::vector<std::pair<std::string_view, Method>> names;
+  for (const MethodTraits& each : methods()) names.emplace_back(each.name, each.method);
+  options.method = motion["method"].choice<Method>(names, options.method);
   if (!motion["step"].is_null()) options.step = motion["step"].positive(0.0);
   if (!motion["max_step"].is_null()) options.max_step = motion["max_step"].positive(0.0);
   options.rtol = motion["rtol"].positive(options.rtol);
@@ -114,7 +123,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   scene->t_end = motion["t_end"].positive(0.0);
   scene->output_every = motion["output_every"].positive(0.0);
   if (const Cursor points = motion["output_points"]; points && !points.says("all"))
-    scene->output_points = context.points(points);
+    scene->output_points = read_output_points(points, context);
   if (const Cursor formats = motion["trajectory"]) scene->trajectory.files = read_trajectory_formats(formats);
   scene->trajectory.compression = motion["compression"].boolean(scene->trajectory.compression);
 

@@ -36,7 +36,8 @@ std::string read_text(const std::filesystem::path& file) {
                                        most_of_a_stream >> 20));
   }
   if (!stream.eof())
-    throw InputError("", fmt::format("{} cannot be read: {}", file.string(), std::generic_category().message(errno)));
+    throw InputError(
+        "", fmt::format("{} cannot be read: {}", cut(file.string(), 300), std::generic_category().message(errno)));
   return text;
 }
 

@@ -116,7 +116,10 @@ std::string serve(const Service& service) {
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  server.set_keep_alive_max_count(1);  // an idle connection would delay the end
+  // An idle connection would delay the end, and many of them a page.
+  server.set_keep_alive_max_count(1);
+  server.set_read_timeout(std::chrono::seconds(1));
+  server.new_task_queue = [] { return new httplib::ThreadPool(32); };
   server.set_default_headers({{"Cache-Control", "no-cache"},
                               {"X-Content-Type-Options", "nosniff"},
                               {"Cross-Origin-Resource-Policy", "same-origin"},

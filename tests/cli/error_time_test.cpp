@@ -1,7 +1,11 @@
 #include "cli/program.hpp"
 
+#include <csignal>
+
+#include <chrono>
 #include <cmath>
 #include <sstream>
+#include <thread>
 
 namespace tanor::cli {
 namespace {
@@ -200,6 +204,20 @@ TEST(ErrorTimeTest, WithoutAnAnswerThereIsNoTable) {
 
   EXPECT_TRUE(line.starts_with("tanor: s.json: ")) << line;
   EXPECT_TRUE(contains(line, "contradicts")) << line;
+}
+
+TEST(ErrorTimeTest, ASignalKeepsTheRowsThatAreThere) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "step": 1e-3)"));
+
+  Program program(folder, {"error-time", "s.json", "--methods", "rk4", "--out", "o"});
+  while (!std::filesystem::exists(folder / "o")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(program.process(), SIGTERM);
+  const Ended ended = program.wait();
+
+  EXPECT_EQ(ended.code, 143) << ended.err;
+  EXPECT_EQ(ended.err, "tanor: s.json: SIGTERM came; rows are missing\n") << "in the first run";
+  EXPECT_FALSE(std::filesystem::exists(folder / "o")) << "no row was there";
 }
 
 /// Of the errors that the page of a run shows, the first one's method.

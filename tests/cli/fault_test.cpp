@@ -301,12 +301,40 @@ TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
   write_text(folder / "falls.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]},
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}]})");
   ASSERT_EQ(run_program(folder, {"equilibrium", "s.json", "--out", "o"}).code, 0);
-  ASSERT_EQ(run_program(folder, {"equilibrium", "o/equilibrium.json", "--out", "o"}).code, 0) << "into its own folder";
   ASSERT_TRUE(std::filesystem::exists(folder / "o/equilibrium.json"));
 
   EXPECT_EQ(run_program(folder, {"equilibrium", "falls.json", "--out", "o"}).code, 3);
 
   EXPECT_FALSE(std::filesystem::exists(folder / "o/equilibrium.json"));
+}
+
+/// What a scene reads has the name of a result in the folder that the command would fill.
+TEST(FolderTest, WhatACommandReadsIsNotReplaced) {
+  const Folder folder;
+  const std::string scene = pendulum(R"("t_end": 0.1)");
+  const std::string table = "0,0,0,0\n1,0,0,0\n2,0,0,0\n";
+  std::filesystem::create_directories(folder / "o");
+  write_text(folder / "o/trajectory.csv", table);
+  write_text(folder / "o/moved.json", R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0], [1, 0, 0]]},
+    "supports": [{"points": [0], "motion": {"table": "trajectory.csv"}}],
+    "constraints": [{"kind": "rod", "pairs": [[0, 1]]}], "motion": {"t_end": 1}})");
+  write_text(folder / "o/equilibrium.json", scene);
+  write_text(folder / "o/summary.json", scene);
+
+  const auto expect_kept = [&](const Words& words, const std::string& name, const std::string& text) {
+    const Ended ended = run_program(folder, words);
+    EXPECT_EQ(ended.code, 2) << words[0];
+    expect_one_line(ended, words[0]);
+    EXPECT_TRUE(contains(ended.err, name + ": is read by this command, which would replace it")) << ended.err;
+    EXPECT_EQ(read_text(folder / name), text);
+  };
+  expect_kept({"run", "o/moved.json", "--out", "o"}, "o/trajectory.csv", table);
+  expect_kept({"run", "o/moved.json", "--out", "o", "--resume"}, "o/trajectory.csv", table);
+  expect_kept({"run", "o/summary.json", "--out", "o"}, "o/summary.json", scene);
+  expect_kept({"equilibrium", "o/equilibrium.json", "--out", "o"}, "o/equilibrium.json", scene);
+  expect_kept({"modes", "o/summary.json", "--out", "o"}, "o/summary.json", scene);
+  expect_kept({"solve", "o/moved.json", "--out", "o/moved.json"}, "o/moved.json", read_text(folder / "o/moved.json"));
+  expect_kept({"solve", "o/moved.json", "--out", "./o/../o/trajectory.csv"}, "o/trajectory.csv", table);
 }
 
 TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {

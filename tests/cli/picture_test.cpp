@@ -111,6 +111,8 @@ TEST(PictureCommandTest, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(complain({"--projection", "fish-eye"}), "--projection: must be perspective or orthographic"));
   EXPECT_TRUE(contains(complain({"--scale", "0"}), "--scale: must be a finite number > 0"));
   EXPECT_TRUE(contains(complain({"--show", "rods,ropes"}), "not 'ropes'"));
+  EXPECT_TRUE(contains(complain({"--out", "o/trajectory.pvd"}),
+                       "--out: found o/trajectory.pvd, wanted a name that ends in .png"));
   EXPECT_TRUE(contains(complaint(folder, {"picture", "missing"}), "missing: there is no such folder"));
   EXPECT_TRUE(contains(complaint(folder, {"picture", "s.json"}), "is a file; wanted the folder of a run"));
   std::filesystem::create_directory(folder / "empty");

@@ -205,7 +205,9 @@ TEST(RunTest, TheCertificateMayBeOff) {
 
   run_program(folder, {"run", "s.json", "--out", "o"});
 
-  EXPECT_TRUE(read_json(folder / "o/summary.json")["certificate"]["residual"].is_null());
+  const json summary = read_json(folder / "o/summary.json");
+  EXPECT_TRUE(summary["certificate"]["residual"].is_null());
+  EXPECT_TRUE(summary["stopped_by"].is_null()) << summary["stopped_by"];
 }
 
 // At t = 1 s the rods are straight.
@@ -224,6 +226,11 @@ TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
   EXPECT_LE(reached, 1.0 + 1e-3);
   EXPECT_EQ(summary["final"]["t"], reached);
   EXPECT_EQ(summary["t_end"], 3);
+  // Who was not there when it ended reads why in the folder.
+  const std::string why = summary["stopped_by"];
+  EXPECT_FALSE(why.empty());
+  EXPECT_TRUE(contains(ended.err, ": " + why + "; what was found until then is in o")) << ended.err;
+  EXPECT_TRUE(contains(read_text(folder / "o/report.txt"), "stopped by    " + why + "\n"));
   const std::vector<double> times = list_times(folder / "o/trajectory.xyz");
   EXPECT_EQ(times.size(), std::ceil(reached / 0.125) + 1) << "t = 0, 0.125, ... and where it stopped";
   EXPECT_EQ(times.back(), reached);
@@ -263,6 +270,7 @@ TEST(EarlyEndTest, ASignalFinishesTheStep) {
   EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = ")) << ended.err;
   EXPECT_TRUE(contains(ended.err, "SIGINT")) << ended.err;
   const json summary = read_json(folder / "o/summary.json");
+  EXPECT_EQ(summary["stopped_by"], "SIGINT came");
   EXPECT_GE(summary["t_reached"], 0.3);
   EXPECT_EQ(list_times(folder / "o/trajectory.xyz").back(), summary["t_reached"]);
 }

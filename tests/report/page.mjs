@@ -1,5 +1,6 @@
 // page.mjs CHROMIUM FOLDER:SWITCHES:SCENE:BEGIN …: loads the report.html of each folder in headless Chromium and tries it.
 //
+// FOLDER:=FACTS, of a run that has nothing to move or ended before its time: looks for the facts in the headline, and why it ended.
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
 // for its histories and events and for its begin (BEGIN s, or nothing: that of the motion), scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
 // whose constraints are rods alone), arrows of reactions (scenes whose guides hold points that no rod holds, and
@@ -52,6 +53,21 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   console.log(`${basename(folder)}: ${(bytes / 1e6).toFixed(2)} MB, first picture after ${first.toFixed(0)} ms, ${begin.drawn} pixels, ` +
     `an instant placed in ${placed.toFixed(1)} ms`);
   if (takesPictures) await browser.takePicture(join(folder, "picture.png"));
+}
+
+/** A run that ended before its time says so, and why, and claims nothing that it does not know. */
+async function tryStoppedPage(browser, folder, facts) {
+  await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
+  const { stopped_by: why, t_reached: reached, certificate, violation } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
+  const text = (id) => browser.ask(`document.getElementById("${id}").textContent`);
+  if (why) browser.expect((await text("warnings")).includes(why), `the warnings are ${await text("warnings")}, not ${why}`);
+  const headline = await text("headline");
+  for (const fact of facts) browser.expect(headline.includes(fact), `the headline ${headline} has no ${fact}`);
+  if (violation.position_max === null) browser.expect(headline.includes("violationundefined"), `the violation is known in ${headline}`);
+  browser.expect((certificate.verdict === null) === (await text("certificate")).startsWith("None was made"), await text("certificate"));
+  const isShown = await browser.ask(`document.getElementById("moving").offsetParent !== null`);
+  browser.expect(isShown === (reached > 0), `the motion is ${isShown ? "" : "not "}shown`);
+  console.log(`${basename(folder)}: ${facts.join(", ")}`);
 }
 
 /** Of summary.json, or of numpy's file beside it: a header of some lines, then doubles. */
@@ -280,6 +296,7 @@ await tryInBrowser(browser, async () => {
   for (const trial of trials) {
     const [folder, switches, scene, begin] = trial.split(":");
     browser.about = `${basename(folder)}: `;
-    await tryPage(browser, { folder, switches: switches.split(","), scene, begin });
+    if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
+    else await tryPage(browser, { folder, switches: switches.split(","), scene, begin });
   }
 }, 90 * trials.length);

@@ -49,17 +49,17 @@ LAMMPS, PVPYTHON = shutil.which("lmp"), shutil.which("pvpython")
 
 FORMATS = "xyz,vtp,lammps,h5md,csv,npz"
 
-# Beads on a chain that hangs on a support, and one on a sphere; point 4 is not shown.
+# Beads on a chain that hangs on a support, and one on a sphere; point 0 is not shown.
 SCENE = {
     "tanor_scene": 1,
     "name": "all formats",
-    "points": {"positions": [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 1, 0], [5, 5, 5]],
-               "masses": [1, 0.1, 0.2, 0.3, 1]},
-    "supports": [{"points": [0]}],
-    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0, 1], [1, 2]]},
-                    {"name": "ball", "kind": "sphere", "points": [3], "center": [0, 0.5, 0]}],
+    "points": {"positions": [[5, 5, 5], [0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 1, 0]],
+               "masses": [1, 1, 0.1, 0.2, 0.3]},
+    "supports": [{"points": [1]}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[1, 2], [2, 3]]},
+                    {"name": "ball", "kind": "sphere", "points": [4], "center": [0, 0.5, 0]}],
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
-    "motion": {"method": "dop853", "t_end": 1.0, "output_every": 0.125, "output_points": [0, 1, 2, 3],
+    "motion": {"method": "dop853", "t_end": 1.0, "output_every": 0.125, "output_points": [1, 2, 3, 4],
                "trajectory": FORMATS.split(",")}}
 
 
@@ -130,7 +130,7 @@ def check_npz(out: pathlib.Path) -> dict:
     arrays = read_npz(out)
     assert arrays["time"].tolist() == [0.125 * k for k in range(9)]
     assert arrays["position"].shape == (9, 4, 3) and arrays["tension"].shape == (9, 2)
-    assert arrays["points"].tolist() == [0, 1, 2, 3] and arrays["rods"].tolist() == [[0, 1], [1, 2]]
+    assert arrays["points"].tolist() == [1, 2, 3, 4] and arrays["rods"].tolist() == [[1, 2], [2, 3]]
     # Rods keep their lengths, and the ball its radius: what is read is the motion.
     r = arrays["position"]
     assert abs(np.linalg.norm(r[:, 2] - r[:, 1], axis=1) - 0.1).max() < 1e-10
@@ -146,9 +146,9 @@ def check_csv(out: pathlib.Path, arrays: dict, suffix: str = "") -> None:
     with (gzip.open(path, "rt") if suffix else open(path, encoding="utf-8")) as file:
         rows = list(csv.DictReader(file))
     assert [float(row["t"]) for row in rows] == arrays["time"].tolist()
-    assert [float(row["z2"]) for row in rows] == arrays["position"][:, 2, 2].tolist()
-    assert [float(row["vy3"]) for row in rows] == arrays["velocity"][:, 3, 1].tolist()
-    assert [float(row["tension1_2"]) for row in rows] == arrays["tension"][:, 1].tolist()
+    assert [float(row["z3"]) for row in rows] == arrays["position"][:, 2, 2].tolist()
+    assert [float(row["vy4"]) for row in rows] == arrays["velocity"][:, 3, 1].tolist()
+    assert [float(row["tension2_3"]) for row in rows] == arrays["tension"][:, 1].tolist()
 
 
 def check_h5md(out: pathlib.Path, arrays: dict) -> None:
@@ -164,14 +164,14 @@ def check_h5md(out: pathlib.Path, arrays: dict) -> None:
             assert particles[element]["step"] == particles["position/step"], "one array for all"
         steps = particles["position/step"][:]
         assert steps[0] == 0 and (np.diff(steps) > 0).all()
-        assert particles["species"][:].tolist() == [1, 0, 0, 0] and particles["id"][:].tolist() == [0, 1, 2, 3]
+        assert particles["species"][:].tolist() == [1, 0, 0, 0] and particles["id"][:].tolist() == [1, 2, 3, 4]
         mass = particles["mass"][:]
         assert np.array_equal(particles["force/value"][:], mass[None, :, None] * arrays["acceleration"])
         # On the last bead: force = gravity + constraint force.
         left = particles["force/value"][:, 2] - particles["constraint_force/value"][:, 2] - [0, 0, -0.2 * 9.81]
         assert abs(left).max() < 1e-9
         rods = file["connectivity/rods"]
-        assert rods[:].tolist() == [[0, 1], [1, 2]] and file[rods.attrs["particles_group"]] == particles
+        assert rods[:].tolist() == [[1, 2], [2, 3]] and file[rods.attrs["particles_group"]] == particles
         assert np.array_equal(file["observables/tension/value"][:], arrays["tension"])
         energy = file["observables/total_energy/value"][:]
         assert abs(energy - energy[0]).max() < 1e-6
@@ -206,7 +206,7 @@ def check_rods(out: pathlib.Path, arrays: dict) -> None:
     assert lines[starts[0]].split()[2:] == ["index", "batom1", "batom2", "length", "tension"]
     for k, start in enumerate(starts):
         rows = np.array([[float(word) for word in line.split()] for line in lines[start + 1:start + 3]])
-        assert rows[:, :3].tolist() == [[1, 1, 2], [2, 2, 3]]
+        assert rows[:, :3].tolist() == [[1, 2, 3], [2, 3, 4]]
         assert np.allclose(rows[:, 4], arrays["tension"][k], rtol=1e-9) and np.allclose(rows[:, 3], 0.1)
     assert len(starts) == 9
 
@@ -273,6 +273,7 @@ create_atoms 1 single 0 0 0
 create_atoms 1 single 1 0 0
 create_atoms 1 single 2 0 0
 create_atoms 1 single 3 0 0
+create_atoms 1 single 4 0 0
 mass * 1
 pair_style zero 1
 pair_coeff * *
@@ -301,16 +302,16 @@ def read_dump(path: pathlib.Path) -> dict:
 
 
 def check_lammps(out: pathlib.Path, arrays: dict) -> None:
-    """LAMMPS takes one frame for its state, and goes through all of them."""
+    """LAMMPS takes one frame for its state, and goes through all of them. Its first atom is the point that is not shown."""
     (out / "in.lammps").write_text(LAMMPS_INPUT.format(dump="trajectory.dump"), encoding="utf-8")
     subprocess.run([LAMMPS, "-in", "in.lammps", "-log", "none", "-screen", "none"], cwd=out, check=True)
     once, again = read_dump(out / "once.dump"), read_dump(out / "again.dump")
-    state = next(iter(once.values()))
+    state = next(iter(once.values()))[1:]
     assert np.allclose(state[:, 1:4], arrays["position"][8], rtol=1e-9, atol=1e-9)
     assert np.allclose(state[:, 4:7], arrays["velocity"][8], rtol=1e-9, atol=1e-9)
     assert sorted(again) == list(range(9))
     for step, rows in again.items():
-        assert np.allclose(rows[:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
+        assert np.allclose(rows[1:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
 
 
 LAMMPS_CELL = """

@@ -62,7 +62,7 @@ TEST(TrajectoryTest, ANewRunForgetsTheFramesOfAnEarlierOne) {
   write_frames(3, &earlier, &trajectory);
 
   Simulation simulation = make_simulation();
-  remove_trajectory(folder.path());
+  for (const std::filesystem::path& file : list_trajectory(folder.path())) remove_file(file);
   Trajectory again(folder.path(), simulation.system(), {});
   write_frames(1, &simulation, &again);
 
@@ -305,6 +305,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "start",
                                       "start_correction",
                                       "steps",
+                                      "stopped_by",
                                       "supports",
                                       "t_end",
                                       "t_reached",

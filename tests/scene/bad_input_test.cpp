@@ -211,6 +211,10 @@ const BadInput bad_inputs[] = {
     {"AxesOfAnEllipsoidAreParallel", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
     R"([0,0,0], "radii": [1,2,1], "axes": [[1,0,0], [2,0,0]]}])"),
      R"(scene.json: /constraints/0/points/0: point 1: its axes are parallel; they span a plane)"},
+    {"NoPointIsShown", three_points(R"("motion": {"t_end": 1, "output_points": []})"),
+     R"(scene.json: /motion/output_points: found a list of 0, wanted one point at least)"},
+    {"APointIsShownTwice", three_points(R"("motion": {"t_end": 1, "output_points": [2, 1, 2]})"),
+     R"(scene.json: /motion/output_points: names point 2 twice)"},
     {"AxesOfAnEllipsoidAreThree", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
     R"([0,0,0], "radii": [1,2,1], "axes": [[1,0,0], [0,1,0], [0,0,1]]}])"),
      R"(scene.json: /constraints/0/axes: found a list of 3, wanted 2 vectors [x, y, z])"},
@@ -310,7 +314,7 @@ const BadInput bad_inputs[] = {
     {"OutputPointIsOutOfRange", three_points(R"("motion": {"output_points": [5]})"),
      R"(scene.json: /motion/output_points/0: found number 5, wanted a whole number from 0 to 2)"},
     {"MethodIsUnknown", three_points(R"("motion": {"method": "euler"})"),
-     R"(scene.json: /motion/method: method "euler" is not known; this version has auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha)"},
+     R"(scene.json: /motion/method: found string "euler", wanted one of auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha)"},
     {"StartIsUnknown", three_points(R"("motion": {"start": "jump"})"),
      R"(scene.json: /motion/start: found string "jump", wanted one of check, project)"},
     {"StabilisationIsUnknown", three_points(R"("motion": {"stabilisation": "baumgarte"})"),

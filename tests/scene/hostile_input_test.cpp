@@ -61,6 +61,11 @@ TEST(HostileInput, WordsOfTheParserAreNoneOfItsMessages) {
   EXPECT_NE(error.find("not JSON: syntax error while parsing object key"), std::string::npos) << error;
 }
 
+// What scripts/fuzz found: a name that the library quoted as it was.
+TEST(HostileInput, NamesOfTwoLinesAreToldOnOne) {
+  EXPECT_EQ(error_of(three_points(R"("motion": {"t_end": 1, "method": "radau5\\\nva"})")).find('\n'), std::string::npos);
+}
+
 TEST(HostileInput, FormulasAreQuotedInPart) {
   for (const std::string& formula :
        {repeat("x+", megabyte / 2), repeat("(", megabyte), repeat("1", megabyte) + "e999", std::string(megabyte, 'a'),

@@ -251,7 +251,7 @@ TEST(ImportObj, NamesTheLineOfAnError) {
             "a.obj, line 4: found vertex 3, wanted one from 1 to 2");
   EXPECT_EQ(file_error("a.obj", "f 1 2\n"), "a.obj, line 1: found 2 vertices, wanted 3 or more");
   EXPECT_EQ(file_error("a.obj", "o nothing\n"),
-            "found string \"a.obj\", wanted a file with at least one atom or vertex");
+            "found string \"a.obj\", wanted a file of format obj with at least one atom or vertex");
 }
 
 // 216 molecules of SPC: O-H 0.1 nm, H-O-H 109.47 degrees, in a box of 1.86206 nm.
@@ -380,7 +380,8 @@ TEST(ImportPdb, NamesTheLineOfAnError) {
   EXPECT_EQ(file_error("a.pdb", atom + "CONECT    1    1\n"), "a.pdb, line 2: found an atom bonded to itself");
   EXPECT_EQ(file_error("a.pdb", "CRYST1   10.000   20.000   30.000  90.00  90.00 180.00\n" + atom),
             "a.pdb, line 1: found angles between which no cell has room");
-  EXPECT_EQ(file_error("a.pdb", "END\n"), "found string \"a.pdb\", wanted a file with at least one atom or vertex");
+  EXPECT_EQ(file_error("a.pdb", "END\n"),
+            "found string \"a.pdb\", wanted a file of format pdb with at least one atom or vertex");
 }
 
 TEST(Import, DistancesNeedElementsAndMolecules) {

@@ -126,6 +126,7 @@ class Run {
     do_on_first(ranks_, [&] {
       report::make_folder(folder_);
       lock_.emplace(folder_, "run");
+      cli::require_results_not_read(folder_, scene_.files);
     });
     goes_on_ = options_.resume && fs::exists(folder_ / cli::mpi_checkpoint_name);
     if (goes_on_) return resume();
@@ -163,7 +164,7 @@ class Run {
     if (simulation_->time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
                                                      simulation_->time(), scene_.t_end));
-    do_on_first(ranks_, [&] { report::remove_summary(folder_); });  // that of its end is to come
+    do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // that of its end is to come
   }
 
   void write_frame() {
@@ -184,6 +185,8 @@ class Run {
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
     facts.has_started = outcome.ok() || simulation_->report().steps > 0;
+    facts.stopped_by = outcome.what;
+    facts.wants_certificate = scene_.certificate.when != scene::CertificatePolicy::When::Off;
     const auto write_summary = [&] {
       facts.certificates = facts.certificate ? 1 : 0;
       facts.wall = {seconds_since(begin_), setup_, output_};

@@ -19,6 +19,8 @@ export interface Run {
   certificate: { checks: { identity: string; error: Figure }[] };
   certificate_line: string;
   certified_to: Figure;
+  certificate_passed: boolean | null; // null: there is none
+  wants_certificate: boolean;
   warnings: string[];
   left_out: string[];
   drift: Figure;

@@ -6,8 +6,9 @@ const count = (number: number, what: string) => `${number} ${what}${number === 1
 /** What was proven of the last instant, in a word or two. */
 function describeCertificate(run: Run): string {
   if (run.is_running) return "at the end";
-  if (run.certified_to === null) return "not asked for";
-  if (!run.certificate_line.startsWith("certified")) return "failed";
+  if (run.certificate_passed === null) return run.wants_certificate ? "not made" : "not asked for";
+  if (!run.certificate_passed) return "failed";
+  if (run.certified_to === null || run.certificate.checks.length === 0) return "nothing moves";
   return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
 }
 
@@ -69,7 +70,8 @@ function tellLeftOut({ events, events_seen }: PageData): string {
 export function fillDetails(data: PageData, seek: (time: number) => void): void {
   const { run, events } = data;
   fillPhases(run);
-  find("certificate").textContent = run.certificate_line || (run.is_running ? "It is made at the end." : "No certificate was asked for.");
+  find("certificate").textContent = run.certificate_line
+    || (run.is_running ? "It is made at the end." : run.wants_certificate ? "None was made: the motion did not arrive." : "No certificate was asked for.");
   find("checks").replaceChildren(...run.certificate.checks.map((check) => {
     const row = make("tr");
     row.append(make("td", check.identity), make("td", words(check.error)));

@@ -61,7 +61,8 @@ class Page {
     [this.begin, this.end] = times.length ? [times[0], times[times.length - 1]] : [0, 0];
     fillHeadline(data);
     fillDetails(data, (time) => this.seek(time));
-    if (times.length === 0) { find("view").append(make("p", "No state of the motion is known.", "missing")); return; }
+    find("moving").hidden = times.length === 0; // the warnings say why
+    if (times.length === 0) return;
     if (this.stage) {
       const chosen = this.view?.chosen;
       this.view?.dispose();
