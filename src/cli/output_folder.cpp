@@ -81,8 +81,8 @@ void require_results_not_read(const fs::path& folder, const std::vector<fs::path
 void remove_results(const fs::path& folder) {
   for (const fs::path& file : list_results(folder)) {
     report::remove_file(file);
-    std::error_code is_filled;
-    if (file.parent_path() != folder) fs::remove(file.parent_path(), is_filled);  // of the last frame
+    std::error_code error;  // where the folder of frames has more of them, or is gone
+    if (!fs::equivalent(file.parent_path(), folder, error)) fs::remove(file.parent_path(), error);
   }
 }
 

@@ -63,7 +63,8 @@ TEST(HostileInput, WordsOfTheParserAreNoneOfItsMessages) {
 
 // What scripts/fuzz found: a name that the library quoted as it was.
 TEST(HostileInput, NamesOfTwoLinesAreToldOnOne) {
-  EXPECT_EQ(error_of(three_points(R"("motion": {"t_end": 1, "method": "radau5\\\nva"})")).find('\n'), std::string::npos);
+  EXPECT_EQ(error_of(three_points(R"("motion": {"t_end": 1, "method": "radau5\\\nva"})")).find('\n'),
+            std::string::npos);
 }
 
 TEST(HostileInput, FormulasAreQuotedInPart) {

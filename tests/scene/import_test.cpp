@@ -186,7 +186,8 @@ TEST(ImportLammps, NamesAtomsAndBondsThatDoNotFit) {
 }
 
 TEST(ImportLammps, RefusesAFileWithoutAtoms) {
-  EXPECT_EQ(data_error("comment\n"), "found string \"a.data\", wanted a file of format lammps-data with at least one atom or vertex");
+  EXPECT_EQ(data_error("comment\n"),
+            "found string \"a.data\", wanted a file of format lammps-data with at least one atom or vertex");
 }
 
 }  // namespace
