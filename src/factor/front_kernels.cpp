@@ -93,6 +93,32 @@ template <class Lanes, std::size_t columns>
   }
 }
 
+/// The first or the second half of eight numbers.
+template <std::size_t width>
+[[gnu::always_inline]] inline Four half_of(const EightIn<width>& all, std::size_t half) {
+  if constexpr (width == 8)
+    return half == 0 ? __builtin_shufflevector(all.parts[0], all.parts[0], 0, 1, 2, 3)
+                     : __builtin_shufflevector(all.parts[0], all.parts[0], 4, 5, 6, 7);
+  else if constexpr (width == 4)
+    return all.parts[half];
+  else
+    return __builtin_shufflevector(all.parts[2 * half], all.parts[2 * half + 1], 0, 1, 2, 3);
+}
+
+/// The four sums of the lanes of each, in the order of EightIn::sum.
+template <class Lanes>
+[[gnu::always_inline]] inline Four add_lanes(const Lanes (&all)[4]) {
+  const auto add_neighbours = [](const Four& a, const Four& b) __attribute__((always_inline)) {
+    return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  };
+  const auto add_half = [&](std::size_t half) __attribute__((always_inline)) {
+    const Four ab = add_neighbours(half_of(all[0], half), half_of(all[1], half));
+    const Four cd = add_neighbours(half_of(all[2], half), half_of(all[3], half));
+    return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+  };
+  return add_half(0) + add_half(1);
+}
+
 /// sums = C'y of the same.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
@@ -102,7 +128,10 @@ template <class Lanes, std::size_t columns>
     const Lanes y_i = Lanes::at(y + i);
     for (std::size_t q = 0; q < columns; ++q) sum[q] += Lanes::at(c + q * stride + i) * y_i;
   }
-  for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
+  if constexpr (columns == 4)
+    four_to(sums) = add_lanes(sum);
+  else
+    for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
 /// Calls work(j, count) for columns [j, j + count) of a panel, some at a time, while it fetches those after the next.
@@ -175,6 +204,16 @@ template <class Lanes, std::size_t columns>
   }
 }
 
+/// Calls work(j, column j) for columns of a triangle. Within a block they stand a stride apart.
+template <class Work>
+[[gnu::always_inline]] inline void for_columns_of(const Triangle& triangle, std::size_t first, std::size_t end,
+                                                  const Work& work) {
+  for (std::size_t j = first; j < end;) {
+    const std::size_t stop = std::min(end, (j / Triangle::width + 1) * Triangle::width), stride = triangle.stride_of(j);
+    for (const double* column = triangle.column(j); j < stop; ++j, column += stride) work(j, column);
+  }
+}
+
 /// Adds the rows of column j, of long columns whole lanes where they follow each other.
 template <class Lanes>
 [[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
@@ -194,6 +233,18 @@ template <class Lanes>
       *to += column[i++];
     }
   }
+}
+
+/// Adds part of a triangle to the columns that column_at finds in the parent.
+template <class ColumnAt>
+[[gnu::always_inline]] inline void add_columns(const TrianglePart& part, const RowsInParent& in_parent,
+                                               const Triangle& from, const ColumnAt& column_at) {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    for_columns_of(
+        from, part.first, part.end, [&](std::size_t j, const double* column) __attribute__((always_inline)) {
+          add_column<Lanes>(j, part, in_parent, column, column_at(static_cast<std::size_t>(in_parent.rows[j])));
+        });
+  });
 }
 
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
@@ -306,21 +357,15 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
 
 void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
                   std::size_t to_stride) {
-  dispatch([=, &part, &in_parent, &from]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t j = part.first; j < part.end; ++j)
-      add_column<Lanes>(j, part, in_parent, from.column(j),
-                        to + static_cast<std::size_t>(in_parent.rows[j]) * to_stride);
-  });
+  add_columns(
+      part, in_parent, from, [=](std::size_t row) __attribute__((always_inline)) { return to + row * to_stride; });
 }
 
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to) {
-  dispatch([=, &part, &in_parent, &from, &to]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t j = part.first; j < part.end; ++j) {
-      double* const sum = to.column(static_cast<std::size_t>(in_parent.rows[j]) - columns);
-      add_column<Lanes>(j, part, in_parent, from.column(j), sum - columns);
-    }
-  });
+  add_columns(
+      part, in_parent,
+      from, [=](std::size_t row) __attribute__((always_inline)) { return to.column(row - columns) - columns; });
 }
 
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,

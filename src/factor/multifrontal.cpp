@@ -77,17 +77,25 @@ std::size_t Multifrontal::num_beside() const {
 void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
   double* const panel = panels_.data() + front.panel;
   const std::size_t end_row = tile.first_row + tile.rows, end_column = tile.first_column + tile.columns;
-  const bool has_all_rows = tile.rows == front.stride, is_whole = has_all_rows && tile.columns == front.columns;
-  if (is_whole) std::fill_n(panel, front.columns * front.stride, 0.0);
-  for (std::size_t j = tile.first_column; j < end_column; ++j) {
-    double* const to = panel + j * front.stride;
-    if (!is_whole) std::fill_n(to + tile.first_row, tile.rows, 0.0);
-    const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
-    const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
-    for (std::size_t e = start; e < end; ++e) {
-      const auto row = static_cast<std::size_t>(entry_row_[e]);
-      if (has_all_rows || (row >= tile.first_row && row < end_row)) to[row] = entries.values[e];
+  const bool is_whole = tile.rows == front.stride && tile.columns == front.columns;
+  const auto take_entries = [&](const auto& is_of_tile) {
+    for (std::size_t j = tile.first_column; j < end_column; ++j) {
+      double* const to = panel + j * front.stride;
+      const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
+      const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
+      for (std::size_t e = start; e < end; ++e) {
+        const auto row = static_cast<std::size_t>(entry_row_[e]);
+        if (is_of_tile(row)) to[row] = entries.values[e];
+      }
     }
+  };
+  if (is_whole) {
+    std::fill_n(panel, front.columns * front.stride, 0.0);
+    take_entries([](std::size_t) { return true; });
+  } else {
+    for (std::size_t j = tile.first_column; j < end_column; ++j)
+      std::fill_n(panel + j * front.stride + tile.first_row, tile.rows, 0.0);
+    take_entries([&](std::size_t row) { return row >= tile.first_row && row < end_row; });
   }
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
     const kernels::RowsInParent in_parent = rows_in_parent(c);
