@@ -75,7 +75,13 @@ void require_not_read(const fs::path& result, const std::vector<fs::path>& read)
 }
 
 void require_results_not_read(const fs::path& folder, const std::vector<fs::path>& read) {
-  for (const fs::path& result : list_results(folder)) require_not_read(result, read);
+  const std::vector<fs::path> results = list_results(folder);
+  for (const fs::path& file : read) {
+    std::error_code error;
+    const fs::path name = fs::canonical(file, error).filename();
+    for (const fs::path& result : results)  // a run may have left many frames, and few have this name
+      if (result.filename() == name) require_not_read(result, {file});
+  }
 }
 
 void remove_results(const fs::path& folder) {
