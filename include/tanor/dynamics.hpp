@@ -347,6 +347,18 @@ class TANOR_API Dynamics {
                                                                                    StartMode mode) {
     return start({.time = t, .positions = r, .velocities = v}, mode);
   }
+  [[deprecated("takes {.time, .positions, .velocities}")]] Solution solution(double t, std::span<const double> r,
+                                                                             std::span<const double> v) {
+    return solution({.time = t, .positions = r, .velocities = v});
+  }
+  [[deprecated("takes {.time, .positions}")]] double position_violation(double t, std::span<const double> r) {
+    return position_violation({.time = t, .positions = r});
+  }
+  [[deprecated("takes {.time, .positions, .velocities}")]] double velocity_violation(double t,
+                                                                                     std::span<const double> r,
+                                                                                     std::span<const double> v) {
+    return velocity_violation({.time = t, .positions = r, .velocities = v});
+  }
 
   PhaseTimes phase_times() const;
   Counters counters() const;

@@ -215,7 +215,7 @@ class TANOR_API Simulation {
 
   /// The present state with all that the next step depends on and the counts of the report, also inside an observer.
   /// The bytes begin with the number of their format and end with a checksum; what else they hold is not for others.
-  [[nodiscard]] std::vector<std::byte> save() const;
+  [[nodiscard]] std::vector<std::byte> save();
   /// Goes on from saved bytes of a simulation of an equal System: nothing is projected, checked against the constraints
   /// or started anew. With equal options every later number is that of the simulation they were taken from, bit by bit,
   /// for every method and in either form (near a singular configuration and where constraints depend on each other: up
@@ -229,7 +229,7 @@ class TANOR_API Simulation {
   /// `positions`, `velocities` [3n] of this simulation's points. Throws as `restore` does.
   void restore_progress(std::span<const std::byte> saved, std::span<const double> positions,
                         std::span<const double> velocities);
-  [[deprecated("its name is save")]] std::vector<std::byte> snapshot() const { return save(); }
+  [[deprecated("its name is save")]] std::vector<std::byte> snapshot() { return save(); }
 
   const System& system() const;  ///< as it was given
   const PlanSummary& plan() const;

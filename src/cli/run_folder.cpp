@@ -194,7 +194,7 @@ void RunFolder::take_certificate(const Certificate& certificate) {
   if (!facts_.certificate || facts_.certificate->passed()) facts_.certificate = certificate;
 }
 
-void RunFolder::publish(const Simulation& simulation) {
+void RunFolder::publish(Simulation& simulation) {
   require_folder(report::checkpoint_name);
   const auto begin = RunPlan::Clock::now();
   if (facts_.has_started) {

@@ -67,7 +67,7 @@ class RunFolder {
   void remove_from_strange_folder(const char* file) const;
   void require_folder(const std::string& file) const;
   /// Replaces the checkpoint.
-  void publish(const Simulation& simulation);
+  void publish(Simulation& simulation);
   /// Replaces the page, for somebody who watches.
   void show(const Simulation& simulation);
   report::WallTimes measure_wall() const;

@@ -137,11 +137,13 @@ class PairField {
   // Of `find_passage`.
   std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
-  // No pair of a point, in lists of this version, comes to its cutoff until points have travelled so far.
-  std::vector<double> quiet_until_;  // [point]
-  double travelled_ = 0.0;           // m, since the beginning
-  bool quiet_in_far_ = false;
-  std::size_t quiet_version_ = 0;
+  /// No pair of a point comes to its cutoff before the points have travelled far enough.
+  struct {
+    std::vector<double> until;  // [point] m
+    double travelled = 0.0;     // m, since the beginning
+    bool is_of_far = false;     // known for the pairs of `far_`, else of `neighbours_` …
+    std::size_t version = 0;    // … in lists of this version
+  } quiet_;
 };
 
 }  // namespace tanor

@@ -137,7 +137,9 @@ class PairField::Nearness {
   }
 
   /// No pair of point i comes to its cutoff.
-  bool is_quiet(std::size_t i) const { return by_chords_ && field_.travelled_ + travels_ < field_.quiet_until_[i]; }
+  bool is_quiet(std::size_t i) const {
+    return by_chords_ && field_.quiet_.travelled + travels_ < field_.quiet_.until[i];
+  }
   /// Of point i with one of the others.
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
     if (!by_chords_) return true;
@@ -146,7 +148,7 @@ class PairField::Nearness {
     // Both points of a pair may go two fifths of the way to the cutoff.
     constexpr double most_way = 0.05;
     const double way = std::sqrt(all_.cutoff2 + apart) - field_.potential_.cutoff();
-    field_.quiet_until_[i] = field_.travelled_ + 0.4 * std::min(way, most_way * field_.potential_.cutoff());
+    field_.quiet_.until[i] = field_.quiet_.travelled + 0.4 * std::min(way, most_way * field_.potential_.cutoff());
     return false;
   }
   bool may_pass(const Approach& approach) const;
@@ -181,10 +183,10 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
   const NeighbourLists* const near = find_near(parallel, reach.move);
   if (near == nullptr) return 0.5;
-  if ((near == &*far_) != quiet_in_far_ || near->version() != quiet_version_) {
-    quiet_in_far_ = near == &*far_;
-    quiet_version_ = near->version();
-    quiet_until_.assign(points_.size(), 0.0);
+  if ((near == &*far_) != quiet_.is_of_far || near->version() != quiet_.version) {
+    quiet_.is_of_far = near == &*far_;
+    quiet_.version = near->version();
+    quiet_.until.assign(points_.size(), 0.0);
   }
 
   std::atomic<double> part = 1.0;
@@ -243,7 +245,7 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
     raise(&travel2, most_travel2);
     return most;
   });
-  travelled_ += std::sqrt(travel2);
+  quiet_.travelled += std::sqrt(travel2);
   // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
   const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
   return {std::sqrt(move2) + sagitta, sagitta};

@@ -236,15 +236,30 @@ template <class Lanes>
 }
 
 /// Adds part of a triangle to the columns that column_at finds in the parent.
-template <class ColumnAt>
+template <class Lanes, class ColumnAt>
 [[gnu::always_inline]] inline void add_columns(const TrianglePart& part, const RowsInParent& in_parent,
                                                const Triangle& from, const ColumnAt& column_at) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for_columns_of(
-        from, part.first, part.end, [&](std::size_t j, const double* column) __attribute__((always_inline)) {
-          add_column<Lanes>(j, part, in_parent, column, column_at(static_cast<std::size_t>(in_parent.rows[j])));
-        });
-  });
+  for_columns_of(
+      from, part.first, part.end, [&](std::size_t j, const double* column) __attribute__((always_inline)) {
+        add_column<Lanes>(j, part, in_parent, column, column_at(static_cast<std::size_t>(in_parent.rows[j])));
+      });
+}
+
+/// to[rows[i], rows[j]] += from[i, j] of a panel.
+template <class Lanes>
+[[gnu::always_inline]] inline void add_to_columns(const TrianglePart& part, const RowsInParent& in_parent,
+                                                  const Triangle& from, double* to, std::size_t stride) {
+  add_columns<Lanes>(
+      part, in_parent, from, [=](std::size_t row) __attribute__((always_inline)) { return to + row * stride; });
+}
+
+/// to[rows[i] - columns, rows[j] - columns] += from[i, j] of an update.
+template <class Lanes>
+[[gnu::always_inline]] inline void add_to_triangle(const TrianglePart& part, const RowsInParent& in_parent,
+                                                   const Triangle& from, std::size_t columns, const Triangle& to) {
+  add_columns<Lanes>(
+      part, in_parent,
+      from, [=](std::size_t row) __attribute__((always_inline)) { return to.column(row - columns) - columns; });
 }
 
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
@@ -278,42 +293,65 @@ template <class Lanes, std::size_t columns>
   return true;
 }
 
+/// L of the first columns; returns the first one without a positive pivot, or `columns`.
+template <class Lanes>
+[[gnu::always_inline]] inline std::size_t factorize_columns(std::size_t columns, std::size_t rows, std::size_t stride,
+                                                            double* panel) {
+  std::size_t failed = columns;
+  for (std::size_t first = 0; first < columns; first += depth) {
+    const std::size_t end = std::min(columns, first + depth);
+    for (std::size_t j = first; j < end && failed == columns; j += tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_rows<Lanes, count>(lanes_of(j), rows, j - first, panel + first * stride,
+                                        panel + first * stride + j, stride, panel + j * stride, stride);
+            factorize_tile<Lanes, count>(j, rows, stride, panel, &failed);
+          });
+    }
+    if (failed < columns) return failed;
+    if (end < columns) {
+      subtract_terms<Lanes, false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
+                                   panel + end * stride + end, stride);
+    }
+  }
+  return columns;
+}
+
+/// update = -a a'; a [rows, terms], update [rows, rows].
+template <class Lanes>
+[[gnu::always_inline]] inline void set_negative_square(std::size_t rows, std::size_t terms, const double* a,
+                                                       std::size_t stride, const Triangle& update) {
+  for (std::size_t j = 0; j < rows; j += Triangle::width) {
+    const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
+    double* const c = update.column(j) + j;
+    subtract_terms<Lanes, true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
+    for (std::size_t k = depth; k < terms; k += depth)
+      subtract_terms<Lanes, false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c,
+                                   c_stride);
+  }
+}
+
 }  // namespace
 
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel) {
-  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    std::size_t failed = columns;
-    for (std::size_t first = 0; first < columns; first += depth) {
-      const std::size_t end = std::min(columns, first + depth);
-      for (std::size_t j = first; j < end && failed == columns; j += tile) {
-        with_columns(
-            end - j, [&](auto count) __attribute__((always_inline)) {
-              subtract_rows<Lanes, count>(lanes_of(j), rows, j - first, panel + first * stride,
-                                          panel + first * stride + j, stride, panel + j * stride, stride);
-              factorize_tile<Lanes, count>(j, rows, stride, panel, &failed);
-            });
-      }
-      if (failed < columns) return failed;
-      if (end < columns) {
-        subtract_terms<Lanes, false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
-                                     panel + end * stride + end, stride);
-      }
-    }
-    return columns;
-  });
+  return dispatch(
+      [=]<class Lanes>(std::type_identity<Lanes>) { return factorize_columns<Lanes>(columns, rows, stride, panel); });
 }
 
-void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
-                         const Triangle& update) {
-  dispatch([=, &update]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t j = 0; j < rows; j += Triangle::width) {
-      const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
-      double* const c = update.column(j) + j;
-      subtract_terms<Lanes, true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
-      for (std::size_t k = depth; k < terms; k += depth)
-        subtract_terms<Lanes, false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c,
-                                     c_stride);
+std::size_t eliminate_front(const WholeFront& front) {
+  return dispatch([&front]<class Lanes>(std::type_identity<Lanes>) {
+    const auto [columns, stride, below, panel, update, children] = front;
+    for (const ChildUpdate& child : children) {
+      add_to_columns<Lanes>({0, child.rows_in_panel, 0, child.rows}, child.in_parent, child.update, panel, stride);
     }
+    const std::size_t done = factorize_columns<Lanes>(columns, stride, stride, panel);
+    if (done < columns || below == 0) return done;
+    set_negative_square<Lanes>(below, columns, panel + columns, stride, update);
+    for (const ChildUpdate& child : children) {
+      add_to_triangle<Lanes>({child.rows_in_panel, child.rows, 0, child.rows}, child.in_parent, child.update, columns,
+                             update);
+    }
+    return columns;
   });
 }
 
@@ -357,15 +395,13 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
 
 void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
                   std::size_t to_stride) {
-  add_columns(
-      part, in_parent, from, [=](std::size_t row) __attribute__((always_inline)) { return to + row * to_stride; });
+  dispatch(
+      [=]<class Lanes>(std::type_identity<Lanes>) { add_to_columns<Lanes>(part, in_parent, from, to, to_stride); });
 }
 
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to) {
-  add_columns(
-      part, in_parent,
-      from, [=](std::size_t row) __attribute__((always_inline)) { return to.column(row - columns) - columns; });
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_to_triangle<Lanes>(part, in_parent, from, columns, to); });
 }
 
 void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 /// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart,
 /// which is a multiple of `front_width`, and are filled up with zeros. Up to `front_width` numbers behind an array are
@@ -38,10 +39,6 @@ struct Triangle {
   }
 };
 
-/// update = -a a'; a [rows, terms], update [rows, rows].
-void set_negative_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride,
-                         const Triangle& update);
-
 /// A block of a large front: whole lanes of rows.
 struct FrontBlock {
   std::size_t rows, columns;
@@ -68,6 +65,23 @@ void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const
 /// to[rows[i] - columns, rows[j] - columns] += from[i, j]
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to);
+
+/// An update that a front takes from a child: its first rows are among the columns of the front.
+struct ChildUpdate {
+  RowsInParent in_parent;
+  Triangle update;
+  std::size_t rows_in_panel, rows;
+};
+/// A front whose panel [stride, columns] holds the entries of S.
+struct WholeFront {
+  std::size_t columns, stride, below;
+  double* panel;
+  Triangle update;
+  std::span<const ChildUpdate> children;
+};
+/// Adds the updates of the children, replaces the panel by L and writes the front's own update, all in one call: small
+/// fronts take less time than several calls. Returns the first column without a positive pivot, or all columns.
+std::size_t eliminate_front(const WholeFront& front);
 
 /// y := L11^-1 y of the first columns, y -= L21 y of the rows below; y [rows], zeros behind what counts. Columns are
 /// fetched that stand `ahead` numbers further on; 0: none.

@@ -81,6 +81,11 @@ void FrontTree::find_parents(const Supernodes& supernodes) {
     front.next_sibling = parent.first_child;
     parent.first_child = static_cast<int>(s);
   }
+  for (const Front& front : fronts) {
+    std::size_t count = 0;
+    for_children(front, [&](std::size_t, const Front&) { ++count; });
+    most_children = std::max(most_children, count);
+  }
 }
 
 /// Orders fronts depth first, so that the update that stands on a stack longest is needed last.

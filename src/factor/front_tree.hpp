@@ -55,7 +55,8 @@ struct FrontTree {
   std::vector<FrontTask> factor_tasks, solve_tasks;
   TaskGraph factor_graph, solve_graph;
   std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
-  double cost = 0.0;  ///< of a factorization, in flops
+  std::size_t most_children = 0;  ///< of a front
+  double cost = 0.0;              ///< of a factorization, in flops
 
   template <class Visit>
   void for_children(const Front& front, const Visit& visit) const {

@@ -63,6 +63,7 @@ void Multifrontal::reserve(int threads) {
     Workspace& workspace = workspaces_.emplace_back();
     for (std::size_t k = 0; k < 2; ++k) workspace.stacks[k].resize(tree_.stack_size[k] + front_width);
     workspace.y.resize(tree_.largest_stride + front_width);
+    workspace.children.reserve(tree_.most_children);
   }
 }
 
@@ -73,12 +74,12 @@ std::size_t Multifrontal::num_beside() const {
   return result;
 }
 
-/// Fills a part of a front's columns with the columns of S and the updates of its children.
-void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
+/// Fills a part of a front's columns with the columns of S.
+void Multifrontal::take_entries(const Front& front, const Entries& entries, const Tile& tile) {
   double* const panel = panels_.data() + front.panel;
   const std::size_t end_row = tile.first_row + tile.rows, end_column = tile.first_column + tile.columns;
   const bool is_whole = tile.rows == front.stride && tile.columns == front.columns;
-  const auto take_entries = [&](const auto& is_of_tile) {
+  const auto take = [&](const auto& is_of_tile) {
     for (std::size_t j = tile.first_column; j < end_column; ++j) {
       double* const to = panel + j * front.stride;
       const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
@@ -91,23 +92,26 @@ void Multifrontal::assemble(const Front& front, const Entries& entries, const Ti
   };
   if (is_whole) {
     std::fill_n(panel, front.columns * front.stride, 0.0);
-    take_entries([](std::size_t) { return true; });
+    take([](std::size_t) { return true; });
   } else {
     for (std::size_t j = tile.first_column; j < end_column; ++j)
       std::fill_n(panel + j * front.stride + tile.first_row, tile.rows, 0.0);
-    take_entries([&](std::size_t row) { return row >= tile.first_row && row < end_row; });
+    take([&](std::size_t row) { return row >= tile.first_row && row < end_row; });
   }
+}
+
+/// The same with the updates of its children.
+void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
+  take_entries(front, entries, tile);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
     const kernels::RowsInParent in_parent = rows_in_parent(c);
-    kernels::TrianglePart part{0, child.rows_in_panel, 0, child.below()};
-    if (!is_whole) {
-      const int *const rows = in_parent.rows, *const last = rows + child.below();
-      const auto place = [&](std::size_t row) {
-        return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
-      };
-      part = {place(tile.first_column), place(end_column), place(tile.first_row), place(end_row)};
-    }
-    kernels::add_to_panel(part, in_parent, update(child, workspace), panel, front.stride);
+    const int *const rows = in_parent.rows, *const last = rows + child.below();
+    const auto place = [&](std::size_t row) {
+      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
+    };
+    kernels::add_to_panel({place(tile.first_column), place(tile.first_column + tile.columns), place(tile.first_row),
+                           place(tile.first_row + tile.rows)},
+                          in_parent, update(child, workspace), panels_.data() + front.panel, front.stride);
   });
 }
 
@@ -131,19 +135,18 @@ void Multifrontal::fail(std::size_t column) {
 void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Workspace& workspace) {
   const Front& front = tree_.fronts[s];
   if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
-  assemble(front, entries, {0, front.stride, 0, front.columns}, workspace);
-  if (is_kept(front)) return;
-  double* const panel = panels_.data() + front.panel;
-  const std::size_t done = kernels::factorize_panel(front.columns, front.stride, front.stride, panel);
+  const Tile whole{0, front.stride, 0, front.columns};
+  if (is_kept(front)) return assemble(front, entries, whole, workspace);
+  take_entries(front, entries, whole);
+  workspace.children.clear();
+  tree_.for_children(front, [&](std::size_t c, const Front& child) {
+    workspace.children.push_back({rows_in_parent(c), update(child, workspace), child.rows_in_panel, child.below()});
+  });
+  const std::size_t done =
+      kernels::eliminate_front({front.columns, front.stride, front.below(), panels_.data() + front.panel,
+                                update(front, workspace), workspace.children});
   if (done < front.columns) return fail(front.first_column + done);
   keep_pivots(front, 0, front.columns);
-  if (front.below() == 0) return;
-  const kernels::Triangle rest = update(front, workspace);
-  kernels::set_negative_square(front.below(), front.columns, panel + front.columns, front.stride, rest);
-  tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    kernels::add_to_update({child.rows_in_panel, child.below(), 0, child.below()}, rows_in_parent(c),
-                           update(child, workspace), front.columns, rest);
-  });
 }
 
 /// L of a tile: what stands there, minus the products of the tiles on its left, divided by the diagonal one.

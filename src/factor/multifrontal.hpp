@@ -62,6 +62,7 @@ class Multifrontal {
   /// What a thread has for itself.
   struct Workspace {
     LargeArray<double> stacks[2], y;
+    std::vector<kernels::ChildUpdate> children;  // of the front that is worked on
   };
   /// Part of a lower triangle in tiles.
   struct Tile {
@@ -95,6 +96,7 @@ class Multifrontal {
   void factorize_front(std::size_t s, const Entries& entries, Workspace& workspace);
   void factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace);
   void update_tile(const FrontTask& task, Workspace& workspace);
+  void take_entries(const Front& front, const Entries& entries, const Tile& tile);
   void assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace);
   void keep_pivots(const Front& front, std::size_t first, std::size_t end);
   void fail(std::size_t column);

@@ -84,9 +84,9 @@ ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
 /// The host's velocities += M^-1 K mu/h, where they are if they have the inner order there.
 void ConstrainedHost::write_step_velocities(const PointArray& velocities) {
   if (!has_moved_velocities) {
-    const double* const there = transfer.straight(velocities);
+    double* const there = transfer.straight(velocities);
     if (there == nullptr) transfer.gather(velocities, v.data());
-    linearization.add_reactions(multipliers, there != nullptr ? const_cast<double*>(there) : v.data());
+    linearization.add_reactions(multipliers, there != nullptr ? there : v.data());
     if (there != nullptr) return;
   }
   transfer.write(v.data(), model.num_moving(), velocities);

@@ -59,11 +59,10 @@ double PointTransfer::largest(std::size_t count, const Piece& of_piece) const {
   });
 }
 
-const double* PointTransfer::straight(const ConstPointArray& array) const {
+bool PointTransfer::is_straight(const ConstPointArray& array) const {
   const bool is_packed = array.stride == 0 || array.stride == static_cast<std::ptrdiff_t>(3 * sizeof(double));
   const bool is_aligned = reinterpret_cast<std::uintptr_t>(array.data) % alignof(double) == 0;
-  if (!is_natural_ || !is_packed || !is_aligned || array.index != nullptr) return nullptr;
-  return array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]));
+  return is_natural_ && is_packed && is_aligned && array.index == nullptr;
 }
 
 /// A host's numbers may stand at any address.
@@ -76,8 +75,8 @@ const double* PointTransfer::load(const ConstPointArray& array, std::size_t firs
 }
 
 void PointTransfer::store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const {
-  if (const double* const there = straight(array)) {
-    std::memcpy(const_cast<double*>(there) + 3 * first, from, bytes_of_point * count);
+  if (double* const there = straight(array)) {
+    std::memcpy(there + 3 * first, from, bytes_of_point * count);
     return;
   }
   visit(array, 3, first, count,

@@ -21,8 +21,13 @@ class PointTransfer {
   /// The host's number of each point of the system, in the system's order.
   void set_points(std::span<const Index> of_system);
 
-  /// The host's array where it has the inner order already, packed; null: it has not.
-  const double* straight(const ConstPointArray& array) const;
+  /// Returns the place of the first inner point in the host's array if that is packed and has the inner order; else
+  /// null.
+  template <class Number>
+  Number* straight(const BasicPointArray<Number>& array) const {
+    return is_straight(array) ? array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]))
+                              : nullptr;
+  }
   /// Some of the host's points, one after the other: where they are, or in `scratch` [3 count].
   const double* load(const ConstPointArray& array, std::size_t first, std::size_t count, double* scratch) const;
   /// to [3n] := the host's points.
@@ -49,6 +54,7 @@ class PointTransfer {
   template <class Number, class At>
   void visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
              const At& at) const;
+  bool is_straight(const ConstPointArray& array) const;
   void store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const;
   /// The largest piece(first, count) over pieces of the first `count` inner points, of which several fit into the first
   /// cache.

@@ -21,6 +21,7 @@ class Composition final : public Scheme {
   int order() const override { return order_; }
   bool is_adaptive() const override { return false; }
   bool knows_acceleration() const override { return rattle_.knows_acceleration(); }
+  bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { rattle_.forget(); }
   void exchange_memory(Memory& memory) override { rattle_.exchange_memory(memory); }

@@ -20,6 +20,8 @@ class GeneralizedAlpha final : public Scheme {
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
+  bool knows_acceleration() const override { return true; }
+  bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_own_ = false; }
   void exchange_memory(Memory& memory) override {

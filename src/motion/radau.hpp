@@ -25,6 +25,8 @@ class Radau5 final : public Scheme {
   /// The estimate weighs the stages by up to 10, its filter by 0.27, and they round apart from each other.
   RoundingGain rounding_gain() const override { return {.factor = 4.0, .is_damped = true}; }
   double choose_step(double last, double wanted) const override;
+  bool knows_acceleration() const override { return true; }
+  bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   std::span<const double> looks() const override { return looks_; }
   void forget() override { knows_stages_ = false; }

@@ -17,6 +17,7 @@ class Rattle final : public Scheme {
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
   bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.events() != nullptr; }
+  bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
   void exchange_memory(Memory& memory) override {

@@ -35,12 +35,16 @@ class RungeKutta final : public Scheme {
   int order() const override { return tableau_.order; }
   bool is_adaptive() const override { return !tableau_.e.empty(); }
   RoundingGain rounding_gain() const override { return {.factor = rounding_gain_}; }
+  bool knows_acceleration() const override { return true; }
+  bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
   std::span<const double> looks() const override { return looks_; }
   bool interpolates_at_once() const override { return tableau_.dense.c.empty(); }
+  void forget() override {}                  // each step evaluates all its stages
+  void exchange_memory(Memory&) override {}  // likewise
 
  private:
   static constexpr std::size_t most_stages = 16;

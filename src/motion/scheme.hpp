@@ -59,7 +59,7 @@ class Scheme {
   /// The next step where one of length `last` was accepted and the error estimate allows `wanted`.
   virtual double choose_step(double /*last*/, double wanted) const { return wanted; }
   /// A step leaves State::a at the new state (else it is computed where somebody asks).
-  virtual bool knows_acceleration() const { return true; }
+  virtual bool knows_acceleration() const = 0;
 
   /// How rounding of accelerations enters the velocities of an adaptive scheme.
   virtual RoundingGain rounding_gain() const { return {}; }
@@ -68,7 +68,7 @@ class Scheme {
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 
   /// A step from this state looks at nothing inside itself, and so may pass a singular configuration.
-  virtual bool sees_through(const State& /*from*/) { return false; }
+  virtual bool sees_through(const State& from) = 0;
 
   /// Makes a step of length h from `from` to `to` (a different object), whose time is given: from.t + h, rounded as the
   /// caller wants it. On a failed outcome or an error above 1 the rest of `to` is meaningless, and `from` stays good.
@@ -90,10 +90,10 @@ class Scheme {
   virtual bool interpolates_at_once() const { return true; }
 
   /// The equations have changed. Nothing of the last step holds for the next one.
-  virtual void forget() {}
+  virtual void forget() = 0;
 
   /// Everything beside the state on which the next step depends, to the last bit.
-  virtual void exchange_memory(Memory& /*memory*/) {}
+  virtual void exchange_memory(Memory& memory) = 0;
 };
 
 /// The scheme of a method (not Auto); rtol and atol of `options` enter the error estimate.

@@ -21,6 +21,7 @@ class Taylor final : public Scheme {
   /// The series rounds alike from step to step. What its terms know less of than this is in the estimate.
   RoundingGain rounding_gain() const override { return {.factor = 0.2}; }
   double propose_step(const State& from) override;
+  bool knows_acceleration() const override { return true; }
   bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;
@@ -28,6 +29,7 @@ class Taylor final : public Scheme {
                    double* v) const override;
   bool interpolates_at_once() const override { return expansion_.exists || other_->interpolates_at_once(); }
   void forget() override { expansion_.is_known = acceleration_.is_known = false; }
+  void exchange_memory(Memory&) override {}  // what is known of a series is found again, the same
 
  private:
   void expand(const State& from);

@@ -77,7 +77,7 @@ class Run {
   const Simulation& now() const { return simulation_; }
   /// What pickle and deepcopy keep: the description and the bytes of `save`.
   py::tuple state() {
-    const std::vector<std::byte> saved = run([](const Simulation& s) { return s.save(); });
+    const std::vector<std::byte> saved = run([](Simulation& s) { return s.save(); });
     return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(saved));
   }
   static std::unique_ptr<Run> from_state(const py::tuple& state) {
@@ -122,7 +122,7 @@ std::size_t add_event(Run& self, const py::object& function, const py::object& d
 }
 
 py::bytes save(Run& self) {
-  return to_bytes(self.run([](const Simulation& s) { return s.save(); }));
+  return to_bytes(self.run([](Simulation& s) { return s.save(); }));
 }
 
 void restore(Run& self, const std::string& saved) {

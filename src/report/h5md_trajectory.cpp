@@ -108,7 +108,7 @@ struct H5mdTrajectory::File {
   }
 
   /// Room for a new chunk of every series.
-  hsize_t room_of_a_frame() const {
+  hsize_t room_of_a_frame() {
     hsize_t room = room_for_groups;
     for (const Series* each : all_series()) room += each->bytes_of_chunk;
     return room;
@@ -116,7 +116,7 @@ struct H5mdTrajectory::File {
 
   /// After a failure HDF5 must not try again when it closes: it would end the program.
   void abandon() {
-    for (const Series* each : all_series()) const_cast<Series*>(each)->data.abandon();
+    for (Series* each : all_series()) each->data.abandon();
     file.abandon();
   }
 
@@ -335,10 +335,9 @@ struct H5mdTrajectory::File {
     return H5Sget_simple_extent_dims(space, size.data(), nullptr) < 0 ? 0 : size[0];
   }
 
-  std::vector<const Series*> all_series() const {
-    std::vector<const Series*> all{&position,           &velocity, &force,
-                                   &constraint_force,   &energy,   &position_violation,
-                                   &velocity_violation, &time,     &step};
+  std::vector<Series*> all_series() {
+    std::vector<Series*> all{&position,           &velocity, &force, &constraint_force, &energy, &position_violation,
+                             &velocity_violation, &time,     &step};
     if (tension.data >= 0) all.push_back(&tension);
     return all;
   }

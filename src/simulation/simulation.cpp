@@ -45,7 +45,7 @@ std::size_t Simulation::add_event(Event event) {
 std::span<const Passage> Simulation::passages() const {
   return live(implementation_, "Simulation").integration.watch().passages();
 }
-std::vector<std::byte> Simulation::save() const {
+std::vector<std::byte> Simulation::save() {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").save();
 }

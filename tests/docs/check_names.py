@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file, and
-where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart.
+where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart, and where a source asks
+for a kind that the table of such places in contributing.md leaves out.
 
 Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
 a name that a file follows (`function`, `src/…`) is in that file.
@@ -29,6 +30,23 @@ def find_headers_apart():
     words = (ROOT / "include/tanor/tanor.hpp").read_text()
     headers = {str(path.relative_to(ROOT / "include")) for path in (ROOT / "include").rglob("*.h*")}
     return sorted(header for header in headers - included if f"<{header}>" not in words)
+
+
+def find_files_that_name_kinds():
+    """Sources beside src/kinds that name a kind and that the table of contributing.md leaves out."""
+    kinds = set(re.findall(r"struct KindOf<(\w+)>", read(["include/tanor/kinds"], {".hpp"})))
+    kinds = {kind for kind in kinds if not kind.startswith("User") and kind != "Potential"}
+    page = (ROOT / "docs/contributing.md").read_text()
+    rows = re.findall(r"^\| (`src/.*?) \|", page.split("These places name a kind")[1], flags=re.M)
+    listed = tuple(word for row in rows for word in re.findall(r"`(src/[^`]+)`", row))
+    result = []
+    for path in sorted((ROOT / "src").rglob("*.[ch]pp")):
+        name = str(path.relative_to(ROOT))
+        code = re.sub(r"//.*|\"[^\"\n]*\"", "", path.read_text())
+        named = re.search(rf"\b(get_if|get|holds_alternative|is_same_v<\w+,)\W*({'|'.join(kinds)})\b", code)
+        if named and not name.startswith(("src/kinds/", *listed)):
+            result.append(name)
+    return result
 
 
 def main():
@@ -60,6 +78,7 @@ def main():
             if (ROOT / path).exists() and not re.search(rf"\b{name}\b", (ROOT / path).read_text()):
                 missing.append((page.name, f"{name} in {path}"))
     missing += [("tanor.hpp", header) for header in find_headers_apart()]
+    missing += [("contributing.md", f"the kind that {file} names") for file in find_files_that_name_kinds()]
     for page, word in missing:
         print(f"{page}: {word} is not there")
     return 1 if missing else 0

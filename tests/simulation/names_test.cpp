@@ -58,6 +58,12 @@ TEST(OldNames, AreReadForOneVersion) {
   EXPECT_TRUE(dynamics.solve({.time = 0.0, .positions = r, .velocities = v}, {.accelerations = w_new}).outcome.ok());
   EXPECT_EQ(w, w_new);
   EXPECT_NEAR(w[5], -9.81, 1e-14);
+  EXPECT_EQ(dynamics.solution(0.0, r, v).accelerations, w);
+  r[3] = 1.5;
+  EXPECT_NEAR(dynamics.position_violation(0.0, r), 0.5, 1e-14);
+  v[3] = 2.0;
+  EXPECT_GT(dynamics.velocity_violation(0.0, r, v), 0.0);
+  r[3] = 1.0, v[3] = 0.0;
 
   Simulation simulation(system), other(system);
   EXPECT_TRUE(simulation.advance(0.1).ok());
