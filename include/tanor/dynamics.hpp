@@ -343,24 +343,26 @@ class TANOR_API Dynamics {
 
   // The following overloads are those of version 0.1. Calls that referred to "the last solve" now take its state
   // (docs/from-0.1.md).
-  [[deprecated("takes {.time, .positions, .velocities}, {.accelerations, .multipliers, .reactions}")]] SolveReport
-  solve(double t, std::span<const double> r, std::span<const double> v, std::span<double> w,
-        std::span<double> lambda = {}, std::span<double> eta = {}) {
+  // clang-format off
+  [[deprecated("takes {.time, .positions, .velocities}, {.accelerations, .multipliers, .reactions}")]]
+  SolveReport solve(double t, std::span<const double> r, std::span<const double> v, std::span<double> w,
+                    std::span<double> lambda = {}, std::span<double> eta = {}) {
     return solve({.time = t, .positions = r, .velocities = v},
                  {.accelerations = w, .multipliers = lambda, .reactions = eta});
   }
-  [[deprecated("takes {.time, .positions}")]] ProjectionReport project_positions(double t, std::span<double> r) {
+  [[deprecated("takes {.time, .positions}")]]
+  ProjectionReport project_positions(double t, std::span<double> r) {
     return project_positions({.time = t, .positions = r});
   }
-  [[deprecated("takes {.time, .positions, .velocities}")]] ProjectionReport project_velocities(
-      double t, std::span<const double> r, std::span<double> v) {
+  [[deprecated("takes {.time, .positions, .velocities}")]]
+  ProjectionReport project_velocities(double t, std::span<const double> r, std::span<double> v) {
     return project_velocities({.time = t, .positions = r, .velocities = v});
   }
-  [[deprecated("takes {.time, .positions, .velocities}, mode")]] StartReport start(double t, std::span<double> r,
-                                                                                   std::span<double> v,
-                                                                                   StartMode mode) {
+  [[deprecated("takes {.time, .positions, .velocities}, mode")]]
+  StartReport start(double t, std::span<double> r, std::span<double> v, StartMode mode) {
     return start({.time = t, .positions = r, .velocities = v}, mode);
   }
+  // clang-format on
 
   PhaseTimes phase_times() const;
   Counters counters() const;
