@@ -42,7 +42,7 @@ struct [[nodiscard]] Certificate {
   /// tau obeys its law, read again from the system, at lambda (41); sticking contacts stay at rest and below mu_s |N|;
   /// (43) by its three blocks.
   double friction = none;
-  double reciprocal_condition = none;  ///< of the scaled S or H, the smaller one
+  double reciprocal_condition = none;  ///< smaller one of the scaled S and H
 
   std::vector<CertificateCheck> checks;  ///< all of the above, one by one
   std::vector<std::string> left_out;     ///< checks that were not possible, and why: "second factorization: …"

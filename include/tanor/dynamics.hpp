@@ -56,7 +56,7 @@ struct TANOR_API PlanSummary {
   std::string factorization() const;  ///< "simplicial", "none", or the linear solver
 };
 
-/// What is known about the uniqueness of the friction (41) of a state.
+/// Knowledge about the uniqueness of the friction (41) of a state.
 enum class Uniqueness {
   NotAsked,
   Proven,    ///< the motion is unique: rho(|S^-1 C|) < 1, or all modes of stick and slip were tried
@@ -87,7 +87,7 @@ struct [[nodiscard]] SolveReport {
   Outcome outcome;
   /// Largest |K'w + phi| over its largest term; in tangent form the last relative correction of w.
   double residual = 0.0;
-  double reciprocal_condition = 1.0;  ///< of the scaled S or H, CHOLMOD's cheap estimate; the smallest of all parts
+  double reciprocal_condition = 1.0;  ///< CHOLMOD's cheap estimate for the scaled S or H; smallest of all parts
   int refinements = 0;
   /// For Form::Both, the largest relative difference of w and of eta between the two forms; else NaN.
   double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
@@ -117,7 +117,7 @@ struct [[nodiscard]] RankReport {
   /// K'w = -phi alone would let them. Dynamics answers by K alone. A Simulation that starts in such a state turns these
   /// points into supports (PlanSummary::prestress_rigid_points).
   std::vector<Index> prestress_rigid_points;
-  /// Of the independent unit gradients; 0 if nothing was suspected, so that it was not computed.
+  /// The value for the independent unit gradients; 0 if nothing was suspected, so that it was not computed.
   double smallest_singular_value = 0.0;
 };
 
@@ -136,7 +136,7 @@ struct RankChanges {
 /// A passage of the motion through, or very near to, a configuration where K loses rank.
 struct SingularPassage {
   double time = 0.0;                  ///< s
-  double reciprocal_condition = 0.0;  ///< of S, the smallest after a step of the passage
+  double reciprocal_condition = 0.0;  ///< smallest one of S after a step of the passage
 };
 struct SingularPassages {
   static constexpr std::size_t most_kept = 100;
@@ -242,9 +242,9 @@ struct [[nodiscard]] Split {
   std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2
   std::vector<double> tangent_forces, normal_forces;                ///< f_T, f_N, N
   std::vector<double> tangent_friction, normal_friction;            ///< tau_T, tau_N, N
-  /// How far M maps N out of itself: the largest |(I - K Gamma^-1 K') M^-1 K x| over |M^-1 K x| for a random x (with A,
-  /// the same for T). If it is at rounding, (44) K'M^-1 A = 0 holds here: w_T = M^-1 f_T, and each half of (18) stands
-  /// alone.
+  /// Measure of how far M maps N out of itself: the largest |(I - K Gamma^-1 K') M^-1 K x| over |M^-1 K x| for a random
+  /// x (with A, the same for T). If it is at rounding, (44) K'M^-1 A = 0 holds here: w_T = M^-1 f_T, and each half of
+  /// (18) stands alone.
   double mass_coupling = 0.0;
 };
 
@@ -267,7 +267,7 @@ struct [[nodiscard]] FrictionBlocks {
   Outcome outcome;
   std::vector<double> multipliers;  ///< eta^(xi) [equations]
   std::vector<double> friction;     ///< tau [3n], N
-  int iterations = 0;               ///< of the plain fixed-point iteration
+  int iterations = 0;               ///< iterations of the plain fixed point
   /// True if (44) holds here, so that the block of tau^(q) drops out of the first equation.
   bool tangent_block_left_out = false;
 };
@@ -302,9 +302,9 @@ class TANOR_API Dynamics {
   /// Returns the same as a value.
   Solution solution(const StateView& at);
 
-  /// Computes the split: w_N = -K Gamma^-1 phi (21), f_N = K Gamma^-1 K'f, or, without constraints, w_N = (I - A G^-1
-  /// A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned in the first call and factorized in each call; if all
-  /// masses are equal, Gamma = m S (36) needs no factor of its own.
+  /// Computes the split: w_N = -K Gamma^-1 phi (21), f_N = K Gamma^-1 K'f, or, without constraints,
+  /// w_N = (I - A G^-1 A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned in the first call and factorized in each
+  /// call; if all masses are equal, Gamma = m S (36) needs no factor of its own.
   Split split(const StateView& at);
 
   /// Decomposes the reactions by cause: the forces in their order, then "friction" if there is some (of sliding

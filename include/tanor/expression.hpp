@@ -26,12 +26,12 @@ struct Expression {
   enum class Operation : std::uint8_t {
     Variable, Constant,               // constant
     Scale, Shift,                     // a * constant, a + constant
-    Add, Subtract, Multiply, Divide,  // of a and b
-    Sqrt, Exp, Log,                   // of a
-    Sin, Cos, Sinh, Cosh,             // of a, always both of a pair, one after the other
-    Asin, Atan,                       // of a; b: what 1/derivative is, sqrt(1 - a^2) or 1 + a^2
-    Atan2,                            // of a (y) and b (x); c: x^2 + y^2
-    Abs, Min, Max,                    // of a (and b), by their values
+    Add, Subtract, Multiply, Divide,  // operands a and b
+    Sqrt, Exp, Log,                   // operand a
+    Sin, Cos, Sinh, Cosh,             // operand a, always both of a pair, one after the other
+    Asin, Atan,                       // operand a; b is 1/derivative, sqrt(1 - a^2) or 1 + a^2
+    Atan2,                            // operands a (y) and b (x); c is x^2 + y^2
+    Abs, Min, Max,                    // operand a (and b), by their values
   };
   // clang-format on
 

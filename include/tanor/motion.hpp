@@ -21,8 +21,8 @@ enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6,
 /// Cost and memory of one step of a method, measured in runs of chains, trees, clusters, nets and lattices; for taylor,
 /// of each term of its series. It serves to compare methods before a run (`tanor info`).
 struct MethodCost {
-  double solves = 0.0;          ///< with the factor of S (in coordinates, of H)
-  double factorizations = 0.0;  ///< of S
+  double solves = 0.0;          ///< solves with the factor of S (in coordinates, of H)
+  double factorizations = 0.0;  ///< factorizations of S
   double projections = 0.0;     ///< largest number of solves that projections onto the constraints add
   double bytes_a_point = 0.0, bytes_an_equation = 0.0, bytes_a_nonzero = 0.0;  ///< beside the state and the factor
 };
@@ -32,7 +32,7 @@ struct MethodTraits {
   Method method = Method::Auto;
   std::string_view name;              ///< in scenes, on the command line and in reports
   std::string_view what;              ///< description in one line
-  int order = 0;                      ///< of the error at the end of a run; 0 if the tolerance decides
+  int order = 0;                      ///< order of the error at the end of a run; 0 if the tolerance decides
   bool has_fixed_steps = false;       ///< true if it steps by `step`; the others follow a tolerance
   bool is_implicit = false;           ///< true if it solves the equations of a whole step, for stiff systems
   bool serves_friction = false;       ///< true if contacts with friction are allowed
@@ -118,7 +118,7 @@ struct FrictionSummary {
   std::string uniqueness_reason{};  ///< reason for the weakest result, where known
 };
 
-/// How far a motion left its constraints.
+/// Violations of the constraints by a motion.
 struct Violations {
   double position = 0.0;      ///< relative, as in Dynamics::position_violation
   double velocity = 0.0;      ///< relative to the velocity scale
@@ -127,11 +127,11 @@ struct Violations {
 
 /// The instant at which a motion came nearest to a singular configuration.
 struct NearestToSingular {
-  double reciprocal_condition = 1.0;  ///< of the scaled S or H, the smallest after any step
+  double reciprocal_condition = 1.0;  ///< smallest one of the scaled S or H after any step
   double time = 0.0;                  ///< s
 };
 
-/// How a motion went, from its start.
+/// Report of a motion since its start.
 struct [[nodiscard]] MotionReport {
   Method method = Method::Auto;  ///< method that was used
   std::string method_reason{};   ///< reason, if `auto` chose the method
@@ -150,7 +150,7 @@ struct [[nodiscard]] MotionReport {
   Violations violation;       ///< largest value after any step
   Violations last_violation;  ///< value after the last step
   NearestToSingular nearest_to_singular;
-  double last_reciprocal_condition = 1.0;  ///< of the scaled S or H, after the last step
+  double last_reciprocal_condition = 1.0;  ///< value for the scaled S or H after the last step
   RankChanges rank_changes;                ///< since the start
   SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;

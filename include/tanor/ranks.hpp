@@ -56,7 +56,7 @@ class TANOR_API Ranks {
   virtual std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own);
 };
 
-/// What a rank knows about its part of a system, beside the part itself.
+/// The knowledge of a rank about its part of a system, beside the part itself.
 ///
 /// Every moving point has one rank, its owner. The System of a rank has the points that it owns, the supports that
 /// these need, and guests: points of other ranks that equations or forces join to its own. Guests are listed as

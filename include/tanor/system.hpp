@@ -7,9 +7,9 @@
 #include <tanor/export.hpp>
 #include <tanor/kinds.hpp>
 
-/// What is simulated: points, supports, constraints and forces. A System is constant during a run, while the state (t,
-/// r, v) changes. The structs mirror the scene file, with one struct for each entry of its lists, in the same order and
-/// with the same names. Each kind of constraint, force, friction and coordinates has its own file in tanor/kinds.
+/// The simulated system: points, supports, constraints and forces. A System is constant during a run, while the state
+/// (t, r, v) changes. The structs mirror the scene file, with one struct for each entry of its lists, in the same order
+/// and with the same names. Each kind of constraint, force, friction and coordinates has its own file in tanor/kinds.
 namespace tanor {
 
 /// Points whose motion is prescribed, r = initial position + displacement(t). They are no unknowns.

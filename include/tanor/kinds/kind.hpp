@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// How a kind of constraint, force, friction or coordinates is described. Each kind is one file of this folder;
+/// Descriptions of kinds of constraint, force, friction and coordinates. Each kind is one file of this folder;
 /// <tanor/kinds.hpp> lists them. docs/contributing.md, "How to add a kind", has the steps.
 ///
 /// The fields of a kind are plain data. Validation, the reader of scene files and the search for moving parts all loop
