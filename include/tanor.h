@@ -37,7 +37,7 @@ typedef enum tn_result {
   TN_EINVAL = 1,     /**< wrong argument; see tn_last_error */
   TN_ENOMEM = 2,     /**< not enough memory; the handle can only be destroyed */
   TN_EINTERNAL = 3,  /**< defect of the library; the handle can only be destroyed */
-  TN_SINGULAR = 101, /**< a gradient vanishes here, or rows depend on each other */
+  TN_SINGULAR = 101, /**< a constraint has no gradient here, or rows depend on each other */
   TN_CONTRADICTORY = 102,
   TN_NOT_CONVERGED = 103, /**< tn_last_error names the constraint; a shorter step may help */
   TN_NOT_FINITE = 104     /**< NaN or infinity in the host's arrays */
