@@ -1,17 +1,17 @@
 #ifndef TANOR_H
 #define TANOR_H
 /** \file
- * Exact constraints for a host's own time loop, in C: tanor::Constrainer (<tanor/constrainer.hpp>).
+ * Exact constraints for a host's own time loop, in C: the interface of tanor::Constrainer (<tanor/constrainer.hpp>).
  *
  * The host owns every array and the time loop; a handle owns the plan, the factors and its scratch. Nothing throws,
- * prints or aborts; a step allocates nothing once the handle is planned. Handles are independent: different ones may be
- * used by different threads at once, one handle by one thread at a time. Arrays handed to one call must not overlap.
+ * prints or aborts, and a step allocates nothing once the handle is planned. Handles are independent: different ones
+ * may be used by different threads at once, one handle by one thread at a time. Arrays handed to one call must not
+ * overlap.
  *
- * Units are the host's: lengths, times and masses as it likes; a force is mass * length / time^2.
+ * Units are the host's own for lengths, times and masses; a force is mass * length / time^2.
  *
  * Rules of the binary interface: a struct that may grow begins with its `size`, which the caller sets to sizeof; what
- * lies beyond it is neither read nor written. A changed meaning changes TN_ABI.
- */
+ * lies beyond it is neither read nor written. A changed meaning changes TN_ABI. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -27,24 +27,26 @@ extern "C" {
 
 #define TN_ABI 1
 
-/** Points with their masses, and what constrains them. */
+/** A system of points with their masses and the constraints between them. */
 typedef struct tn_system tn_system;
 
-/** 0: all right. 1 to 99: the caller's mistake. From 100 on: the numbers say no. In all these no array was changed. */
+/** Result of a call. Codes from 1 to 99 are mistakes of the caller; codes from 100 on are numerical outcomes. After a
+ * code other than TN_OK no array has been changed. */
 typedef enum tn_result {
   TN_OK = 0,
-  TN_EINVAL = 1,     /**< wrong argument, see tn_last_error */
-  TN_ENOMEM = 2,     /**< no memory; the handle can only be destroyed */
-  TN_EINTERNAL = 3,  /**< a defect of the library; the handle can only be destroyed */
+  TN_EINVAL = 1,     /**< wrong argument; see tn_last_error */
+  TN_ENOMEM = 2,     /**< not enough memory; the handle can only be destroyed */
+  TN_EINTERNAL = 3,  /**< defect of the library; the handle can only be destroyed */
   TN_SINGULAR = 101, /**< a constraint has no gradient here, or rows depend on each other */
   TN_CONTRADICTORY = 102,
-  TN_NOT_CONVERGED = 103, /**< tn_last_error names the constraint; a shorter step may do */
+  TN_NOT_CONVERGED = 103, /**< tn_last_error names the constraint; a shorter step may help */
   TN_NOT_FINITE = 104     /**< NaN or infinity in the host's arrays */
 } tn_result;
 
-/** Points of a host as it stores them: the three numbers of a point follow one another, the next point begins `stride`
- * bytes further on (0: packed). `index` (may be null) says which of the host's points is point i of this system: arrays
- * in another order, or with strangers in between, are read and written in place. Borrowed for the call. */
+/** Points of a host as it stores them. The three numbers of a point follow one another, and the next point begins
+ * `stride` bytes further on (0 if packed). `index` gives the host's number of point i of this system and may be null;
+ * with it, arrays in another order or with other points in between are read and written in place. The data is borrowed
+ * for the call. */
 typedef struct tn_points {
   double* data;
   ptrdiff_t stride;
@@ -57,183 +59,194 @@ typedef struct tn_const_points {
 } tn_const_points;
 
 typedef struct tn_options {
-  uint32_t size;    /**< sizeof(tn_options) */
-  int32_t threads;  /**< 0: as OpenMP gives, whose threads spin for some milliseconds behind a call unless
-                       OMP_WAIT_POLICY=passive is set; 1: none are started */
-  double tolerance; /**< of tn_constrain_positions: |xi|/length that is small enough; 0: rounding, below 1e-13 */
+  uint32_t size; /**< sizeof(tn_options) */
+  /** Number of threads. 0 takes as many as OpenMP gives; OpenMP threads spin for some milliseconds after a call unless
+   * OMP_WAIT_POLICY=passive is set. 1 starts no threads. */
+  int32_t threads;
+  /** Largest |xi|/length that tn_constrain_positions accepts. 0 iterates down to rounding, below 1e-13. */
+  double tolerance;
 } tn_options;
 
-/** What a call may write besides; what is null costs nothing. */
+/** Optional output of a call; a null pointer costs nothing. */
 typedef struct tn_wanted {
   uint32_t size;       /**< sizeof(tn_wanted) */
-  int32_t measures;    /**< not 0: virial, largest_turn, work and worst_row of the report are found */
-  double* multipliers; /**< [tn_num_rows]: lambda; the tension of a rod is -lambda */
-  tn_points forces;    /**< K lambda: what the constraints do to each point */
-  tn_points stress;    /**< nine numbers a point (packed: stride 0): r (x) F of each constraint, shared by its points */
+  int32_t measures;    /**< not 0: the report gets virial, largest_turn, work and worst_row */
+  double* multipliers; /**< [tn_num_rows] lambda; the tension of a rod is -lambda */
+  tn_points forces;    /**< K lambda, the forces of the constraints on the points */
+  /** Nine numbers for each point (packed if the stride is 0): r (x) F of each constraint, shared among its points. */
+  tn_points stress;
 } tn_wanted;
 
-/** What a call found out; filled as far as `size` says. */
+/** Results of a call, filled as far as `size` says. */
 typedef struct tn_report {
   uint32_t size;       /**< sizeof(tn_report) */
-  int32_t iterations;  /**< most of any island */
-  double violation;    /**< what is left over, relative */
-  double correction;   /**< largest move of a point, change of its velocity or of its force */
-  int64_t worst_row;   /**< the row with that violation; -1: not asked for. See tn_row_name */
-  double largest_turn; /**< rad, of a rod in the step: beyond 0.4 the step is too long */
-  double work;         /**< that lengths depending on time, and supports that move, did in this half of the step */
-  double virial[6];    /**< sum of r (x) K lambda: xx yy zz xy xz yz */
+  int32_t iterations;  /**< largest number over all islands */
+  double violation;    /**< relative violation that remains */
+  double correction;   /**< largest change of a point's position, velocity or force */
+  int64_t worst_row;   /**< row with that violation, see tn_row_name; -1 if not wanted */
+  double largest_turn; /**< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long */
+  /** Work of time-dependent lengths and of moving supports in this half of the step. */
+  double work;
+  double virial[6]; /**< sum of r (x) K lambda: xx yy zz xy xz yz */
 } tn_report;
 
 /* ---- life ---- */
 
 TN_API int tn_abi(void); /**< TN_ABI of the library */
-/** What `tanor --version` prints: "tanor 0.1.0", and on three more lines which QR and which CHOLMOD the library has,
+/** Returns what `tanor --version` prints: "tanor 0.1.0", then three lines with the QR and the CHOLMOD of the library,
  * which decide the licence that a binary must follow, and the instruction set of the hot loops. */
 TN_API const char* tn_version(void);
 
-/** n points with their masses (infinite: a support, which constraints never move) at `positions`, which are read now.
- * `options` may be null. `*out` is null after a failure; tn_create_error() then says why, for each thread its own. */
+/** Creates a system of `num_points` points. A point of infinite mass is a support, which constraints never move.
+ * `positions` are read in this call. `options` may be null. After a failure `*out` is null and tn_create_error() gives
+ * the reason, for each thread its own. */
 TN_API int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const_points positions,
                      const tn_options* options);
-TN_API void tn_destroy(tn_system* system); /**< null: nothing */
+TN_API void tn_destroy(tn_system* system); /**< null is allowed */
 TN_API const char* tn_create_error(void);
-/** What the last call that failed on this handle complained about; valid until the next one fails. Never null. */
+/** Message of the last call that failed on this handle, valid until the next one fails. Never null. */
 TN_API const char* tn_last_error(const tn_system* system);
 
 /* ---- what is constrained ---- */
 
-/* What is constrained may change between steps. After tn_expect_edits the next call, or tn_plan, plans the islands that
- * an edit has touched with a few of their neighbours, and no others; without it the first edit of what was planned lets
- * it plan all anew. After an edit that fails nothing has changed. Each constraint has an id, which none had before; ids
- * ascend, and the rows of constraints are numbered in their order. */
+/* The constraints may change between steps. After tn_expect_edits the next call, or tn_plan, plans only the islands
+ * that an edit has touched, with a few of their neighbours; without it, the first edit after planning makes everything
+ * be planned again. An edit that fails changes nothing. Each constraint has an id, which is never used twice. Ids
+ * ascend, and the rows are numbered in the order of the ids. */
 
-/** Kinds of tn_add: points, then parameters of each member. A member's last parameter, which tn_set_lengths may change,
- * is one of its own; neighbours in the list with the same other ones are kept together. */
+/** Kinds of constraint for tn_add, each with its points and its parameters. The last parameter of a member is its own
+ * and can be changed by tn_set_lengths. Neighbours in the list whose other parameters agree are stored as one group. */
 typedef enum tn_kind {
   TN_ROD = 1,    /**< i, j; length */
   TN_ANGLE = 2,  /**< i, j, k; the cosine of the angle at j */
   TN_PLANE = 3,  /**< i; normal n (3), offset a: n.r = a */
   TN_SPHERE = 4, /**< i; center (3), radius */
-  TN_LINE = 5,   /**< i; a point of the line (3), direction (3): two rows; it has no length */
+  TN_LINE = 5,   /**< i; a point of the line (3), direction (3): two rows, no length */
   TN_CIRCLE = 6  /**< i; center (3), normal (3), radius: two rows */
 } tn_kind;
 
-/** Rods between the points i = pairs[2k] and j = pairs[2k + 1], of these lengths (null: as long as they were where the
- * last call began, or tn_create). `images` (may be null), three whole numbers a rod: it joins r_i and r_j + n0 a + n1 b
- * + n2 c, see tn_set_box. `ids` [count] receives their ids (may be null). */
+/** Adds rods between the points i = pairs[2k] and j = pairs[2k + 1]. If `lengths` is null, each rod is as long as its
+ * points are apart in the positions that the last call, or tn_create, began with. `images` (may be null) has three
+ * integers for each rod, which then joins r_i and r_j + n0 a + n1 b + n2 c, see tn_set_box. `ids` [count] (may be
+ * null) receives the ids. */
 TN_API int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const double* lengths,
                        const int32_t* images, int64_t* ids);
-/** Constraints of a kind. `parameters` may be null for rods and angles, which are then as they were. */
+/** Adds constraints of one kind. `parameters` may be null for rods and angles, which then keep their present values. */
 TN_API int tn_add(tn_system* system, tn_kind kind, size_t count, const int32_t* points, const double* parameters,
                   int64_t* ids);
 TN_API int tn_remove(tn_system* system, size_t count, const int64_t* ids);
-/** Lengths (cosines, offsets, radii) from now on, and how fast they change (null: they are at rest). Where a rate was
- * given once nothing is planned any more. */
+/** Sets lengths (cosines, offsets, radii) and their rates of change; null rates are zero. A constraint that was given a
+ * nonzero rate once is read in every call, so that later changes of its length need no planning. */
 TN_API int tn_set_lengths(tn_system* system, size_t count, const int64_t* ids, const double* lengths,
                           const double* rates);
-/** Masses of points from now on; what is infinite remains so, and what is not. */
+/** Sets the masses of points. A finite mass must remain finite, an infinite one infinite. */
 TN_API int tn_set_masses(tn_system* system, size_t count, const int32_t* points, const double* masses);
-/** Points come and go (those that migrate between ranks): number i was from[i], -1: a new one. Those that are missing
- * have left; no constraint holds them any more. `masses` of all; `x` (data may be null): where they are now. What only
- * changes its number keeps its plan. */
+/** Renumbers the points when some come or go, for instance between ranks. Point i had the number from[i]; -1 marks a
+ * new point. Points that are missing in `from` have left, and no constraint may hold them any more. `masses` and `x`
+ * (data may be null) are the masses and the present positions of all points. A point that only changes its number
+ * keeps its plan. */
 TN_API int tn_renumber(tn_system* system, size_t num_points, const int64_t* from, const double* masses,
                        tn_const_points x);
-/** Edges of a periodic cell, rows a, b, c, from the next call on; it may change in every step. `repeats` three flags
- * (null: all are set). Rods join nearest images, wherever the host has wrapped its points; or, as soon as `images` of
- * some rod are given, those images, of positions that are never wrapped. The first one is that of the positions of
- * tn_create, and comes before the first constraints. */
+/** Sets the edges of a periodic cell, rows a, b, c, from the next call on; they may change in every step. `repeats` are
+ * three flags, all set if null. Rods join nearest images, wherever the host has wrapped its points. As soon as
+ * `images` of some rod are given, rods join those images, and positions must never be wrapped. The first cell belongs
+ * to the positions of tn_create and must be set before the first constraints are added. */
 TN_API int tn_set_box(tn_system* system, const double cell[9], const int repeats[3]);
-/** The constraints will change: they are planned in parts from now on. */
+/** Announces that the constraints will change: islands are planned in parts from now on. */
 TN_API int tn_expect_edits(tn_system* system);
-/** The cell in which x_old of the next tn_constrain_positions is. Without it: that of the last call, if these are its
- * positions bit by bit, else the present one. */
+/** Sets the cell of x_old for the next tn_constrain_positions. Without this call it is the cell of the last call if
+ * x_old are the positions of that call bit by bit, else the present cell. */
 TN_API int tn_set_old_box(tn_system* system, const double cell[9]);
-/** Plans now what the next call would. `islands` (may be null) receives how many were planned. */
+/** Plans now what the next call would plan. `islands` (may be null) receives how many islands were planned. */
 TN_API int tn_plan(tn_system* system, size_t* islands);
 TN_API size_t tn_num_points(const tn_system* system);
 TN_API size_t tn_num_rows(const tn_system* system);
-/** Rows of a constraint: [first, first + count). */
+/** Rows [first, first + count) of a constraint. */
 TN_API int tn_rows(tn_system* system, int64_t id, size_t* first, size_t* count);
-/** The name of a row, "rod0[17]": group and member as they were added, into `text`, cut off at `size` bytes with its
- * end. */
+/** Writes the name of a row, such as "rod0[17]" (group and member as they were added), into `text`, cut off at `size`
+ * bytes including the terminating zero. */
 TN_API int tn_row_name(tn_system* system, size_t row, char* text, size_t size);
 
 /* ---- a step: SHAKE and RATTLE ---- */
 
-/** From x_old, which obeys the constraints, the host went to x. Moves x onto them along M^-1 K(x_old):
+/** Moves the positions x, which the host reached from x_old, onto the constraints along M^-1 K(x_old):
  *
  *     x += M^-1 K(x_old) mu,   v += M^-1 K(x_old) mu / dt,   multipliers 2 mu/dt^2
  *
- * v (data may be null): at half of the step. `wanted` and `report` may be null. Where x_old is, bit by bit, where the
- * last call ended, its factor is used again. */
+ * x_old must satisfy the constraints. v (data may be null) are the velocities at half of the step. `wanted` and
+ * `report` may be null. If x_old are, bit by bit, the positions at which the last call ended, its factor is used
+ * again. */
 TN_API int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, tn_points x, tn_points v,
                                   const tn_wanted* wanted, tn_report* report);
-/** v onto K(x)'v = 0 in the M-norm; multipliers 2 nu/dt, where dt is 0 the impulses nu. */
+/** Projects v onto K(x)'v = 0 in the M-norm. The multipliers are 2 nu/dt, or the impulses nu if dt is 0. */
 TN_API int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_points v,
                                    const tn_wanted* wanted, tn_report* report);
 
 /* ---- an instant ---- */
 
-/** Accelerations w (data may be null) and multipliers at (x, v) under the host's forces f. The virial is exact: with
- * rigid molecules the atomic and the molecular pressure agree to rounding; multipliers of a step agree to O(dt) only.
- */
+/** Computes accelerations w (data may be null) and multipliers at (x, v) under the host's forces f. The virial is
+ * exact: with rigid molecules the atomic and the molecular pressure agree to rounding. The multipliers of a step agree
+ * with these to O(dt) only. */
 TN_API int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
                     const tn_wanted* wanted, tn_report* report);
-/** f -= K S^-1 K'M^-1 f: what is left moves no constraint. For minimisers; without masses of their own: all masses 1.
- * Its virial, stress and multipliers are those of tn_solve with velocities 0.
- */
+/** Projects the forces, f -= K S^-1 K'M^-1 f, so that they do not act on the constraints. It serves minimisers; if
+ * their variables have no masses, all masses are 1. tn_solve with velocities 0 gives the virial, stress and
+ * multipliers. */
 TN_API int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report);
-/** The nearest x on the constraints in the M-norm, from anywhere: for starts, before the first forces. */
+/** Finds the nearest x on the constraints in the M-norm, from any x. It serves starts, before the first forces. */
 TN_API int tn_project_positions(tn_system* system, tn_points x, tn_report* report);
-/** ln det S at x and, where `gradient` has data, its derivative: Fixman's metric force is -kT/2 times that. */
+/** Computes ln det S at x and, if `gradient` has data, its derivative. Fixman's metric force is -kT/2 times that. */
 TN_API int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gradient);
-/** Largest |xi|/length at x and its row. */
+/** Finds the largest |xi|/|gradient|/length at x and its row. */
 TN_API int tn_violation(tn_system* system, tn_const_points x, tn_report* report);
-/** Degrees of freedom that the constraints take at x: the rank of K, also where rows depend on others. `group` (may be
- * null: all) [tn_num_points]: of the points with an entry that is not 0; each independent row counts by its share of
- * such points among those of its points that move. */
+/** Computes the degrees of freedom that the constraints remove at x: the rank of K, also where rows depend on others.
+ * `group` [tn_num_points] restricts the count to the points with a nonzero entry: each independent row then counts by
+ * the share of such points among its moving points. A null `group` means all points. */
 TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed);
 
 /* ---- the time loop, for a host that has none ---- */
 
-/** Where a run is after a step. */
+/** Progress of a run after a step. */
 typedef struct tn_progress {
   uint32_t size;
-  size_t steps; /**< done so far */
+  size_t steps; /**< number of steps done so far */
   double time;
-  const tn_report* positions;  /**< of the step's tn_constrain_positions */
-  const tn_report* velocities; /**< of its tn_constrain_velocities */
+  const tn_report* positions;  /**< report of the step's tn_constrain_positions */
+  const tn_report* velocities; /**< report of the step's tn_constrain_velocities */
 } tn_progress;
 
-/** Steps of velocity Verlet. */
+/** A run of velocity Verlet. */
 typedef struct tn_loop {
   uint32_t size;    /**< sizeof(tn_loop) */
-  int32_t measures; /**< see tn_wanted */
-  double dt;        /**< not 0; negative: backwards */
-  double time;      /**< where the run begins */
+  int32_t measures; /**< as in tn_wanted */
+  double dt;        /**< not 0; a negative value runs backwards */
+  double time;      /**< start time of the run */
   size_t steps;
-  tn_points x,
-      v;       /**< they obey the constraints, and are those of the run's end. Supports go on with their velocities */
-  tn_points f; /**< the forces at x, also where the run begins */
-  /** Writes them, at x as it is now, which is that of this time. Null: they remain. */
+  /** Positions and velocities, which satisfy the constraints. They become those at the end of the run. Supports move on
+   * with their velocities. */
+  tn_points x, v;
+  /** Forces at x, also at the start of the run. */
+  tn_points f;
+  /** Writes the forces at the present x, which belongs to this time. If null, the forces stay as they are. */
   void (*set_forces)(void* user, double time);
-  /** Called after every step; 0 ends the run there. It may edit the constraints, but not the points. May be null. */
+  /** Called after every step; a return of 0 ends the run. It may edit the constraints, but not the points. May be
+   * null. */
   int (*observe)(void* user, const tn_progress* progress);
   void* user;
 } tn_loop;
 
-/** Runs. `steps` (may be null) receives how many were done; after a failure x, v and f are those of the last good
- * one. */
+/** Runs the loop. `steps` (may be null) receives the number of steps done. After a failure x, v and f are those of the
+ * last good step. */
 TN_API int tn_run(tn_system* system, const tn_loop* loop, size_t* steps);
 
 /* ---- going on elsewhere ---- */
 
-/** All that the next call depends on beside the host's arrays, masses, constraints and cell: where guesses begin,
- * ranks, whether it was cut into parts.
- * `*size`: room at `data`; receives what is needed. data = null: asks for that alone. */
+/** Saves all that the next call depends on beside the host's arrays, masses, constraints and cell: the initial guesses,
+ * the ranks, and whether the islands are planned in parts. `*size` is the room at `data` and receives the size needed.
+ * If `data` is null, the call only asks for that size. */
 TN_API int tn_save(tn_system* system, void* data, size_t* size);
-/** For a system with the same points, masses and constraints, which goes on to the last bit. TN_EINVAL where the bytes
- * are damaged, or belong to another one. */
+/** Restores saved bytes in a system with the same points, masses and constraints, which then continues to the last bit.
+ * Returns TN_EINVAL if the bytes are damaged or belong to another system. */
 TN_API int tn_restore(tn_system* system, const void* data, size_t size);
 
 #ifdef __cplusplus

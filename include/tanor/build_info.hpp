@@ -6,19 +6,19 @@
 
 namespace tanor {
 
-/// What the library that is loaded was built of. It decides which licence a binary that contains it must follow.
+/// Components of the loaded library. They decide which licence a binary that contains it must follow.
 struct BuildInfo {
   std::string version;           ///< TANOR_VERSION of the library; the macro is that of the headers
-  bool has_suitesparse_qr;       ///< built with TANOR_GPL: calls SuiteSparseQR (GPL-2.0-or-later)
-  bool cholmod_has_gpl_modules;  ///< the CHOLMOD at the build has them (Supernodal and others); tanor calls none
-  /// Of the hot loops: "avx512", "avx2" or "baseline", the best that the processor has or the one that TANOR_ISA in the
-  /// environment names.
+  bool has_suitesparse_qr;       ///< true if built with TANOR_GPL: calls SuiteSparseQR (GPL-2.0-or-later)
+  bool cholmod_has_gpl_modules;  ///< true if CHOLMOD had them at build time (Supernodal and others); tanor calls none
+  /// Instruction set of the hot loops, "avx512", "avx2" or "baseline": the best of the processor, or the one that
+  /// TANOR_ISA in the environment names.
   std::string instruction_set;
 };
-/// Throws InputError where TANOR_ISA names none, or one that cannot be had here.
+/// Returns the components. Throws InputError if TANOR_ISA names no instruction set, or one that is not available here.
 TANOR_API BuildInfo build_info();
 
-/// The same in four lines, as `tanor --version` prints it.
+/// Returns the same in four lines, as `tanor --version` prints it.
 TANOR_API std::string describe(const BuildInfo& build);
 
 }  // namespace tanor

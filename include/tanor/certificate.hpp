@@ -8,45 +8,50 @@
 
 namespace tanor {
 
-/// One identity tried on an answer: its error, relative, and what rounding may explain.
+/// One identity checked on an answer, with its relative error and the error that rounding may explain.
 struct CertificateCheck {
   std::string identity;  ///< in the paper's symbols, "K'w + phi = 0"
   double error = 0.0;
   double allowed = 0.0;  ///< at most `Certificate::fewest_digits`
-  std::string where;     ///< worst constraint or point; empty where there is none
+  std::string where;     ///< worst constraint or point; empty if there is none
 };
 
-/// The proof of an answer (w, lambda, eta): identities of the paper and second ways to the same numbers. Values are
-/// relative errors; NaN where there is nothing to compute.
+/// Verification of an answer (w, lambda, eta) by identities of the paper and by second methods for the same numbers.
+/// Values are relative errors; NaN where there is nothing to compute.
 struct [[nodiscard]] Certificate {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  /// An error above it proves nothing, whatever rounding may explain: no check allows more.
+  /// A larger error proves nothing, whatever rounding may explain; no check allows more.
   static constexpr double fewest_digits = 1e-4;
 
-  double normal_identity = none;   ///< (9) and (10) on random vectors; constraints alone: Q = I - M^-1 K S^-1 K' is a
-                                   ///< projector, symmetric in M, and K'Q = 0
-  double tangent_identity = none;  ///< (15) on random vectors; constraints alone: K Gamma^-1 K' is the projector
-                                   ///< onto N, orthogonal; coordinates alone: the same of A H^-1 A'M
+  /// (9) and (10) on random vectors; with constraints alone, Q = I - M^-1 K S^-1 K' is a projector, symmetric in M, and
+  /// K'Q = 0.
+  double normal_identity = none;
+  /// (15) on random vectors; with constraints alone, K Gamma^-1 K' is the orthogonal projector onto N; with coordinates
+  /// alone, the same holds of A H^-1 A'M.
+  double tangent_identity = none;
   double bases_orthogonal = none;  ///< K'A = 0 (3)
-  double orthogonality = none;     ///< w_T'M w_N = 0, where all masses are equal (36)
-  double residual = none;          ///< K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda;
-                           ///< A'(M w - f) = 0 (with friction, f + tau in place of f); w is the second derivative of
-                           ///< r(q(t), t); inverse dynamics finds eta and no control force
-  double forms_agree = none;           ///< w and eta by A and by K; null where one of them is not given
-  double second_factorization = none;  ///< constraints alone: w and lambda by a QR of M^-1/2 K, or by Cholesky in
-                                       ///< another order where R would take too much memory
-  double power_balance = none;         ///< eta'v = -lambda'xi_t
-  double friction = none;              ///< tau obeys its law, read once more from the system, at lambda (41); contacts
-                                       ///< that stick stay at rest and below mu_s |N|; (43) by its three blocks
-  double reciprocal_condition = none;  ///< of the scaled S or H; the smaller one
+  double orthogonality = none;     ///< w_T'M w_N = 0, if all masses are equal (36)
+  /// K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda; A'(M w - f) = 0 (with friction, f +
+  /// tau in place of f); w is the second derivative of r(q(t), t); inverse dynamics finds eta and no control force.
+  double residual = none;
+  double forms_agree = none;  ///< w and eta by A and by K; NaN if one of them is not given
+  /// With constraints alone, w and lambda by a QR of M^-1/2 K, or by Cholesky in another order if R would take too much
+  /// memory.
+  double second_factorization = none;
+  double power_balance = none;  ///< eta'v = -lambda'xi_t
+  /// tau obeys its law, read again from the system, at lambda (41); sticking contacts stay at rest and below mu_s |N|;
+  /// (43) by its three blocks.
+  double friction = none;
+  double reciprocal_condition = none;  ///< smaller one of the scaled S and H
 
   std::vector<CertificateCheck> checks;  ///< all of the above, one by one
-  std::vector<std::string> left_out;     ///< what could not be tried, and why: "second factorization: …"
+  std::vector<std::string> left_out;     ///< checks that were not possible, and why: "second factorization: …"
 
   TANOR_API bool passed() const;
-  /// Largest error of all checks.
+  /// Returns the largest error of all checks.
   TANOR_API double certified_to() const;
-  /// "certified to 3.1e-13", or "not certified: K'w + phi = 0 fails by 1.2e-4 at rods[17] (rounding explains 1e-11)"
+  /// Returns "certified to 3.1e-13", or "not certified: K'w + phi = 0 fails by 1.2e-4 at rods[17] (rounding explains
+  /// 1e-11)".
   TANOR_API std::string line() const;
 };
 

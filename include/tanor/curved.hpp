@@ -14,7 +14,7 @@
 
 namespace tanor {
 
-/// Comparisons look at the value alone.
+/// A value with gradient and Hessian in N variables. Comparisons look at the value alone.
 template <int N>
 struct Curved {
   static_assert(N >= 0);
@@ -27,7 +27,7 @@ struct Curved {
   constexpr Curved() = default;
   constexpr Curved(double constant) : v(constant) {}  // NOLINT(google-explicit-constructor): constants fit everywhere
 
-  /// Variable number i, 0 <= i < N.
+  /// Returns the variable number i, 0 <= i < N.
   static constexpr Curved variable(double value, int i) {
     Curved a(value);
     a.d[static_cast<std::size_t>(i)] = 1.0;
@@ -35,7 +35,7 @@ struct Curved {
   }
 
   constexpr double value() const { return v; }
-  /// Second derivative in variables i and j.
+  /// Returns the second derivative in variables i and j.
   constexpr double second(std::size_t i, std::size_t j) const {
     return i < j ? h[j * (j + 1) / 2 + i] : h[i * (i + 1) / 2 + j];
   }
@@ -100,7 +100,7 @@ struct Curved {
 
 namespace detail {
 
-/// f(a) from f of the jet a.v + e: f'' = 2 c_2.
+/// Returns f(a) from f of the jet a.v + e, where f'' = 2 c_2.
 template <int N>
 Curved<N> chain(const Jet<2>& f, const Curved<N>& a) {
   if (a.is_constant()) return f.c[0];
@@ -136,23 +136,23 @@ template <int N> Curved<N> min(const Curved<N>& a, const Curved<N>& b) { return 
 template <int N> Curved<N> max(const Curved<N>& a, const Curved<N>& b) { return a.v < b.v ? b : a; }
 // clang-format on
 
-/// Angle of (x, y) against the x axis, in [-pi, pi].
+/// Returns the angle of (x, y) from the x axis, in [-pi, pi].
 template <int N>
 Curved<N> atan2(const Curved<N>& y, const Curved<N>& x) {
-  // Of the smaller over the larger one, so that no quotient overflows; a constant apart.
+  // The quotient is that of the smaller over the larger number, so that it does not overflow; the rest is a constant.
   Curved<N> r = std::abs(y.v) <= std::abs(x.v) ? atan(y / x) : -atan(x / y);
   r.v = std::atan2(y.v, x.v);
   return r;
 }
 
-/// a^p; integers are multiplied out, so the base may be 0 or negative there.
+/// Returns a^p. Integer powers are multiplied out, so that the base may then be 0 or negative.
 template <int N>
 Curved<N> pow(const Curved<N>& a, double p) {
   if (detail::is_small_integer(p)) return detail::signed_integer_power(a, static_cast<int>(p));
   return detail::chain(pow(detail::jet_of(a), p), a);
 }
 
-/// a^b, a > 0; a constant exponent as above.
+/// Returns a^b, a > 0; a constant exponent is treated as above.
 template <int N>
 Curved<N> pow(const Curved<N>& a, const Curved<N>& b) {
   if (b.is_constant()) return pow(a, b.v);

@@ -9,8 +9,8 @@
 #include <tanor/motion.hpp>
 
 /// \file
-/// The words of all enumerations: one table each, which scenes, reports, messages and the command line share.
-/// (The table of methods is `tanor::methods()`.)
+/// The words of all enumerations: one table for each, which scenes, reports, messages and the command line share. (The
+/// table of methods is `tanor::methods()`.)
 namespace tanor {
 
 /// One value of an enumeration and its word.
@@ -117,7 +117,7 @@ template <>
 inline constexpr std::array<EnumName<Coulomb::Reaction>, 2> enum_names<Coulomb::Reaction>{
     {{Coulomb::Reaction::Guide, "guide"}, {Coulomb::Reaction::Full, "full"}}};
 
-/// The word of a value; "?" for a number that is none of the enumeration's.
+/// Returns the word of a value; "?" for a number that is none of the enumeration's.
 template <class Enum>
 constexpr std::string_view name_of(Enum value) {
   static_assert(!enum_names<Enum>.empty(), "each public enumeration has its table above");
@@ -127,7 +127,7 @@ constexpr std::string_view name_of(Enum value) {
   return "?";
 }
 
-/// The value that has this word, or none.
+/// Returns the value that has this word, or none.
 template <class Enum>
 constexpr std::optional<Enum> value_of(std::string_view word) {
   static_assert(!enum_names<Enum>.empty(), "each public enumeration has its table above");
@@ -137,7 +137,7 @@ constexpr std::optional<Enum> value_of(std::string_view word) {
   return {};
 }
 
-/// The words of several values, joined by '+': "batches+general".
+/// Returns the words of several values, joined by '+': "batches+general".
 template <class Enum>
 std::string names_of(const std::vector<Enum>& values) {
   std::string text;

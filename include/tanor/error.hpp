@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// Wrong input of the caller: what is wrong (with its value and the rule it breaks) and where.
-/// `where()` is a JSON pointer into the scene (`/constraints/3/pairs/17`), empty where there is no such place.
+/// Wrong input of the caller. The message says what is wrong, with its value and the rule that it breaks. `where()` is
+/// a JSON pointer into the scene (`/constraints/3/pairs/17`), empty if there is no such place.
 class TANOR_API InputError : public std::runtime_error {
  public:
   InputError(std::string where, const std::string& what);
@@ -19,11 +19,11 @@ class TANOR_API InputError : public std::runtime_error {
   std::string where_;
 };
 
-/// How a computation ended. A numerical outcome is an answer, not an exception.
+/// Status of a computation. A numerical outcome is an answer, not an exception.
 enum class Status {
   Ok,
-  Singular,       ///< a gradient vanishes or does not exist; coordinates that move the points the same way
-  Contradictory,  ///< constraints that no motion satisfies together, or with what is prescribed at supports
+  Singular,       ///< a gradient vanishes or does not exist, or coordinates move the points the same way
+  Contradictory,  ///< constraints contradict each other, or what is prescribed at supports
   NotConverged,   ///< an iteration (projection onto the constraints) stalled
   NotFinite,      ///< the state or the forces left the range of double
   StepTooSmall,   ///< the tolerance asks for steps below the resolution of time
@@ -31,7 +31,7 @@ enum class Status {
   NotUnique       ///< friction: several accelerations obey the law, and none is nearer than the others
 };
 
-/// Status with its explanation; `what` names the constraint, the time and the reason.
+/// A status with its explanation; `what` names the constraint, the time and the reason.
 struct [[nodiscard]] Outcome {
   Status status = Status::Ok;
   std::string what;

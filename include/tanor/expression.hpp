@@ -1,11 +1,11 @@
 #pragma once
 
 /// \file
-/// A function written once over a scalar type, taken down as a list of operations.
+/// A function written once over a scalar type, recorded as a list of operations.
 ///
-/// What was taken down is run coefficient by coefficient on series in time, forwards for values and backwards for
-/// gradients, many members side by side (method `taylor`). A callable that compares its arguments cannot be taken down:
-/// which way it goes depends on numbers; `abs`, `min` and `max` can.
+/// The recording is evaluated coefficient by coefficient on series in time, forwards for values and backwards for
+/// gradients, many members side by side (method `taylor`). A callable that compares its arguments cannot be recorded,
+/// since its branch depends on numbers; `abs`, `min` and `max` can.
 
 #include <algorithm>
 #include <cmath>
@@ -26,12 +26,12 @@ struct Expression {
   enum class Operation : std::uint8_t {
     Variable, Constant,               // constant
     Scale, Shift,                     // a * constant, a + constant
-    Add, Subtract, Multiply, Divide,  // of a and b
-    Sqrt, Exp, Log,                   // of a
-    Sin, Cos, Sinh, Cosh,             // of a, always both of a pair, one after the other
-    Asin, Atan,                       // of a; b: what 1/derivative is, sqrt(1 - a^2) or 1 + a^2
-    Atan2,                            // of a (y) and b (x); c: x^2 + y^2
-    Abs, Min, Max,                    // of a (and b), by their values
+    Add, Subtract, Multiply, Divide,  // operands a and b
+    Sqrt, Exp, Log,                   // operand a
+    Sin, Cos, Sinh, Cosh,             // operand a, always both of a pair, one after the other
+    Asin, Atan,                       // operand a; b is 1/derivative, sqrt(1 - a^2) or 1 + a^2
+    Atan2,                            // operands a (y) and b (x); c is x^2 + y^2
+    Abs, Min, Max,                    // operand a (and b), by their values
   };
   // clang-format on
 
@@ -47,14 +47,14 @@ struct Expression {
 
 namespace detail {
 
-/// A callable asked for the value of something that has none yet.
+/// Thrown when a callable asks for the value of a variable, which has none during recording.
 struct NotTraceable : std::logic_error {
   NotTraceable() : std::logic_error("a function that compares its arguments has no expression") {}
 };
 
 }  // namespace detail
 
-/// A number that writes down what is done to it. Constants are computed at once.
+/// A number that records the operations on it. Operations on constants are computed at once.
 class Traced {
  public:
   using Operation = Expression::Operation;
@@ -62,7 +62,7 @@ class Traced {
   Traced() = default;
   Traced(double constant) : constant_(constant) {}  // NOLINT(google-explicit-constructor): constants are numbers
 
-  /// One more variable of an expression, which has to outlive it.
+  /// Adds a variable to the expression, which has to outlive it.
   static Traced variable(Expression& expression) {
     expression.variables.push_back(append(expression, {.operation = Operation::Variable}));
     return {expression, expression.variables.back()};
@@ -73,7 +73,7 @@ class Traced {
     if (!is_constant()) throw detail::NotTraceable();
     return constant_;
   }
-  /// Its place among the instructions of `expression`, where a constant becomes one.
+  /// Returns its number among the instructions of `expression`; a constant is appended as an instruction.
   int number_in(Expression& expression) const {
     return is_constant() ? append(expression, {.operation = Operation::Constant, .constant = constant_}) : number_;
   }
@@ -192,7 +192,7 @@ class Traced {
     return {*expression_, append(*expression_, {.operation = Operation::Shift, .a = number_, .constant = shift})};
   }
   std::pair<Traced, Traced> pair(Operation first, Operation second) const {
-    // Looked for among the last ones alone, or long texts would take the square of their length.
+    // The search looks at the last instructions only; else its time would grow with the square of the length of a text.
     constexpr std::size_t nearby = 256;
     const std::vector<Expression::Instruction>& all = expression_->instructions;
     for (std::size_t i = all.size() - std::min(all.size(), nearby); i < all.size(); ++i) {
@@ -203,13 +203,13 @@ class Traced {
     return {value, alone(second)};
   }
 
-  Expression* expression_ = nullptr;  // null: a constant
+  Expression* expression_ = nullptr;  // null for a constant
   int number_ = 0;
   double constant_ = 0.0;
 };
 
-/// callable(variables) -> std::vector<Traced>, with a std::vector<Traced> of `num_variables`; null where it cannot be
-/// taken down.
+/// Records callable(variables) -> std::vector<Traced>, which gets a std::vector<Traced> of `num_variables`. Returns
+/// null if it cannot be recorded.
 template <class Callable>
 std::shared_ptr<const Expression> record_expression(int num_variables, const Callable& callable) {
   auto expression = std::make_shared<Expression>();

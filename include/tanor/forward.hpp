@@ -3,9 +3,10 @@
 /// \file
 /// Forward derivatives: a value with its partial derivatives in N variables.
 ///
-/// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t). It knows the same
-/// functions as the jet, with the same choices: where a function has no derivative the partials are infinite or NaN,
-/// the value stays right; a variable that does not take part has the partial 0, whatever the slope of the function is.
+/// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t). Forward has the
+/// functions of Jet, with the same conventions. Where a function has no derivative, the partials are infinite or NaN
+/// and the value stays right. A variable that does not take part has the partial 0, whatever the slope of the function
+/// is.
 
 #include <array>
 #include <cmath>
@@ -15,7 +16,7 @@
 
 namespace tanor {
 
-/// Comparisons look at the value alone.
+/// A value with N partial derivatives. Comparisons look at the value alone.
 template <int N>
 struct Forward {
   static_assert(N >= 0);
@@ -26,7 +27,7 @@ struct Forward {
   constexpr Forward() = default;
   constexpr Forward(double constant) : v(constant) {}  // NOLINT(google-explicit-constructor): constants fit everywhere
 
-  /// Variable number i, 0 <= i < N.
+  /// Returns the variable number i, 0 <= i < N.
   static constexpr Forward variable(double value, int i) {
     Forward a(value);
     a.d[static_cast<std::size_t>(i)] = 1.0;
@@ -98,12 +99,12 @@ inline constexpr bool has_derivatives<Forward<N>> = true;
 
 namespace detail {
 
-/// slope * partial; a variable that does not take part stays out also where the slope is infinite or undefined.
+/// Returns slope * partial. A variable that does not take part gives 0 also if the slope is infinite or undefined.
 inline double chain(double slope, double partial) {
   return partial == 0.0 ? 0.0 : slope * partial;
 }
 
-/// f(a) with the given value and slope f'(a).
+/// Returns f(a) from the given value and slope f'(a).
 template <int N>
 Forward<N> chain(double value, double slope, const Forward<N>& a) {
   Forward<N> r(value);
@@ -115,7 +116,7 @@ Forward<N> chain(double value, double slope, const Forward<N>& a) {
   return r;
 }
 
-/// The value of a along itself, and f(a) from f of that.
+/// The first function returns the value of a as a jet along itself; the second returns f(a) from f of that jet.
 template <int N>
 Jet<1> jet_of(const Forward<N>& a) {
   return Jet<1>::variable(a.v);
@@ -125,7 +126,7 @@ Forward<N> chain(const Jet<1>& f, const Forward<N>& a) {
   return chain(f.c[0], f.c[1], a);
 }
 
-/// f(a, b) with the given value and slopes.
+/// Returns f(a, b) from the given value and slopes.
 template <int N>
 Forward<N> chain(double value, double slope_a, const Forward<N>& a, double slope_b, const Forward<N>& b) {
   Forward<N> r(value);
@@ -135,7 +136,7 @@ Forward<N> chain(double value, double slope_a, const Forward<N>& a, double slope
 
 }  // namespace detail
 
-// Their slopes are those of the jet.
+// The slopes of these functions are those of the jet.
 // clang-format off
 template <int N> Forward<N> sqrt(const Forward<N>& a) { return detail::chain(sqrt(detail::jet_of(a)), a); }
 template <int N> Forward<N> exp(const Forward<N>& a) { return detail::chain(exp(detail::jet_of(a)), a); }
@@ -151,7 +152,7 @@ template <int N> Forward<N> cosh(const Forward<N>& a) { return detail::chain(cos
 template <int N> Forward<N> tanh(const Forward<N>& a) { return detail::chain(tanh(detail::jet_of(a)), a); }
 // clang-format on
 
-/// Angle of (x, y) against the x axis, in [-pi, pi].
+/// Returns the angle of (x, y) from the x axis, in [-pi, pi].
 template <int N>
 Forward<N> atan2(const Forward<N>& y, const Forward<N>& x) {
   // (x y' - y x')/(x^2 + y^2); hypot does not overflow where the squares do.
@@ -159,14 +160,14 @@ Forward<N> atan2(const Forward<N>& y, const Forward<N>& x) {
   return detail::chain(std::atan2(y.v, x.v), x.v / length / length, y, -y.v / length / length, x);
 }
 
-/// a^p; integers are multiplied out, so the base may be 0 or negative there.
+/// Returns a^p. Integer powers are multiplied out, so that the base may then be 0 or negative.
 template <int N>
 Forward<N> pow(const Forward<N>& a, double p) {
   if (detail::is_small_integer(p)) return detail::signed_integer_power(a, static_cast<int>(p));
   return detail::chain(std::pow(a.v, p), p * std::pow(a.v, p - 1.0), a);
 }
 
-/// a^b, a > 0; a constant exponent as above.
+/// Returns a^b, a > 0; a constant exponent is treated as above.
 template <int N>
 Forward<N> pow(const Forward<N>& a, const Forward<N>& b) {
   if (b.is_constant()) return pow(a, b.v);

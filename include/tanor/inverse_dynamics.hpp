@@ -9,21 +9,21 @@
 #include <tanor/dynamics.hpp>
 
 /// \file
-/// Inverse dynamics: forces from a given motion. The paper calls this the *direct problem*, and calls its *inverse
-/// problem* what everybody else calls forward dynamics, accelerations from forces (<tanor/dynamics.hpp>).
+/// Inverse dynamics: forces from a given motion. The paper calls this the *direct problem*, and its *inverse problem*
+/// is the forward dynamics of the field, accelerations from forces (<tanor/dynamics.hpp>).
 namespace tanor {
 
-/// Numbers of a motion at one instant: r, v, w (3n, in the user's order) or q, q_dot, q_ddot.
+/// A motion at one instant: r, v, w (3n, in the user's order) or q, q_dot, q_ddot.
 struct MotionState {
   std::vector<double> value, rate, acceleration;
 };
 
-/// A motion given as samples, C4 between them (splines of degree 5; errors at distance h of the samples: O(h^6) of the
-/// values, O(h^4) of the accelerations).
+/// A motion given as samples, with C4 interpolation (splines of degree 5; for samples at distance h the errors are
+/// O(h^6) in the values and O(h^4) in the accelerations).
 class TANOR_API MotionTable {
  public:
-  /// `values` [times][columns]. Throws InputError naming the row where the times do not increase or a number is not
-  /// finite.
+  /// Interpolates `values` [times][columns]. Throws InputError naming the row if the times do not increase or a number
+  /// is not finite.
   MotionTable(std::vector<double> times, std::vector<double> values, std::size_t columns);
   MotionTable(MotionTable&&) noexcept;
   MotionTable& operator=(MotionTable&&) noexcept;
@@ -31,7 +31,7 @@ class TANOR_API MotionTable {
 
   std::span<const double> times() const;
   std::size_t num_columns() const;
-  /// Throws InputError outside the samples.
+  /// Returns the motion at t. Throws InputError outside the samples.
   MotionState at(double t) const;
 
  private:
@@ -39,50 +39,53 @@ class TANOR_API MotionTable {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// By how much a motion breaks the constraints on one level, and where: a row ("rods[3]") or a point ("point 4").
+/// Violation of the constraints by a motion on one level, and its place: a row ("rods[3]") or a point ("point 4").
 struct Violation {
   double largest = 0.0;
-  std::string where;  ///< empty: nowhere
+  std::string where;  ///< empty if there is none
 };
 
-/// The forces that make a given motion, and how far that motion is from the constraints.
+/// The forces that make a given motion, and the violation of the constraints by that motion.
 struct [[nodiscard]] MotionForces {
-  Outcome outcome;     ///< Singular: rows depend on each other; NotConverged: no multipliers obey the laws of friction;
-                       ///< what follows `acceleration` is empty then
-  Violation position;  ///< |xi|/|gradient|/length; supports and coordinates: distance over the scene's size
-  Violation velocity;  ///< |K'v + xi_t|/|gradient|, m/s; likewise
-  Violation acceleration;              ///< |K'w + phi|/|gradient|, m/s^2; likewise
-  std::vector<double> multipliers;     ///< lambda = Gamma^-1 K'(Mw - f - tau), [equations]; none by coordinates alone
-  std::vector<double> friction;        ///< tau(lambda), 3n, N, of points that slide along their guides; empty: none
-  std::vector<double> reactions;       ///< eta = (Mw - f - tau)_N, 3n, N; at supports: what the constraints do there
-  std::vector<double> control_forces;  ///< u_T = (Mw - f - tau)_T, 3n, N: the least one that makes the motion, with f
-                                       ///< and tau; where a point rests on a guide with exact Coulomb friction, which
-                                       ///< the law bounds but does not tell, it holds that friction too
-  std::vector<double> support_forces;  ///< 3n, N: the load each support carries
-  double largest_control = 0.0;        ///< of one point, N
-  Index controlled_point = 0;          ///< which one
+  /// Singular if rows depend on each other; NotConverged if no multipliers obey the laws of friction. The members after
+  /// `acceleration` are then empty.
+  Outcome outcome;
+  Violation position;      ///< |xi|/|gradient|/length; for supports and coordinates the distance over the scene's size
+  Violation velocity;      ///< |K'v + xi_t|/|gradient|, m/s; likewise
+  Violation acceleration;  ///< |K'w + phi|/|gradient|, m/s^2; likewise
+  std::vector<double> multipliers;  ///< lambda = Gamma^-1 K'(Mw - f - tau), [equations]; empty with coordinates alone
+  /// Tau(lambda), 3n, N, at points that slide along their guides; empty if there are none.
+  std::vector<double> friction;
+  std::vector<double> reactions;  ///< eta = (Mw - f - tau)_N, 3n, N; at supports the forces of the constraints there
+  /// u_T = (Mw - f - tau)_T, 3n, N: the least control force that makes the motion, beside f and tau. At a point that
+  /// rests on a guide with exact Coulomb friction, whose law bounds the friction without determining it, it contains
+  /// the friction too.
+  std::vector<double> control_forces;
+  std::vector<double> support_forces;  ///< 3n, N: the load that each support carries
+  double largest_control = 0.0;        ///< largest control force of a point, N
+  Index controlled_point = 0;          ///< the point with that force
 };
 
-/// Inverse dynamics, forces from a given motion: Mw = f + tau + eta + u, eta in N by the constraints, u in T by whoever
-/// controls the motion, tau by the laws of friction at the eta that they leave. Supports move as prescribed: where the
-/// given motion says otherwise it is a violation. Not thread-safe; one object per host thread.
+/// Inverse dynamics, forces from a given motion: Mw = f + tau + eta + u, with eta in N by the constraints, u in T by
+/// whoever controls the motion, and tau by the laws of friction at that eta. Supports move as prescribed; a given
+/// motion that differs there is a violation. Not thread-safe; use one object per host thread.
 class TANOR_API InverseDynamics {
  public:
-  /// Validates; throws InputError.
+  /// Validates the system; throws InputError.
   explicit InverseDynamics(System system, SolverOptions options = {});
   InverseDynamics(InverseDynamics&&) noexcept;
   InverseDynamics& operator=(InverseDynamics&&) noexcept;
   ~InverseDynamics();
 
-  const System& system() const;  ///< as it was given
+  const System& system() const;  ///< the system as it was given
   std::size_t num_equations() const;
   std::size_t num_coordinates() const;
 
-  /// At (t, r, v, w), 3n each.
+  /// Returns the forces at (t, r, v, w), 3n each.
   MotionForces evaluate(double t, const MotionState& points);
-  /// r, v and w of (t, q, q_dot, q_ddot): w = A q_ddot + psi. Coordinates stand entry by entry as the system lists
-  /// them. Throws InputError where there are none, or where some have charts of their own (spheres, bodies, chains in
-  /// space).
+  /// Returns r, v and w at (t, q, q_dot, q_ddot), where w = A q_ddot + psi. Coordinates stand entry by entry as the
+  /// system lists them. Throws InputError if there are none, or if some have charts of their own (spheres, bodies,
+  /// chains in space).
   MotionState place(double t, const MotionState& coordinates);
 
  private:

@@ -1,13 +1,12 @@
 #pragma once
 
 /// \file
-/// Truncated Taylor series in one variable: a function written once over a scalar type yields all its
-/// derivatives.
+/// Truncated Taylor series in one variable. A function written once over a scalar type yields all its derivatives.
 ///
 /// xi(r + e v, t + e) on jets in e gives xi, its rate and phi at once; order P gives the coefficients of a Taylor
 /// integrator. The recurrences compare coefficients in the differential equation that the function solves (Griewank &
-/// Walther, Evaluating Derivatives, table 13.2). Where a function has no derivative the coefficients are infinite or
-/// NaN, the value stays right; a jet without higher coefficients is a constant, and so is every function of it.
+/// Walther, Evaluating Derivatives, table 13.2). Where a function has no derivative, the coefficients are infinite or
+/// NaN and the value stays right. A jet without higher coefficients is a constant, and so is every function of it.
 
 #include <array>
 #include <cmath>
@@ -16,7 +15,7 @@
 
 namespace tanor {
 
-/// a(e) = sum over k = 0 … P of c[k] e^k; comparisons look at the value c[0] alone.
+/// A series a(e) = sum over k = 0 … P of c[k] e^k. Comparisons look at the value c[0] alone.
 template <int P>
 struct Jet {
   static_assert(P >= 0, "a jet has at least its value");
@@ -26,7 +25,7 @@ struct Jet {
   constexpr Jet() = default;
   constexpr Jet(double constant) { c[0] = constant; }  // NOLINT(google-explicit-constructor): constants are jets
 
-  /// value + rate e
+  /// Returns value + rate e.
   static constexpr Jet variable(double value, double rate = 1.0) {
     Jet a(value);
     if constexpr (P > 0) a.c[1] = rate;
@@ -35,7 +34,7 @@ struct Jet {
 
   constexpr double value() const { return c[0]; }
 
-  /// k-th derivative at e = 0, k! c[k]; 0 <= k <= P.
+  /// Returns the k-th derivative at e = 0, k! c[k]; 0 <= k <= P.
   constexpr double derivative(int k) const {
     double factorial = 1.0;
     for (int j = 2; j <= k; ++j) factorial *= j;
@@ -107,7 +106,7 @@ struct Jet {
 
 namespace detail {
 
-/// base^n by squaring, n >= 0: exact where the products are, for any base; n = 0 gives 1.
+/// Returns base^n by squaring, n >= 0. The result is exact if the products are, for any base; n = 0 gives 1.
 template <class T>
 constexpr T integer_power(T base, int n) {
   T result(1.0);
@@ -118,22 +117,22 @@ constexpr T integer_power(T base, int n) {
   return result;
 }
 
-/// Exponents up to here are multiplied out; above, pow rounds less than the products.
+/// Largest exponent that is multiplied out; above it pow has a smaller rounding error than the products.
 inline constexpr int largest_multiplied_power = 64;
 
-/// Whether base^exponent is multiplied out.
+/// Returns true if base^exponent is multiplied out.
 constexpr bool is_small_integer(double exponent) {
   return -largest_multiplied_power <= exponent && exponent <= largest_multiplied_power &&
          exponent == static_cast<int>(exponent);
 }
 
-/// base^n for an integer n of either sign.
+/// Returns base^n for an integer n of either sign.
 template <class T>
 constexpr T signed_integer_power(const T& base, int n) {
   return n < 0 ? T(1.0) / integer_power(base, -n) : integer_power(base, n);
 }
 
-/// r with r' = a'/g and the given value: logarithm and inverse functions.
+/// Returns r with r' = a'/g and the given value; it serves the logarithm and inverse functions.
 template <int P>
 constexpr Jet<P> integrate_ratio(double value, const Jet<P>& a, const Jet<P>& g) {
   Jet<P> r(value);
@@ -146,7 +145,7 @@ constexpr Jet<P> integrate_ratio(double value, const Jet<P>& a, const Jet<P>& g)
   return r;
 }
 
-/// Coefficient k > 0 of the integral of a' f:  1/k sum over j = 1 … k of j a_j f_{k-j}.
+/// Returns coefficient k > 0 of the integral of a' f:  1/k sum over j = 1 … k of j a_j f_{k-j}.
 template <int P>
 constexpr double integral_coefficient(const Jet<P>& a, const Jet<P>& f, int k) {
   double sum = 0.0;
@@ -154,7 +153,7 @@ constexpr double integral_coefficient(const Jet<P>& a, const Jet<P>& f, int k) {
   return sum / k;
 }
 
-/// Sine and cosine (sign = -1), hyperbolic ones (sign = +1) of a, from their values.
+/// Sine and cosine (sign = -1) or their hyperbolic forms (sign = +1) of a, from their values.
 template <int P>
 struct SineCosine {
   Jet<P> sine, cosine;
@@ -242,7 +241,7 @@ Jet<P> atan(const Jet<P>& a) {
   return detail::integrate_ratio(std::atan(a.c[0]), a, 1.0 + a * a);
 }
 
-/// Angle of (x, y) against the x axis, in [-pi, pi].
+/// Returns the angle of (x, y) from the x axis, in [-pi, pi].
 template <int P>
 Jet<P> atan2(const Jet<P>& y, const Jet<P>& x) {
   const double angle = std::atan2(y.c[0], x.c[0]);
@@ -266,12 +265,12 @@ Jet<P> cosh(const Jet<P>& a) {
 
 template <int P>
 Jet<P> tanh(const Jet<P>& a) {
-  // 1/cosh^2 instead of 1 - tanh^2: no cancellation for large arguments.
+  // 1/cosh^2 does not cancel for large arguments, as 1 - tanh^2 would.
   const double secant = 1.0 / std::cosh(a.c[0]);
   return detail::tangent(a, std::tanh(a.c[0]), secant * secant, -1.0);
 }
 
-/// a^p; integers are multiplied out, so the base may be 0 or negative there.
+/// Returns a^p. Integer powers are multiplied out, so that the base may then be 0 or negative.
 template <int P>
 Jet<P> pow(const Jet<P>& a, double p) {
   if (detail::is_small_integer(p)) return detail::signed_integer_power(a, static_cast<int>(p));
@@ -291,7 +290,7 @@ Jet<P> pow(const Jet<P>& a, double p) {
   return r;
 }
 
-/// a^b = exp(b log a), a > 0; a constant exponent as above.
+/// Returns a^b = exp(b log a), a > 0; a constant exponent is treated as above.
 template <int P>
 Jet<P> pow(const Jet<P>& a, const Jet<P>& b) {
   if (b.is_constant()) return pow(a, b.c[0]);
@@ -300,9 +299,9 @@ Jet<P> pow(const Jet<P>& a, const Jet<P>& b) {
   return r;
 }
 
-// ---- of every number with derivatives ----
+// ---- functions of every number with derivatives ----
 
-/// A number with derivatives, whose comparisons look at the value alone: see also Forward.
+/// True for a number with derivatives, whose comparisons look at the value alone; see also Forward.
 template <class T>
 inline constexpr bool has_derivatives = false;
 template <int P>
@@ -310,7 +309,7 @@ inline constexpr bool has_derivatives<Jet<P>> = true;
 template <class T>
 concept Differentiable = has_derivatives<T>;
 
-// abs: at 0 the branch of positive numbers; min and max: the first one where both are equal.
+// At 0, abs takes the branch of positive numbers; min and max of equal numbers take the first one.
 // clang-format off
 template <Differentiable T> constexpr T abs(const T& a) { return a < T(0.0) ? -a : a; }
 template <Differentiable T> constexpr T min(const T& a, const T& b) { return b < a ? b : a; }

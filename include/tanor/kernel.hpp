@@ -1,12 +1,13 @@
 #pragma once
 
 /// \file
-/// What a user's own constraint, coordinate map or force hands over: one plain function for a batch of members.
+/// Kernels of users' own constraints, coordinate maps, forces, energies and laws of friction: one plain function for a
+/// batch of members.
 ///
-/// Made by the templates of user_kernel.hpp from a generic callable, or by the formula factories from text. A batch is
-/// evaluated in one call, so nothing is called through a pointer member by member. All arrays are row by row; the
-/// number of members in a call is the caller's choice. A kernel that is thread_safe may be called from several threads
-/// at once; what it throws is rethrown where the evaluation was asked for.
+/// The templates of user_kernel.hpp make a kernel from a generic callable, and the formula factories make one from
+/// text. A batch is evaluated in one call, so nothing is called through a pointer member by member. All arrays are row
+/// by row; the number of members in a call is the caller's choice. A kernel that is thread_safe may be called from
+/// several threads at once; an exception that it throws is rethrown to the caller of the evaluation.
 
 #include <array>
 #include <cstddef>
@@ -28,18 +29,18 @@ struct ConstraintBatch {
   const double* r;   ///< [count][3p] positions, m
   const double* v;   ///< [count][3p] velocities, m/s
   double* xi;        ///< [count]
-  double* rate;      ///< [count] K'v + xi_t; null: rate and phi are not wanted, v is not read
+  double* rate;      ///< [count] K'v + xi_t; if null, rate and phi are not wanted and v is not read
   double* phi;       ///< [count] d2 xi/de2 along (r + e v, t + e): K'w = -phi
-  double* gradient;  ///< [count][3p] d xi/dr; null: not wanted
+  double* gradient;  ///< [count][3p] d xi/dr; null if not wanted
 };
 
 struct ConstraintKernel {
   int num_points = 0;  ///< p, 1 to 256
   bool thread_safe = true;
-  std::shared_ptr<const void> context{};  ///< what `evaluate` gets: constants, a callable, a program
+  std::shared_ptr<const void> context{};  ///< constants, a callable or a program, passed to `evaluate`
   void (*evaluate)(const void* context, const ConstraintBatch& batch) = nullptr;
-  bool depends_on_time = true;  ///< false: xi does not depend on t, so no xi_t and no work through the constraint
-  /// The same function of the 3p coordinates and t, for series in time; null: only `evaluate` knows it.
+  bool depends_on_time = true;  ///< if false, xi does not depend on t: no xi_t, no work through the constraint
+  /// The same function of the 3p coordinates and t, for series in time; null if only `evaluate` knows it.
   std::shared_ptr<const Expression> expression{};
 
   static constexpr int most_points = 256;
@@ -52,9 +53,9 @@ struct CoordinateBatch {
   const double* q;      ///< [count][s]
   const double* q_dot;  ///< [count][s]
   double* r;            ///< [count][3p] m
-  double* v;            ///< [count][3p] A q_dot + r_t, m/s; null: v and psi are not wanted, q_dot is not read
+  double* v;            ///< [count][3p] A q_dot + r_t, m/s; if null, v and psi are not wanted and q_dot is not read
   double* psi;          ///< [count][3p] d2 r/de2 along (q + e q_dot, t + e), m/s^2: w = A q_ddot + psi
-  double* tangents;     ///< [count][s][3p] d r/dq_j; null: not wanted
+  double* tangents;     ///< [count][s][3p] d r/dq_j; null if not wanted
 };
 
 struct CoordinateKernel {
@@ -62,8 +63,8 @@ struct CoordinateKernel {
   bool thread_safe = true;
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const CoordinateBatch& batch) = nullptr;
-  bool depends_on_time = true;  ///< false: r_t = 0
-  /// The same 3p functions of the s coordinates and t; null: only `evaluate` knows them.
+  bool depends_on_time = true;  ///< if false, r_t = 0
+  /// The same 3p functions of the s coordinates and t; null if only `evaluate` knows them.
   std::shared_ptr<const Expression> expression{};
 };
 
@@ -74,7 +75,7 @@ struct ForceBatch {
   const double* r;               ///< [count][3p] m
   const double* v;               ///< [count][3p] m/s
   double* f;                     ///< [count][3p] N
-  double* derivative = nullptr;  ///< [count][3p][6p] of f in r, then in v; null: not wanted
+  double* derivative = nullptr;  ///< [count][3p][6p] of f in r, then in v; null if not wanted
 };
 
 struct ForceKernel {
@@ -83,9 +84,9 @@ struct ForceKernel {
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
-  bool knows_derivatives =
-      false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
-  /// The same 3p functions of r, v and t, for series in time; null: only `evaluate` knows them.
+  /// If false, `derivative` is never asked for, and implicit methods do not see how stiff f is.
+  bool knows_derivatives = false;
+  /// The same 3p functions of r, v and t, for series in time; null if only `evaluate` knows them.
   std::shared_ptr<const Expression> expression{};
 
   static constexpr int most_points = 8;
@@ -98,9 +99,9 @@ struct PotentialBatch {
   const double* r;             ///< [count][3p] m
   const double* constants;     ///< [count][c], each member's own
   double* energy;              ///< [count] J
-  double* gradient = nullptr;  ///< [count][3p] dU/dr, N; null: not wanted
-  double* hessian = nullptr;   ///< [count][3p][3p] d2U/dr dr', N/m; null: not wanted
-  double* rate = nullptr;      ///< [count] the explicit dU/dt, W; null: not wanted
+  double* gradient = nullptr;  ///< [count][3p] dU/dr, N; null if not wanted
+  double* hessian = nullptr;   ///< [count][3p][3p] d2U/dr dr', N/m; null if not wanted
+  double* rate = nullptr;      ///< [count] the explicit dU/dt, W; null if not wanted
 };
 
 struct PotentialKernel {
@@ -109,9 +110,9 @@ struct PotentialKernel {
   bool thread_safe = true;
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const PotentialBatch& batch) = nullptr;
-  bool depends_on_time = true;  ///< false: U does not depend on t, so no work_of_potentials
-  /// U of the 3p coordinates, the c constants and t: the derivatives of any order follow from it; null: only `evaluate`
-  /// knows U.
+  bool depends_on_time = true;  ///< if false, U does not depend on t: no work_of_potentials
+  /// U as a function of the 3p coordinates, the c constants and t, from which derivatives of any order follow; null if
+  /// only `evaluate` knows U.
   std::shared_ptr<const Expression> expression{};
 
   static constexpr int most_points = 8;
@@ -125,39 +126,38 @@ struct FrictionBatch {
   const double* v;       ///< [count][3] velocity along the guide, relative to it, m/s
   const double* lambda;  ///< [count][p] multipliers of the guides' equations at the point, in the order of `at`
   double* tau;           ///< [count][3] N
-  double* derivative;    ///< [count][3][p] d tau/d lambda; null: not wanted
+  double* derivative;    ///< [count][3][p] d tau/d lambda; null if not wanted
 };
 
 struct FrictionKernel {
-  int num_multipliers = 0;  ///< p, of each point: 1 on a surface, 2 on a wire
+  int num_multipliers = 0;  ///< p, at each point: 1 on a surface, 2 on a wire
   bool thread_safe = true;
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const FrictionBatch& batch) = nullptr;
 };
 
-/// xi as text in x1, y1, z1, x2, …, t, pi and the constants, e.g. "sqrt((x2-x1)^2 + (y2-y1)^2) - 1".
-/// Throws InputError naming the position inside the text.
+/// Makes a kernel from xi as text in x1, y1, z1, x2, …, t, pi and the constants, e.g. "sqrt((x2-x1)^2 + (y2-y1)^2) -
+/// 1". Throws InputError naming the position inside the text.
 TANOR_API ConstraintKernel formula_constraint(std::string_view equation, int num_points,
                                               const Constants& constants = {});
 
-/// x, y, z of each point (3p texts) in the coordinates' names, t, pi and the constants. Throws InputError whose where()
-/// is "/<number of the component>"; empty where a name is wrong.
+/// Makes a kernel from x, y, z of each point (3p texts) in the coordinates' names, t, pi and the constants. Throws
+/// InputError whose where() is "/<number of the component>", or empty if a name is wrong.
 TANOR_API CoordinateKernel formula_coordinates(std::span<const std::string> names,
                                                std::span<const std::string> components,
                                                const Constants& constants = {});
 
-/// An energy as text in x1, y1, z1, x2, …, t, pi, the constants and the names of what each tuple has a number of its
-/// own for, J. Throws InputError naming the position inside the text.
+/// Makes a kernel from an energy, J, as text in x1, y1, z1, x2, …, t, pi, the constants and the names of the constants
+/// that each tuple has of its own. Throws InputError naming the position inside the text.
 TANOR_API PotentialKernel formula_potential(std::string_view energy, int num_points, const Constants& constants = {},
                                             std::span<const std::string> own_constants = {});
 
-/// Three components in x, y, z, vx, vy, vz, t, pi and the constants, N. Throws InputError whose where() is "/x", "/y"
-/// or
-/// "/z".
+/// Makes a kernel from the three components of a force, N, in x, y, z, vx, vy, vz, t, pi and the constants. Throws
+/// InputError whose where() is "/x", "/y" or "/z".
 TANOR_API ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants = {});
 
-/// The forces on a tuple of points, x1, y1, z1, x2, … (3p texts) in x1, y1, z1, …, vx1, vy1, vz1, …, t, pi and the
-/// constants, N. Throws InputError whose where() is "/x1" and so on.
+/// Makes a kernel from the forces on the points of a tuple, N: 3p texts in x1, y1, z1, …, vx1, vy1, vz1, …, t, pi and
+/// the constants. Throws InputError whose where() is "/x1" and so on.
 TANOR_API ForceKernel formula_tuple_force(std::span<const std::string> components, const Constants& constants = {});
 
 }  // namespace tanor

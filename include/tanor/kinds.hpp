@@ -45,7 +45,7 @@
 
 namespace tanor {
 
-/// xi(r, t) = 0; built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
+/// Constraints xi(r, t) = 0. The built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
 using Constraint =
     std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices, UserConstraints>;
 
@@ -55,71 +55,75 @@ using Force =
 
 /// Friction tau at points that constraints guide, N.
 ///
-/// `at` names the guides: constraints of single points; where several guide one point they form one wire (or one
-/// surface) together. v_rel is the velocity of the point along its guide, relative to it: the guide's own motion across
-/// itself follows from xi_t, `velocity` says how it moves along itself.
+/// `at` names the guides, which are constraints of single points. Several guides of one point form one wire (or one
+/// surface) together. v_rel is the velocity of the point along its guide and relative to it. The guide's own motion
+/// across itself follows from xi_t, and `velocity` is its motion along itself.
 using Friction = std::variant<Coulomb, Viscous, UserFriction>;
 
-/// Generalized coordinates r = r(q, t): the tangent form; together they cover every point that moves once.
+/// Generalized coordinates r = r(q, t) of the tangent form. Together they cover every moving point exactly once.
 using Coordinates = std::variant<FreeCoordinates, LineCoordinates, PlaneCoordinates, CircleCoordinates,
                                  SphereCoordinates, ChainAngles, RigidBody, UserCoordinates>;
 
-// ---- what is missing in a kind, said at compile time ----
+// ---- checks at compile time of what a kind must have ----
 
+// clang-format off
 template <class Group>
 concept HasName = requires {
   { KindOf<Group>::name } -> std::convertible_to<std::string_view>;
 };
+
 template <class Group>
 concept HasFields = requires {
   std::tuple_size<std::remove_cv_t<decltype(KindOf<Group>::fields)>>::value;
 };
+
 template <class Group>
 concept HasRows = requires {
   { KindOf<Group>::rows } -> std::convertible_to<int>;
   KindOf<Group>::members;
 };
+
 /// Users' own constraints bring a kernel.
 template <class Group>
-concept HasDefinition = requires(const Group& group) {
-  group.kernel;
-}
-|| requires(const Group& group, const TripleOf<Jet<2>> (&r)[3], Jet<2> number) {
-  {
-    typename KindOf<Group>::template Definition<Jet<2>>(group, ClockOf<Jet<2>>{}).xi(r, number, 0)
-    } -> std::convertible_to<std::array<Jet<2>, static_cast<std::size_t>(KindOf<Group>::rows)>>;
-};
+concept HasDefinition =
+    requires(const Group& group) { group.kernel; } ||
+    requires(const Group& group, const TripleOf<Jet<2>> (&r)[3], Jet<2> number) {
+      { typename KindOf<Group>::template Definition<Jet<2>>(group, ClockOf<Jet<2>>{}).xi(r, number, 0) }
+          -> std::convertible_to<std::array<Jet<2>, static_cast<std::size_t>(KindOf<Group>::rows)>>;
+    };
 
-/// Coordinates of single points; those that tie points have a family by hand, users' own bring a kernel.
+/// Holds for coordinates of single points. Those that tie points have a family by hand, and users' own bring a kernel.
 template <class Group>
-concept HasPlace = requires(const Group& group) {
-  group.kernel;
-}
-|| requires(const Group& group) {
-  KindOf<Group>::tied_points(group);
-  sizeof(typename KindOf<Group>::template Definition<Jet<2>>);
-}
-|| requires(const Group& group, const NumbersOf<Group, Jet<2>>& q, const Jet<2>& number, const ChartOf<Group>& chart,
-            typename KindOf<Group>::template Definition<Jet<2>> now) {
-  { now.place(q, number, chart) } -> std::convertible_to<TripleOf<Jet<2>>>;
-  { now.locate(TripleOf<Jet<2>>{}, number, chart) } -> std::convertible_to<NumbersOf<Group, Jet<2>>>;
-};
+concept HasPlace =
+    requires(const Group& group) { group.kernel; } ||
+    requires(const Group& group) {
+      KindOf<Group>::tied_points(group);
+      sizeof(typename KindOf<Group>::template Definition<Jet<2>>);
+    } ||
+    requires(const Group& group, const NumbersOf<Group, Jet<2>>& q, const Jet<2>& number, const ChartOf<Group>& chart,
+             typename KindOf<Group>::template Definition<Jet<2>> now) {
+      { now.place(q, number, chart) } -> std::convertible_to<TripleOf<Jet<2>>>;
+      { now.locate(TripleOf<Jet<2>>{}, number, chart) } -> std::convertible_to<NumbersOf<Group, Jet<2>>>;
+    };
+
 template <class Law>
-concept HasMagnitude = requires(const Law& law) {
-  { KindOf<Law>::magnitude(law, 0.0) } -> std::convertible_to<double>;
-}
-|| requires(const Law& law, const Forward<1>& normal) {
-  { KindOf<Law>::magnitude(law, 0.0, normal) } -> std::convertible_to<Forward<1>>;
-}
-|| HasForceOfFriction<Law>;
+concept HasMagnitude =
+    requires(const Law& law) {
+      { KindOf<Law>::magnitude(law, 0.0) } -> std::convertible_to<double>;
+    } ||
+    requires(const Law& law, const Forward<1>& normal) {
+      { KindOf<Law>::magnitude(law, 0.0, normal) } -> std::convertible_to<Forward<1>>;
+    } ||
+    HasForceOfFriction<Law>;
+
 /// A law that sticks has a limit, mu_s |N|, and reads |N| alone when it slides.
 template <class Law>
-concept HasLimitWhereItSticks = !requires(const Law& law) {
-  KindOf<Law>::sticks(law);
-}
-|| (IsProportionalFriction<Law> && requires(const Law& law) {
-  { KindOf<Law>::static_coefficient(law) } -> std::convertible_to<double>;
-});
+concept HasLimitWhereItSticks =
+    !requires(const Law& law) { KindOf<Law>::sticks(law); } ||
+    (IsProportionalFriction<Law> && requires(const Law& law) {
+      { KindOf<Law>::static_coefficient(law) } -> std::convertible_to<double>;
+    });
+// clang-format on
 
 namespace detail {
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// \file
-/// Energies whose operations were taken down somewhere else than by user_kernel.hpp, by a host with a language of its
-/// own.
+/// Energies whose operations were recorded by a host in a language of its own, instead of by user_kernel.hpp.
 
 #include <memory>
 
@@ -10,8 +9,8 @@
 
 namespace tanor {
 
-/// An energy of p points: the variables of `energy` are the 3p coordinates, c numbers that each tuple has of its own,
-/// and t; it has one result, J. Throws InputError where it has others.
+/// Makes a kernel from an energy of p points. The variables of `energy` are the 3p coordinates, c numbers that each
+/// tuple has of its own, and t; its only result is the energy, J. Throws InputError if it has others.
 TANOR_API PotentialKernel expression_potential(std::shared_ptr<const Expression> energy, int num_points,
                                                int num_constants = 0);
 

@@ -3,13 +3,12 @@
 /// \file
 /// tanor: motion and reactions of large systems of material points under constraints.
 ///
-/// A trap for readers of the paper: its *inverse problem*, accelerations from forces, is everybody's *forward
-/// dynamics* (`Dynamics`, `Simulation`); its *direct problem*, forces from a motion, is everybody's *inverse dynamics*
+/// Readers of the paper should note its terms. Its *inverse problem*, accelerations from forces, is the *forward
+/// dynamics* of the field (`Dynamics`, `Simulation`); its *direct problem*, forces from a motion, is *inverse dynamics*
 /// (`InverseDynamics`). Names here are those of the field.
 ///
-/// Apart from it stand, for programs with a time loop of their own, <tanor/constrainer.hpp> with
-/// <tanor/velocity_verlet.hpp>, and <tanor/recorded.hpp> for their energies; <tanor.h> for C; and
-/// <tanor/direct_problem.hpp>, an old name.
+/// This header does not include <tanor/constrainer.hpp> and <tanor/velocity_verlet.hpp>, for programs with a time loop
+/// of their own, <tanor/recorded.hpp> for their energies, <tanor.h> for C, and <tanor/direct_problem.hpp>, an old name.
 
 #include <tanor/build_info.hpp>
 #include <tanor/certificate.hpp>

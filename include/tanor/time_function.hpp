@@ -21,44 +21,48 @@ using Vector3 = std::array<double, 3>;
 /// Named constants of formulas, `{"omega": 3.0}`.
 using Constants = std::map<std::string, double, std::less<>>;
 
-/// A number that may depend on time, known with its first two derivatives. Immutable and cheap to copy.
+/// A number that may depend on time, with its first two derivatives. Immutable and cheap to copy.
 class TANOR_API ScalarFunction {
  public:
   static constexpr int largest_order = 24;  ///< higher derivatives are not asked for
 
   ScalarFunction(double constant = 0.0);  // NOLINT(google-explicit-constructor): a constant is a function
-  /// Text in `t`, `pi` and the given constants, e.g. "0.1*sin(omega*t)".
+  /// Makes a function from text in `t`, `pi` and the given constants, e.g. "0.1*sin(omega*t)".
   /// Throws InputError naming the position inside the text.
   static ScalarFunction formula(std::string_view text, const Constants& constants = {});
-  /// C4 interpolation of samples; `times` strictly increasing, at least 2 rows. Outside the table: InputError at
-  /// evaluation.
+  /// Makes the C4 interpolation of samples. `times` are strictly increasing and at least 2. An evaluation outside the
+  /// table throws InputError.
   static ScalarFunction table(std::vector<double> times, std::vector<double> values);
-  /// A user's own function, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
+  // clang-format off
+  /// Makes a function from a user's own one, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
   template <class Function>
-  requires std::invocable < const Function&, const Jet<largest_order>
-  & > static ScalarFunction custom(Function function) {
+    requires std::invocable<const Function&, const Jet<largest_order>&>
+  static ScalarFunction custom(Function function) {
     return custom(std::function<Jet<2>(const Jet<2>&)>(function), SeriesFunction(function));
   }
-  /// The same for one that runs on Jet<2> alone: it has no series.
+  // clang-format on
+  /// The same for a function that runs on Jet<2> alone, which has no series.
   static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function) {
     return custom(std::move(function), {});
   }
 
   bool is_constant() const { return source_ == nullptr; }
-  /// Taylor coefficients at t: value(), derivative(1), derivative(2).
+  /// Returns the Taylor coefficients at t: value(), derivative(1), derivative(2).
   Jet<2> operator()(double t) const;
 
-  /// Taylor coefficients 0 … P at t, for at most `largest_order` + 1 numbers; false: not known (a custom function).
+  /// Writes the Taylor coefficients 0 … P at t, at most `largest_order` + 1 numbers. Returns false if they are not
+  /// known (a custom function).
   bool expand(double t, std::span<double> coefficients) const;
-  /// Where the next piece of a table begins, s, after t: the series at t says nothing beyond it. Infinite: nowhere.
+  /// Returns the time after t, s, at which the next piece of a table begins, infinity if there is none. The series at t
+  /// does not hold beyond it.
   double smooth_until(double t) const;
 
-  /// Values at many times at once; beyond the ends of a table the value there.
+  /// Writes the values at many times at once; beyond the ends of a table they are those at its ends.
   void sample(std::span<const double> times, double* values) const;
   /// Appends the times between begin and end at which pieces of a table meet, s, ascending.
   void append_knots(double begin, double end, std::vector<double>* knots) const;
 
-  /// Where the numbers come from when they are not constant.
+  /// Source of the numbers if they are not constant.
   class TANOR_LOCAL Source;
 
  private:

@@ -8,10 +8,10 @@
 ///       return x[2] - (1.0 + 0.1 * sin(t)) * (x[0] * x[0] + x[1] * x[1]);
 ///     });
 ///
-/// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which
-/// yields the gradient (the tangents); on Traced it is taken down for series of any order. It is instantiated here, on
-/// the user's side; the library gets a plain function that loops over a batch. A callable without arguments that change
-/// it is called from several threads.
+/// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) together, and on Forward, which yields
+/// the gradient (the tangents). On Traced it is recorded for series of any order. It is instantiated here, on the
+/// user's side; the library gets a plain function that loops over a batch. A callable that is thread_safe is called
+/// from several threads.
 
 #include <algorithm>
 #include <array>
@@ -32,7 +32,7 @@ namespace tanor {
 
 namespace detail {
 
-/// The point of a curve x + e x_dot, for each of the numbers.
+/// The points x + e x_dot of a curve, one jet for each number.
 template <std::size_t size>
 std::array<Jet<2>, size> load_curve(const double* x, const double* x_dot) {
   std::array<Jet<2>, size> curve;
@@ -51,9 +51,9 @@ std::array<Forward<static_cast<int>(size)>, size> load_variables(const double* x
 
 }  // namespace detail
 
-/// callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T = Jet<2>, Forward<3p> and
-/// Traced. Without the last one (a callable that compares its arguments) steps may pass its narrow places unseen, as
-/// those of forces.
+/// Makes a kernel from callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T =
+/// Jet<2>, Forward<3p> and Traced. A callable that compares its arguments does not run on Traced; adaptive steps may
+/// then pass unseen over what changes in a narrow place only, as with forces.
 template <int p, class Callable>
 ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(1 <= p && p <= ConstraintKernel::most_points);
@@ -90,8 +90,8 @@ ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = 
   return kernel;
 }
 
-/// `callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>`, for `T = Jet<2>` and `Forward<s>`. Steps may
-/// pass its narrow places unseen, as those of forces.
+/// Makes a kernel from `callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>`, for `T = Jet<2>` and
+/// `Forward<s>`. Adaptive steps may pass unseen over what changes in a narrow place only, as with forces.
 template <int p, int s, class Callable>
 CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1 && s >= 1);
@@ -129,7 +129,7 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
 
 namespace detail {
 
-/// The points and constants of an energy: x(i) is the number i of both together.
+/// The points and constants of an energy; x(i) is the i-th of all their numbers.
 template <class T, int p, int c>
 struct EnergyArguments {
   std::array<std::array<T, 3>, p> r;
@@ -142,7 +142,8 @@ struct EnergyArguments {
   }
 };
 
-/// energy(r, constants, t) of p points with c constants each, on T = double, Forward, Curved and Traced.
+/// Makes a kernel from energy(r, constants, t) of p points with c constants each, on T = double, Forward, Curved and
+/// Traced.
 template <int p, int c, class Energy>
 PotentialKernel make_energy_kernel(Energy&& given, bool thread_safe) {
   static_assert(1 <= p && p <= PotentialKernel::most_points);
@@ -184,9 +185,9 @@ PotentialKernel make_energy_kernel(Energy&& given, bool thread_safe) {
 
 }  // namespace detail
 
-/// callable(const std::array<T, 3>& r1, …, const std::array<T, 3>& rp, const T& t) -> T, the energy of p points, J, for
-/// T = double, Forward, Curved and Traced. Without the last one (a callable that compares its arguments) method
-/// `taylor` has no series of it.
+/// Makes a kernel from callable(const std::array<T, 3>& r1, …, const std::array<T, 3>& rp, const T& t) -> T, the energy
+/// of p points, J, for T = double, Forward, Curved and Traced. A callable that compares its arguments does not run on
+/// Traced; the method `taylor` then has no series of it.
 template <int p, class Callable>
 PotentialKernel make_potential_kernel(Callable&& callable, bool thread_safe = true) {
   return detail::make_energy_kernel<p, 0>(
@@ -196,10 +197,10 @@ PotentialKernel make_potential_kernel(Callable&& callable, bool thread_safe = tr
       thread_safe);
 }
 
-/// callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N, for T = double and
-/// Forward<6>: a force on a point at r with velocity v. It is a black box: where it acts for a short time or in a
-/// narrow place only, adaptive steps may pass it unseen; give MotionOptions::max_step, the time in which that is
-/// passed.
+/// Makes a kernel from callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N,
+/// for T = double and Forward<6>: a force on a point at r with velocity v. Nothing else is known about it. If it acts
+/// for a short time or in a narrow place only, adaptive steps may pass over it unseen; MotionOptions::max_step should
+/// then be the time of its passage.
 template <class Callable>
 ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
   using Function = std::decay_t<Callable>;
@@ -231,9 +232,9 @@ ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
   return kernel;
 }
 
-/// callable(const Vector3& r, const Vector3& v, double t, const std::array<T, p>& lambda) -> std::array<T, 3>, N, for
-/// T = double and Forward<p>: the friction on a point at r that slides with v along its guides, whose p equations have
-/// the multipliers lambda. What it does for a short time only may be passed unseen, as with forces.
+/// Makes a kernel from callable(const Vector3& r, const Vector3& v, double t, const std::array<T, p>& lambda) ->
+/// std::array<T, 3>, N, for T = double and Forward<p>: the friction on a point at r that slides with v along its
+/// guides, whose p equations have the multipliers lambda. As with forces, steps may pass unseen over short changes.
 template <int p, class Callable>
 FrictionKernel make_friction_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1);

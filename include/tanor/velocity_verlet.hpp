@@ -11,40 +11,41 @@
 /// The time loop for hosts that have none of their own.
 namespace tanor {
 
-/// Where a run is after a step.
+/// Progress of a run after a step.
 struct VelocityVerletProgress {
-  std::size_t steps;  ///< done so far
+  std::size_t steps;  ///< number of steps done so far
   double time;
-  const ConstraintReport& positions;   ///< of the step's constrain_positions
-  const ConstraintReport& velocities;  ///< of its constrain_velocities
+  const ConstraintReport& positions;   ///< report of the step's constrain_positions
+  const ConstraintReport& velocities;  ///< report of the step's constrain_velocities
 };
 
-/// Steps of velocity Verlet with the constraints of a Constrainer, as its comment writes them down.
+/// A run of velocity Verlet with the constraints of a Constrainer, as its comment describes it.
 struct VelocityVerlet {
-  double step = 0.0;  ///< h, not 0; negative: backwards
+  double step = 0.0;  ///< h, not 0; a negative step runs backwards
   std::size_t steps = 0;
-  double time = 0.0;  ///< where the run begins
-  /// They obey the constraints (project_positions and constrain_velocities see to it), and are those of the run's end.
-  /// Supports go on with their velocities.
+  double time = 0.0;  ///< start time of the run
+  /// Positions and velocities, which satisfy the constraints (project_positions and constrain_velocities make them do
+  /// so). They become those at the end of the run. Supports move on with their velocities.
   PointArray positions{}, velocities{};
-  /// At the positions, also where the run begins.
+  /// Forces at the positions, also at the start of the run.
   PointArray forces{};
-  /// Writes the forces at the positions as they are now, which are those of that time. Absent: they remain.
+  /// Writes the forces at the present positions, which belong to that time. If absent, the forces stay as they are.
   std::function<void(double time)> set_forces{};
-  /// Called after every step; false ends the run there. It may edit the constraints, but not the points.
+  /// Called after every step; a return of false ends the run. It may edit the constraints, but not the points.
   std::function<bool(const VelocityVerletProgress&)> observe{};
   bool measures = false;   ///< see PositionStep::measures
   double tolerance = 0.0;  ///< see PositionStep::tolerance
 };
 
-/// How a run ended.
+/// Result of a run.
 struct [[nodiscard]] VelocityVerletReport {
-  Outcome outcome;  ///< not ok: positions, velocities and forces are those of the last good step
+  Outcome outcome;  ///< if not ok, positions, velocities and forces are those of the last good step
   std::size_t steps = 0;
   double time = 0.0;
 };
 
-/// Throws InputError, like the calls of the Constrainer, which belongs to the run until it ends.
+/// Runs the loop. The Constrainer belongs to the run until it ends. Throws InputError, like the calls of the
+/// Constrainer.
 TANOR_API VelocityVerletReport run(Constrainer* constrainer, const VelocityVerlet& run);
 
 }  // namespace tanor

@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// What is allowed and does nothing, so that something else may have been meant, a sentence each: bonds along rods
-/// whose lengths stand. Everything that solves a system says it in `left_out`.
+/// Returns what is allowed but has no effect, so that something else may have been meant, one sentence each: bonds
+/// along rods of constant length. Everything that solves a system reports it in `left_out`.
 TANOR_API std::vector<std::string> find_warnings(const System& system);
 
 }  // namespace tanor

@@ -1,10 +1,10 @@
 #pragma once
 
 /// \file
-/// What a kind of constraint, force, friction or coordinates says about itself. Each kind is one file of this folder;
+/// Descriptions of kinds of constraint, force, friction and coordinates. Each kind is one file of this folder;
 /// <tanor/kinds.hpp> lists them. docs/contributing.md, "How to add a kind", has the steps.
 ///
-/// The fields of a kind are plain data: validation, the reader of scene files and the search for moving parts all loop
+/// The fields of a kind are plain data. Validation, the reader of scene files and the search for moving parts all loop
 /// over them, so nothing else names the kind.
 
 #include <array>
@@ -26,8 +26,8 @@ namespace tanor {
 /// Number of a point, 0 … num_points - 1.
 using Index = std::int32_t;
 
-/// One number for each constraint of a group: "initial" (the value that the initial positions have; the default),
-/// one for all, or one each; constant or depending on time.
+/// One number for each constraint of a group: "initial" (the default, the value in the initial positions), one number
+/// for all, or one for each. Numbers are constant or depend on time.
 struct TANOR_API Parameter {
   Parameter() = default;
   Parameter(double constant) : constants{constant} {}                          // NOLINT
@@ -37,16 +37,16 @@ struct TANOR_API Parameter {
 
   bool is_initial() const { return constants.empty() && functions.empty(); }
 
-  std::vector<double> constants{};          ///< size 1 (for all) or one each
+  std::vector<double> constants{};          ///< size 1 (for all) or one for each
   std::vector<ScalarFunction> functions{};  ///< likewise; at most one of the two lists is filled
 };
 
 // ---- fields ----
 
-/// A rule that a finite number must keep, and what is said where it does not.
+/// A rule that a finite number must keep, and the complaint about a number that breaks it.
 struct ValueRange {
-  const char* (*complaint)(double);  ///< what is wrong with a number, or null
-  const char* wanted = nullptr;      ///< what a scene file wants; null: the reader takes any number
+  const char* (*complaint)(double);  ///< returns what is wrong with a number, or null
+  const char* wanted = nullptr;      ///< what a scene file wants; if null, the reader takes any number
 
   static const ValueRange any, positive, not_negative, not_zero;
 };
@@ -58,11 +58,11 @@ inline constexpr ValueRange ValueRange::not_negative = {[](double x) { return x 
                                                         "a number >= 0"};
 inline constexpr ValueRange ValueRange::not_zero = {[](double x) { return x != 0.0 ? nullptr : "must not be zero"; }};
 
-/// How a vector relates to the points that it is given for.
+/// Relation of a vector to the points that it is given for.
 enum class FieldRole {
-  Value,      ///< neither of these
+  Value,      ///< none of the following
   Place,      ///< the points move with the vector
-  Center,     ///< the same, and the points stay at a distance from it that is a length of their neighbourhood
+  Center,     ///< the same; the points also stay at a distance from it that is a length of their neighbourhood
   Direction,  ///< it must not be zero; the points turn with it
 };
 
@@ -71,12 +71,12 @@ struct FieldData {
   const char* unit = "";
   ValueRange range = ValueRange::any;
   FieldRole role = FieldRole::Value;
-  bool is_required = false;  ///< of a scene file; else the field has the value that its struct gives it
-  bool is_constant = false;  ///< of a parameter: it must not depend on time
-  int point = 0;             ///< of a member's points, the one that a Center belongs to
+  bool is_required = false;  ///< required in a scene file; else the field has the default of its struct
+  bool is_constant = false;  ///< for a parameter: it must not depend on time
+  int point = 0;             ///< for a Center: which of a member's points belongs to it
 };
 
-/// A field of a group: its name as scene files spell it, where it is, and what it may be.
+/// A field of a group: its name in scene files, its address, and its rules.
 template <class Group, class Value>
 struct FieldOf {
   const char* name;
@@ -88,7 +88,7 @@ struct FieldOf {
 
 // ---- definitions ----
 
-/// Three numbers of any scalar type; what definitions are written in.
+/// Three numbers of any scalar type, in which definitions are written.
 template <class T>
 struct TripleOf {
   T x, y, z;
@@ -117,7 +117,8 @@ TripleOf<T> triple_of(const Vector3& a) {
   return {T(a[0]), T(a[1]), T(a[2])};
 }
 
-/// Functions of time at t: a jet runs along with time, every other scalar type sees time standing still.
+/// Evaluates functions of time at t. A jet carries their derivatives in time; any other scalar type gets the value
+/// alone.
 template <class T>
 struct ClockOf {
   double t;
@@ -135,62 +136,63 @@ struct ClockOf {
 
 // ---- kinds ----
 
-/// What a kind says about itself, specialised for each Group (a struct of groups: Rods, Planes, …):
+/// Description of a kind, specialised for each Group (a struct of groups: Rods, Planes, …). Every kind has
 ///
-///     name        as scene files spell it
+///     name        the name in scene files
 ///     members     the list of what the group holds: points, pairs, triples or tuples
 ///     fields      a std::tuple of FieldOf
 ///
-/// A constraint says besides:
+/// A constraint also has
 ///
-///     rows        equations of a member
-///     parameter   the Parameter among the fields of which each member has a number, xi = measure - number; may be left
-///                 out
+///     rows        number of equations of a member
+///     parameter   the Parameter among the fields that gives each member a number, xi = measure - number; it may be
+///                 left out
 ///     Definition<T>
 ///                 made from a group and a clock for one instant. xi(r, number, k) -> std::array<T, rows> is the
-///                 constraint, r[p] being the position of the p-th point of member k. measure(r, k) is what an
-///                 "initial" number takes from the start.
+///                 constraint, where r[p] is the position of the p-th point of member k. measure(r, k) gives an
+///                 "initial" number its value at the start.
 ///
-/// It may say: `distinct`, why the points of a member differ; `parameter_range`, what its numbers are besides;
-/// complaint(group, now, r, k), what is wrong with member k at the start, or null; leverage(group, t, size), how far
-/// (m) a point moves for 1 of the parameter.
+/// It may have `distinct`, the reason why the points of a member must differ; `parameter_range`, a further rule for its
+/// numbers; complaint(group, now, r, k), which returns what is wrong with member k at the start, or null; and
+/// leverage(group, t, size), the distance (m) that a point moves when the parameter changes by 1.
 ///
-/// Coordinates of single points say besides:
+/// Coordinates of single points also have
 ///
-///     coordinates   how many numbers q a point has, 1 to 3
+///     coordinates   number of coordinates q of a point, 1 to 3
 ///     parameter     as above
-///     Definition<T> made from a group and a clock for one instant. place(q, number, chart) is where the numbers q put
-///     a
-///                   point; locate(r, number, chart) is the inverse, the q of a place r
-///     Chart         what the numbers of a point are centred at; equal ones are ==. It may be left out. Then
-///                   Definition<double>::chart_at(r) is the chart to use at the place r
+///     Definition<T>
+///                   made from a group and a clock for one instant. place(q, number, chart) is the position of the
+///                   point with the coordinates q; locate(r, number, chart) is the inverse, the q of a position r.
+///     Chart         the point at which the coordinates are centred; charts compare with ==. It may be left out. If
+///                   there is one, Definition<double>::chart_at(r) returns the chart to use at the position r.
 ///
-/// Coordinates that tie points to one another say tied_points(group), num_coordinates(group) and a Definition of their
-/// own. They have a family by hand (src/evaluate/coordinate_families.hpp).
+/// Coordinates that tie points to one another have tied_points(group), num_coordinates(group) and a Definition of their
+/// own. Their family is written by hand (src/evaluate/coordinate_families.hpp).
 ///
-/// A law of friction acts against the sliding with a magnitude, N, and says one of
+/// A law of friction acts against the sliding with a magnitude, N, and has one of
 ///
-///     magnitude(law, speed)            which depends on the speed of sliding alone
-///     magnitude(law, speed, normal)    which reads multipliers, too: `normal` is |N|, of a scalar type, so that
-///     Forward
-///                                      gives the derivative. N is the force of the guides, or the whole reaction of
-///                                      the point where reads_full_reaction(law)
+///     magnitude(law, speed)
+///                 which depends on the speed of sliding alone;
+///     magnitude(law, speed, normal)
+///                 which also reads multipliers: `normal` is |N|, of a scalar type, so that Forward gives the
+///                 derivative. N is the force of the guides, or the whole reaction of the point if
+///                 reads_full_reaction(law);
 ///     force(law, t, r, v, lambda, derivative)
-///                                      which has any direction and reads the multipliers of the guides one by one;
-///                                      it says num_multipliers(law) and is_thread_safe(law) as well
+///                 which has any direction and reads the multipliers of the guides one by one; such a law also has
+///                 num_multipliers(law) and is_thread_safe(law).
 ///
-/// It may say: `is_proportional`, whether a magnitude is mu(speed) |N|, as Coulomb's: then motions are counted and
-/// (43) runs on a fast kernel; sticks(law) and static_coefficient(law), of a proportional law that holds points at
-/// rest up to that times |N|; is_without_effect(law); check(law, check), what ranges of fields do not say;
-/// variant(law), what reports add to its name.
+/// It may have `is_proportional`, which says that the magnitude is mu(speed) |N|, as Coulomb's: modes of stick and slip
+/// are then counted and (43) runs on a fast kernel; sticks(law) and static_coefficient(law), for a proportional law
+/// that holds points at rest up to that times |N|; is_without_effect(law); check(law, check), for rules beyond the
+/// ranges of fields; and variant(law), which reports add to its name.
 template <class Group>
 struct KindOf;
 
-/// Whether the members of a kind are single points.
+/// True if the members of a kind are single points.
 template <class Group>
 constexpr bool has_single_points = std::is_same_v<decltype(KindOf<Group>::members), std::vector<Index> Group::*const>;
 
-/// The chart of coordinates that have the same one everywhere.
+/// The chart of coordinates whose chart is the same everywhere.
 struct NoChart {};
 
 namespace detail {
@@ -213,29 +215,29 @@ struct ChartOf<Group> {
 template <class Group>
 using ChartOf = typename detail::ChartOf<Group>::Type;
 
-/// The numbers q of a point by coordinates of single points.
+/// The coordinates q of a point, for coordinates of single points.
 template <class Group, class T>
 using NumbersOf = std::array<T, static_cast<std::size_t>(KindOf<Group>::coordinates)>;
 
-/// Whether a law of friction says a force, in any direction, and no magnitude against the sliding.
+/// True if a law of friction gives a force in any direction instead of a magnitude against the sliding.
 template <class Law>
 concept HasForceOfFriction = requires {
   &KindOf<Law>::force;
 };
 
-/// Whether the magnitude of a law depends on the normal force.
+/// True if the magnitude of a law depends on the normal force.
 template <class Law>
 concept ReadsNormalForce = requires(const Law& law) {
   KindOf<Law>::magnitude(law, 0.0, 0.0);
 };
 
-/// Whether the magnitude of a law is mu(speed) |N|.
+/// True if the magnitude of a law is mu(speed) |N|.
 template <class Law>
 concept IsProportionalFriction = ReadsNormalForce<Law> && requires {
   requires KindOf<Law>::is_proportional;
 };
 
-/// How scene files call the list of members.
+/// Returns the name of the list of members in scene files.
 template <class Group>
 constexpr const char* list_name() {
   if constexpr (requires { KindOf<Group>::list; }) return KindOf<Group>::list;
@@ -247,7 +249,7 @@ constexpr const char* list_name() {
   return "points";
 }
 
-/// visit(field) for each field of a kind, in the order of its file.
+/// Calls visit(field) for each field of a kind, in the order of its file.
 template <class Group, class Visit>
 void for_each_field(const Visit& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, KindOf<Group>::fields);

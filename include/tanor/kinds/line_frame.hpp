@@ -4,11 +4,12 @@
 #include <cmath>
 
 /// \file
-/// The two unit vectors orthogonal to a line, which its two equations measure distances along.
+/// The two unit vectors orthogonal to a line, along which its two equations measure distances.
 ///
-/// They are a function of the line's direction d alone, whatever came before: e1 is the part orthogonal to d of the
-/// coordinate axis that d is farthest from (of axes as far, to 1e-6, the first), to unit length, and e2 = d x e1. Where
-/// another axis becomes the farthest one, both jump by a turn around d. K lambda does not: compare that.
+/// They depend on the line's direction d alone, not on the motion before: e1 is the part orthogonal to d of the
+/// coordinate axis that d is farthest from (the first of axes equally far to 1e-6), to unit length, and e2 = d x e1.
+/// When another axis becomes the farthest one, both jump by a rotation around d. K lambda does not, so it is what
+/// comparisons should use.
 namespace tanor {
 
 /// The number of a coordinate axis.
@@ -38,8 +39,8 @@ std::array<T, 3> to_unit_length(const std::array<T, 3>& a) {
 
 }  // namespace detail
 
-/// The axis that e1 comes from, for a direction of any length but 0. Axes that are equally far in a scene differ by
-/// rounding: the margin keeps the first of them.
+/// Returns the axis that defines e1, for a direction of any length but 0. Axes that are equally far in a scene differ
+/// by rounding; the margin keeps the first of them.
 template <class T>
 LineAxis line_axis(const std::array<T, 3>& direction) {
   constexpr double margin = 1e-6;
@@ -49,7 +50,8 @@ LineAxis line_axis(const std::array<T, 3>& direction) {
   return y <= z + tie ? 1 : 2;
 }
 
-/// e1 and e2 from a given axis: as series and charts continue them, beyond where the rule has another one.
+/// Returns e1 and e2 from a given axis. Series and charts use it to continue them beyond where the rule changes the
+/// axis.
 template <class T>
 std::array<std::array<T, 3>, 2> line_frame(const std::array<T, 3>& direction, LineAxis axis) {
   const std::array<T, 3> d = detail::to_unit_length(direction);
@@ -60,7 +62,7 @@ std::array<std::array<T, 3>, 2> line_frame(const std::array<T, 3>& direction, Li
   return {e, {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]}};
 }
 
-/// e1 and e2 by the rule.
+/// Returns e1 and e2 by the rule.
 template <class T>
 std::array<std::array<T, 3>, 2> line_frame(const std::array<T, 3>& direction) {
   return line_frame(direction, line_axis(direction));

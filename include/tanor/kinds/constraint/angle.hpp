@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// cos(angle at the middle point of i, j, k) - cosine; its multiplier is a torque-like N m.
+/// xi = cos(angle at the middle point of i, j, k) - cosine; its multiplier is a torque, N m.
 struct Angles {
   std::string name{};
   std::vector<std::array<Index, 3>> triples{};
@@ -21,7 +21,7 @@ template <>
 struct KindOf<Angles> {
   static constexpr ValueRange cosine_range = {
       [](double x) { return -1.0 <= x && x <= 1.0 ? nullptr : "is not between -1 and 1"; }};
-  /// A straight angle, to rounding: its cosine has no slope, so the constraint would have no gradient.
+  /// Excludes straight angles, to rounding: their cosine has no slope, so the constraint would have no gradient.
   static constexpr ValueRange parameter_range = {[](double x) -> const char* {
     if (std::abs(x) < 1.0 - 8.0 * std::numeric_limits<double>::epsilon()) return nullptr;
     return "is that of a straight triple, whose angle cannot be held by its cosine; use a line or rods";

@@ -9,7 +9,8 @@
 
 namespace tanor {
 
-/// Distance from the circle's plane; distance from its axis - radius (two rows a point).
+/// Points on a circle; two rows for each: the distance from the circle's plane, and the distance from its axis -
+/// radius.
 struct Circles {
   std::string name{};
   std::vector<Index> points{};
@@ -37,11 +38,11 @@ struct KindOf<Circles> {
   struct Definition {
     TripleOf<T> center, normal;
 
-    /// `given`: Circles, or coordinates with the same fields.
+    /// `given` is Circles, or coordinates with the same fields.
     template <class Shape, class Now>
     Definition(const Shape& given, const Now& now) : center(now(given.center)), normal(now(given.normal)) {}
 
-    /// |n x a|/|n|, the distance from the axis.
+    /// Returns |n x a|/|n|, the distance from the axis.
     template <class Points>
     T measure(const Points& r, std::size_t) const {
       return norm(cross(normal, r[0] - center)) / norm(normal);
@@ -55,7 +56,7 @@ struct KindOf<Circles> {
   template <class Points>
   static const char* complaint(const Circles& circles, const Definition<double>& now, const Points& r, std::size_t) {
     if (!circles.radius.is_initial()) return nullptr;
-    // |n x (r - c)| = |n| (distance from the axis), zero up to rounding on the axis
+    // |n x (r - c)| = |n| (distance from the axis) is zero, up to rounding, on the axis.
     constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
     const TripleOf<double> arm = r[0] - now.center;
     if (norm(cross(now.normal, arm)) > rounding * norm(now.normal) * norm(arm)) return nullptr;

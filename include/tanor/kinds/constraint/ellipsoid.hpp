@@ -8,17 +8,17 @@
 
 namespace tanor {
 
-/// Points on an ellipsoid with the half axes a, b, c along three orthogonal directions: with y the place in these axes,
-/// k0 = |(y1/a, y2/b, y3/c)| and k1 = |(y1/a^2, y2/b^2, y3/c^2)|, xi = k0 (k0 - 1)/k1.
+/// Points on an ellipsoid with the half axes a, b, c along three orthogonal directions. With the position y in these
+/// axes, k0 = |(y1/a, y2/b, y3/c)| and k1 = |(y1/a^2, y2/b^2, y3/c^2)|, xi = k0 (k0 - 1)/k1.
 ///
-/// On the surface the gradient has unit length, so xi is the distance to first order and lambda the force, N; with
-/// three equal radii it is the distance everywhere.
+/// On the surface the gradient has unit length, so that xi is the distance to first order and lambda is the force, N.
+/// With three equal radii xi is the distance everywhere.
 struct Ellipsoids {
   std::string name{};
   std::vector<Index> points{};
   VectorFunction center{};
   Vector3 radii{1.0, 1.0, 1.0};  ///< m, > 0: a, b, c
-  /// The direction of a; a vector whose part orthogonal to it is the direction of b.
+  /// The direction of a, and a vector whose part orthogonal to it is the direction of b.
   std::array<Vector3, 2> axes{Vector3{1.0, 0.0, 0.0}, Vector3{0.0, 1.0, 0.0}};
 };
 

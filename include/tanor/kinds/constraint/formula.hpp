@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// A user's own function of the points of a tuple, from user_kernel.hpp or formula_constraint; supports may take part.
+/// A user's own function of the points of a tuple, from user_kernel.hpp or formula_constraint. Supports may take part.
 struct UserConstraints {
   std::string name{};
   std::vector<std::vector<Index>> tuples{};

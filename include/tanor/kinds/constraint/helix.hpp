@@ -11,11 +11,11 @@
 
 namespace tanor {
 
-/// Points on a wire that winds around an axis d: at the height z along d its angle is 2 pi z/pitch + phase, measured
+/// Points on a wire that winds around an axis d. At the height z along d its angle is 2 pi z/pitch + phase, measured
 /// from e1 towards e2, the two unit vectors of the line along d (see Lines). A negative pitch winds the other way; a
-/// phase that grows turns the wire as a screw.
+/// growing phase turns the wire as a screw.
 ///
-/// Two rows, rho the distance from the axis, s the angle from the wire to the point, q = pitch/(2 pi):
+/// The two rows are, with the distance rho from the axis, the angle s from the wire to the point, and q = pitch/(2 pi):
 ///
 ///     rho - radius,   2 rho tan(s/2) |q|/sqrt(radius^2 + q^2)
 ///
@@ -57,7 +57,7 @@ struct KindOf<Helices> {
       d = cross(e1, e2);
     }
 
-    /// The phase of the wire through a point.
+    /// Returns the phase of the wire through a point.
     template <class Points>
     T measure(const Points& r, std::size_t) const {
       using std::atan2;
@@ -81,7 +81,7 @@ struct KindOf<Helices> {
     const TripleOf<double> a = r[0] - now.origin;
     return norm(cross(now.d, a)) > 0.0 ? nullptr : "it is on the axis and has no angle there";
   }
-  /// A turn of the wire by 1 rad.
+  /// Returns the distance that a point moves when the wire turns by 1 rad.
   static double leverage(const Helices& helices, double, double) { return helices.radius; }
 };
 

@@ -10,9 +10,10 @@
 
 namespace tanor {
 
-/// Two distances, along two unit vectors orthogonal to the direction d (two rows a point), which are a function of d
-/// alone: e1 is the part orthogonal to d of the coordinate axis that d is farthest from (of axes as far the first), e2
-/// = d x e1. Where another axis becomes the farthest they jump by a turn around d; K lambda does not.
+/// Points on a line; two rows for each, the distances along two unit vectors orthogonal to the direction d. These
+/// depend on d alone: e1 is the part orthogonal to d of the coordinate axis that d is farthest from (the first of axes
+/// that are equally far), and e2 = d x e1. When another axis becomes the farthest, they jump by a rotation around d;
+/// K lambda does not.
 struct Lines {
   std::string name{};
   std::vector<Index> points{};
@@ -32,14 +33,14 @@ struct KindOf<Lines> {
   static constexpr auto members = &Lines::points;
   static constexpr int rows = 2;
   static constexpr auto fields = line_fields<Lines>;
-  /// The rows stand on the two unit vectors of this direction (line_frame.hpp), which jump where another axis serves.
+  /// The rows use the two unit vectors of this direction (line_frame.hpp), which jump when another axis is used.
   static constexpr auto turning = &Lines::direction;
 
   template <class T>
   struct Definition {
     TripleOf<T> origin, first, second;
 
-    /// `axis` instead of the rule's one.
+    /// `axis` replaces the one of the rule.
     template <class Now>
     Definition(const Lines& given, const Now& now, std::optional<LineAxis> axis = {}) : origin(now(given.origin)) {
       const TripleOf<T> along = now(given.direction);

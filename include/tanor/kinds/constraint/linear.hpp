@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// sum over the tuple of c.r - value; the same coefficients for every tuple.
+/// xi = sum over the tuple of c.r - value, with the same coefficients for every tuple.
 struct Linears {
   std::string name{};
   std::vector<std::vector<Index>> tuples{};

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// (normal.r - offset)/|normal|
+/// xi = (normal.r - offset)/|normal|
 struct Planes {
   std::string name{};
   std::vector<Index> points{};
@@ -35,7 +35,7 @@ struct KindOf<Planes> {
   struct Definition {
     TripleOf<T> normal;
 
-    /// `given`: Planes, or coordinates with the same fields.
+    /// `given` is Planes, or coordinates with the same fields.
     template <class Shape, class Now>
     Definition(const Shape& given, const Now& now) : normal(now(given.normal)) {}
 

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// |r_i - a| + ratio |r_j - b| - length
+/// xi = |r_i - a| + ratio |r_j - b| - length
 struct Pulleys {
   std::string name{};
   std::vector<std::array<Index, 2>> pairs{};

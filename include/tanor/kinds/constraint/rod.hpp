@@ -8,12 +8,12 @@
 
 namespace tanor {
 
-/// |r_j - r_i + offset| - length; tension = -lambda.
+/// xi = |r_j - r_i + offset| - length; the tension is -lambda.
 struct Rods {
   std::string name{};
   std::vector<std::array<Index, 2>> pairs{};
   Parameter length{};              ///< m, > 0
-  std::vector<Vector3> offsets{};  ///< m; constant image shift of r_j - r_i; empty or one each
+  std::vector<Vector3> offsets{};  ///< m; constant image shift of r_j - r_i; empty or one for each
 };
 
 template <>

@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// |r - center| - radius
+/// xi = |r - center| - radius
 struct Spheres {
   std::string name{};
   std::vector<Index> points{};
@@ -35,7 +35,7 @@ struct KindOf<Spheres> {
   struct Definition {
     TripleOf<T> center;
 
-    /// `given`: Spheres, or coordinates with the same fields.
+    /// `given` is Spheres, or coordinates with the same fields.
     template <class Shape, class Now>
     Definition(const Shape& given, const Now& now) : center(now(given.center)) {}
 

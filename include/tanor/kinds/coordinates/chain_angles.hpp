@@ -8,15 +8,15 @@
 
 namespace tanor {
 
-/// A chain of rods on a support, link by link: the direction of each in a stereographic chart (two numbers), or, in a
-/// given plane with unit normal n, its angle, rad, from e1 = n x a (to unit length) towards n x e1; a is the coordinate
+/// A chain of rods on a support. Each link has the two numbers of its direction in a stereographic chart or, in a given
+/// plane with unit normal n, its angle, rad, from e1 = n x a (to unit length) towards n x e1, where a is the coordinate
 /// axis that n is farthest from.
 struct ChainAngles {
   std::string name{};
   std::vector<Index> points{};  ///< along the chain, from the anchor on
   Index anchor = 0;             ///< a support
-  Parameter length{};           ///< m, > 0, one a link
-  Vector3 normal{};             ///< of the plane; 0: directions in space
+  Parameter length{};           ///< m, > 0, one for each link
+  Vector3 normal{};             ///< normal of the plane; 0 for directions in space
 };
 
 template <>
@@ -28,7 +28,7 @@ struct KindOf<ChainAngles> {
       FieldOf("length", &ChainAngles::length, {.unit = "m", .range = ValueRange::positive}),
       FieldOf("normal", &ChainAngles::normal)};
 
-  /// The direction of a link where its two numbers are 0, of unit length.
+  /// The direction of a link whose two numbers are 0, of unit length.
   using Chart = Vector3;
 
   template <class T>
@@ -38,7 +38,8 @@ struct KindOf<ChainAngles> {
     template <class Now>
     Definition(const ChainAngles& given, const Now&) : normal(given.normal) {}
 
-    /// The outer end of a link from its inner end: `q` are the two numbers of the link, or in a plane its angle.
+    /// Returns the outer end of a link from its inner end. `q` are the two numbers of the link, or its angle in a
+    /// plane.
     TripleOf<T> place(const TripleOf<T>& inner_end, const T& length, const T* q, const Chart& chart) const {
       using std::cos, std::sin;
       if (normal == Vector3{}) return inner_end + length * direction_around(chart, q[0], q[1]);
@@ -48,7 +49,7 @@ struct KindOf<ChainAngles> {
     }
   };
 
-  /// Points that the coordinates tie to one another.
+  /// Returns the points that the coordinates tie to one another.
   static std::vector<Index> tied_points(const ChainAngles& chain) {
     std::vector<Index> points = chain.points;
     points.push_back(chain.anchor);

@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// The angle around the circle's axis n, rad, from e1 towards n x e1; e1 is the part orthogonal to n of the coordinate
-/// axis that n is farthest from (and does not turn into) at the start.
+/// The angle around the circle's axis n, rad, from e1 towards n x e1. e1 is the part orthogonal to n of the coordinate
+/// axis that n is farthest from, and does not turn into, at the start; another axis is chosen when n comes near to it.
 struct CircleCoordinates {
   std::string name{};
   std::vector<Index> points{};
@@ -28,10 +28,10 @@ struct KindOf<CircleCoordinates> {
   static constexpr auto fields = circle_fields<CircleCoordinates>;
   static constexpr int coordinates = 1;
   static constexpr auto parameter = &CircleCoordinates::radius;
-  /// The axis that the first unit vector comes from.
+  /// The coordinate axis that defines the first unit vector.
   using Chart = LineAxis;
 
-  /// center + radius (cos q e1 + sin q e2)
+  /// r = center + radius (cos q e1 + sin q e2)
   template <class T>
   struct Definition : KindOf<Circles>::Definition<T> {
     using Base = typename KindOf<Circles>::template Definition<T>;

@@ -13,8 +13,8 @@ struct UserCoordinates {
   std::string name{};
   std::vector<std::vector<Index>> tuples{};
   CoordinateKernel kernel{};
-  std::vector<double> q{};      ///< [tuples][s] at the start; they decide where the points are
-  std::vector<double> q_dot{};  ///< likewise; empty: at rest
+  std::vector<double> q{};      ///< [tuples][s] at the start; they define the positions of the points
+  std::vector<double> q_dot{};  ///< likewise; empty at rest
 };
 
 template <>

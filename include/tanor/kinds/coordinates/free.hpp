@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// q = r, three a point.
+/// Free points: q = r, three coordinates for each point.
 struct FreeCoordinates {
   std::string name{};
   std::vector<Index> points{};

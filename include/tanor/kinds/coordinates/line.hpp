@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// r = origin + q direction/|direction|, one a point, m.
+/// r = origin + q direction/|direction|, one coordinate for each point, m.
 struct LineCoordinates {
   std::string name{};
   std::vector<Index> points{};

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// Two lengths along two unit vectors of the plane normal.r = offset, m.
+/// Two lengths, m, along two unit vectors of the plane normal.r = offset.
 struct PlaneCoordinates {
   std::string name{};
   std::vector<Index> points{};
@@ -24,10 +24,10 @@ struct KindOf<PlaneCoordinates> {
   static constexpr auto fields = plane_fields<PlaneCoordinates>;
   static constexpr int coordinates = 2;
   static constexpr auto parameter = &PlaneCoordinates::offset;
-  /// The axis that the first unit vector comes from.
+  /// The coordinate axis that defines the first unit vector.
   using Chart = LineAxis;
 
-  /// (offset/|n|) n/|n| + q1 e1 + q2 e2
+  /// r = (offset/|n|) n/|n| + q1 e1 + q2 e2
   template <class T>
   struct Definition : KindOf<Planes>::Definition<T> {
     using Base = typename KindOf<Planes>::template Definition<T>;

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// Two numbers of a stereographic chart around the present place, rad near there: no poles.
+/// Two numbers of a stereographic chart around the present position, rad near it. The chart has no poles.
 struct SphereCoordinates {
   std::string name{};
   std::vector<Index> points{};
@@ -24,10 +24,10 @@ struct KindOf<SphereCoordinates> {
   static constexpr auto fields = sphere_fields<SphereCoordinates>;
   static constexpr int coordinates = 2;
   static constexpr auto parameter = &SphereCoordinates::radius;
-  /// The direction of the place where both numbers are 0, of unit length.
+  /// The direction of the position at which both numbers are 0, of unit length.
   using Chart = Vector3;
 
-  /// center + radius u(q), u by direction_around
+  /// r = center + radius u(q), where direction_around gives u.
   template <class T>
   struct Definition : KindOf<Spheres>::Definition<T> {
     using Base = typename KindOf<Spheres>::template Definition<T>;

@@ -15,22 +15,22 @@ enum class BendingLaw {
   Cosine,          ///< k (1 + cos theta)
 };
 
-/// An energy of the angle theta at the middle point of three, pi where they are in line.
+/// An energy of the angle theta at the middle point of three; theta is pi if they are in line.
 ///
-/// The harmonic law is smooth through the straight angle where theta0 = pi; elsewhere its energy is a cone there, and
-/// at theta = 0, whose tip has no force.
+/// The harmonic law is smooth through the straight angle if theta0 = pi. Otherwise its energy there, and at theta = 0,
+/// is a cone, whose tip has no force.
 struct Bendings {
   std::string name{};
   std::vector<std::array<Index, 3>> triples{};
   BendingLaw law = BendingLaw::Harmonic;
   Parameter stiffness{};  ///< k, J/rad^2 (Harmonic) or J, >= 0
-  Parameter rest{};       ///< theta0, rad, 0 to pi (Harmonic, CosineHarmonic); one that is pi is pi for all
+  Parameter rest{};  ///< theta0, rad, 0 to pi (Harmonic, CosineHarmonic); a rest angle of pi must be one number for all
 };
 
 template <>
 struct KindOf<Bendings> {
   static constexpr double pi = 3.14159265358979323846;
-  /// An angle this near pi is pi, however many digits it is written with.
+  /// Angles that differ from pi by less than this are pi, however many digits they are written with.
   static constexpr double rounding_of_pi = 1e-8;
   static constexpr ValueRange angle_range = {[](double x) -> const char* {
     if (0.0 <= x && x <= pi + rounding_of_pi) return nullptr;
@@ -49,7 +49,7 @@ struct KindOf<Bendings> {
     return {{"stiffness", &bendings.stiffness}, {"rest", &bendings.rest}};
   }
   static constexpr int most_numbers = 2;
-  /// All rest at pi.
+  /// Returns true if the rest angle of all is pi.
   static bool is_straight(const Bendings& bendings) {
     const std::vector<double>& rest = bendings.rest.constants;
     return rest.size() == 1 && std::abs(rest[0] - pi) <= rounding_of_pi;
@@ -81,7 +81,7 @@ struct KindOf<Bendings> {
     }
   };
 
-  /// What is wrong with a triple where its points are, or empty.
+  /// Returns what is wrong with a triple at the positions of its points, or an empty text.
   template <class Points, class Numbers>
   static std::string complaint(const Bendings& bendings, const Points& r, const Numbers&) {
     const TripleOf<double> a = r[0] - r[1], b = r[2] - r[1];

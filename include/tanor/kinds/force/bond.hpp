@@ -15,7 +15,7 @@ enum class BondLaw {
   Morse,     ///< D (1 - exp(-a (r - r0)))^2
 };
 
-/// An energy of the distance r of two points.
+/// An energy of the distance r between two points.
 struct Bonds {
   std::string name{};
   std::vector<std::array<Index, 2>> pairs{};
@@ -75,7 +75,7 @@ struct KindOf<Bonds> {
     }
   };
 
-  /// What is wrong with a bond where its points are, or empty.
+  /// Returns what is wrong with a bond at the positions of its points, or an empty text.
   template <class Points, class Numbers>
   static std::string complaint(const Bonds& bonds, const Points& r, const Numbers& numbers) {
     const double distance = norm(r[1] - r[0]);

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-/// -c1 v - c2 |v| v
+/// f = -c1 v - c2 |v| v
 struct Drag {
   std::string name{};
   std::vector<Index> points{};

@@ -9,7 +9,7 @@
 namespace tanor {
 
 /// A user's own f(r, v, t) on each point, from formula_force, or on the points of each tuple, from formula_tuple_force.
-/// It has no potential: all that it does is work.
+/// It has no potential, so that all its effect on the energy is work.
 struct FormulaForce {
   std::string name{};
   std::vector<Index> points{};  ///< for kernels of one point

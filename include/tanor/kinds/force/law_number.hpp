@@ -10,25 +10,25 @@
 
 namespace tanor {
 
-/// A number of a law of several points: constant, one for all members or one each.
+/// A constant of a law of several points: one number for all members or one for each.
 ///
-/// Kinds that have an energy say `law_numbers(group)`, those that the group's law reads in the order of
-/// Definition<T>::energy(r, numbers), which is U over a scalar type. Such a definition branches on no number: it is
-/// taken down as an expression, from which forces, stiffness and series follow.
+/// A kind that has an energy has `law_numbers(group)`, the numbers that the group's law reads, in the order of
+/// Definition<T>::energy(r, numbers), which is U over a scalar type. Such a definition branches on no number, so that
+/// it can be recorded as an expression, from which forces, stiffness and series follow.
 struct LawNumber {
   const char* name;
   const Parameter* value;
   ValueRange range = ValueRange::any;
-  bool may_be_initial = false;  ///< Definition<T>::measure(r) at the start
+  bool may_be_initial = false;  ///< "initial" is Definition<T>::measure(r) at the start
 };
 
-/// Whether a kind is an energy over its members.
+/// True if a kind is an energy over its members.
 template <class Group>
 concept HasEnergy = requires(const Group& group) {
   KindOf<Group>::law_numbers(group);
 };
 
-/// Sines and cosines of angles below which three points count as lying on one line.
+/// Smallest sine of an angle whose three points do not count as lying on one line.
 inline constexpr double least_sine = 1e-8;
 
 namespace detail {
@@ -38,10 +38,12 @@ inline std::string show(double number) {
   return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
 }
 
-/// (pi - theta)^2 of the angle theta between a and b: smooth through the straight angle, singular at theta = 0.
+/// Returns (pi - theta)^2 of the angle theta between a and b, which is smooth through the straight angle and singular
+/// at theta = 0.
 ///
-/// With q = |a/|a| + b/|b||^2/4 = sin^2(x/2), x = pi - theta. Three times x is halved, q' = q/(2 (1 + sqrt(1 - q)));
-/// the series of x^2 = 4 asin^2(sqrt q) then ends after a few terms: 2 sum (4 q)^n/(n^2 binomial(2n, n)).
+/// The number q = |a/|a| + b/|b||^2/4 is sin^2(x/2) with x = pi - theta. The angle x is halved three times by
+/// q' = q/(2 (1 + sqrt(1 - q))). The series x^2 = 4 asin^2(sqrt q) = 2 sum (4 q)^n/(n^2 binomial(2n, n)) then ends
+/// after a few terms.
 template <class T>
 T square_of_bend(const TripleOf<T>& a, const TripleOf<T>& b) {
   using std::sqrt;
@@ -58,7 +60,7 @@ T square_of_bend(const TripleOf<T>& a, const TripleOf<T>& b) {
   }
   T series = factor[num_terms];
   for (std::size_t n = num_terms - 1; n >= 1; --n) series = factor[n] + q * series;
-  return 64.0 * q * series;  // 8^2: x was halved three times
+  return 64.0 * q * series;  // 8^2, since x was halved three times
 }
 
 }  // namespace detail

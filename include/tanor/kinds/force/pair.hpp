@@ -18,23 +18,24 @@ enum class PairLaw {
   Morse,    ///< depth (1 - exp(-width (r - rest_length)))^2
 };
 
-/// Between any two of the points at a distance r, along the line that joins them.
+/// A force between any two of the points at a distance r, along the line that joins them.
 ///
-/// Yukawa and Morse with a cutoff: minus their value there, 0 beyond it; without one each pair counts.
-/// Wca, Lj: potential 4 epsilon ((sigma/r)^12 - (sigma/r)^6) - its value at the cutoff, 0 beyond that; with a box the
-/// nearest image of the other point counts, wherever in space both are. Log: strength (r_i - r_j)/r^2 on point i.
-/// Supports take part; what two of them do to each other is in the load that they carry, but in no energy and no work.
+/// Wca and Lj have the potential 4 epsilon ((sigma/r)^12 - (sigma/r)^6) minus its value at the cutoff, and 0 beyond it.
+/// Yukawa and Morse with a cutoff are shifted and cut likewise; without one, each pair counts. Log exerts the force
+/// strength (r_i - r_j)/r^2 on point i. With a box, the nearest image of the other point counts, wherever in space both
+/// are. Supports take part. The force between two of them is in the load that they carry, but in no energy and no work.
 struct PairForces {
   std::string name{};
-  std::vector<Index> points{};  ///< empty: all
+  std::vector<Index> points{};  ///< all points if empty
   PairLaw law = PairLaw::Wca;
-  double epsilon = 1.0;            ///< J, > 0 (Wca, Lj)
-  double sigma = 1.0;              ///< m, > 0 (Wca, Lj)
-  std::optional<double> cutoff{};  ///< m, > 0 (Lj; default 2.5 sigma; Yukawa, Morse: none); of Wca 2^(1/6) sigma
-  double strength = 1.0;           ///< N m (Log) or J m (Coulomb, Yukawa); negative: attraction
-  Vector3 box{};              ///< m, edges of the periodic box (laws with a cutoff); 0: not periodic along this axis
-  bool exclude_rods = false;  ///< points that a rod joins leave each other alone
-  std::vector<double> charges{};  ///< one for all points, or one each in their order (Coulomb)
+  double epsilon = 1.0;  ///< J, > 0 (Wca, Lj)
+  double sigma = 1.0;    ///< m, > 0 (Wca, Lj)
+  /// m, > 0 (Lj, default 2.5 sigma; Yukawa and Morse, default none); for Wca it is 2^(1/6) sigma.
+  std::optional<double> cutoff{};
+  double strength = 1.0;  ///< N m (Log) or J m (Coulomb, Yukawa); a negative one attracts
+  Vector3 box{};          ///< m, edges of the periodic box (laws with a cutoff); 0 along an axis that is not periodic
+  bool exclude_rods = false;      ///< if true, there is no force between points that a rod joins
+  std::vector<double> charges{};  ///< one for all points, or one for each in their order (Coulomb)
   double length = 1.0;            ///< m, > 0 (Yukawa)
   double depth = 1.0;             ///< J, > 0 (Morse)
   double width = 1.0;             ///< 1/m, > 0 (Morse)
@@ -55,8 +56,8 @@ struct KindOf<PairForces> {
       FieldOf("width", &PairForces::width, {.unit = "1/m", .range = ValueRange::positive}),
       FieldOf("rest_length", &PairForces::rest_length, {.unit = "m", .range = ValueRange::not_negative})};
 
-  /// U of two points at a distance r whose charges have this product, J, over a scalar type: laws that are smooth
-  /// wherever points are apart, without a cutoff.
+  /// Returns the energy of two points at a distance r, J, over a scalar type; `charges` is the product of their
+  /// charges. It serves the laws that are smooth wherever points are apart, without a cutoff.
   template <class T>
   static T smooth_energy(const PairForces& pairs, const T& r, const T& charges) {
     using std::exp;

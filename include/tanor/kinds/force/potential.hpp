@@ -9,12 +9,12 @@
 namespace tanor {
 
 /// An energy U(r_1 … r_p, t) of each tuple, from user_kernel.hpp or formula_potential: f_i = -dU/dr_i. Supports may
-/// take part: what acts on them is a load that they carry.
+/// take part; the force on them is a load that they carry.
 struct Potential {
   std::string name{};
   std::vector<std::vector<Index>> points{};
   PotentialKernel kernel{};
-  /// [constant] of the kernel's own ones: one number for all tuples, or one each.
+  /// [constant] Values of the kernel's own constants: one number for all tuples, or one for each.
   std::vector<std::vector<double>> constants{};
 };
 

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// On r_i: (k (L - rest) + c dL/dt) along (r_j - r_i)/L, and the opposite on r_j; L = |r_j - r_i|.
+/// The force on r_i is (k (L - rest) + c dL/dt) along (r_j - r_i)/L with L = |r_j - r_i|; that on r_j is the opposite.
 struct Springs {
   std::string name{};
   std::vector<std::array<Index, 2>> pairs{};
@@ -32,7 +32,7 @@ struct KindOf<Springs> {
   static constexpr auto parameter = &Springs::rest_length;
 
   static bool reads_velocities(const Springs& springs) { return springs.damping > 0.0; }
-  /// A rest length of 0 takes no part.
+  /// Returns false for a rest length of 0, which takes no part.
   static bool reads_number(const Springs& springs) {
     return springs.rest_length.is_initial() || springs.rest_length.constants != std::vector{0.0};
   }
@@ -50,7 +50,7 @@ struct KindOf<Springs> {
     T measure(const Points& r, std::size_t) const {
       return norm(r[1] - r[0]);
     }
-    /// On r[1], with a = r[1] - r[0]: -(k (L - rest) + c dL/dt) a/L, dL/dt = a.a_dot/L.
+    /// Returns the force on r[1], with a = r[1] - r[0]: -(k (L - rest) + c dL/dt) a/L, dL/dt = a.a_dot/L.
     template <class Points>
     TripleOf<T> force(const Points& r, const Points& v, const T& rest_length) const {
       using std::sqrt;

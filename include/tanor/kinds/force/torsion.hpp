@@ -13,11 +13,11 @@ enum class TorsionLaw {
   Opls,      ///< 1/2 (k1 (1 + cos phi) + k2 (1 - cos 2 phi) + k3 (1 + cos 3 phi) + k4 (1 - cos 4 phi))
   Multi,     ///< sum of c_n cos^n psi, psi = phi - pi
   Periodic,  ///< k (1 + cos(n phi - phase))
-  Harmonic,  ///< k/2 (phi - rest)^2, the difference taken between -pi and pi, where its force jumps
+  Harmonic,  ///< k/2 (phi - rest)^2 with the difference between -pi and pi, at whose ends the force jumps
 };
 
-/// An energy of the dihedral angle phi of four points: 0 cis, pi trans, positive where the last bond is turned
-/// clockwise seen along the middle one (IUPAC). Undefined where three of them are in line.
+/// An energy of the dihedral angle phi of four points: 0 for cis, pi for trans, positive if the last bond is turned
+/// clockwise as seen along the middle one (IUPAC). The angle is undefined if three of them are in line.
 struct Torsions {
   std::string name{};
   std::vector<std::array<Index, 4>> quadruples{};
@@ -92,7 +92,7 @@ struct KindOf<Torsions> {
     }
   };
 
-  /// What is wrong with a quadruple where its points are, or empty.
+  /// Returns what is wrong with a quadruple at the positions of its points, or an empty text.
   template <class Points, class Numbers>
   static std::string complaint(const Torsions&, const Points& r, const Numbers&) {
     const TripleOf<double> b1 = r[1] - r[0], b2 = r[2] - r[1], b3 = r[3] - r[2];

@@ -9,17 +9,18 @@
 
 namespace tanor {
 
-/// -mu |N| v_rel/|v_rel|, N the force of the guides on the point (17), (41).
+/// tau = -mu |N| v_rel/|v_rel|, where N is the force of the guides on the point (17), (41).
 struct Coulomb {
   enum class Reaction {
-    Guide,  ///< of the named guides alone: a rod that pulls at the bead takes no part
-    Full    ///< eta_i of the point, whatever makes it: the paper's literal law
+    Guide,  ///< the force of the named guides alone; a rod that pulls at the bead takes no part
+    Full    ///< eta_i of the point, whatever its origin, which is the paper's literal law
   };
   std::string name{};
   std::vector<std::string> at{};
   double coefficient = 0.0;                    ///< mu, >= 0
-  std::optional<double> static_coefficient{};  ///< mu_s >= mu; default: mu
-  /// m/s, > 0: v_rel/sqrt(v_rel^2 + v0^2) in place of v_rel/|v_rel|, which creeps. Default: exact, with stick.
+  std::optional<double> static_coefficient{};  ///< mu_s >= mu; mu by default
+  /// m/s, > 0: v0 of v_rel/sqrt(v_rel^2 + v0^2), which replaces v_rel/|v_rel| and creeps. By default the law is exact,
+  /// with stick.
   std::optional<double> regularisation{};
   VectorFunction velocity{};  ///< m/s
   Reaction reaction = Reaction::Guide;
@@ -33,7 +34,7 @@ struct KindOf<Coulomb> {
       FieldOf("static_coefficient", &Coulomb::static_coefficient, {.range = ValueRange::not_negative}),
       FieldOf("velocity", &Coulomb::velocity, {.unit = "m/s"})};
 
-  /// mu |N|; regularised, mu |N| |v|/sqrt(v^2 + v0^2).
+  /// Returns mu |N|, or the regularised mu |N| |v|/sqrt(v^2 + v0^2).
   template <class T>
   static T magnitude(const Coulomb& law, double speed, const T& normal) {
     if (!law.regularisation) return law.coefficient * normal;

@@ -24,7 +24,8 @@ struct KindOf<UserFriction> {
 
   static int num_multipliers(const UserFriction& law) { return law.kernel.num_multipliers; }
   static bool is_thread_safe(const UserFriction& law) { return law.kernel.thread_safe; }
-  /// tau, N, at the place r and time t of a point that slides with v; d tau/d lambda [3][num_multipliers] unless null.
+  /// Returns tau, N, at the position r and time t of a point that slides with v. Writes d tau/d lambda
+  /// [3][num_multipliers] to `derivative` unless it is null.
   static Vector3 force(const UserFriction& law, double t, const Vector3& r, const Vector3& v, const double* lambda,
                        double* derivative) {
     Vector3 tau{};

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-/// -c v_rel
+/// tau = -c v_rel
 struct Viscous {
   std::string name{};
   std::vector<std::string> at{};
