@@ -13,7 +13,7 @@ struct ChordProgress {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
   ChordEquations& equations;
-  double before = infinity, left_before = infinity;  // the last violation, and its part above rounding
+  double before = infinity, left_before = infinity;  // the last violation; its part above rounding
   bool stalls = false, stands = false;               // the violation hardly falls; it does not fall at all
   bool linearised_here = false, decided_here = false;
 

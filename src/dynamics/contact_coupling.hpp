@@ -10,9 +10,9 @@ namespace tanor {
 /// The terms of friction in the equations (31): b += K'M^-1 tau in rows and w0 += M^-1 tau at points, for tau = sum of
 /// x_p e_p (see FrictionLaws).
 ///
-/// Friction touches the rows that share its point, except those of its own guides, since tau lies along T and T'K_g =
-/// 0. A user's law may push in any direction, so it touches them all. A row is *touched* if some contact touches it;
-/// often few rows are.
+/// Friction touches the rows that share its point, except those of its own guides, since tau lies along T and
+/// T'K_g = 0. A user's law may push in any direction, so it touches them all. A row is *touched* if some contact
+/// touches it; often few rows are.
 class ContactCoupling {
  public:
   /// Both arguments must outlive this object.
@@ -54,12 +54,11 @@ class ContactCoupling {
   const Model& model_;
   const Tangents& tangents_;
   const FrictionLaws& laws_;
-  std::vector<Touch> touches_;                     // row after row
-  std::vector<Share> shares_;                      // [touch]
-  std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
-  std::vector<std::vector<std::size_t>>
-      incidences_of_contact_;       // [contact] incidences of the model that the contact touches
-  const double* blocks_ = nullptr;  // K at the last configuration
+  std::vector<Touch> touches_;                                   // row after row
+  std::vector<Share> shares_;                                    // [touch]
+  std::vector<Index> touched_rows_, touch_start_;                // [touched row], [touched row + 1]
+  std::vector<std::vector<std::size_t>> incidences_of_contact_;  // [contact] touched incidences of the model
+  const double* blocks_ = nullptr;                               // K at the last configuration
 };
 
 }  // namespace tanor

@@ -2,8 +2,8 @@
 
 namespace tanor {
 
-/// The response of multipliers and accelerations to a right-hand side at the linearized configuration: S x = -b, dw =
-/// M^-1 K x. Contacts need to know no more of the system around them.
+/// The response of multipliers and accelerations to a right-hand side at the linearized configuration: S x = -b,
+/// dw = M^-1 K x. Contacts need to know no more of the system around them.
 class ContactResponse {
  public:
   virtual ~ContactResponse() = default;

@@ -10,9 +10,9 @@
 
 namespace tanor {
 
-/// Solves inside a step with the factor of another configuration. There K changes from stage to stage, and only S
-/// lambda = -b is solved. Conjugate gradients converge to the tolerance of the step. If they do not converge soon, the
-/// configuration gets a factor of its own.
+/// Solves inside a step with the factor of another configuration. There K changes from stage to stage, and only
+/// S lambda = -b is solved. Conjugate gradients converge to the tolerance of the step. If they do not converge soon,
+/// the configuration gets a factor of its own.
 class FactorReuse final : public InexactSolves {
  public:
   /// Returns null where reuse does not pay, or K is constant. `factor` holds the factor of the other configuration.
@@ -51,10 +51,9 @@ class FactorReuse final : public InexactSolves {
   const Model& model_;
   Reuse reuse_;
   double allowed_error_ = 0.0;
-  std::optional<std::size_t>
-      frames_;                      // number of the frames of lines when the factor was made; see Constraints::frames
-  std::vector<double> correction_;  // [3n] scratch
-  std::vector<double> sums_;        // [neighbourhood] scratch
+  std::optional<std::size_t> frames_;  // of lines, when the factor was made; see Constraints::frames
+  std::vector<double> correction_;     // [3n] scratch
+  std::vector<double> sums_;           // [neighbourhood] scratch
 };
 
 }  // namespace tanor

@@ -19,8 +19,8 @@ namespace tanor {
 ///   eta = K lambda                                        (23)
 ///   w = M^-1 (f + eta)                                    (25)
 ///
-/// w0 = M^-1 f, with the prescribed accelerations of supports (see Model), stands in place of M^-1 f. With friction, f
-/// + tau stands in place of f.
+/// w0 = M^-1 f, with the prescribed accelerations of supports (see Model), stands in place of M^-1 f. With friction,
+/// f + tau stands in place of f.
 class ForwardDynamics {
  public:
   /// The contacts and their friction, null if constraints are ideal.
