@@ -230,7 +230,7 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
   }
 }
 
-// ---- what is taken ----
+// ---- the choices that are taken ----
 
 /// Returns true if pivoting decides. On curves where friction changes no reaction, pivoting finds exactly the contacts
 /// that give way in the middle of a run.

@@ -130,7 +130,7 @@ Outcome ContactModes::choose(ModeSwitch at) {
   return finish(at, are_counted);
 }
 
-// ---- to rest ----
+// ---- putting contacts to rest ----
 
 /// Returns the work -nu'xi_t of the impulses nu [rows] that changed v, J. Guides and belts do it by their own motion.
 Power ContactModes::work_of_impulses(const double* r, const std::vector<double>& impulses) const {

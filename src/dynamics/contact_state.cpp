@@ -108,7 +108,7 @@ void ContactState::restore_slip_directions(const double* r, const double* v) {
   restored_.clear();
 }
 
-// ---- what is known ----
+// ---- verdicts ----
 
 void ContactState::add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy,
                                FrictionReport* report) const {

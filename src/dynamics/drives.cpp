@@ -113,7 +113,7 @@ Drives::Drives(const System& system, const Numbering& numbering, std::span<const
   values_.reserve(DriveSamples::most_of_a_step);
 }
 
-// ---- what there is ----
+// ---- the functions of a system ----
 
 void Drives::add(const ScalarFunction& function, DriveLevel level, double scale, std::span<const Index> users_points) {
   if (function.is_constant() || users_points.empty()) return;
@@ -240,7 +240,7 @@ void Drives::add_coordinates(const Coordinates& coordinates, double t, std::size
              coordinates);
 }
 
-// ---- one look ----
+// ---- one step ----
 
 DriveReport Drives::look(const DrivenStep& step, const Place& place) {
   DriveReport report;

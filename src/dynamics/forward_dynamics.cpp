@@ -274,7 +274,7 @@ Outcome ForwardDynamics::verify_friction(double t) {
                        "what was found misses the law by " + text(friction.residual) + " of the largest friction");
 }
 
-// ---- what was found ----
+// ---- verification ----
 
 Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
   if (friction_ != nullptr && verifies_friction) {

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// The factors of M, -df/dv and -df/dx in Newton's matrix of an implicit step.
+/// The coefficients of M, -df/dv and -df/dx in Newton's matrix of an implicit step.
 template <class T>
 struct NewtonWeights {
   T mass, velocity, position;
@@ -22,8 +22,9 @@ struct NewtonWeights {
 ///
 ///   M x'' = f + K lambda,   K'x' + xi_t = 0
 ///
-/// Springs with a rest length are no part of f. They have rows of their own after those of the constraints, lambda + k
-/// xi + c dxi/dt = 0, so that Newton's iteration sees them as compliant rods however stiff they are. Its matrix,
+/// Springs with a rest length are no part of f. They have rows of their own after those of the constraints,
+/// lambda + k xi + c dxi/dt = 0, so that Newton's iteration sees them as compliant rods however stiff they are. Its
+/// matrix,
 ///
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dx + d(K lambda)/dx)
 ///   [ K'  E ]     E = 1/(b damping + c stiffness) for springs, else 0

@@ -35,8 +35,8 @@ class ImplicitForm final : public ImplicitEquations {
   void solve(double* w, double* rows) override { solve(&real_, w, rows); }
   void solve(std::complex<double>* w, std::complex<double>* rows) override { solve(&complex_, w, rows); }
 
-  /// Makes the factors again where they were made: first the one that chose the pivots, then the present one with these
-  /// pivots.
+  /// Restores factors by making them again where they were made: first the one that chose the pivots, then the present
+  /// one with these pivots.
   void exchange_memory(Memory& memory) override;
 
  private:

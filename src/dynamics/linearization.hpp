@@ -36,8 +36,8 @@ class Linearization {
   /// w0 of every moving point, if solvers take it as one vector; null if they take it point by point.
   const Vec3* uniform_free() const { return factor_.may_be_of_composite() ? model_.uniform_free() : nullptr; }
   /// Computes K, the factor of its S, b = phi + K'w0 [d], lambda = -S^-1 b [d] and w = w0 + M^-1 K lambda [3n] in one
-  /// pass over the memory (see SchurSolver), or b, lambda and w with the present K and factor. Calls `find_motion`() ->
-  /// FreeMotion at most once. Returns nothing if the factor of all rows must be used, step by step.
+  /// pass over the memory (see SchurSolver), or b, lambda and w with the present K and factor. Calls
+  /// `find_motion`() -> FreeMotion at most once. Returns nothing if the factor of all rows must be used, step by step.
   template <class FindMotion>
   std::optional<Elimination> solve_at_once(Gradients gradients, const FindMotion& find_motion, double* b,
                                            double* lambda, double* w) {

@@ -31,7 +31,7 @@ class LoadSharing {
   void share_again(const std::vector<double>& loads);
 
  private:
-  static constexpr double compliance = 1e-4;  // rounding grows by its inverse; each refinement reduces the error by it
+  static constexpr double compliance = 1e-4;  // rounding grows by its inverse; refinement reduces errors by this factor
 
   ContactState& state_;
   GramSolver& S_;

@@ -189,7 +189,7 @@ void ModePivoting::release_worst(Search* search) {
   }
 }
 
-/// Releases contacts too whose event was located within rounding below their limit, or that exceed it by rounding.
+/// Also releases contacts whose event was located within rounding below their limit, or that exceed it by rounding.
 /// Otherwise their event would be met again at once.
 void ModePivoting::release_met(Search* search) {
   const double* const lambda = system_.lambda().data();

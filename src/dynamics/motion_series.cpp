@@ -126,8 +126,7 @@ void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* 
   for (double& lambda : lambda_) lambda *= scale;
 }
 
-/// Since K'v + xi_t = 0, the power (K lambda).v is -lambda.(K_s'v_s + xi_t). The last form is exactly 0 where nothing
-/// moves.
+/// Since K'v + xi_t = 0, the power (K lambda).v is -lambda.(K_s'v_s + xi_t), which is exactly 0 where nothing moves.
 double MotionSeries::power_of_constraints(double t, const double* r, const double* v_supports, int terms,
                                           std::span<const std::size_t> counted_elsewhere) {
   const std::size_t d = model_.num_rows();

@@ -67,7 +67,7 @@ class MotionSeries {
   std::vector<Support> supports_;
   std::string obstacle_;
   double smooth_until_ = 0.0;
-  std::size_t first_force_;  // number of a block
+  std::size_t first_force_;  // index of the first block of forces
   std::vector<double> blocks_, ones_;
   std::vector<double> lambda_;             // [d] lambda_k of the last order
   double begun_at_ = 0.0;                  // s

@@ -17,8 +17,8 @@ namespace tanor {
 /// K'w = -phi alone would allow it. The tension of such a rod is not determined (it would be infinite under any load
 /// across it).
 ///
-/// `dependences` are those at the initial positions. Returns the points in the user's order, increasing; none of a
-/// dependence in which something moves.
+/// `dependences` are those at the initial positions. Returns the points in the user's order, increasing. Dependences in
+/// which something moves contribute none.
 std::vector<Index> find_prestress_rigid_points(const System& system, const std::vector<RowDependence>& dependences);
 
 /// Turns points held rigid by prestress into supports.
@@ -26,8 +26,8 @@ inline void hold_rigid_points(System* system, std::vector<Index> points) {
   if (!points.empty()) system->supports.push_back({"points held rigid by prestress", std::move(points), {}});
 }
 
-/// Calls `make(system)` until no such points are left, each time with the points that `find` lists for the last result
-/// as supports. Writes into `all` these points in the order in which they were found.
+/// Makes a system by `make(system)`, and once more with the points that `find` lists in the last result as supports,
+/// until there are none. Appends these points to `all` in the order in which they were found.
 template <class Make, class Find>
 auto make_without_rigid_points(System system, const Make& make, const Find& find, std::vector<Index>* all) {
   for (;;) {

@@ -62,7 +62,8 @@ void Projector::correct_positions(double* r, double* sum) {
   });
 }
 
-/// Writes xi into `rows_`. Returns the largest |xi|/length, or |T'(r - p)| over the length around a held contact.
+/// Writes xi into `rows_`. Returns the largest |xi|/length, or the largest |T'(r - p)| of a held contact over the
+/// length around it, if that is larger.
 double Projector::evaluate_values(const double* r) {
   const double largest = linearization_.evaluate_values(r, rows_.data());
   if (contacts_ == nullptr || contacts_->shares_loads) return largest;

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-// This is far above `GramSolver::singular_below`, since the estimate of the condition is an upper bound.
+// This is far above `GramSolver::singular_below`, since the estimate of 1/cond(S) is an upper bound.
 constexpr double first_suspicion = 1e-11;
 // S is singular where a load is known to be shared, so that also larger estimates are rounding.
 constexpr double hidden_by_rounding = 1e-8;

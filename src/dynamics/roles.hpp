@@ -26,8 +26,8 @@ class StepProjector {
   virtual bool depends_on_velocity() const = 0;
   /// Returns true if `free_accelerations` gives the same numbers everywhere and always.
   virtual bool is_constant() const = 0;
-  /// Computes the accelerations without the constraints, M^-1 f, and the prescribed ones at supports. Linearises the
-  /// configuration.
+  /// Computes the accelerations without the constraints, M^-1 f, and the prescribed ones at supports. The configuration
+  /// must be linearised.
   virtual Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) = 0;
   /// Projects x onto xi(x, t) = 0 at the end of a step of length h and changes `step_velocity` by (move of x)/h. Keeps
   /// the K of the step's beginning, so a step that turns constraints by much more than 0.1 rad does not converge.

@@ -27,8 +27,8 @@ class SlidingIslands {
   /// All arguments must outlive this object; `response` and `laws` must be at the same configuration.
   SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands, Response& response);
 
-  /// Checks if lambda [rows] is the only solution, and writes the result into the report. `amplification` becomes 1/(1
-  /// - L) if a contraction constant L < 1 is proven, otherwise NaN.
+  /// Checks if lambda [rows] is the only solution, and writes the result into the report. `amplification` becomes
+  /// 1/(1 - L) if a contraction constant L < 1 is proven, otherwise NaN.
   Outcome verify_uniqueness(double t, const UniquenessCheck& check, const double* lambda, FrictionReport* report,
                             double* amplification);
   /// Finds the solutions by enumeration, where iterations fail. Writes the one nearest to `lambda` into `lambda`.

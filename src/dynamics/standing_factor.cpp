@@ -33,7 +33,7 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
   is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
 }
 
-// ---- to make one ----
+// ---- making a factor ----
 
 /// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
 bool StandingFactor::note_composite(double reciprocal_condition) {
@@ -101,7 +101,7 @@ bool StandingFactor::share_loads() {
   return true;
 }
 
-// ---- to use one of another configuration ----
+// ---- using a factor of another configuration ----
 
 bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw) {
   const bool serves = reuse_ != nullptr && state_ != State::None && !all_rows_.redundancy().is_found() &&
@@ -112,7 +112,7 @@ bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vecto
   return true;
 }
 
-// ---- what it costs ----
+// ---- costs ----
 
 void StandingFactor::describe(PlanSummary* plan) const {
   if (composite_.is_empty()) return describe_factor(all_rows_.summary(), plan);

@@ -28,10 +28,10 @@ class StandingFactor {
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
   double reciprocal_condition() const { return reciprocal_condition_; }
 
-  // ---- to make one ----
+  // ---- making a factor ----
 
-  /// Evaluates K at r and factorizes by the composite, which must be allowed to. Returns false if S looks singular, so
-  /// that the factor of all rows must decide.
+  /// Evaluates K at r and factorizes S by the composite, see `may_be_of_composite`. Returns false if S looks singular,
+  /// so that the factor of all rows must decide.
   bool linearise_by_composite(const double* r, const PointSource* source);
   /// Does the same and computes lambda and w, see SchurSolver::solve. `use` may be Keep if the present factor is the
   /// composite's. Returns nothing if S looks singular.
@@ -44,7 +44,7 @@ class StandingFactor {
   /// Drops the factor, because its solutions leave too large a residual.
   void refuse() { state_ = State::None; }
 
-  // ---- to use it ----
+  // ---- using the factor ----
 
   /// The present factor, which must be fresh.
   SchurFactor& operator*() { return is_of_composite() ? static_cast<SchurFactor&>(composite_) : all_rows_; }
@@ -56,13 +56,13 @@ class StandingFactor {
   /// Computes lambda [d] and dw [3n] for b with the factor of another configuration, to the allowed error. Returns
   /// false if K needs a factor of its own.
   bool solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw);
-  /// Computes rows := -S^-1 rows and adds M^-1 K rows to points, if there is a factor of another configuration that
-  /// serves.
+  /// Computes rows := -S^-1 rows and adds M^-1 K rows to points, with the factor of another configuration. Returns
+  /// false if there is no such factor, or it does not serve.
   bool correct_with_old_factor(double* rows, double* points) {
     return state_ == State::Stale && reuse_->correct(blocks_.data(), rows, points);
   }
 
-  // ---- rank; what decides about it makes the factor of all rows, which then stands ----
+  // ---- rank; decisions about it make the factor of all rows the present one ----
 
   RankRevealingFactor& all_rows() { return all_rows_; }
   const RankRevealingFactor& all_rows() const { return all_rows_; }
@@ -76,7 +76,7 @@ class StandingFactor {
   /// Makes sticking contacts share their load from now on. Returns true if S was factorized anew for that.
   bool share_loads();
 
-  // ---- what it costs ----
+  // ---- costs ----
 
   void describe(PlanSummary* plan) const;
   /// Returns true if a factorization costs no more than two solves.

@@ -90,8 +90,8 @@ void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   if (const double last = report_.refinements > 0 ? correction : first; !std::isfinite(last)) report_.residual = last;
 }
 
-/// Solves in closed form where every member moves a point of its own. Returns false if H looks singular, or A'M (w -
-/// w0) may be too large.
+/// Solves in closed form where every member moves a point of its own. Returns false if H looks singular, or A'M
+/// (w - w0) may be too large.
 bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   const Vec3* const uniform = model_.uniform_free();

@@ -67,7 +67,7 @@ class TangentForm final : public EquationsOfMotion {
   void describe(PlanSummary* plan) const override;
 
   TangentDynamics& dynamics() { return dynamics_; }
-  /// Computes A and the factor of H near the start, moved by about `distance` (m) in a generic direction. Writes the
+  /// Computes A and the factor of H at the start, moved by about `distance` (m) in a generic direction. Writes the
   /// positions there [3n].
   Outcome stand_beside(double t, double distance, double* r);
 

@@ -86,7 +86,7 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
     throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
                                          " m/s^2; both must describe the same motion");
   }
-  // K'A x must vanish for any x. Three of them find a wrong column of A with practical certainty.
+  // K'A x must vanish for any x. Three choices find a wrong column of A with practical certainty.
   std::vector<double> blocks(3 * work.constraints.num_blocks()), rows(model.num_rows()),
       x(work.coordinates.num_coordinates()), points(at.r().size(), 0.0);
   work.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());

@@ -144,7 +144,7 @@ Workspace::Workspace(NumberedSystem numbered, double t)
 
 void Workspace::set_time(double t) {
   if (t == time_) return;
-  time_ = std::numeric_limits<double>::quiet_NaN();  // stays if a table ends before t
+  time_ = std::numeric_limits<double>::quiet_NaN();  // remains NaN if a table ends before t
   constraints.set_time(t);
   coordinates.set_time(t);
   time_ = t;

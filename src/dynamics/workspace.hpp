@@ -61,8 +61,8 @@ class Workspace : public Families {
   double accelerate(const double* given, double* w0) const;
   /// Writes the prescribed accelerations of supports into w0 [3n].
   void write_support_accelerations(double* w0) const;
-  /// Writes the prescribed accelerations of supports, and those of points without constraints, into w0 [3n].
-  /// `Model::uniform_free` holds for the other points. Returns its length.
+  /// Writes the prescribed accelerations of supports, and those of points without constraints, into w0 [3n]. Returns
+  /// the length of `Model::uniform_free`, which holds for the other points, or 0 if it is null.
   double write_unconstrained(double* w0) const;
   /// Writes the accelerations of all points likewise.
   void write_uniform(double* w0) const;
