@@ -16,7 +16,7 @@ enum class DriveLevel { Acceleration, Velocity, Position };
 /// step of order p follows an acceleration as a polynomial through the Chebyshev points does. The error of such a
 /// polynomial at the samples is
 ///
-///   e = g - (the polynomial of degree p through g at the p + 1 Chebyshev points of the step);
+///   e = g - (the polynomial of degree p through g at the p + 1 Chebyshev points of the step).
 ///
 /// For given velocities and positions the polynomial has one degree or two more.
 class DriveSamples {
