@@ -8,21 +8,21 @@ namespace tanor {
 
 namespace {
 
-/// This is what the iterations have come to.
+/// The progress of a chord iteration.
 struct ChordProgress {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
   ChordEquations& equations;
-  double before = infinity, left_before = infinity;  // violation one iteration ago, and what of it was no rounding
+  double before = infinity, left_before = infinity;  // the last violation; its part above rounding
   bool stalls = false, stands = false;               // the violation hardly falls; it does not fall at all
   bool linearised_here = false, decided_here = false;
 
-  /// Compares a violation with that of the iteration before. True: all that is left of it is rounding.
+  /// Compares a violation with that of the iteration before. Returns true if only rounding is left of it.
   bool is_rounding(const double* r, double violation, double target) {
     stalls = violation > 0.3 * before;
     stands = violation > 0.99 * before;
     if (!stalls) return false;
-    // Some neighbourhood may be at its rounding while others are on their way.
+    // One neighbourhood may have reached its rounding while others still converge.
     const double left = equations.beyond_rounding(r, violation, target, 1.0);
     if (left == 0.0) return true;
     stalls = left > 0.3 * left_before || left == violation;
@@ -31,7 +31,7 @@ struct ChordProgress {
     return false;
   }
 
-  /// True, once: rows have become independent.
+  /// Returns true if rows have become independent. The rank is decided once at most.
   bool decide_rank_again(const double* r) {
     if (decided_here) return false;
     decided_here = true;
@@ -61,7 +61,7 @@ ProjectionReport project_along_chord(const Model& model, ChordEquations& equatio
     }
     const bool is_far = report.iterations == 0 && report.violation > limits.far;
     if ((progress.stalls || is_far) && sum == nullptr) {
-      // The chord's slope is too old: Newton's own.
+      // The slope of the chord is too old, so K is evaluated here.
       if (report.outcome = equations.linearise_at(t, r); !report.outcome.ok()) return report;
       progress.linearised_here = true;
     }

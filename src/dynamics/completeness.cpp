@@ -4,19 +4,20 @@
 #include "base/text.hpp"
 #include "dynamics/forms.hpp"
 
-/// \file rank K + rank A = 3n: no coordinates that leave out motions which the constraints allow.
+/// \file Checks rank K + rank A = 3n: the coordinates reach every motion that the constraints allow.
 namespace tanor {
 
 namespace {
 
-/// By how much (10) fails on a random force, and at which point.
+/// The largest defect of (10) on a random force, and the point where it occurs.
 struct Missing {
   double part = 0.0;
   std::size_t point = 0;
 };
 
-/// M A H^-1 A'u + K S^-1 K'M^-1 u = u (10), where both forms stand. Its projectors are orthogonal in |M^-1/2 .|, so on
-/// u = M^1/2 z with random z what is missing there is the part of z that belongs to neither T nor N.
+/// Measures the defect of (10), M A H^-1 A'u + K S^-1 K'M^-1 u = u, where both forms are linearized. Its projectors are
+/// orthogonal in |M^-1/2 .|, so for u = M^1/2 z with random z the defect is the part of z that belongs to neither T nor
+/// N.
 Missing find_missing(Workspace& work, MultiplierForm& normal, TangentForm& tangent) {
   const Model& model = work.model();
   const std::size_t n = 3 * model.num_points(), moving = 3 * model.num_moving();
@@ -42,11 +43,11 @@ Missing find_missing(Workspace& work, MultiplierForm& normal, TangentForm& tange
 
 }  // namespace
 
-/// K'A = 0 is known: (10) then says that T and N fill the space. Where K loses rank at the start alone, as in a
-/// four-bar that lies flat, its places nearby decide.
+/// K'A = 0 has been checked, so (10) holds if and only if T and N fill the space. K may lose rank at the start alone,
+/// as in a four-bar that lies flat. Then configurations nearby decide.
 void Forms::check_completeness(double t, const double* r) {
   constexpr double rounding = 1e-6;  // a motion that is left out leaves about 1/sqrt(3n) of z at some point
-  constexpr double aside = 1e-2;     // of the scene's size
+  constexpr double aside = 1e-2;     // distance to those configurations, over the size of the scene
   if (work.constraints.tangents().num_sticking() > 0) return;  // S holds more than the constraints
   const auto find_at = [&](double distance, std::vector<double>* places) -> std::optional<Missing> {
     if (!tangent->stand_beside(t, distance, places->data()).ok()) return std::nullopt;

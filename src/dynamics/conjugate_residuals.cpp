@@ -34,7 +34,7 @@ void ConjugateResiduals::correct(bool begins, double* rows, double* points) {
   model_.gather.write_scaled(model_.parallel, blocks_.data(), d.data(), model_.inverse_mass.data(), model_.num_moving(),
                              y_.data());
   work_.constraints.apply_transposed(model_.parallel, blocks_.data(), y_.data(), nullptr, q.data());
-  // … less what earlier directions do, which are orthogonal and of length 1 in q.
+  // Orthogonalize against the earlier directions, whose q are orthonormal.
   for (std::size_t k = 0; k < num_kept_; ++k) {
     if (k == next_) continue;
     const double share = product(q, directions_[k].q.data());
@@ -45,7 +45,7 @@ void ConjugateResiduals::correct(bool begins, double* rows, double* points) {
   }
   const double length = std::sqrt(product(q, q.data())),
                defect = std::sqrt(std::inner_product(rows, rows + num_rows, rows, 0.0));
-  // What answers less than this has no stiffness but rounding: beads on one line, where K loses rank.
+  // A direction with a smaller response has no stiffness but rounding, e.g. beads on one line, where K loses rank.
   constexpr double softest = 1e-6;
   if (!(length > softest * defect)) return std::fill(rows, rows + num_rows, 0.0);
   for (std::size_t a = 0; a < num_rows; ++a) {

@@ -6,23 +6,25 @@
 
 namespace tanor {
 
-/// Corrections where contacts that stick are compliant. The factor P of S + C leaves over what constraints hold no more
-/// stiffly than C: a bead between two others, nearly on their line. To repeat P alone wins a tenth of it each time, or
-/// less. Generalized conjugate residuals with P in front (Eisenstat, Elman and Schultz 1983) never let the defect grow,
-/// also where rounding leaves it outside the range of S.
+/// Corrects solutions where the contacts that stick are compliant. The factor P of S + C leaves a large error in
+/// motions that the constraints hold no more stiffly than C does, e.g. of a bead between two others nearly on their
+/// line. Repeated solves with P reduce that error by a tenth each time, or less. Generalized conjugate residuals
+/// preconditioned by P (Eisenstat, Elman and Schultz 1983) never let the defect grow, even where rounding leaves it
+/// outside the range of S.
 class ConjugateResiduals {
  public:
-  /// `blocks`: K, always at the present configuration.
+  /// `blocks` is K, always at the present configuration.
   ConjugateResiduals(Workspace& work, RankRevealingFactor& factor, const std::vector<double>& blocks)
       : work_(work), model_(work.model()), factor_(factor), blocks_(blocks) {}
 
-  /// One step towards K'y + b = 0 from the defect rho = K'y + b in `rows`: rows := what is added to the multipliers,
-  /// points += M^-1 K rows. `begins`: earlier directions belong to something else.
+  /// Takes one step towards K'y + b = 0 from the defect rho = K'y + b in `rows`. Writes the increment of the
+  /// multipliers into `rows` and adds M^-1 K rows to `points`. If `begins` is true, the earlier directions belong to
+  /// another problem and are dropped.
   void correct(bool begins, double* rows, double* points);
 
  private:
   struct Direction {
-    std::vector<double> d, q;  // [d] of multipliers, and S d
+    std::vector<double> d, q;  // [d] a direction of the multipliers, and S d
   };
 
   Workspace& work_;

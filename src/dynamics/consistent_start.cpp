@@ -7,7 +7,8 @@
 
 namespace tanor {
 
-/// Throws InputError that names the constraint which (r, v) violates most, where that is more than is corrected.
+/// Throws InputError naming the constraint that (r, v) violates most, if the violation is larger than what is
+/// corrected.
 void ConsistentStart::check(const double* r, const double* v) const {
   constexpr double allowed = 1e-3;
   std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());

@@ -6,14 +6,14 @@
 
 namespace tanor {
 
-/// The nearest consistent start in the M-norm.
+/// Finds the nearest consistent start in the M-norm.
 class ConsistentStart {
  public:
   ConsistentStart(Workspace& work, Linearization& linearization, Projector& projector)
       : work_(work), model_(work.model()), linearization_(linearization), projector_(projector) {}
 
-  /// Moves r and v [3n] onto the constraints at t, with what is prescribed at supports. `StartMode::Check` throws
-  /// InputError where that moves them by more than rounding of the input.
+  /// Moves r and v [3n] onto the constraints at t and prescribes the motion of the supports. `StartMode::Check` throws
+  /// InputError where that would move them by more than the rounding of the input.
   StartReport find(double t, double* r, double* v, StartMode mode);
 
  private:

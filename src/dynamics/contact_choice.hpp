@@ -13,23 +13,23 @@
 
 namespace tanor {
 
-/// Below this part of what cancels in it an acceleration is rounding.
+/// An acceleration is rounding if it is smaller than this part of the terms that cancel in it.
 inline constexpr double rounding_of_accelerations = 1e-9;
-/// A contact that holds this much more than its limit, relative, holds the limit: rounding.
+/// Relative excess of friction over its limit that counts as rounding.
 inline constexpr double limit_slack = 1e-12;
 
-/// An instant at which contacts choose their modes: those at rest stick, or begin to slide.
+/// An instant at which the contacts at rest choose whether to stick or to slide.
 struct ModeSwitch {
   double t;
   const double* r;                      ///< [3n]
-  double* v;                            ///< [3n]; what has come to rest is put to rest exactly
+  double* v;                            ///< [3n]; contacts that have come to rest are put to rest exactly
   AccelerationOutput to;                ///< [3n] accelerations of the new modes
-  Request request;                      ///< of those accelerations
+  Request request;                      ///< the request for those accelerations
   std::vector<char> at_rest{};          ///< [contact]
   std::vector<std::size_t> releases{};  ///< contacts that stick and have reached their limit
-  std::vector<char> has_changed{};      ///< [island] where something is to be chosen
+  std::vector<char> has_changed{};      ///< [island] whose modes are to be chosen
 
-  /// No step before says which of several motions goes on.
+  /// Returns true at a start, where no earlier step tells which of several motions continues.
   bool is_start() const { return request.refuses_several; }
   std::size_t num_at_rest() const { return static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1)); }
   bool is_released(std::size_t contact) const {
@@ -37,34 +37,34 @@ struct ModeSwitch {
   }
 };
 
-/// Contacts of one island that obey Coulomb's law, and what they choose: the modes of those at rest.
+/// The Coulomb contacts of one island, and the modes chosen for those at rest.
 struct ContactChoice {
   std::size_t island = 0;
   std::vector<std::size_t> members;  ///< contacts
-  std::vector<Vec3> directions;      ///< of the components
+  std::vector<Vec3> directions;      ///< of the components of friction
   ContactProblem problem;
   Eigen::MatrixXd P;  ///< [3 contacts][k], P0 [3 contacts]: accelerations of the points, P0 + P x, m/s^2
   Eigen::VectorXd P0;
-  double acceleration_scale = 1.0;  ///< m/s^2, of what cancels in the accelerations around them
-  Eigen::VectorXd before;           ///< friction before, where there was some
+  double acceleration_scale = 1.0;  ///< m/s^2, the largest terms that cancel in their accelerations
+  Eigen::VectorXd before;           ///< [k] friction at the last instant, if there was any
   ContactSolutions solutions;
-  Eigen::VectorXd x;  ///< the one taken; empty: none
+  Eigen::VectorXd x;  ///< the solution that is taken; empty if there is none
 
-  std::vector<char> sticks;  ///< [member] by x
-  Eigen::VectorXd share;     ///< x with the share of those that stick that has most to spare
-  Eigen::VectorXd weights;   ///< [member] of its changes
-  double load = std::numeric_limits<double>::quiet_NaN();  ///< the largest of its loads; NaN: there is one share only
-  bool has_shared = false;                                 ///< modes and shares are those of x
+  std::vector<char> sticks;  ///< [member] in the solution x
+  Eigen::VectorXd share;     ///< x, with the load shared so that the contacts that stick have most to spare
+  Eigen::VectorXd weights;   ///< [member] weights of changes of the share
+  double load = std::numeric_limits<double>::quiet_NaN();  ///< the largest load of a member; NaN if the share is unique
+  bool has_shared = false;                                 ///< modes and shares have been set from x
 
   std::size_t size() const { return members.size(); }
   bool has_solution() const { return x.size() > 0; }
-  /// Acceleration of the point of a member, m/s^2.
+  /// Returns the acceleration of the point of a member, m/s^2.
   Vec3 acceleration(std::size_t member, const Eigen::VectorXd& at) const {
     const auto row = 3 * static_cast<Eigen::Index>(member);
     const Eigen::Vector3d a = P0.segment<3>(row) + P.middleRows<3>(row) * at;
     return {a(0), a(1), a(2)};
   }
-  /// Components [k] of a member as a vector.
+  /// Returns the components [k] of a member as a vector.
   Vec3 combine(std::size_t member, const Eigen::VectorXd& components) const {
     const ContactProblem::Contact& contact = problem.contacts[member];
     Vec3 sum{};
@@ -72,11 +72,12 @@ struct ContactChoice {
       sum = sum + components(k) * directions[static_cast<std::size_t>(k)];
     return sum;
   }
-  /// mu |N| of a member at x, N.
+  /// Returns mu |N| of a member at x, N.
   double limit(std::size_t member, const Eigen::VectorXd& at) const {
     return problem.contacts[member].mu * problem.normal_force(member, at).norm();
   }
-  /// Accelerations below this are rest, m/s^2: the rounding of what cancels at x.
+  /// Returns the acceleration below which a contact counts as at rest, m/s^2: the rounding of the terms that cancel at
+  /// x.
   double rest_threshold() const {
     return rounding_of_accelerations * std::max(acceleration_scale, problem.acceleration_scale(x));
   }

@@ -11,7 +11,8 @@ namespace tanor {
 
 namespace {
 
-/// All digits but those of rounding; `scale`: the size of what cancels in it.
+/// Formats a vector to 13 digits, with components of rounding size as 0. `scale` is the size of the terms that cancel
+/// in it.
 std::string vector_text(const Vec3& a, double scale) {
   const auto digits = [scale](double x) {
     char buffer[32];
@@ -31,8 +32,9 @@ ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, Co
 
 // ---- one island ----
 
-/// Static friction until a contact gives way, then that of sliding, until no other one gives way: `released` [contact]
-/// have done so before. Of several motions the one whose friction is nearest to the one before.
+/// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
+/// way. `released` [contact] marks those that have given way already. Of several motions the one with friction nearest
+/// to the last is taken.
 void ContactChoices::solve(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const {
   const FrictionLaws& laws = state_.laws;
   ContactProblem& problem = choice->problem;
@@ -60,7 +62,7 @@ void ContactChoices::solve(std::vector<char> released, std::size_t most_modes, C
   choice->solutions.reason = verdict.reason;
 }
 
-/// What moves at x has the friction of sliding from now on. Returns whether something else does.
+/// Gives kinetic friction to the contacts that move at x. Returns true if some contact has become weaker by that.
 bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<char>* released) const {
   const FrictionLaws& laws = state_.laws;
   const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
@@ -77,9 +79,9 @@ bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<cha
   return has_released;
 }
 
-/// One of several that share a load gives way only where no share bears it: until then nobody has.
+/// Contacts that share a load give way only where no share bears it, so static friction is tried for all of them first.
 void ContactChoices::choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const {
-  // Work of the search: seconds at a start, some hundredths on the way.
+  // The limit of the search: seconds at a start, some hundredths of a second in the middle of a run.
   const std::size_t most_modes = is_start ? 1000000 : 20000;
   const FrictionLaws& laws = state_.laws;
   const auto gets_weaker = [&](std::size_t c) {
@@ -94,7 +96,7 @@ void ContactChoices::choose(bool is_start, const std::vector<char>& released, Co
   find_share(is_start, choice);
 }
 
-/// What sticks by x, and how it shares its load.
+/// Finds which contacts stick in the solution x, and how they share their load.
 void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
   choice->load = std::numeric_limits<double>::quiet_NaN();
   if (!choice->has_solution()) return;
@@ -106,18 +108,18 @@ void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
     const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice->x.segment(first, dimension);
     const double limit = choice->limit(c, choice->x), size = own_x.norm();
-    // Small accelerations count where friction is at its limit, and against them.
+    // A smaller acceleration counts as sliding where friction is at its limit and opposes the acceleration.
     const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
                         -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
     choice->sticks[c] = !moves && own_a.norm() <= least && !begins;
   }
   choice->share = choice->x;
-  // At a start the least friction of few contacts will do, where it obeys the law.
+  // At a start a few contacts take the least friction, if it obeys the law.
   const bool prefers_least = is_start && choice->size() <= most_contacts_counted;
   choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
 }
 
-/// Why an island has no motion, or which ones it has.
+/// Reports that an island has no motion, or lists the several ones.
 Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
   const auto& found = choice.solutions.found;
   const auto name = [&](std::size_t member) { return state_.work.name_contact(choice.members[member]); };
@@ -127,7 +129,7 @@ Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
                              ": no accelerations obey the law (all modes of stick and slip were tried); the "
                              "velocity would have to jump");
   }
-  // The contact whose accelerations differ most.
+  // Find the contact whose accelerations differ most.
   std::size_t worst = 0;
   double most = -1.0;
   for (std::size_t c = 0; c < choice.size(); ++c) {
@@ -163,7 +165,8 @@ Outcome ContactChoices::count(const ModeSwitch& at, const std::vector<char>& wan
   return {};
 }
 
-/// Members slide while they are reduced; other contacts are left as they are. Returns those that stuck.
+/// Lets the members slide while their islands are reduced; other contacts keep their modes. Returns the members that
+/// stuck.
 std::vector<std::size_t> ContactChoices::free_members(const std::vector<ContactChoice>& choices) {
   std::vector<std::size_t> stuck;
   for (const ContactChoice& choice : choices) {
@@ -182,7 +185,7 @@ void ContactChoices::hold_again(const std::vector<std::size_t>& contacts) {
   sharing_.forget();
 }
 
-/// Where no member sticks: reduces the islands, and chooses the motion of each.
+/// Reduces the islands while no member sticks, and chooses the motion of each.
 Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdict* verdict,
                                               std::vector<ContactChoice>* choices) {
   if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
@@ -203,8 +206,8 @@ Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdi
   return failed;
 }
 
-/// Those that move at x slide to there, those that were released and are at their limit against their friction; all
-/// others stick.
+/// Sets the modes of the members at x. Those that move slide in the direction of their acceleration. Those that were
+/// released and are at their limit slide against their friction. All others stick.
 void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice) {
   FrictionLaws& laws = state_.laws;
   const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
@@ -215,7 +218,7 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
     const std::size_t contact = choice.members[c];
     const Vec3 towards = choice.combine(c, a), against = -choice.combine(c, choice.x);
     const bool slides = norm(towards) > least;
-    // One that stands below its limit shares its load with others.
+    // A contact below its limit shares its load with others, so it does not give way.
     const double limit = choice.limit(c, choice.x);
     const bool gives_way = at.is_released(contact) && choice.x.segment(first, dimension).norm() >= (1.0 - 1e-9) * limit;
     state_.tangents.set_stick(contact, !slides && !gives_way);
@@ -227,9 +230,10 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
   }
 }
 
-// ---- what is taken ----
+// ---- the choices that are taken ----
 
-/// On curves where friction changes no reaction those that give way are found exactly by the search, on the way.
+/// Returns true if pivoting decides. On curves where friction changes no reaction, pivoting finds exactly the contacts
+/// that give way in the middle of a run.
 bool ContactChoices::is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const {
   constexpr double rounding = 1e-11;
   const bool shares = !std::isnan(choice.load);
@@ -276,7 +280,7 @@ void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
 
 Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector<char>& wanted,
                                          ContactVerdict* verdict) {
-  constexpr std::size_t most_reduced = 256;  // one solve each
+  constexpr std::size_t most_reduced = 256;  // each of their components costs one solve
   if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
   friction_.set_place(place(at));
   std::vector<ContactChoice> choices = reduction_.list(at, wanted, std::numeric_limits<std::size_t>::max());

@@ -7,26 +7,28 @@
 
 namespace tanor {
 
-/// Which contacts at rest stick and which begin to slide: islands of contacts as small dense problems, whose motions
-/// are counted (docs/friction.md).
+/// Chooses which contacts at rest stick and which begin to slide. Islands of contacts become small dense problems,
+/// whose motions are counted (docs/friction.md).
 class ContactChoices {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive this object.
   ContactChoices(ContactState& state, FrictionSolver& friction, ConstrainedSystem& system, LoadSharing& sharing);
 
-  /// Counts the motions of islands that are `wanted` [island] and have at most `most_contacts`, and sets the modes of
-  /// what has a solution. `choices`: those islands, with what each takes. At a start several motions are refused.
+  /// Counts the motions of the islands that are `wanted` [island] and have at most `most_contacts` contacts. Sets the
+  /// modes of those with a solution. `choices` receives these islands with what each has chosen. At a start several
+  /// motions are refused.
   Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
                 ContactVerdict* verdict, std::vector<ContactChoice>* choices);
-  /// Modes and shares become those of x, where contacts that stick share their load; of `all` choices: everywhere. What
-  /// has no acceleration sticks. Where no share leaves a contact anything to spare, all accelerations are still 0, and
-  /// nothing tells yet what will move: those are held a little longer, until what they lack rises above rounding
-  /// (`ContactState::overload`).
+  /// Sets modes and shares from x where contacts that stick share their load, or everywhere if `all` is true. Contacts
+  /// without acceleration stick. Where no share leaves a contact anything to spare, all accelerations are still 0 and
+  /// do not tell yet which contacts will move. Such contacts are held until their load exceeds its limit by more than
+  /// rounding (`ContactState::overload`).
   Outcome take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices);
-  /// Islands that were not counted have one motion where friction changes no reaction, or little (`is_monotone`).
+  /// Adds the verdict on islands that were not counted. Their motion is unique where friction changes reactions little
+  /// or not at all (`is_monotone`).
   Outcome verify_uncounted(const ModeSwitch& at, const std::vector<char>& wanted, ContactVerdict* verdict);
-  /// Contacts that bear all they can do so from now on: what they shared with others that stick is then determined.
-  /// Returns whether there are some.
+  /// Lets the contacts at their limit slide, so that the load which they shared with others becomes determined. Returns
+  /// true if there are any.
   bool set_limits(const std::vector<ContactChoice>& choices);
 
  private:

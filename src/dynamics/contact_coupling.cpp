@@ -55,7 +55,7 @@ void ContactCoupling::set_place(const double* blocks) {
   }
 }
 
-/// (K'M^-1 tau)_a = sum of (g_a'e_p/m) x_p
+/// Returns (K'M^-1 tau)_a = sum of (g_a'e_p/m) x_p.
 double ContactCoupling::row(std::size_t touched, const double* x) const {
   double sum = 0.0;
   for (Index t = touch_start_[touched]; t < touch_start_[touched + 1]; ++t) {

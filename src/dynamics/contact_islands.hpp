@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// Contacts by the islands of their constraints. Contacts of different islands do not feel each other's friction at an
-/// instant.
+/// Contacts grouped by the islands of their constraints. At one instant friction has no effect on the contacts of other
+/// islands.
 struct ContactIslands {
   explicit ContactIslands(const Workspace& work);
 
@@ -18,7 +18,7 @@ struct ContactIslands {
   std::size_t size() const { return contacts.size(); }
 };
 
-/// "friction at t = 0.5: why"
+/// Returns a failure with the message "friction at t = 0.5: why".
 Outcome fail_friction(Status status, double t, const std::string& why);
 
 }  // namespace tanor

@@ -28,10 +28,11 @@ ContactModes::ContactModes(ContactState& state, LoadSharing& sharing, FrictionSo
 
 // ---- events ----
 
-/// Of a contact that sticks, what it has to spare over what it holds; of one that slides, its velocity forward.
+/// The value of a contact that sticks is its distance to the limit; the value of one that slides is its velocity along
+/// its slip direction.
 void ContactModes::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
   const double* const lambda = found.lambda.data();
-  // Sliding backwards no faster than this, over the speed around, is the rounding of a start from rest.
+  // Slower backward sliding, relative to the speed around the contact, is the rounding of a start from rest.
   constexpr double speed_slack = 1e-13;
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (!state_.may_stick(c)) continue;
@@ -45,7 +46,8 @@ void ContactModes::evaluate_events(const Kinematics& at, const Reactions& found,
   }
 }
 
-/// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
+/// The shape for a contact that sticks is limit^2 - held^2, where mu^2 |N|^2 and |F|^2 are quadratic in the
+/// multipliers.
 void ContactModes::shape_events(const Reactions& found, const double* values, double* shapes) const {
   const double* const lambda = found.lambda.data();
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -112,8 +114,8 @@ Outcome ContactModes::switch_equations(double t, const double* r, double* v, std
   return choose(std::move(at));
 }
 
-/// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
-/// more contacts, that all stick but `releases`, is where the search begins.
+/// Chooses the modes of all contacts at rest together. Islands of few contacts are counted as a whole, and the search
+/// begins with their choice. In larger islands it begins with all contacts sticking but `releases`.
 Outcome ContactModes::choose(ModeSwitch at) {
   work_of_rest_ = {};
   const bool shared_loads = state_.shares_loads;
@@ -128,9 +130,9 @@ Outcome ContactModes::choose(ModeSwitch at) {
   return finish(at, are_counted);
 }
 
-// ---- to rest ----
+// ---- putting contacts to rest ----
 
-/// Multipliers nu [rows] that changed v at once do the work -nu'xi_t, J, with what guides and belts move by themselves.
+/// Returns the work -nu'xi_t of the impulses nu [rows] that changed v, J. Guides and belts do it by their own motion.
 Power ContactModes::work_of_impulses(const double* r, const std::vector<double>& impulses) const {
   const std::vector<double> nothing(3 * model_.num_points(), 0.0);
   std::vector<double> rates(model_.num_rows());
@@ -143,8 +145,8 @@ Power ContactModes::work_of_impulses(const double* r, const std::vector<double>&
   return work;
 }
 
-/// Contacts at rest that slide at v, `times` as fast as rest allows, take no part in the rest: they slide on, to where
-/// they move. Returns whether there were some.
+/// Lets those contacts slide that count as at rest but move at v more than `times` as fast as the threshold of rest.
+/// Returns true if there are any.
 bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
   bool some_slide = false;
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -157,8 +159,8 @@ bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
   return some_slide;
 }
 
-/// No point has lost more than rounding of the speed around it (the energy loses its square), or than what is put to
-/// rest itself, `own`.
+/// Returns true if no point has lost more velocity than the rounding of the speed around it (the energy loses its
+/// square), or than the speed `own` of the contacts that are put to rest.
 bool ContactModes::is_little(const std::vector<double>& before, const double* v, double own) const {
   constexpr double little = 1e-6, alike = 10.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -168,9 +170,10 @@ bool ContactModes::is_little(const std::vector<double>& before, const double* v,
   return true;
 }
 
-/// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its slip
-/// direction: it is put to rest, too, unless others would lose more than rounding with it, such as a bead between two
-/// contacts on nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
+/// Puts all contacts at rest exactly to rest, whatever they do next. On a surface a contact may still move across its
+/// slip direction. It is put to rest as well, unless other points would lose more than rounding with it. An example is
+/// a bead between two contacts on nearly one line, which moves aside many times as fast as they do. Such a contact
+/// slides on in the direction of its motion.
 Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   const std::vector<double> before(at->v, at->v + 3 * model_.num_points());
   std::vector<double> impulses(model_.num_rows());
@@ -185,7 +188,8 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
     if (!still.outcome.ok()) return still.outcome;
     work_of_rest_ = work_of_impulses(at->r, impulses);
     if (is_again || is_little(before, at->v, own)) {
-      // What constraints do not let be put to rest, such as a bead that only turns others on its line, slides on, too.
+      // Contacts that the constraints keep from rest, such as a bead that only turns others on its line, slide on as
+      // well.
       constexpr double rounding_of_rest = 10.0;
       (void)let_slide(at->v, rounding_of_rest, at);
       return {};
@@ -196,7 +200,7 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   return {};
 }
 
-/// Slow directions begin anew: others hold them now, or no longer.
+/// Slow slip directions are chosen anew, since other contacts may hold them now or hold them no longer.
 void ContactModes::forget_slow_directions(const ModeSwitch& at) {
   for (std::size_t c = 0; c < state_.size(); ++c) {
     const bool is_open = at.has_changed[friction_.islands().of_contact[c]] != 0;
@@ -208,7 +212,7 @@ void ContactModes::forget_slow_directions(const ModeSwitch& at) {
 
 // ---- the search ----
 
-/// Islands that have changed, with contacts at rest on surfaces that are too many to be counted.
+/// Marks the islands that have changed and have contacts at rest on surfaces, too many to be counted.
 std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) const {
   const ContactIslands& islands = friction_.islands();
   std::vector<char> result(islands.size(), 0);
@@ -221,8 +225,8 @@ std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) cons
   return result;
 }
 
-/// Adds what the islands that are `wanted` choose. `takes_all`: it stands as it is, and what has no solution is left
-/// out.
+/// Adds the choices of the islands that are `wanted`. If `takes_all` is true, every choice is taken as it stands and
+/// islands without a solution are dropped.
 Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
                             bool takes_all, std::vector<ContactChoice>* choices) {
   std::vector<ContactChoice> counted;
@@ -233,7 +237,7 @@ Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wante
   return outcome;
 }
 
-/// Many contacts on surfaces, then all others that are few enough.
+/// Solves islands with many contacts on surfaces first, then all others that are small enough.
 Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices) {
   constexpr std::size_t most_at_start = 64;
   const bool rest = at.num_at_rest() > 0;
@@ -247,8 +251,8 @@ Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactCho
   return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
 }
 
-/// Where the search leads nowhere, what was counted stands as it is; then islands of many contacts are solved as a
-/// whole, too. `are_counted` [island]: all of its motions are known.
+/// Searches for the modes. If pivoting fails, the counted choices are taken as they stand, and then islands of many
+/// contacts are solved as a whole. `are_counted` [island] marks islands of which all motions are known.
 Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted) {
   std::vector<ContactChoice> choices;
   Outcome found = count_islands(at, &choices);
@@ -285,8 +289,8 @@ bool ContactModes::rests(const ModeSwitch& at, std::size_t island) const {
   return std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at.at_rest[c] != 0; });
 }
 
-/// The accelerations of the modes that were found, verified as at a step's end. Islands in which nothing has changed
-/// keep their verdict.
+/// Computes the accelerations of the modes that were found, and verifies them as at the end of a step. Islands in which
+/// nothing has changed keep their verdict.
 Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_counted) {
   std::vector<char> are_open = at.has_changed;
   for (std::size_t island = 0; island < are_open.size(); ++island) {
@@ -305,8 +309,8 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   return found;
 }
 
-/// What is given as an answer obeys the law, whatever was searched: contacts that stick do not move, and hold what they
-/// can.
+/// Checks that the answer obeys the law, whatever search found it: contacts that stick do not move and hold no more
+/// than their limit.
 Outcome ContactModes::check_rest(const ModeSwitch& at) const {
   constexpr double largest_miss = 1e-6;
   const double* const lambda = system_.lambda().data();
@@ -332,7 +336,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
 
 // ---- from step to step ----
 
-/// What other constraints do not let be where it is held gives way: they hold it as well.
+/// Places that other constraints keep from being reached give way, since those constraints hold the contact as well.
 void ContactModes::accept(double t, const double* r, const double* v) {
   if (num_events() > 0) {
     state_.places.accept(t);

@@ -9,18 +9,19 @@
 
 namespace tanor {
 
-/// Contacts that stick and slide (docs/friction.md): exact Coulomb friction as events.
+/// Stick and slip of contacts (docs/friction.md): exact Coulomb friction with events.
 ///
 /// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
 class ContactModes final : public EventFunctions {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive this object.
   ContactModes(ContactState& state, LoadSharing& sharing, FrictionSolver& friction, ConstrainedSystem& system);
 
   // ---- the modes ----
 
-  /// The modes at a start, with the accelerations [3n]. v changes where contacts are put to rest exactly.
+  /// Chooses the modes at a start and computes their accelerations [3n]. Changes v where contacts are put to rest
+  /// exactly.
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to);
   std::size_t num_events() const override { return state_.num_switches; }
   void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
@@ -30,13 +31,13 @@ class ContactModes final : public EventFunctions {
   Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override { return state_.discrete_state(); }
   void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
-  /// A step to (t, r, v) was accepted.
+  /// Notes that a step to (t, r, v) was accepted.
   void accept(double t, const double* r, const double* v);
 
   void exchange_memory(Memory& memory);
 
  private:
-  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  friend struct Tampering;  // the tests corrupt the search through it, and every corruption must be caught
   Outcome choose(ModeSwitch at);
   Outcome put_to_rest(ModeSwitch* at);
   bool let_slide(const double* v, double times, ModeSwitch* at);
@@ -60,7 +61,7 @@ class ContactModes final : public EventFunctions {
   LoadSharing& sharing_;
   ContactChoices choices_;
   ModePivoting pivoting_;
-  Power work_of_rest_;  // J, of the last switch
+  Power work_of_rest_;  // J, at the last switch
 };
 
 }  // namespace tanor

@@ -48,13 +48,13 @@ void ContactReduction::reduce(const ModeSwitch& at, std::vector<ContactChoice>* 
   for (ContactChoice& choice : *choices) clear_rounding(&choice);
 }
 
-/// lambda = -S^-1 b, dw = M^-1 K lambda
+/// Computes lambda = -S^-1 b and dw = M^-1 K lambda.
 void ContactReduction::solve(const std::vector<double>& b, std::vector<double>* lambda, std::vector<double>* dw) {
   system_.response().solve_refined(b.data(), lambda->data(), dw->data());
   system_.response().minimize_multiplier_norm(lambda->data());
 }
 
-/// w = w0 and b = phi + K'w0 with forces alone; returns their largest number.
+/// Computes w = w0 and b = phi + K'w0 with forces alone. Returns their largest number.
 double ContactReduction::evaluate_without_coulomb(const ModeSwitch& at, std::vector<double>* w,
                                                   std::vector<double>* b) {
   Workspace& work = state_.work;
@@ -64,7 +64,7 @@ double ContactReduction::evaluate_without_coulomb(const ModeSwitch& at, std::vec
                 work.constraints.evaluate_right_side(model.parallel, at.r, at.v, w->data(), b->data(), nullptr));
 }
 
-/// With forces, and laws of friction other than Coulomb's.
+/// Solves with forces and with the friction laws other than Coulomb's.
 ContactReduction::Answer ContactReduction::solve_without_coulomb(const ModeSwitch& at,
                                                                  std::vector<ContactChoice>* choices) {
   const std::size_t size = 3 * state_.model.num_points(), num_rows = state_.model.num_rows();
@@ -100,7 +100,7 @@ void ContactReduction::write_accelerations(const ContactChoice& choice, const do
   }
 }
 
-/// N0, a0 and P0 of an answer without friction.
+/// Sets N0, a0 and P0 from an answer without Coulomb friction.
 void ContactReduction::set_constant_terms(const ModeSwitch& at, const Answer& answer,
                                           std::vector<ContactChoice>* choices) const {
   constexpr double rounding = 1e-12;
@@ -134,7 +134,7 @@ void ContactReduction::set_constant_terms(const ModeSwitch& at, const Answer& an
   }
 }
 
-/// One newton along the j-th component of every island; `answer`: scratch.
+/// Computes the responses to one newton along the j-th component of every island. `answer` is scratch space.
 void ContactReduction::set_column(std::size_t j, std::vector<ContactChoice>* choices, Answer* answer) {
   const Model& model = state_.model;
   const auto has_column = [&](const ContactChoice& choice) { return j < choice.directions.size(); };
@@ -166,11 +166,11 @@ void ContactReduction::set_column(std::size_t j, std::vector<ContactChoice>* cho
   }
 }
 
-/// A := (A + A')/2, without the rounding of what cannot move.
+/// Symmetrizes A := (A + A')/2, and clears the rows and columns of points that cannot move.
 void ContactReduction::clear_rounding(ContactChoice* choice) const {
   Eigen::MatrixXd& A = choice->problem.A;
   A = (0.5 * (A + A.transpose())).eval();
-  // A point that others hold altogether does not move: m a over a force is rounding there.
+  // The mobility of a point that others hold altogether is rounding.
   constexpr double rounding = 1e-13;
   for (std::size_t c = 0; c < choice->size(); ++c) {
     const auto& contact = choice->problem.contacts[c];

@@ -9,22 +9,23 @@
 
 namespace tanor {
 
-/// Islands of contacts as small dense problems: how their reactions and accelerations answer to friction, with all else
-/// eliminated (docs/friction.md).
+/// Reduces islands of contacts to small dense problems: the responses of their reactions and accelerations to friction,
+/// with all other unknowns eliminated (docs/friction.md).
 class ContactReduction {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive this object.
   ContactReduction(const ContactState& state, FrictionSolver& friction, ConstrainedSystem& system)
       : state_(state), friction_(friction), system_(system) {}
 
-  /// Islands with Coulomb's friction and at most `most_contacts` of it, among those that are `wanted` [island]: their
-  /// contacts, and what they held so far. The friction solver stands at the place.
+  /// Lists the islands among those `wanted` [island] that have Coulomb contacts, and at most `most_contacts` of them,
+  /// each with its contacts and their last friction. The friction solver must be set to this configuration.
   std::vector<ContactChoice> list(const ModeSwitch& at, const std::vector<char>& wanted,
                                   std::size_t most_contacts) const;
-  /// N0, W, a0, A of each, with the factor of S in which none of their contacts sticks: one solve for the first
-  /// component of every island at once, one for the second, …
+  /// Computes N0, W, a0, A of each island, with the factor of S in which none of their contacts sticks. One solve
+  /// serves the first component of every island at once, one the second, and so on.
   void reduce(const ModeSwitch& at, std::vector<ContactChoice>* choices);
-  /// The multipliers that belong to what was chosen, into `lambda()` of the system: where iterations begin.
+  /// Writes the multipliers that belong to the chosen friction into `lambda()` of the system, as initial guess of later
+  /// iterations.
   void guess_multipliers(const ModeSwitch& at, const std::vector<ContactChoice>& choices);
 
  private:

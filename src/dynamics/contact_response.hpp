@@ -2,17 +2,18 @@
 
 namespace tanor {
 
-/// How multipliers and accelerations answer to a right-hand side at the configuration that is linearized: S x = -b,
-/// dw = M^-1 K x. What contacts need to know of the system around them.
+/// The response of multipliers and accelerations to a right-hand side at the linearized configuration: S x = -b,
+/// dw = M^-1 K x. Contacts need to know no more of the system around them.
 class ContactResponse {
  public:
   virtual ~ContactResponse() = default;
 
-  /// x = -S^-1 b, both [rows], by one solve with the factor of S; as accurate as that.
+  /// Computes x = -S^-1 b, both [rows], by one solve with the factor of S, without refinement.
   virtual void solve_once(const double* b, double* x) = 0;
-  /// The same refined to rounding, and dw [3n] unless it is null.
+  /// Computes the same refined to rounding, and dw [3n] unless it is null.
   virtual void solve_refined(const double* b, double* x, double* dw) = 0;
-  /// Where constraints depend on each other: x := the multipliers [rows] of the same reactions with the least norm.
+  /// Replaces x [rows] by the multipliers of least norm with the same reactions, where constraints depend on each
+  /// other.
   virtual void minimize_multiplier_norm(double* x) = 0;
 };
 

@@ -16,7 +16,7 @@ enum Mode : int {
   at_limit = 2,
   overloaded = 6,
   num_modes = 7
-};  // 4, 5: both
+};  // 4 and 5 are the two senses of sliding at the limit
 
 }  // namespace
 
@@ -56,8 +56,8 @@ void ContactState::let_slide(std::size_t contact) {
   laws.set_slip_direction(contact, {});
 }
 
-/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it. How a load
-/// is shared stands in multiples of the number of modes.
+/// On a curve the sense of sliding is kept as well, as its sign along T, because the velocity at rest does not tell it.
+/// The softness is added in multiples of the number of modes.
 std::vector<int> ContactState::discrete_state() const {
   std::vector<int> state;
   for (std::size_t c = 0; num_switches > 0 && c < size(); ++c) {
@@ -108,7 +108,7 @@ void ContactState::restore_slip_directions(const double* r, const double* v) {
   restored_.clear();
 }
 
-// ---- what is known ----
+// ---- verdicts ----
 
 void ContactState::add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy,
                                FrictionReport* report) const {
@@ -123,14 +123,14 @@ void ContactState::add_verdict(const std::vector<double>& blocks, const Redundan
                                   " by convention, and the motion depends on the share");
   }
   if (verdict.uniqueness > Uniqueness::Proven) add(verdict.uniqueness, verdict.reason);
-  // An answer that is not proven has no bound of its error.
+  // An answer that is not proven has no error bound.
   if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
 }
 
 std::string ContactState::find_undetermined_reaction(const std::vector<double>& blocks,
                                                      const Redundancy& redundancy) const {
   if (!redundancy.is_found()) return {};
-  std::vector<double> lengths(model.num_rows(), 0.0);  // of gradients in the norm of M^-1
+  std::vector<double> lengths(model.num_rows(), 0.0);  // of the gradients in the norm of M^-1
   for (const Incidence& i : model.incidences) {
     const Vec3 g = load(blocks.data(), i.block);
     lengths[static_cast<std::size_t>(i.row)] += model.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);

@@ -3,10 +3,10 @@
 
 #include "dynamics/drives.hpp"
 
-/// \file Formulas of state and time as functions of time: at the state where a step begins.
+/// \file Evaluates formulas of state and time as functions of time, at the state where a step begins.
 namespace tanor {
 
-/// All variables but the time.
+/// Loads all variables but the time.
 void Drives::load_state(const Program& each, const Place& place, SeriesLane* lanes) const {
   const SeriesProgram& program = each.program;
   const std::size_t num_coordinates = 3 * each.points.size();
@@ -15,7 +15,7 @@ void Drives::load_state(const Program& each, const Place& place, SeriesLane* lan
     if (each.as == Program::As::SomeCoordinates) {
       value = place.q[each.first_coordinate + i];
     } else {
-      // of a force: 3p coordinates, then as many velocities
+      // A force has 3p coordinates, then as many velocities.
       const double* const from = i < num_coordinates ? place.r : place.v;
       value = from[3 * static_cast<std::size_t>(each.points[i % num_coordinates / 3]) + i % 3];
     }
@@ -23,7 +23,7 @@ void Drives::load_state(const Program& each, const Place& place, SeriesLane* lan
   }
 }
 
-/// Writes values_ [value][time]; returns |gradient| of constraints where the step begins, else 1.
+/// Writes values_ [value][time]. Returns |gradient| of a constraint where the step begins, otherwise 1.
 double Drives::run(const Program& each, const Place& place) {
   const SeriesProgram& program = each.program;
   const std::size_t num_times = samples_.times().size(), num_values = each.num_values();

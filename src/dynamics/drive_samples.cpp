@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_samples = 1 << 14;  // of a step, beside the knots of tables
+constexpr std::size_t most_samples = 1 << 14;  // in a step, without the knots of tables
 
 }  // namespace
 
@@ -19,7 +19,8 @@ void DriveSamples::reserve() {
     array->reserve(most_of_a_step);
 }
 
-/// Chebyshev points (1 - cos(pi j/N))/2, then the middles of pieces: equal ones, cut at the knots of tables.
+/// Places the Chebyshev points (1 - cos(pi j/N))/2, then the midpoints of the pieces. The pieces have equal lengths,
+/// but are cut at the knots of tables.
 void DriveSamples::place(const DrivenStep& step, DriveLevel level, const ScalarFunction* function) {
   const std::size_t num_nodes = static_cast<std::size_t>(step.degree) + 1 + static_cast<std::size_t>(level);
   const double wanted =
@@ -78,7 +79,7 @@ DriveSamples::Found DriveSamples::look(const DrivenStep& step, DriveLevel level,
   return found;
 }
 
-/// e at the samples, by Clenshaw's scheme for all of them side by side:
+/// Computes e at all samples side by side by Clenshaw's scheme:
 ///
 ///   p(x) = sum c_k T_k(x),   b_k = c_k + 2 x b_{k+1} - b_{k+2},   p = c_0 + x b_1 - b_2,   x = 1 - 2 s
 void DriveSamples::deviate(const double* values) {
@@ -86,7 +87,7 @@ void DriveSamples::deviate(const double* values) {
   const std::size_t degree = num_nodes_ - 1;
   chebyshev_.assign(num_nodes_, 0.0);
   for (std::size_t k = 0; k < num_nodes_; ++k) {
-    // c_k = 2/N sum'' f_j cos(pi j k/N), the first and the last ones halved
+    // c_k = 2/N sum'' f_j cos(pi j k/N), with half the first and the last term
     double sum = 0.0;
     for (std::size_t j = 0; j < num_nodes_; ++j) {
       const double weight = j == 0 || j == degree ? 0.5 : 1.0;
@@ -109,7 +110,7 @@ void DriveSamples::deviate(const double* values) {
     missed_[i] = values[num_nodes_ + i] - (chebyshev_[0] + (1.0 - 2.0 * s[i]) * next_[i] - after_next_[i]);
 }
 
-/// The same for the samples of most looks, which are the same ones:
+/// Computes the same with stored weights, for the positions of samples that occur in most calls:
 ///
 ///   p(s) = sum_j w_j(s) f_j
 void DriveSamples::deviate_by_weights(const double* values) {
@@ -128,7 +129,7 @@ void DriveSamples::choose_weights() {
   if (all_weights_.size() <= num_nodes_) all_weights_.resize(num_nodes_ + 1);
   std::vector<double>& weights = all_weights_[num_nodes_];
   if (weights.empty()) {
-    // Of each node what it adds to p at the samples: there it is all that deviates.
+    // The deviations at the samples for a unit value at one node are minus the weights of that node.
     std::vector<double> values(2 * num_nodes_, 0.0);
     weights.resize(num_nodes_ * num_nodes_);
     for (std::size_t j = 0; j < num_nodes_; ++j) {
@@ -141,7 +142,7 @@ void DriveSamples::choose_weights() {
   weights_ = &weights;
 }
 
-/// Values are known to the rounding of their times.
+/// Sets deviations below the rounding of values and of times to 0.
 void DriveSamples::silence_rounding(const DrivenStep& step, const double* samples, double largest) {
   double slope = 0.0;
   for (std::size_t i = 1; i < num_samples_; ++i) {
@@ -152,7 +153,7 @@ void DriveSamples::silence_rounding(const DrivenStep& step, const double* sample
   for (double& missed : missed_) missed = std::abs(missed) > noise ? missed : 0.0;
 }
 
-/// What the step misses of x and v, and what the function does in it.
+/// Computes the errors of the step in x and v, and how far the function moves them within the step.
 DriveSamples::Misses DriveSamples::measure_misses(const DrivenStep& step, DriveLevel level, const double* samples,
                                                   double range) const {
   Misses result;
@@ -177,7 +178,7 @@ DriveSamples::Misses DriveSamples::measure_misses(const DrivenStep& step, DriveL
   return result;
 }
 
-/// Between p + 1 places such a line errs by |g''| (h/p)^2/8.
+/// Between p + 1 points a polygon has the error |g''| (h/p)^2/8.
 int DriveSamples::count_pieces(DriveLevel level, const double* values, const Found& found) const {
   constexpr double straight = 0.01;
   const double *const s = fractions_.data() + num_nodes_, *const samples = values + num_nodes_;
@@ -189,7 +190,7 @@ int DriveSamples::count_pieces(DriveLevel level, const double* values, const Fou
                  slope_after = (samples[i + 1] - samples[i]) / after;
     bend = std::max(bend, std::abs(slope_after - slope_before) * 2.0 / (before + after));
   }
-  // What holds a contact on something that moves goes by the second derivative, which bends faster.
+  // A contact that is held on a moving guide depends on the second derivative, which bends faster.
   const double factor = level == DriveLevel::Acceleration ? 1.0 : 2.0;
   const double pieces = factor * std::sqrt(bend / 8.0 / (straight * (found.range + straight * found.largest)));
   return static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces));

@@ -13,23 +13,24 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_members = 16;  // of an entry that are looked at
+constexpr std::size_t most_members = 16;  // of one entry that are evaluated
 
 template <class... Visitors>
 struct Overloaded : Visitors... {
   using Visitors::operator()...;
 };
 template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;  // clang 14 wants to be told
+Overloaded(Visitors...) -> Overloaded<Visitors...>;  // clang 14 needs this guide
 
-/// visit(k) for at most `most_members` of `count`, evenly spread.
+/// Calls visit(k) for at most `most_members` of `count`, evenly spread.
 template <class Visit>
 void for_some(std::size_t count, const Visit& visit) {
   const std::size_t some = std::min(count, most_members);
   for (std::size_t i = 0; i < some; ++i) visit(i * count / some);
 }
 
-/// Variable i of an expression takes part; of the first one that is said of constants, too.
+/// Returns true if the expression reads the variable. Unused operands of instructions are 0, so the variable of
+/// instruction 0 may count although nothing reads it.
 bool depends_on(const Expression& expression, std::size_t variable) {
   const int number = expression.variables[variable];
   if (std::ranges::count(expression.results, number) > 0) return true;
@@ -37,7 +38,7 @@ bool depends_on(const Expression& expression, std::size_t variable) {
     return i.operation != Expression::Operation::Variable && (i.a == number || i.b == number || i.c == number);
   });
 }
-/// Time is the last one.
+/// The time is the last variable.
 bool depends_on_time(const Expression& expression) {
   return depends_on(expression, expression.variables.size() - 1);
 }
@@ -48,7 +49,7 @@ bool depends_on_state(const Expression& expression) {
   return false;
 }
 
-/// With a tuple's own numbers in the place of the variables behind its coordinates.
+/// Returns the expression with the constants of one tuple in place of the variables behind its coordinates.
 Expression with_constants(const Potential& group, std::size_t k) {
   Expression result = *group.kernel.expression;
   const auto first = result.variables.begin() + 3 * group.kernel.num_points;
@@ -77,7 +78,7 @@ Drives::Drives(const System& system, const Numbering& numbering, std::span<const
   for (std::size_t i = 0; i < system.num_points(); ++i)
     reach_ = std::max(reach_, norm(load(system.positions.data(), i)));
   reach_ = std::max(reach_, scene_size);
-  // Each entry appends what it has under its name.
+  // Each entry of the system adds its functions under its own name.
   const auto enter = [&](std::string name) { names_.push_back(std::move(name)); };
   for (std::size_t k = 0; k < system.supports.size(); ++k) {
     const Support& support = system.supports[k];
@@ -112,7 +113,7 @@ Drives::Drives(const System& system, const Numbering& numbering, std::span<const
   values_.reserve(DriveSamples::most_of_a_step);
 }
 
-// ---- what there is ----
+// ---- the functions of a system ----
 
 void Drives::add(const ScalarFunction& function, DriveLevel level, double scale, std::span<const Index> users_points) {
   if (function.is_constant() || users_points.empty()) return;
@@ -127,7 +128,7 @@ void Drives::add(const VectorFunction& function, DriveLevel level, double scale,
   for (const ScalarFunction& component : function.components) add(component, level, scale, users_points);
 }
 
-/// One function for all members, or one each.
+/// Adds one function for all members, or one for each.
 template <class Group>
 void Drives::add(const Parameter& parameter, double scale, const Group& group) {
   if (parameter.functions.empty() || num_members(group) == 0) return;
@@ -159,13 +160,13 @@ double Drives::lever(const VectorFunction& direction, double t) const {
 }
 
 void Drives::add_force(const Force& force, std::span<const double> inverse_mass) {
-  // of the lightest of some points
+  // Returns the inverse of the smallest mass of some points.
   const auto largest_inverse = [&](std::span<const Index> points) {
     double largest = 0.0;
     for (const Index point : points) largest = std::max(largest, inverse_mass[numbering_.inner_point[point]]);
     return largest;
   };
-  // A black box tells nothing of its functions of time.
+  // A force without an expression does not tell its functions of time.
   const auto may_be_driven = [](const auto& kernel) {
     return kernel.expression != nullptr && depends_on_time(*kernel.expression);
   };
@@ -187,7 +188,7 @@ void Drives::add_force(const Force& force, std::span<const double> inverse_mass)
   }
 }
 
-/// Of all members.
+/// Lists the points of all members.
 template <class Group>
 std::vector<Index> list_points(const Group& group) {
   std::vector<Index> points;
@@ -197,7 +198,8 @@ std::vector<Index> list_points(const Group& group) {
   return points;
 }
 
-/// The fields of a group that move its points: places by as much, directions and parameters by a lever.
+/// Adds the fields of a group that move its points: positions by their own change, directions and parameters by a
+/// lever.
 template <class Group>
 void Drives::add_fields(const Group& group, double t) {
   for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
@@ -238,7 +240,7 @@ void Drives::add_coordinates(const Coordinates& coordinates, double t, std::size
              coordinates);
 }
 
-// ---- one look ----
+// ---- one step ----
 
 DriveReport Drives::look(const DrivenStep& step, const Place& place) {
   DriveReport report;
@@ -266,7 +268,7 @@ void Drives::assess(const DrivenStep& step, const Place& place, std::span<const 
   if (!found.varies()) return;
   const DriveSamples::Misses& missed = found.missed;
 
-  // Of the point that may miss least.
+  // The point with the smallest tolerance counts.
   double v_allowed = std::numeric_limits<double>::infinity(), x_allowed = v_allowed;
   for (const Index point : points) {
     const auto p = static_cast<std::size_t>(point);
@@ -281,7 +283,7 @@ void Drives::assess(const DrivenStep& step, const Place& place, std::span<const 
     report->drive = name;
   }
 
-  // Of what is a matter of velocities, a fifth and more.
+  // A step does not follow a function, not even roughly, if it misses more than this part of its effect.
   constexpr double unseen = 0.2;
   const bool is_acceleration = level == DriveLevel::Acceleration;
   if (is_acceleration ? missed.v > unseen * missed.v_done : missed.x > unseen * missed.x_done) {

@@ -16,48 +16,49 @@ namespace tanor {
 /// guides along themselves) and positions (lengths, directions, displacements of supports). Formulas of state and time
 /// are functions of time at the state where a step begins.
 ///
-/// A scheme follows an acceleration inside a step as a polynomial does. What it does not see of it is found between the
-/// places that this polynomial goes through (see DriveSamples), and velocities and positions miss the integrals of that
-/// over the step. The places that are looked at are no further apart than asked: whatever is wider than that is found
-/// with certainty.
+/// A scheme follows an acceleration inside a step as a polynomial does. The error of that polynomial is found at
+/// samples between its nodes (see DriveSamples). The errors of velocities and positions are its integrals over the
+/// step. Samples lie no further apart than requested, so every feature wider than their spacing is found with
+/// certainty.
 class Drives {
  public:
-  /// `t`: where the system is checked.
+  /// The system is checked at the time `t`.
   Drives(const System& system, const Numbering& numbering, std::span<const double> inverse_mass, double scene_size,
          double t);
 
   bool empty() const { return functions_.empty() && programs_.empty(); }
 
-  /// Where a step begins: r and v [3n] in the inner order; q [s] in the user's, null where positions step.
+  /// The state where a step begins: r and v [3n] in the inner order, q [s] in the user's order, null where positions
+  /// step.
   struct Place {
     const double *r, *v, *q;
     const Scales& scales;
   };
   DriveReport look(const DrivenStep& step, const Place& place);
-  /// "wind", "force2" …: of a number in a report.
+  /// Returns the name of a function in a report: "wind", "force2", …
   const std::string& name(std::size_t drive) const { return names_[drive]; }
 
  private:
-  /// scale times a number of time.
+  /// A scale times a scalar function of time.
   struct Function {
     ScalarFunction function;
     DriveLevel level;
     double scale;
-    std::vector<Index> points;  // that it moves, or some of them; inner
+    std::vector<Index> points;  // points that it moves, or some of them; inner
     std::size_t name;
   };
-  /// An expression of the positions (of forces: and velocities) of some points, or of coordinates, and of time.
+  /// An expression of time and of the positions of some points (and their velocities, for forces), or of coordinates.
   struct Program {
     enum class As { AForce, AnEnergy, AConstraint, SomeCoordinates } as;
     SeriesProgram program;
     std::vector<Index> points;     // inner
-    std::size_t first_coordinate;  // of the user's, where it is one of those
+    std::size_t first_coordinate;  // in the user's order, for coordinates
     double scale;                  // 1/mass of forces, else 1
     bool is_of_time_alone;
     std::size_t name;
 
     bool is_force() const { return as == As::AForce || as == As::AnEnergy; }
-    /// What is looked at: of an energy its gradient.
+    /// The number of functions of time in the program; an energy has one for each component of its gradient.
     std::size_t num_values() const { return as == As::AnEnergy ? 3 * points.size() : program.num_results(); }
   };
 
@@ -72,7 +73,7 @@ class Drives {
   void add_force(const Force& force, std::span<const double> inverse_mass);
   void add_constraint(const Constraint& constraint, double t);
   void add_coordinates(const Coordinates& coordinates, double t, std::size_t first_coordinate);
-  /// How far a turning direction moves what it guides, over its change; m.
+  /// Returns how far a turning direction moves the points that it guides, per unit of its change, m.
   double lever(const VectorFunction& direction, double t) const;
 
   double run(const Program& program, const Place& place);
@@ -87,7 +88,7 @@ class Drives {
   std::vector<Program> programs_;
   std::vector<std::string> names_;
 
-  DriveSamples samples_;        // of one look
+  DriveSamples samples_;        // of the present step
   std::vector<double> values_;  // [value][instant]
   std::vector<double> lanes_;   // scratch of programs
 };

@@ -4,46 +4,48 @@
 
 namespace tanor {
 
-/// The inverse problem in one of its forms, in the inner order of points and rows. A form steps in variables x of its
-/// own (positions, or generalized coordinates); r, v, w, eta are always 3n, point by point.
+/// The inverse problem (forward dynamics) in one of its forms, in the inner order of points and rows. A form steps in
+/// its own variables x (positions, or generalized coordinates); r, v, w, eta are always 3n, point by point.
 class EquationsOfMotion : public Mechanics {
  public:
-  /// Nearest consistent start in the M-norm, into r and v; `StartMode::Check` throws InputError naming the worst place.
+  /// Moves r and v to the nearest consistent start in the M-norm. `StartMode::Check` throws InputError naming the worst
+  /// violation.
   virtual StartReport start(double t, double* r, double* v, StartMode mode) = 0;
-  /// Nearest r on the constraints, and nearest v with K'v + xi_t = 0 (K at an admissible r), in the M-norm; [3n].
+  /// Moves r [3n] to the nearest point on the constraints, and v [3n] to the nearest velocity with K'v + xi_t = 0 (K at
+  /// an admissible r), in the M-norm.
   virtual ProjectionReport project_point_positions(double t, double* r) = 0;
   virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
-  /// Its own x and x' of a consistent (r, v), `size()` each.
+  /// Computes the form's own x and x' of a consistent (r, v), `size()` numbers each.
   virtual Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
-  /// Writes the points of x and x', with x'' and the reactions that were found with it.
+  /// Writes r, v and w of all points from x, x' and x'', and from the reactions that were found with x''.
   virtual void write_points(const Kinematics& at, const double* x_ddot, const Reactions& found, double* r, double* v,
                             double* w) = 0;
-  /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May
-  /// change x' of those by rounding.
+  /// Computes accelerations where nothing is known of earlier instants, so that contacts at rest choose whether to
+  /// stick or to slide. May change x' of those contacts by rounding.
   virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request,
                         const AccelerationOutput& to) = 0;
-  /// After a step that was accepted, where its last accelerations were found: variables that serve the neighbourhood of
-  /// (x, x') best; x'' goes along, with what was found with it.
+  /// Chooses the variables that serve best around (x, x'), after an accepted step, where its last accelerations were
+  /// found. Transforms x'' and what was found with it as well.
   virtual void recentre(double t, double* x, double* x_dot, double* x_ddot, Reactions* found) = 0;
-  /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
+  /// Continues a motion from elsewhere. Its earlier steps are unknown, and the work counters go on from those given.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
-  /// Where other processes have parts of the system: the states of their points that equations here need. A null `v`
-  /// is not wanted.
+  /// Fetches the states of points on other processes that equations of this process need. A null `v` is not fetched.
   virtual void fetch_guests(double* r, double* v) = 0;
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
-  /// Potential energy where all points are at r [3n], J.
+  /// Returns the potential energy with all points at r [3n], J.
   virtual double potential(double t, const double* r) = 0;
-  /// eta [3n] of what was found with accelerations at this state, where K stands; of supports: what the constraints do
-  /// there.
+  /// Writes eta [3n] of the reactions found with accelerations at this state, where K stands. At supports it is the
+  /// force of the constraints.
   virtual void write_reactions(const Kinematics& at, const Reactions& found, double* eta) = 0;
-  /// lambda [d] := the multipliers of the same reactions with the least norm, where several serve, at this state.
+  /// Replaces lambda [d] by the multipliers of least norm with the same reactions, where they are not unique at this
+  /// state.
   virtual void minimize_multipliers(const Kinematics& at, double* lambda) = 0;
-  /// Likewise tau [3n], of contacts that slide and of those that stick.
+  /// Writes tau [3n] of the contacts that slide and of those that stick.
   virtual void write_friction(const Reactions& found, double* tau) const = 0;
 
-  /// Adds what it found out about the system.
+  /// Adds the form's own findings about the system.
   virtual void describe(PlanSummary* plan) const = 0;
 };
 

@@ -10,32 +10,36 @@
 
 namespace tanor {
 
-/// Inside a step, where K changes from stage to stage and nothing but S lambda = -b is asked of them, the factor of
-/// another configuration serves: conjugate gradients find what the step's tolerance asks for. What they do not find
-/// soon is for a factor of its own.
+/// Solves inside a step with the factor of another configuration. There K changes from stage to stage, and only
+/// S lambda = -b is solved. Conjugate gradients converge to the tolerance of the step. If they do not converge soon,
+/// the configuration gets a factor of its own.
 class FactorReuse final : public InexactSolves {
  public:
-  /// Null where it does not pay, or K does not change. `factor` has the factor of the other configuration.
+  /// Returns null where reuse does not pay, or K is constant. `factor` holds the factor of the other configuration.
   static std::unique_ptr<FactorReuse> make(Workspace& work, GramSolver& factor);
 
   FactorReuse(Workspace& work, const GramOperator& S, GramSolver& factor);
 
-  /// Largest error of dw = M^-1 K lambda that keeps a step within its target, in the M-norm: the root of the sum of
-  /// m |dw|^2 = m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2 over the neighbourhood that allows least, since a
-  /// heavy one must not take what a light one needs. atol 0: each point's own.
+  /// Returns the largest error of dw = M^-1 K lambda that keeps a step within its target, in the M-norm: the root of
+  /// the sum of m |dw|^2 = m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2 over the neighbourhood that allows
+  /// least. A heavy neighbourhood must not take what a light one needs. With atol = 0 each point has its own tolerance.
   double allowed_error(const StepTarget& target) override;
-  /// From here on solutions may have that error; 0: rounding alone.
+  /// Sets the error that later solutions may have; 0 allows rounding alone.
   void allow_error(double error) { allowed_error_ = error; }
 
-  /// The factor was made of the K at hand: what was solved with other unit vectors of lines guesses nothing.
+  /// Notes that the factor was made of the present K. Solutions with other unit vectors of lines are no initial guess
+  /// any more.
   void note_factor();
-  /// Where S is nearly singular, and where the unit vectors of lines jumped, every configuration has its own factor.
+  /// Returns false where S is nearly singular and where the unit vectors of lines have jumped. There every
+  /// configuration needs its own factor.
   bool serves(double reciprocal_condition) const;
-  /// lambda [d] and dw [3n] at t with the K at hand; `is_first`: since the factor was made. False: not soon.
+  /// Computes lambda [d] and dw [3n] at t with the present K. `is_first` marks the first solve after the factor was
+  /// made. Returns false if the iteration does not converge soon.
   bool solve(double t, bool is_first, const double* blocks, const double* b, std::vector<double>* lambda, double* dw);
-  /// rows := -S^-1 rows, points += M^-1 K rows, with the K of the last solution. False: not soon.
+  /// Computes rows := -S^-1 rows and adds M^-1 K rows to points, with the K of the last solution. Returns false if the
+  /// iteration does not converge soon.
   bool correct(const double* blocks, double* rows, double* points);
-  /// A solution at t that was found otherwise: later ones may begin with it.
+  /// Adds a solution at t that was found otherwise, as a guess for later ones.
   void note(double t, const std::vector<double>& lambda) {
     if (allowed_error_ > 0.0) reuse_.add(t, lambda);
   }
@@ -47,7 +51,7 @@ class FactorReuse final : public InexactSolves {
   const Model& model_;
   Reuse reuse_;
   double allowed_error_ = 0.0;
-  std::optional<std::size_t> frames_;  // of lines, where the factor was made; see Constraints::frames
+  std::optional<std::size_t> frames_;  // of lines, when the factor was made; see Constraints::frames
   std::vector<double> correction_;     // [3n] scratch
   std::vector<double> sums_;           // [neighbourhood] scratch
 };

@@ -33,7 +33,8 @@ Forms::Forms(System system, const SolverOptions& options, double t, const MakeFo
   make_plan();
 }
 
-/// The cheaper form of those that there are: a mechanism with few coordinates in tangent form, a chain in normal form.
+/// Chooses the cheaper one of the available forms. A mechanism with few coordinates gets the tangent form, a chain the
+/// normal form.
 void Forms::choose(Form wanted) {
   const bool prefers_tangent =
       normal == nullptr || (tangent != nullptr && !model.has_friction() &&
@@ -117,7 +118,7 @@ Outcome Forms::reactions(const Place& at, const Request& request, const Reaction
   std::copy(own.begin(), own.end(), lambda);
   normal->minimize_multipliers(at.points, lambda);
   if (!is_tangent() || eta == nullptr) return {};
-  // Supports carry what the constraints do there.
+  // At supports, eta is the force of the constraints.
   normal->write_reactions(at.points, found_, scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
@@ -133,7 +134,7 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
   RankReport report;
   report.is_known = false;
   if (given != nullptr) return report;
-  // Coordinates alone: as many degrees of freedom as there are coordinates.
+  // With coordinates alone there are as many degrees of freedom as coordinates.
   report.degrees_of_freedom = work.coordinates.num_coordinates();
   return report;
 }

@@ -12,46 +12,46 @@
 
 namespace tanor {
 
-/// A system in the forms that it needs.
+/// A system with the forms that it needs.
 class Forms {
  public:
-  /// Validates; `t`: where the system is checked and "initial" values are taken. Throws InputError where a form is
-  /// wanted that the system cannot have.
+  /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
+  /// have the requested form.
   Forms(System system, const SolverOptions& options, double t = 0.0) : Forms(std::move(system), options, t, nullptr) {}
-  /// `make`(work) brings the only form; empty: those of this library serve.
+  /// `make`(work) makes the only form. If it is empty, the forms of this library are used.
   using MakeForm = std::function<std::unique_ptr<EquationsOfMotion>(Workspace& work)>;
   Forms(System system, const SolverOptions& options, double t, const MakeForm& make);
 
   Workspace work;
   const Model& model{work.model()};
-  std::unique_ptr<MultiplierForm> normal;    ///< null: coordinates alone are given
-  std::unique_ptr<TangentForm> tangent;      ///< null: no coordinates are given
-  std::unique_ptr<EquationsOfMotion> given;  ///< somebody else's, in place of both; null: there are none
+  std::unique_ptr<MultiplierForm> normal;    ///< null if coordinates alone are given
+  std::unique_ptr<TangentForm> tangent;      ///< null if no coordinates are given
+  std::unique_ptr<EquationsOfMotion> given;  ///< a form from elsewhere in place of both, or null
   EquationsOfMotion* main = nullptr;         ///< the form that steps and answers
   PlanSummary plan;
 
-  double start_time() const { return start_time_; }  ///< where "initial" values stand
+  double start_time() const { return start_time_; }  ///< the time of "initial" values
   bool is_tangent() const { return tangent != nullptr && main == tangent.get(); }
 
-  /// Consistent start of `main`. Where both coordinates and constraints are given they must describe the same motion:
-  /// the coordinates say where the points are, and the constraints are checked there.
+  /// Finds a consistent start of `main`. If both coordinates and constraints are given, they must describe the same
+  /// motion. The coordinates say where the points are, and the constraints are checked there.
   StartReport start(double t, double* r, double* v, StartMode mode);
-  /// The other form at the state of `main`'s last accelerations w [3n] with its eta [3n]: the largest difference of w
-  /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
+  /// Compares with the other form at the state of `main`'s last accelerations w [3n] with their eta [3n]. Writes the
+  /// larger one of the largest difference of w over the largest acceleration there, and of eta over the largest force.
   Outcome compare(const Kinematics& at, const Request& request, const double* w, const double* eta,
                   double* disagreement);
 
-  /// `main`'s own variables, and where their points are.
+  /// `main`'s own variables, and the kinematics of the points.
   struct Place {
     Kinematics own, points;
   };
-  /// lambda [d] (the smallest where several serve) and eta [3n], which may be null, of what `main` found with its
-  /// accelerations there. The tangent form knows eta; lambda then costs a solve of the normal form.
+  /// Writes lambda [d] (of least norm if not unique) and eta [3n], which may be null, of the reactions that `main`
+  /// found with its accelerations there. The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta);
-  /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
+  /// Computes w and eta [3n] at (t, r, v) by the form that does not step. Both forms must be there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 
-  /// Rank of K at r, where the last `reactions` were asked for.
+  /// Returns the rank of K at r, the configuration of the last `reactions`.
   RankReport rank(const double* r, bool thoroughly);
 
  private:
@@ -62,8 +62,8 @@ class Forms {
   double start_time_;
   std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]
-  std::vector<double> x_, x_dot_, x_ddot_;             // of the other form, …
-  Reactions found_;                                    // … and what it found
+  std::vector<double> x_, x_dot_, x_ddot_;             // variables of the other form
+  Reactions found_;                                    // its reactions
 };
 
 }  // namespace tanor

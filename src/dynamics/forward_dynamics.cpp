@@ -48,7 +48,7 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
   FactorReuse* const reuse = linearization_.factor().reuse();
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();
-  // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
+  // Special solvers do (31), (23) and (25) in one pass. The code below does the same step by step.
   if (auto found = solve_at_once(at, request, w)) return *std::move(found);
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.factor().is_needed();
@@ -78,13 +78,13 @@ Power ForwardDynamics::find_power(const Kinematics& at) {
   Power result = work_.power(work_.power_of_reactions(dw_.data(), at.v), at.x, at.v);
   if (friction_ == nullptr) return result;
   result.friction = friction_->power(lambda_.data(), at.v);
-  // Of what M^-1 K lambda does, that part belongs to contacts that stick.
+  // A part of the power of M^-1 K lambda belongs to contacts that stick.
   if (model_.is_rheonomic()) result.supports -= friction_->held_power(lambda_.data(), at.v);
   return result;
 }
 
-/// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not
-/// come out: the steps one by one decide.
+/// Solves all in one pass by the composite. Returns nothing where the composite does not serve, where S looks singular,
+/// or where K'w = -phi is not reached. Then the steps one by one decide.
 std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, const Request& request, double* w) {
   const Gradients gradients = request.gradients;
   double scale = 0.0;
@@ -109,7 +109,8 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   report_.refinements = found->refinements;
   if (!std::isfinite(scale)) return work_.not_finite(t, r);
   report_.residual = found->residual / (scale > 0.0 ? scale : 1.0);
-  // Little beside each island, or beside the slowest neighbourhood, is little beside each neighbourhood.
+  // A residual that is small beside each island, or beside the slowest neighbourhood, is small beside each
+  // neighbourhood.
   constexpr double little = 1e-12;
   const Scales& scales = work_.scales;
   const bool is_little =
@@ -117,7 +118,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   const bool is_fine = report_.residual <= good_enough() && is_little;
   if (is_fine && !model_.is_rheonomic()) return Outcome{};
 
-  // Refinement wants w0 and dw apart, and so does the power of the reactions.
+  // Refinement and the power of the reactions need w0 and dw separately.
   linearization_.write_reactions(lambda_.data(), dw_.data());
   if (is_fine) return Outcome{};
   (void)evaluate_free(at, request, w);
@@ -133,7 +134,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   return Outcome{};
 }
 
-/// w0 = M^-1 f into w; returns the largest.
+/// Writes w0 = M^-1 f into w. Returns the largest number.
 double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& request, double* w) {
   if (request.given == nullptr) return work_.evaluate_free(at.t, at.x, at.v, w);
   work_.write_support_accelerations(w);
@@ -141,7 +142,7 @@ double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& reque
   return request.given->largest();
 }
 
-/// w0 = M^-1 f into w, b = phi + K'w0, and K where it is wanted.
+/// Computes w0 = M^-1 f into w, b = phi + K'w0, and K if `with_gradients` is true.
 void ForwardDynamics::evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w) {
   double scale = 0.0;
   {
@@ -156,11 +157,11 @@ void ForwardDynamics::evaluate(const Kinematics& at, const Request& request, boo
   if (friction_ != nullptr) residuals_.measure_accelerations(problem_);
 }
 
-/// Rows that join supports alone take no part in S: what is prescribed must satisfy them by itself.
+/// Checks rows that join supports alone. They take no part in S, so the prescribed motion must satisfy them by itself.
 Outcome ForwardDynamics::check_idle_rows(double t) const {
   constexpr double allowed = 1e-8;
   for (std::size_t a = model_.numbering.first_idle_row(); a < model_.num_rows(); ++a) {
-    // phi + K'w0 with the supports' accelerations in w0
+    // b is phi + K'w0 with the accelerations of the supports in w0.
     if (std::abs(b_[a]) <= allowed * problem_.scale) continue;
     return {Status::Contradictory,
             work_.name_row(a) + " joins supports alone, and their prescribed motion breaks it at t = " + text(t) +
@@ -171,7 +172,7 @@ Outcome ForwardDynamics::check_idle_rows(double t) const {
 
 // ---- multipliers ----
 
-/// S lambda = -b, dw = M^-1 K lambda, refined.
+/// Solves S lambda = -b and computes dw = M^-1 K lambda, refined.
 void ForwardDynamics::find_multipliers() {
   {
     const Stopwatch watch(&work_.times.solve);
@@ -184,19 +185,18 @@ void ForwardDynamics::find_multipliers() {
   if (friction_ != nullptr) linearization_.minimize_multiplier_norm(lambda_.data());
 }
 
-/// Refinement in w: rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Reports |rho| over its
-/// scale.
+/// Refines in w: rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Reports |rho| over its scale.
 void ForwardDynamics::refine() {
   const RankRevealingFactor& factor = linearization_.factor().all_rows();
   double largest = 0.0;
   const auto measure = [&] {
     largest = linearization_.apply_transposed(dw_.data(), b_.data(), rows_.data());
     report_.residual = residuals_.relative_residual(problem_, rows_, largest);
-    // What dependent rows leave over is not for the others to mend.
+    // The residual of dependent rows cannot be reduced, so refinement looks at the other rows.
     if (!factor.redundancy().is_found()) return report_.residual;
     return factor.largest_active(rows_, residuals_.measure_accelerations(problem_));
   };
-  // Exact beside all, good enough beside its own neighbourhood.
+  // The residual must be small beside all accelerations and beside those of its own neighbourhood.
   constexpr double little = 1e-12;
   const auto is_enough = [&](double residual) {
     const bool is_little = largest <= good_enough() * problem_.scale && residual <= little;
@@ -218,7 +218,7 @@ void ForwardDynamics::add_reactions(double* w) const {
 void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double* eta) {
   const double* rows = lambda.data();
   if (model_.numbering.has_contact_rows()) {
-    // What holds a contact that sticks is friction.
+    // The multipliers of contacts that stick are friction, not reactions.
     rows_ = lambda;
     for (std::size_t a = 0; a < rows_.size(); ++a) {
       if (model_.numbering.is_contact_row(a)) rows_[a] = 0.0;
@@ -230,13 +230,13 @@ void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double*
 
 // ---- friction ----
 
-/// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
+/// Finds tau at lambda, beginning with the last one, and makes it a part of w0 and b = phi + K'w0.
 Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
   const auto [t, r, v] = at;
   contacts_->restore_slip_directions(r, v);
   contacts_->set_sliding_speeds();
-  // The null space turns with K.
+  // The null space turns with K, so the rank is decided again.
   if (!work_.constraints.gradients_are_constant()) (void)linearization_.factor().decide_rank_again(r);
   friction_->set_accelerations(residuals_.accelerations());
   Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
@@ -245,7 +245,7 @@ Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessChe
   return outcome;
 }
 
-/// Where tau(lambda) is another friction than the one that lambda was found with: once more from there.
+/// Repeats the solve from lambda if tau(lambda) differs from the friction that lambda was found with.
 void ForwardDynamics::improve_friction(double* w) {
   if (friction_ == nullptr) return;
   constexpr double converged = 1e-12;
@@ -263,7 +263,8 @@ void ForwardDynamics::improve_friction(double* w) {
   report_.friction.sticking_is_indeterminate = contacts_->shares_loads;
 }
 
-/// One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
+/// Rejects a friction that misses the law although the motion is unique. Wrongly chosen modes leave such friction,
+/// which no iteration brings to the law.
 Outcome ForwardDynamics::verify_friction(double t) {
   contacts_->add_verdict(linearization_.blocks(), linearization_.factor().all_rows().redundancy(), &report_.friction);
   constexpr double largest_miss = 1e-4;
@@ -273,7 +274,7 @@ Outcome ForwardDynamics::verify_friction(double t) {
                        "what was found misses the law by " + text(friction.residual) + " of the largest friction");
 }
 
-// ---- what was found ----
+// ---- verification ----
 
 Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
   if (friction_ != nullptr && verifies_friction) {
@@ -285,10 +286,10 @@ Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
   return std::isfinite(report_.residual) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
-/// K'w + phi is not 0 in all rows. Off xi = 0 dependent rows may differ; else the rank changed, or the rows contradict
-/// each other, or S is too poor.
+/// Decides what it means that K'w + phi is not 0 in all rows. Away from xi = 0 dependent rows may disagree. Otherwise
+/// the rank has changed, the rows contradict each other, or S is too ill-conditioned.
 Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
-  /// On the way to xi = 0 and back, by how much K may differ from the one there, for each unit of violation.
+  /// The residual allowed in dependent rows for each unit of violation, since K differs from that on xi = 0.
   constexpr double spread = 1e3, rounding = doubtful_above;
   if (linearization_.factor().share_loads()) {
     find_multipliers();
@@ -313,7 +314,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
     Outcome outcome = factor.explain_contradiction(t, b_, accelerations, allowed, " m/s^2");
     if (!outcome.ok()) return outcome;
   }
-  if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
+  if (violation > rounding) return {};  // the rank has no meaning off the constraints, so the step's error decides
   linearization_.factor().decide_rank_of_poor_parts(r, rows_, accelerations, rounding);
   find_multipliers();
   return {};

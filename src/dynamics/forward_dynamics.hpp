@@ -13,39 +13,41 @@
 
 namespace tanor {
 
-/// Accelerations from forces, and the Lagrange multipliers of the constraints:
+/// Computes the accelerations from the forces, and the Lagrange multipliers of the constraints:
 ///
 ///   S lambda = -(phi + K'M^-1 f)        S = K'M^-1K      (31)
 ///   eta = K lambda                                        (23)
 ///   w = M^-1 (f + eta)                                    (25)
 ///
-/// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. With friction, f + tau stands
-/// in place of f.
+/// w0 = M^-1 f, with the prescribed accelerations of supports (see Model), stands in place of M^-1 f. With friction,
+/// f + tau stands in place of f.
 class ForwardDynamics {
  public:
-  /// Contacts and their friction; null: constraints are ideal.
+  /// The contacts and their friction, null if constraints are ideal.
   struct Contacts {
     ContactState* state = nullptr;
     FrictionSolver* friction = nullptr;
   };
-  /// All outlive the dynamics.
+  /// All arguments must outlive this object.
   ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts);
 
-  /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
+  /// Computes w [3n] at (t, r, v), with K and the factor of S at this configuration or with the present ones.
   Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
     return solve(at, request, {}, to);
   }
-  /// `are_counted` [island of contacts]: its motions are known, see UniquenessCheck; empty: of none.
+  /// `are_counted` [island of contacts] marks islands whose motions are known, see UniquenessCheck. It is empty if
+  /// there are none.
   Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                 const AccelerationOutput& to);
 
-  /// lambda [d]: what a solve leaves, and where the iterations of the next one begin.
+  /// lambda [d]: the result of the last solve, and the initial guess of the next one.
   std::vector<double>& multipliers() { return lambda_; }
-  /// eta = K lambda [3n] (23) of the user's constraints, where K stands; of supports: what the constraints do there.
+  /// Writes eta = K lambda [3n] (23) of the user's constraints, where K stands. At supports it is the force of the
+  /// constraints.
   void write_reactions(const std::vector<double>& lambda, double* eta);
 
  private:
-  static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
+  static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms that is more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
 
   Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
@@ -67,13 +69,13 @@ class ForwardDynamics {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  ContactState* contacts_;                             // null: constraints are ideal
+  ContactState* contacts_;                             // null if constraints are ideal
   FrictionSolver* friction_;                           // likewise
-  bool exact_ = false;                                 // the solve at hand is
-  SolveReport report_;                                 // of the solve at hand
+  bool exact_ = false;                                 // of the present solve
+  SolveReport report_;                                 // of the present solve
   std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda
   std::vector<double> b_, rows_;                       // [d] phi + K'w0; K'w + phi
-  Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the solve at hand
+  Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the present solve
 };
 
 }  // namespace tanor

@@ -34,7 +34,7 @@ FrictionScales::FrictionScales(const Workspace& work, const FrictionLaws& laws)
 }
 
 void FrictionScales::set_accelerations(const std::vector<double>& accelerations) {
-  // Forces round by eps m a: below 1e-4 m a they have fewer digits than the tolerance of the iterations.
+  // The rounding of forces is eps m a, so forces below 1e-4 m a have fewer digits than the tolerance of the iterations.
   constexpr double part = 1e-4;
   const Tangents& tangents = work_.constraints.tangents();
   std::fill(least_.begin(), least_.end(), 0.0);

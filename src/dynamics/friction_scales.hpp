@@ -7,21 +7,22 @@
 
 namespace tanor {
 
-/// What changes of friction are measured by: the largest friction of their own neighbourhood, so that a heavy part of a
-/// scene does not hide a light one. The neighbourhoods that have contacts are numbered as *groups*.
+/// The scales of changes of friction. Each change is measured by the largest friction of its own neighbourhood, so that
+/// a heavy part of a scene does not hide a light one. The neighbourhoods that have contacts are numbered as *groups*.
 class FrictionScales {
  public:
   FrictionScales(const Workspace& work, const FrictionLaws& laws);
 
-  /// Where friction vanishes it is measured by the forces around it: `accelerations` [neighbourhood], m/s^2.
+  /// Sets the forces that measure friction where it vanishes, from the `accelerations` [neighbourhood] around it,
+  /// m/s^2.
   void set_accelerations(const std::vector<double>& accelerations);
 
   bool are_several() const { return neighbourhoods_.size() > 1; }
   const std::vector<Index>& group_of_part() const { return group_of_part_; }
-  /// Least force that counts in each group, N.
+  /// The smallest force that counts in each group, N.
   const std::vector<double>& least() const { return least_; }
 
-  /// |x - before| over the largest friction, of the worst group; both [parts].
+  /// Returns |x - before| over the largest friction, of the worst group; both are [parts].
   double relative_change(const std::vector<double>& x, const std::vector<double>& before);
 
  private:
@@ -34,7 +35,7 @@ class FrictionScales {
   std::vector<double> largest_, largest_change_;  // [group] N, scratch
 };
 
-/// Largest |x_i| and |a_i - b_i|; a NaN wins.
+/// Return the largest |x_i| or |a_i - b_i|, or NaN if there is any.
 double largest_of(const std::vector<double>& x);
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
 

@@ -13,10 +13,10 @@ namespace tanor {
 
 namespace {
 
-constexpr double poor_contraction = 0.1;  // Newton's method is asked instead
+constexpr double poor_contraction = 0.1;  // contraction above which Newton's method is used instead
 
-/// Deep where contacts are few, so that they are solved like a linear system; shallow where vectors are long: what they
-/// cost is more than the iterations that they save.
+/// Returns the depth of Anderson's method. It is deep where contacts are few, so that they are solved like a linear
+/// system. It is shallow where vectors are long, since they would cost more than the iterations that they save.
 int anderson_depth(std::size_t num_contacts) {
   return num_contacts <= 1000 ? FixedPoint::most_depth : 3;
 }
@@ -49,7 +49,7 @@ void FrictionSolver::set_accelerations(const std::vector<double>& accelerations)
 
 // ---- the response of S ----
 
-/// x and tau from now on.
+/// Sets x and tau to the friction at lambda.
 void FrictionSolver::set_forces(const double* lambda) {
   laws_.evaluate(model_.parallel, lambda, now_.x.data());
   laws_.write_forces(now_.x.data(), now_.tau.data());
@@ -60,7 +60,7 @@ void FrictionSolver::set_right_side(const double* b) {
   coupling_.gather(b, b_touched_.data());
 }
 
-/// lambda = -S^-1 (b + K'M^-1 tau(x))
+/// Computes lambda = -S^-1 (b + K'M^-1 tau(x)).
 void FrictionSolver::find_multipliers(const double* x, double* lambda) {
   coupling_.write_sum(b_touched_.data(), x, right_side_.data());
   if (refines_)
@@ -70,7 +70,7 @@ void FrictionSolver::find_multipliers(const double* x, double* lambda) {
   response_.minimize_multiplier_norm(lambda);
 }
 
-/// lambda = -S^-1 K'M^-1 tau(x)
+/// Computes lambda = -S^-1 K'M^-1 tau(x).
 void FrictionSolver::find_change(const double* x, double* lambda) {
   coupling_.write(x, change_.data());
   response_.solve_once(change_.data(), lambda);
@@ -143,7 +143,7 @@ Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const do
           Status::NotConverged, t,
           "(43) does not converge by itself (contraction " + text(report_.contraction) + "); others may");
     case FrictionMethod::Auto:
-      // A step of Newton's method for few contacts is a few solves: less than slow iterations are.
+      // A step of Newton's method costs a few solves for few contacts, less than slow iterations.
       if (are_few && converges(FrictionMethod::Anderson, poor_contraction)) return {};
       if (are_few && converges(FrictionMethod::Newton)) return {};
       if (converges(FrictionMethod::Anderson)) return {};
@@ -162,8 +162,8 @@ Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const do
   return sliding_.enumerate(t, check, lambda, &report_);
 }
 
-/// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
-/// solves.
+/// Applies Newton's method with refined solves. With an ill-conditioned S the rounding of a single solve exceeds the
+/// tolerance of the law.
 void FrictionSolver::refine(const double* b, const double* lambda) {
   set_right_side(b);
   refines_ = true;

@@ -13,21 +13,21 @@
 
 namespace tanor {
 
-/// Positions and velocities [3n] at one instant, and K there as blocks.
+/// The positions and velocities [3n] at one instant, and K there as blocks.
 struct ContactPlace {
   double t;
   const double *r, *v, *blocks;
 };
 
-/// Friction as a part of the equations (31): finds tau(r, v, t, lambda) such that
+/// Friction as a part of the equations (31). Finds tau(r, v, t, lambda) such that
 ///
 ///   S lambda + K'M^-1 tau(lambda) = -(phi + K'M^-1 f)                         (*), (43)
 ///
-/// Each evaluation of tau(lambda) is one solve with the factor of S that stands; Newton's steps take more of them. With
-/// tau found, it is a given force.
+/// Each evaluation of tau(lambda) costs one solve with the present factor of S; Newton's steps cost more. Once found,
+/// tau is a given force.
 class FrictionSolver final : private Response {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive this object.
   FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMethod method, ContactResponse& response);
 
   FrictionLaws& laws() { return laws_; }
@@ -35,40 +35,40 @@ class FrictionSolver final : private Response {
   const ContactIslands& islands() const { return islands_; }
   const ContactCoupling& coupling() const { return coupling_; }
 
-  /// Accelerations beside which others are small [neighbourhood], m/s^2: what friction is measured by where it
-  /// vanishes.
+  /// Sets the accelerations [neighbourhood], m/s^2, that measure friction where it vanishes.
   void set_accelerations(const std::vector<double>& accelerations);
-  /// Directions of sliding, with K there.
+  /// Sets the state, with K there, and computes the directions of sliding.
   void set_place(const ContactPlace& place);
-  /// tau at `place` for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
+  /// Finds tau at `place` for b = phi + K'w0 [rows], with the guess `lambda` [rows].
   Outcome find(const ContactPlace& place, const double* b, const UniquenessCheck& check, const double* lambda);
-  /// Once more from lambda near the answer, with refined solves; b without friction.
+  /// Solves again from lambda near the answer, with refined solves; b is without friction.
   void refine(const double* b, const double* lambda);
-  /// tau of what does not follow Coulomb's law alone: given forces, and a user's laws at lambda.
+  /// Sets tau without Coulomb friction: given forces, and a user's laws at lambda.
   void set_given(const ContactPlace& place, const double* lambda);
 
-  /// tau into w0 [3n] and b [rows]: w0 += sign M^-1 tau, b += sign K'M^-1 tau.
+  /// Adds tau to w0 [3n] and b [rows]: w0 += sign M^-1 tau, b += sign K'M^-1 tau.
   void add(double sign, double* w0, double* b) const;
-  /// tau := tau(lambda), y += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.
+  /// `change_to` sets tau := tau(lambda), adds s M^-1 dtau to y [3n], and returns |dtau| over the largest friction.
+  /// `add_change` adds the same change again.
   double change_to(const double* lambda, double s, double* y);
   void add_change(double s, double* y) const;
-  /// |tau(lambda) - tau| over the largest friction, into the report.
+  /// Returns |tau(lambda) - tau| over the largest friction, and writes it into the report.
   double measure(const double* lambda);
 
-  /// Friction of a contact now, whether it sticks or slides, N.
+  /// Returns the present friction of a contact, whether it sticks or slides, N.
   Vec3 force(std::size_t contact, const double* lambda) const;
-  /// The same of all contacts [3 contacts]; and their sums at the points, tau [3n].
+  /// Write the friction of all contacts [3 contacts], and its sums at the points, tau [3n].
   void write_contacts(const double* lambda, std::vector<double>* forces) const;
   void write_points(const double* forces, double* tau) const;
-  /// tau [3n], N: without what the rows of contacts that stick hold; and the law at lambda.
+  /// Write tau [3n], N: without the friction that sticking contacts hold by their rows, and by the law at lambda.
   void write_given(double* tau) const;
   void write_at(const double* lambda, double* tau) const;
-  /// Power of all friction, W; and of the contacts that stick alone.
+  /// Return the power of all friction, W, and that of the contacts that stick.
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
 
   std::size_t num_sticking() const { return tangents_.num_sticking(); }
-  /// Some contact slides under a law that reads multipliers.
+  /// Returns true if some contact slides under a law that reads multipliers.
   bool depends_on_multipliers() const { return laws_.depend_on_reactions() && num_sticking() < tangents_.size(); }
   const FrictionReport& report() const { return report_; }
 
@@ -100,12 +100,12 @@ class FrictionSolver final : private Response {
   FrictionScales scales_;
   FixedPoint fixed_point_;
   SlidingIslands sliding_;
-  bool refines_ = false;            // solves are refined
-  double amplification_ = 0.0;      // 1/(1 - L), L proven; else NaN
+  bool refines_ = false;            // true while solves are refined
+  double amplification_ = 0.0;      // 1/(1 - L) if the constant L is proven; otherwise NaN
   std::vector<double> right_side_;  // [rows] b where nothing is touched
   std::vector<double> b_touched_;   // [touched row]
   std::vector<double> change_;      // [rows] 0 where nothing is touched
-  std::vector<double> lambda_;      // [rows] of the iterations
+  std::vector<double> lambda_;      // [rows] in the iterations
   Friction now_, before_;
   FrictionReport report_;
 };

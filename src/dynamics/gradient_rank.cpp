@@ -8,7 +8,8 @@
 
 namespace tanor {
 
-/// What sticks holds a point beside its constraints: that is no matter of their rank.
+/// Returns true if contacts take part in a dependence. A sticking contact holds a point beside its constraints, which
+/// does not change their rank.
 bool GradientRank::depends_on_contacts(const Redundancy::Found& found) const {
   const auto is_contact = [&](Index row) { return model_.numbering.is_contact_row(static_cast<std::size_t>(row)); };
   return is_contact(found.row) ||
@@ -68,8 +69,8 @@ void GradientRank::remember_gradients() {
     before_.clear();
 }
 
-/// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is 1 where nothing turns, and a singular value that went from
-/// s_0 to s_1 is an eigenvalue s_0/s_1 of it: that of the largest one of 1 - C, found by power iteration.
+/// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is the identity if nothing turns. A singular value that went
+/// from s_0 to s_1 is an eigenvalue s_0/s_1 of C. The largest eigenvalue of 1 - C is found by power iteration.
 double GradientRank::compare_gradients() {
   if (before_.empty()) return 1.0;
   const RankRevealingFactor& factor = linearization_.factor().all_rows();
@@ -81,8 +82,8 @@ double GradientRank::compare_gradients() {
   x_.resize(model_.num_rows());
   y_.resize(model_.num_rows());
   move_.assign(3 * model_.num_points(), 0.0);
-  // Rows without a gradient (of contacts that slide, of supports alone) do not turn. C is 0 there, and the eigenvalue 1
-  // of 1 - C would hide the others.
+  // Rows without a gradient (of contacts that slide, of supports alone) do not turn. C is 0 there, and their eigenvalue
+  // 1 of 1 - C would hide the others.
   std::fill(x_.begin(), x_.end(), 0.0);
   for (const Incidence& incidence : model_.incidences) {
     const bool moves = model_.inverse_mass[static_cast<std::size_t>(incidence.point)] > 0.0;

@@ -8,18 +8,18 @@
 
 namespace tanor {
 
-/// The rank of K: what is told about it, and how near K came to losing it between two configurations.
+/// Reports the rank of K, and how near K came to losing rank between two configurations.
 class GradientRank final : public RankMonitor {
  public:
   GradientRank(Workspace& work, Linearization& linearization)
       : work_(work), model_(work.model()), linearization_(linearization) {}
 
-  /// Rank of K at the last linearisation, at r: as it was decided where S raised a suspicion, else d. `thoroughly`:
-  /// decides now.
+  /// Returns the rank of K at the last linearisation, at r. It is that of the last decision if S raised a suspicion,
+  /// otherwise d. If `thoroughly` is true, the rank is decided now.
   RankReport report(const double* r, bool thoroughly);
-  /// What depends, as it was decided, and nothing of the report that has a cost of its own.
+  /// Lists the dependences of the last decision, without those parts of the report that cost time.
   std::vector<RowDependence> list_dependences() const;
-  /// Puts into words what another decision at the same configuration found.
+  /// Describes the result of another decision at the same configuration.
   RankReport describe(const Redundancy& redundancy) const;
 
   double mass_ratio() const override { return model_.mass_ratio; }
@@ -34,7 +34,7 @@ class GradientRank final : public RankMonitor {
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
-  std::vector<double> before_;        // K that is remembered; empty: none, or rows depended
+  std::vector<double> before_;        // the K that is remembered; empty if there is none, or rows depended
   std::vector<double> x_, y_, move_;  // [d], [d], [3n] scratch
 };
 

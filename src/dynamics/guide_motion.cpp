@@ -33,7 +33,7 @@ double GuideMotion::length_around(std::size_t contact) const {
 }
 
 const GuideMotion::Places& GuideMotion::advance(const Places& start, double from, double t) {
-  constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
+  constexpr int most_halvings = 6;  // a spline's knot needs them; the error left after them is small
   start_ = start;
   ways_.assign(contacts_.size(), Vec3{});
   double reached = from, h = t - reached;
@@ -58,8 +58,8 @@ void GuideMotion::put_on_guides(double t, Places* places) {
   }
 }
 
-/// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
-/// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
+/// Makes one step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of
+/// their length until changes are rounding, including that of the time. Returns false if it does not converge.
 bool GuideMotion::extrapolate(double t, double h, const Places& from, Places* ways) {
   for (int j = 0; j < static_cast<int>(most_columns); ++j) {
     Places& next = *ways;
@@ -104,7 +104,7 @@ void GuideMotion::advance_by_midpoints(double t, double h, int count, const Plac
   }
 }
 
-/// p_dot where the places are `ways` away from the start.
+/// Computes p_dot at the displacements `ways` from the start.
 void GuideMotion::evaluate(double t, const Places& ways, Places* rates) {
   places_.resize(ways.size());
   for (std::size_t k = 0; k < ways.size(); ++k) places_[k] = start_[k] + ways[k];
@@ -115,7 +115,7 @@ void GuideMotion::evaluate(double t, const Places& ways, Places* rates) {
   }
 }
 
-/// For the guides of the contacts: K_g at (t, places); and their xi, or xi_t.
+/// Evaluates K_g of the contacts' guides at (t, places), and their xi_t or xi.
 void GuideMotion::evaluate_guides(double t, const Places& places, bool wants_rates) {
   if (!guides_) select_guides();
   work_.set_time(t);
@@ -143,7 +143,7 @@ void GuideMotion::select_guides() {
   blocks_.resize(3 * constraints.num_blocks());
 }
 
-/// K_g Gamma_g^-1 (K_g'u + rows), Gamma_g = K_g'K_g, with the last K_g and rows.
+/// Returns K_g Gamma_g^-1 (K_g'u + rows), Gamma_g = K_g'K_g, with the last K_g and rows.
 Vec3 GuideMotion::across(std::size_t contact, const Vec3& u) const {
   const Tangents::Place& place = tangents_[contact];
   const Vec3 a = load(blocks_.data(), place.guide_block[0]);

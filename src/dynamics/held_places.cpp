@@ -76,7 +76,7 @@ void HeldPlaces::list_held() {
   motion_.select(std::move(held));
 }
 
-/// To the rows of the contacts.
+/// Passes the places to the rows of the contacts.
 void HeldPlaces::publish() {
   for (std::size_t c = 0; c < tangents_.size(); ++c) tangents_.set_place(c, holds(c), now_.places[c]);
 }
@@ -89,7 +89,7 @@ void HeldPlaces::carry(double t) {
   places.clear();
   for (const std::size_t c : held()) places.push_back(then_.places[c]);
   const GuideMotion::Places& ways = motion_.advance(places, then_.time, t);
-  // Sums of many steps, compensated (Kahan).
+  // The sums of many steps are compensated (Kahan).
   for (std::size_t k = 0; k < ways.size(); ++k) {
     const std::size_t c = held()[k];
     const Vec3 then = then_.places[c], way = ways[k] - then_.rest[c];

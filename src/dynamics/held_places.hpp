@@ -8,26 +8,26 @@
 
 namespace tanor {
 
-/// Where contacts that stick are held: T'(r - p) = 0 beside T'(v - u) = 0, so that nothing creeps. On a guide that
-/// moves the place p moves with it (GuideMotion), from the last step that was accepted to wherever the places are asked
-/// for: steps that are tried and given up leave no trace.
+/// The places where sticking contacts are held: T'(r - p) = 0 beside T'(v - u) = 0, so that they do not creep. On a
+/// moving guide the place p moves with the guide (GuideMotion), from the last accepted step to the requested time.
+/// Rejected steps leave no trace.
 class HeldPlaces {
  public:
   explicit HeldPlaces(Workspace& work);
 
-  /// At t: contacts that stick and are not held are held at r from now on, contacts that slide are let go.
+  /// Holds at r, at the time t, all contacts that stick and are not held yet. Releases the contacts that slide.
   void hold(double t, const double* r);
-  /// None is held.
+  /// Releases all contacts.
   void forget();
-  /// The places at t, into the Tangents.
+  /// Moves the places to t and passes them to the Tangents.
   void carry(double t);
-  /// The step to t was accepted: from now on places come from there.
+  /// Accepts the step to t; places start from there from now on.
   void accept(double t);
 
-  /// Places that other constraints do not let be reached give way: those contacts are held where they are.
+  /// Moves to r the places that other constraints keep from being reached.
   void give_way(const double* r);
-  /// Largest |T'(r - place)| over the length around it; `rows` [rows] = xi(r). Rows that depend on others do not
-  /// decide.
+  /// Returns the largest |T'(r - place)| over the length around it, for `rows` [rows] = xi(r). Dependent rows do not
+  /// count.
   double largest_violation(const double* rows, const Redundancy& redundancy) const;
 
   bool holds(std::size_t contact) const { return is_held_[contact] != 0; }
@@ -38,17 +38,17 @@ class HeldPlaces {
   /// The places at one time.
   struct Instant {
     double time;
-    std::vector<Vec3> places, rest;  // [contact]; what rounding has left out of them
+    std::vector<Vec3> places, rest;  // [contact] places, and their rounding errors
   };
   void list_held();
   void publish();
-  /// Contacts that are held.
+  /// The contacts that are held.
   const std::vector<std::size_t>& held() const { return motion_.contacts(); }
 
   Tangents& tangents_;
   GuideMotion motion_;
   std::vector<char> is_held_;      // [contact]
-  Instant then_, now_;             // the last accepted step, and where places were asked for last
+  Instant then_, now_;             // at the last accepted step, and at the last requested time
   GuideMotion::Places on_guides_;  // scratch
 };
 

@@ -34,7 +34,7 @@ ImplicitForm::ImplicitForm(Workspace& work)
       derivatives_(model_.num_moving(), num_springs_ + work.constraints.list_rods().size(),
                    work.forces.list_influences().size()) {}
 
-/// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
+/// Rows are those of constraints, then of compliant springs. Couplings are those of all springs, then of rods.
 NewtonPlan ImplicitForm::make_plan() const {
   std::vector<Coupling> couplings = work_.forces.list_couplings();
   const std::vector<Coupling> rods = work_.constraints.list_rods();

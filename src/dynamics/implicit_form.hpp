@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// The equations with multipliers as implicit schemes want them; without friction.
+/// The equations with multipliers for implicit schemes, without friction.
 class ImplicitForm final : public ImplicitEquations {
  public:
   explicit ImplicitForm(Workspace& work);
@@ -35,21 +35,22 @@ class ImplicitForm final : public ImplicitEquations {
   void solve(double* w, double* rows) override { solve(&real_, w, rows); }
   void solve(std::complex<double>* w, std::complex<double>* rows) override { solve(&complex_, w, rows); }
 
-  /// Factors are made again from where they were made: that of the pivots first, then the present one with its pivots.
+  /// Restores factors by making them again where they were made: first the one that chose the pivots, then the present
+  /// one with these pivots.
   void exchange_memory(Memory& memory) override;
 
  private:
-  /// Where Newton's matrix was taken.
+  /// The state at which Newton's matrix was evaluated.
   struct Place {
     double t = 0.0;
     std::vector<double> r, v, lambda;
   };
-  /// Made by the first factorization: a scheme need not want both.
+  /// A factor of Newton's matrix, made by the first factorization, since a scheme may not need both.
   template <class T>
   struct Factor {
     std::unique_ptr<SparseLu<T>> lu;
     std::vector<T> unknowns;
-    NewtonWeights<T> weights{};  // 0: there is no factor
+    NewtonWeights<T> weights{};  // 0 if there is no factor
     Place pivoted_at;
     NewtonWeights<T> pivoted_with{};
   };
@@ -63,17 +64,17 @@ class ImplicitForm final : public ImplicitEquations {
   void solve(Factor<T>* factor, T* w, T* rows);
   NewtonPlan make_plan() const;
   NewtonPlan::Values values() const;
-  /// Rows that join supports alone are no unknowns.
+  /// Rows that join supports alone have no unknowns.
   std::size_t num_active_rows() const { return model_.numbering.first_idle_row(); }
 
   Workspace& work_;
   const Model& model_;
   std::vector<Spring> springs_;
   std::vector<Compliance> compliances_;  // [compliant spring]
-  std::size_t num_springs_;              // with those that are not compliant
+  std::size_t num_springs_;              // including those that are not compliant
   NewtonPlan plan_;
-  std::vector<double> blocks_, units_;       // K of constraints and of springs at the last `evaluate`, …
-  std::vector<double> linearised_blocks_;    // … and of both at the last `linearise`
+  std::vector<double> blocks_, units_;       // K of constraints and of springs, at the last `evaluate`
+  std::vector<double> linearised_blocks_;    // both, at the last `linearise`
   std::vector<double> reactions_, product_;  // [3n] M^-1 K lambda of constraints; scratch
   std::vector<double> spring_residuals_;     // scratch
   DerivativeBlocks derivatives_;             // of forces and of rods, at the last `linearise`
@@ -82,7 +83,7 @@ class ImplicitForm final : public ImplicitEquations {
   Factor<std::complex<double>> complex_;
 };
 
-/// That equations with multipliers have an implicit form.
+/// The implicit role of equations with multipliers.
 class ImplicitMultiplierForm final : public ImplicitFormulation {
  public:
   explicit ImplicitMultiplierForm(Workspace& work) : work_(work) {}
@@ -90,7 +91,7 @@ class ImplicitMultiplierForm final : public ImplicitFormulation {
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override {
     return std::make_unique<ImplicitForm>(work_);
   }
-  /// Pair forces are no part of the matrix.
+  /// Pair forces are not part of the matrix.
   bool matrix_knows_all_forces() const override { return !work_.forces.has_pairs(); }
 
  private:

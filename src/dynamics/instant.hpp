@@ -10,42 +10,44 @@
 
 namespace tanor {
 
-/// Where a system is at one instant. Positions and velocities stand in the variables of whoever is asked.
+/// The state of a system at one instant. Positions and velocities are in the variables of the object that is called.
 struct Kinematics {
   double t;             ///< s
   const double *x, *v;  ///< m and m/s, or coordinates and their rates
 };
 
-/// Whether a computation evaluates K (and factorizes S) at its own configuration or keeps those of the last one.
+/// Tells if K is evaluated (and S factorized) at the present configuration, or kept from the last one.
 enum class Gradients { Evaluate, Keep };
 
-/// When it is verified that friction has no other solution than the one that was found: never; where a step ends, whose
-/// K is kept; wherever accelerations are asked for.
+/// Tells when the uniqueness of friction is verified: never, at the ends of steps, where K is kept, or wherever
+/// accelerations are computed.
 enum class Verification { None, AtStepEnds, Always };
 
-/// Brings M^-1 f of points that move into the array of the accelerations that are asked for, f being somebody else's
-/// forces; and of positions and velocities, into theirs, what is not there yet.
+/// Accelerations M^-1 f of moving points by a host's forces f, and positions and velocities that are not there yet.
+/// Each is brought into its own array when it is needed.
 class GivenMotion : public PointSource {
  public:
-  /// The largest |M^-1 f| that was brought, m/s^2; NaN where any is not finite.
+  /// Returns the largest |M^-1 f| that was brought, m/s^2, or NaN if any is not finite.
   virtual double largest() const = 0;
 };
 
-/// How accelerations are asked for. Each call says it anew.
+/// The options of one computation of accelerations.
 struct Request {
   Gradients gradients = Gradients::Evaluate;
-  /// Refine to the rounding of the residual; else to 1e-12 of its scale.
+  /// Refines to the rounding of the residual if true, otherwise to 1e-12 of its scale.
   bool exact = false;
   Verification verification = Verification::None;
-  /// Several accelerations that obey the laws of friction are a failure; else the nearest one is taken and reported.
+  /// If true, several accelerations that obey the laws of friction are a failure. Otherwise the nearest one is taken
+  /// and reported.
   bool refuses_several = false;
-  /// Error that accelerations may have, as `InexactSolves` measures it; K then stands there, its factor need not. 0:
-  /// rounding alone.
+  /// The error that accelerations may have, as measured by `InexactSolves`; 0 allows rounding alone. K is then
+  /// evaluated at this configuration, but S need not be factorized.
   double allowed_error = 0.0;
-  /// What acts in place of the model's forces, with the state where it is still on its way; null: those of the model.
+  /// The source of forces in place of the model's, and of the part of the state not there yet; null for the model's
+  /// forces.
   const GivenMotion* given = nullptr;
 
-  /// The same where K is evaluated anew, which no end of a step is.
+  /// Returns the same request with K evaluated anew, which never happens at the end of a step.
   Request evaluated_anew() const {
     Request anew = *this;
     anew.gradients = Gradients::Evaluate;
@@ -54,19 +56,19 @@ struct Request {
   }
 };
 
-/// What constraints and friction do where accelerations were found. It belongs to these as they belong to their state:
-/// whoever asks the mechanics for something that follows from it hands it back.
+/// The reactions of constraints and friction that belong to accelerations as these belong to a state. A caller hands
+/// them back to the mechanics for quantities that follow from them.
 struct Reactions {
   std::vector<double> lambda;    ///< [rows] multipliers, of equations that have them
   std::vector<double> friction;  ///< [3 contacts] N, of contacts that slide and of those that stick
-  int refinements = 0;           ///< that the multipliers took: what the same factor solves takes as many
+  int refinements = 0;           ///< of the multipliers; solves with the same factor need as many
   std::vector<double> w, w0;     ///< [3n] with reactions and without, of equations in coordinates; w0 where it is known
-  bool knows_w0 = false;         ///< else it is evaluated where somebody asks
+  bool knows_w0 = false;         ///< w0 has been evaluated
 
   void exchange_memory(Memory& memory) { memory.exchange(lambda, friction, refinements, w, w0, knows_w0); }
 };
 
-/// Where accelerations are written, and what is found with them; null: nobody asks.
+/// The outputs of one computation of accelerations; null pointers are not written.
 struct AccelerationOutput {
   // NOLINTNEXTLINE(google-explicit-constructor): an array alone is a whole answer.
   AccelerationOutput(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr,
@@ -74,8 +76,8 @@ struct AccelerationOutput {
       : a(accelerations), power(with_power), report(with_report), reactions(with_reactions) {}
 
   double* a;
-  Power* power;          ///< that enters the system at this state
-  SolveReport* report;   ///< all of it but the outcome, which is returned; also where that is a failure
+  Power* power;          ///< entering the system at this state
+  SolveReport* report;   ///< complete but for the outcome, which is returned; also written on failure
   Reactions* reactions;  ///< those that belong to `a`
 };
 

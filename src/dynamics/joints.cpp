@@ -17,7 +17,7 @@ Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> 
   const auto join = [&](Index i, Index j) {
     if (moves(i) && moves(j)) join_sets(group_.data(), i, j);
   };
-  // Row by row, the first point that moves with each other one.
+  // In each row, join the first moving point with every other one.
   std::vector<Index> first_of_row;
   for (const Incidence& incidence : incidences) {
     const auto row = static_cast<std::size_t>(incidence.row);
@@ -27,7 +27,7 @@ Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> 
     join(first_of_row[row], incidence.point);
   }
   for (const Coupling& coupling : couplings) join(coupling.i, coupling.j);
-  // Roots come before what they root.
+  // The root of a set comes before its other members.
   for (std::size_t i = 0; i < num_moving; ++i) {
     const auto root = static_cast<std::size_t>(group_[i]);
     group_[i] = root == i ? static_cast<Index>(num_groups_++) : group_[root];
@@ -49,7 +49,7 @@ void Joints::largest_differences(const double* a, const double* b, std::span<dou
 double Joints::allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target,
                               const Scales& scales) {
   constexpr double matters = 0.1;  // of the tolerance
-  // Without a look at all points: not even beside the absolute tolerance.
+  // Skip the points if rounding is small even beside the absolute tolerance.
   bool may_matter = false;
   for (std::size_t k = 0; k < num_groups_ && !may_matter; ++k)
     may_matter = gain.factor * target.h * std::max(levels.whole[k], levels.along[k]) >
@@ -68,7 +68,7 @@ double Joints::allow_rounding(const RoundingLevels& levels, const RoundingGain& 
   for (std::size_t k = 0; k < num_groups_; ++k) {
     const double tolerance = atol_[k] + target.rtol * speed_[k], level = levels.along[k];
     allows_rounding_ = allows_rounding_ || gain.factor * target.h * levels.whole[k] > matters * tolerance;
-    // A change of x by eps |x| is answered by the level: with the square of a frequency.
+    // A change of x by eps |x| changes accelerations by the level, so their ratio is the square of a frequency.
     const double answer = std::sqrt(eps * size_[k] / level);
     const double time = gain.is_damped && answer < target.h ? answer : target.h;
     allowed_v_[k] = gain.factor * time * level;

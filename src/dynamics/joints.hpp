@@ -10,8 +10,8 @@
 
 namespace tanor {
 
-/// Groups of moving points that constraints and springs join (supports join nothing): what rounding does to the forces
-/// on one of their points it does to the others, too. With it, tolerances that allow for rounding; see
+/// Groups of moving points that constraints and springs join; supports join nothing. The rounding of a force on one
+/// point of a group affects all of its points. The groups have tolerances that allow for rounding; see
 /// motion/rounding.hpp.
 class Joints {
  public:
@@ -22,7 +22,7 @@ class Joints {
   void largest_differences(const double* a, const double* b, std::span<double> largest) const;
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target,
                         const Scales& scales);
-  /// The last `allow_rounding` found some that matters: `error_ratios` allows for it.
+  /// Returns true if the last `allow_rounding` found rounding that matters. `error_ratios` then allows for it.
   bool allows_rounding() const { return allows_rounding_; }
   ErrorRatios error_ratios(const StepErrors& errors, double atol, double rtol, const Scales& scales) const;
 

@@ -50,7 +50,7 @@ void Linearization::solve_negative(const double* b, double* x) {
   solve_refined(right_side_.data(), x, points_.data());
 }
 
-/// rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
+/// Computes rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho in each pass.
 void Linearization::solve_refined(const double* b, double* lambda, double* dw) {
   const std::size_t num_rows = model_.num_rows();
   std::fill(lambda, lambda + num_rows, 0.0);

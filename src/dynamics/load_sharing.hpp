@@ -7,28 +7,31 @@
 
 namespace tanor {
 
-/// Contacts that stick may hold more than can move, and then no law divides the load among them: the least friction
-/// that holds is taken. A little compliance of their rows finds it, and refinement removes the compliance again
-/// (refined solutions lie in the range of S).
+/// Shares a load among contacts that stick and hold more than can move. Then no law divides the load among them, and
+/// the least friction that holds is taken. A small compliance of their rows finds it, and refinement removes the
+/// compliance again, since refined solutions lie in the range of S.
 class LoadSharing {
  public:
-  /// Both arguments must outlive it.
+  /// Both arguments must outlive this object.
   LoadSharing(ContactState& state, GramSolver& S) : state_(state), S_(S) {}
 
-  /// Contacts that stick depend on constraints, or on each other: from now on their rows are compliant in the factor of
-  /// S. Returns whether S is to be factorized anew: false where nothing sticks, or rows are compliant already.
+  /// Makes the rows of sticking contacts compliant in the factor of S, because these contacts depend on constraints or
+  /// on each other. Returns true if S must be factorized again, and false if nothing sticks or rows are compliant
+  /// already.
   bool begin();
-  /// The set of contacts that stick has changed, or their shares: check again whether they hold too much.
+  /// Makes no row compliant. Call this when the set of sticking contacts or their shares have changed, so that
+  /// redundancy is decided again.
   void forget();
 
-  /// Some contacts that stick have references, so they hold more than can move.
+  /// Returns true if some sticking contacts have references, so that they hold more than can move.
   bool has_references() const;
-  /// Each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share in which the most loaded
-  /// contact has most to spare). `loads` [contact]: of those that stick, held over limit; else negative.
+  /// Makes contacts the more compliant the nearer they are to their limits (Lawson's algorithm for the share in which
+  /// the most loaded contact has most to spare). `loads` [contact] are held over limit of those that stick, otherwise
+  /// negative.
   void share_again(const std::vector<double>& loads);
 
  private:
-  static constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
+  static constexpr double compliance = 1e-4;  // rounding grows by its inverse; refinement reduces errors by this factor
 
   ContactState& state_;
   GramSolver& S_;

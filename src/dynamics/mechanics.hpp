@@ -14,83 +14,84 @@
 
 namespace tanor {
 
-/// Estimated errors of a step, and where it began and ended; `size()` numbers each.
+/// The estimated errors of a step, and its two end points; `size()` numbers each.
 struct StepErrors {
   const double *x, *v;
   const double *x_from, *v_from, *x_to, *v_to;
-  bool are_of_projections = false;  ///< moves along the constraints' gradients, which are errors as a whole
+  bool are_of_projections = false;  ///< moves along the constraints' gradients, which count as errors in full
 };
 
-/// Largest over the points of |error|/(atol + rtol |.|).
+/// The largest |error|/(atol + rtol |.|) over the points.
 struct ErrorRatios {
   double x, v;  // of positions, of velocities
 
-  /// A NaN wins.
+  /// Returns the larger one, or NaN if one is NaN.
   double largest() const { return larger(x, v); }
 };
 
-/// What a step may miss at each point where no absolute tolerance is given, m and m/s [num_points].
+/// The errors that a step may have at each point if no absolute tolerance is given, m and m/s [num_points].
 struct PointTolerances {
   std::span<const double> positions, velocities;
-  std::span<const double> accelerations;  ///< m/s^2, no tolerance: as much as may act there
+  std::span<const double> accelerations;  ///< m/s^2, no tolerance: the size of those that may act there
 };
 
-/// How far a step may have turned constraints: by a small part of a radian, or more.
+/// Tells how far a step may have turned constraints: by a small part of a radian, or more.
 enum class Turn { Small, Large };
 
-/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
+/// A mechanical system as time integration sees it: x'' = a(t, x, v) on a constraint manifold. x and v have `size()`
+/// numbers.
 ///
-/// A configuration is *linearised* when K stands at it and S has its factor, by `linearise` or by accelerations that
-/// evaluate their gradients. It stays so until the next one.
+/// A configuration is *linearised* when K is evaluated and S is factorized there, by `linearise` or by accelerations
+/// that evaluate their gradients. It stays so until the next one.
 class Mechanics {
  public:
   virtual ~Mechanics() = default;
 
   virtual std::size_t size() const = 0;
-  /// x means the same before and after a step that was accepted.
+  /// Returns true if x has the same meaning before and after an accepted step.
   virtual bool keeps_variables() const = 0;
-  /// Power is not identically 0.
+  /// Returns true if power is not identically 0.
   virtual bool has_work() const = 0;
   virtual const Parallel& parallel() const = 0;
   virtual PointTolerances point_tolerances() const = 0;
 
-  /// Of a system that several processes have parts of, the largest number of all and their sum: what is found from
-  /// arrays of the state here and decides about a step is asked for by these. Each process asks.
+  /// Return the largest number over all processes that hold parts of the system, and the sum of theirs. Numbers found
+  /// from local arrays that decide about a step go through these functions. All processes must call them.
   virtual double largest(double own) = 0;
   virtual double sum(double own) = 0;
 
-  /// Writes the prescribed motion at t into x and v; to be called before anything else is computed at a new t.
+  /// Writes the prescribed motion at t into x and v. Call this before anything else is computed at a new t.
   virtual void prescribe(double t, double* x, double* v) = 0;
   virtual Outcome linearise(double t, const double* x) = 0;
-  /// 1/cond(S), or of H, at the configuration that is linearised.
+  /// Returns 1/cond(S), or that of H, at the linearised configuration.
   virtual double reciprocal_condition() const = 0;
-  /// The rank of K, as it was decided last.
+  /// Returns the rank of K by the last decision.
   virtual std::size_t rank() const = 0;
   virtual Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) = 0;
-  /// As many numbers as accelerations find, all 0.
+  /// Returns reactions of the size that accelerations give, all 0.
   virtual Reactions no_reactions() const = 0;
 
-  /// Projects x onto xi(x, t) = 0 along M^-1 K of the configuration that is linearised, by chord iterations. Linearises
-  /// anew where they stall; after a large turn also at x first, where that costs no more than the iterations which it
+  /// Projects x onto xi(x, t) = 0 by chord iterations along M^-1 K of the linearised configuration. Linearises again
+  /// where they stall. After a large turn it linearises at x first if that costs no more than the iterations which it
   /// saves.
   virtual ProjectionReport project_positions(double t, double* x, Turn turn) = 0;
   /// Projects v onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
 
-  /// t: at the step's beginning. What constraints leave of errors, and what coordinates do at the points, is that of
-  /// the configuration that is linearised. `atol` 0: 1e-10 of the length and of the speed of each point's
-  /// neighbourhood, see Scales.
+  /// Returns the errors over their tolerances, at the time t where the step begins. The linearised configuration tells
+  /// which part of the errors constraints leave, and how coordinates move the points. `atol` = 0 stands for 1e-10 of
+  /// the length and of the speed of each point's neighbourhood, see Scales.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;
 
-  /// Everything beside the state and the discrete state on which later answers depend, to the last bit: what iterative
-  /// solves start from, charts, the last multipliers.
+  /// Exchanges everything beside the state and the discrete state on which later answers depend, to the last bit:
+  /// initial guesses of iterative solves, charts, the last multipliers.
   virtual void exchange_memory(Memory& memory) = 0;
 
-  /// They stay the same during a motion.
+  /// The roles stay the same during a motion.
   virtual Roles roles() = 0;
-  /// The motion as a power series, which may be prepared by this call; null: see `why_no_series`.
+  /// Returns the motion as a power series, which this call may prepare, or null, see `why_no_series`.
   virtual SeriesExpansion* series() = 0;
-  virtual std::string why_no_series() const = 0;  ///< empty where `series` is there
+  virtual std::string why_no_series() const = 0;  ///< empty if `series` is there
 
   // Each role by its name.
   StepProjector* step_projector() { return roles().step_projector; }

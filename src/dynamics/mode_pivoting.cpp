@@ -7,22 +7,21 @@
 
 namespace tanor {
 
-/// One search for the modes, and what its last pass saw.
+/// The state of one search for the modes, and the findings of its last pass.
 struct ModePivoting::Search {
   const ModeSwitch& at;
-  std::vector<char> is_open{};    // [contact] at rest, and not known from a share
+  std::vector<char> is_open{};    // [contact] at rest, and without a share that is known
   std::vector<char> may_share{};  // [contact] the same, of islands that have changed
-  std::vector<char> is_solved{};  // [contact] its direction was solved for: where accelerations are small, to follow
-                                  // them would lead away
+  std::vector<char> is_solved{};  // [contact] its slip direction was solved for, so small accelerations keep it
   std::vector<int> released{};    // [contact] how often
-  std::vector<double> loads{};    // [contact] that sticks: held over limit; else negative
-  double last_load = std::numeric_limits<double>::infinity();  // the largest one when it was shared last
+  std::vector<double> loads{};    // [contact] held over limit if it sticks; otherwise negative
+  double last_load = std::numeric_limits<double>::infinity();  // the largest one at the last change of shares
   std::size_t pass = 0;
   int num_shares = 0;
   bool has_given_way = false, has_set_limits = false;
-  // Of the pass at hand.
+  // The members below belong to the present pass.
   bool has_changed = false, has_reached_limit = false;
-  std::vector<std::pair<double, std::size_t>> too_much{};  // how far above the limit, relative; contact
+  std::vector<std::pair<double, std::size_t>> too_much{};  // relative excess over the limit; contact
 };
 
 ModePivoting::Search ModePivoting::begin(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
@@ -44,7 +43,7 @@ ModePivoting::Search ModePivoting::begin(const ModeSwitch& at, const std::vector
     const bool may_change = at.has_changed[islands.of_contact[c]] != 0 && is_known[c] == 0;
     if (is_known[c] != 0) search.is_open[c] = 0;
     search.may_share[c] = may_change && at.at_rest[c] != 0;
-    // Others share their load anew.
+    // The other contacts share their load anew.
     if (may_change) state_.laws.set_reference(c, {});
   }
   return search;
@@ -79,8 +78,8 @@ Outcome ModePivoting::find_complementary_modes(const ModeSwitch& at, const std::
                            text(static_cast<double>(num_at_rest)) + " at rest");
 }
 
-/// At the last accelerations: which contacts that stick hold too much, and which ones that slide go back. Those stick
-/// again.
+/// Finds, at the last accelerations, the sticking contacts that hold too much and the sliding contacts that move
+/// backwards. The latter stick again.
 Outcome ModePivoting::look(Search* search) const {
   constexpr int most_releases = 4;
   const ModeSwitch& at = search->at;
@@ -105,7 +104,7 @@ Outcome ModePivoting::look(Search* search) const {
     for (int k = 0; k < tangents[c].num_tangents(); ++k)
       a = a + rows[static_cast<std::size_t>(tangents[c].first_row + k)] *
                   tangents.directions(c)[static_cast<std::size_t>(k)];
-    // a_t must point where it slides to
+    // A sliding contact must accelerate along its slip direction.
     if (!(dot(a, state_.laws.direction(c)) < -rounding_of_accelerations * scale)) {
       look_at_sliding(c, a, search);
       continue;
@@ -120,25 +119,26 @@ Outcome ModePivoting::look(Search* search) const {
   return {};
 }
 
-/// A contact that slides off with the acceleration a.
+/// Updates the limit and the slip direction of a contact that begins to slide with the acceleration a.
 void ModePivoting::look_at_sliding(std::size_t c, const Vec3& a, Search* search) const {
   FrictionLaws& laws = state_.laws;
   const double rounding = rounding_of_accelerations * system_.acceleration_scales()[state_.neighbourhood(c)];
   const double along = dot(a, laws.direction(c)), size = norm(a);
-  // Others that stick may hold it where it is: then it bears all that it can, before it bears less in sliding.
+  // Other sticking contacts may hold this one in place. Then it bears its static limit, before it bears less in
+  // sliding.
   const bool is_held = along <= rounding;
   if (is_held != laws.is_at_limit(c) && laws.static_coefficient(c) > laws.coefficient_of_sliding(c)) {
     laws.set_at_limit(c, is_held);
     search->has_changed = search->has_reached_limit = true;
   }
-  // On a surface the direction is a part of the answer.
+  // On a surface the direction of sliding is a part of the solution.
   if (search->is_solved[c] != 0 || state_.tangents[c].num_guides != 1) return;
   if (!(size > rounding && along < (1.0 - 1e-13) * size)) return;
   laws.set_slip_direction(c, (1.0 / size) * a);
   search->has_changed = search->has_changed || along < (1.0 - 1e-12) * size;
 }
 
-/// Those that share a load may share it otherwise. Returns whether they do now.
+/// Lets contacts that share a load share it otherwise. Returns true if the shares have changed.
 bool ModePivoting::share_otherwise(Search* search) {
   constexpr int most_shares = 20;
   constexpr double enough_to_spare = 0.9;
@@ -163,7 +163,7 @@ bool ModePivoting::share_otherwise(Search* search) {
   return false;
 }
 
-/// No share leaves those that share a load anything to spare.
+/// Releases all contacts that are at their limit if no share of the load leaves anything to spare.
 void ModePivoting::give_way_together(Search* search) {
   const bool may_give_way = state_.shares_loads && !search->has_given_way && !search->at.releases.empty();
   for (std::size_t c = 0; may_give_way && c < state_.size(); ++c) {
@@ -174,7 +174,7 @@ void ModePivoting::give_way_together(Search* search) {
   search->has_given_way = true;
 }
 
-/// Many at once while that goes well, then one by one.
+/// Releases many contacts at once in the first passes, then one by one.
 void ModePivoting::release_worst(Search* search) {
   constexpr std::size_t passes_at_once = 10;
   const double share = search->pass < passes_at_once ? 0.5 : 1.0;
@@ -189,8 +189,8 @@ void ModePivoting::release_worst(Search* search) {
   }
 }
 
-/// Those whose event was located a rounding below their limit, or that hold a rounding more, give way, too: else they
-/// would be met again at once.
+/// Also releases contacts whose event was located within rounding below their limit, or that exceed it by rounding.
+/// Otherwise their event would be met again at once.
 void ModePivoting::release_met(Search* search) {
   const double* const lambda = system_.lambda().data();
   for (std::size_t c = 0; !search->has_changed && !search->at.releases.empty() && c < state_.size(); ++c) {

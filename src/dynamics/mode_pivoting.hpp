@@ -7,19 +7,19 @@
 
 namespace tanor {
 
-/// The modes of many contacts at rest by block pivoting. Contacts that stick and cannot are released against what held
-/// them, and what does not slide off then is held again, until all obey the law; many at once while that goes well,
-/// then one by one.
+/// Finds the modes of many contacts at rest by block pivoting. Sticking contacts above their limit are released against
+/// the friction that held them. Released contacts that do not slide off are held again. This repeats until all obey the
+/// law, with many contacts at once in the first passes, then one by one.
 class ModePivoting {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive this object.
   ModePivoting(ContactState& state, ConstrainedSystem& system, LoadSharing& sharing, ContactChoices& choices)
       : state_(state), system_(system), sharing_(sharing), choices_(choices) {}
 
-  /// Searches the islands that have changed for modes whose forces and accelerations are complementary: what sticks
-  /// holds no more than it can, what slides off does not come back. `choices`: those that were solved as a whole; what
-  /// has shared a load stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in
-  /// `at.to`.
+  /// Searches the islands that have changed for modes whose forces and accelerations are complementary: sticking
+  /// contacts hold no more than their limit, and sliding contacts do not move backwards. `choices` are the islands that
+  /// were solved as a whole; those that have shared a load stay as they are. `are_counted` [island] is as in
+  /// ConstrainedSystem. Leaves the accelerations in `at.to`.
   Outcome find_complementary_modes(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
                                    const ContactIslands& islands, std::span<const char> are_counted);
 

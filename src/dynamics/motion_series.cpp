@@ -12,7 +12,7 @@ namespace tanor {
 
 namespace {
 
-/// Behind those of constraints, those of forces, whose blocks begin at `first_force`.
+/// Appends the incidences of forces, whose blocks begin at `first_force`, to those of constraints.
 std::vector<Incidence> join(std::vector<Incidence> constraints, const std::vector<Incidence>& forces,
                             std::size_t first_force) {
   for (Incidence incidence : forces) {
@@ -95,8 +95,8 @@ void MotionSeries::begin(double t, std::span<double* const> coefficients) {
   }
 }
 
-/// Order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2]; and minus what
-/// K_0'r_{k+2} has to be. Orders follow one another; k = 0 prepares the others and finds nothing.
+/// Computes order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2], and minus the
+/// required K_0'r_{k+2}, into right_side_. Orders must follow one another; k = 0 only prepares the others.
 void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   const Parallel& parallel = model_.parallel;
   constraints_.advance(parallel, k, coefficients, lambda_.data(), blocks_.data(), right_side_.data());
@@ -112,7 +112,7 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   });
 }
 
-/// S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu
+/// Solves S mu = -(K_0'r_{k+2} + the lower ones), then r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu.
 void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* next) {
   factor.complete(next);
   std::fill(lambda_.begin(), lambda_.end(), 0.0);
@@ -126,7 +126,7 @@ void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* 
   for (double& lambda : lambda_) lambda *= scale;
 }
 
-/// By K'v + xi_t = 0 it is (K lambda).v = -lambda.(K_s'v_s + xi_t), whose right side is exactly 0 where nothing moves.
+/// Since K'v + xi_t = 0, the power (K lambda).v is -lambda.(K_s'v_s + xi_t), which is exactly 0 where nothing moves.
 double MotionSeries::power_of_constraints(double t, const double* r, const double* v_supports, int terms,
                                           std::span<const std::size_t> counted_elsewhere) {
   const std::size_t d = model_.num_rows();

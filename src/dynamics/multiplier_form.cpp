@@ -83,7 +83,7 @@ Outcome MultiplierForm::begin(double t, const double* r, double* v, const Reques
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 
-/// What starts an iteration, or was decided where the motion has been.
+/// Exchanges initial guesses of iterations, and decisions made earlier in the motion.
 void MultiplierForm::exchange_memory(Memory& memory) {
   work_.exchange_memory(memory);
   memory.exchange(dynamics_.multipliers());
@@ -94,7 +94,7 @@ void MultiplierForm::exchange_memory(Memory& memory) {
 
 ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   if (work_.joints.allows_rounding() && !errors.are_of_projections) {
-    // e - M^-1 K S^-1 K'e: what constraints take is rounding most of all.
+    // Remove the part that constraints take from errors, e - M^-1 K S^-1 K'e, since it is mostly rounding.
     const auto take = [&](const double* error, std::vector<double>* left) {
       left->assign(error, error + size());
       if (model_.num_rows() == 0) return left->data();
@@ -136,7 +136,7 @@ Roles MultiplierForm::roles() {
   roles.inexact_solves = linearization_.factor().reuse();
   if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
   if (friction_ == nullptr) {
-    // Friction remembers what it was asked last: there nobody asks for more.
+    // The state of friction depends on the last call, so extra calls are ruled out with friction.
     roles.rounding_groups = rounding();
     roles.implicit_formulation = &implicit_;
   }

@@ -21,7 +21,7 @@
 namespace tanor {
 
 /// The equations of motion in the positions r themselves, with Lagrange multipliers: the paper's normal form (31),
-/// (25). Wires together the objects that answer.
+/// (25). Owns and connects the objects that do the work.
 class MultiplierForm final : public PointForm {
  public:
   MultiplierForm(Workspace& work, const SolverOptions& options);
@@ -65,42 +65,42 @@ class MultiplierForm final : public PointForm {
   void write_friction(const Reactions& found, double* tau) const override;
   void describe(PlanSummary* plan) const override;
 
-  /// Whatever is solved at the configuration of the last linearisation.
+  /// The objects that solve at the configuration of the last linearisation.
   Linearization& linearization() { return linearization_; }
   GradientRank& gradient_rank() { return gradient_rank_; }
   Projector& projector() { return projector_; }
   ForwardDynamics& dynamics() { return dynamics_; }
   StepProjection& steps() { return steps_; }
-  /// Null: constraints are ideal.
+  /// Null if constraints are ideal.
   const FrictionSolver* friction() const { return friction_.get(); }
-  /// With friction: a contact whose reaction is a convention, see ContactState; empty: there is none.
+  /// Names a contact whose reaction is a convention, see ContactState, or returns an empty string. Requires friction.
   std::string find_undetermined_reaction() const;
 
-  /// Predicted flops of one evaluation and solve.
+  /// Returns the predicted flops of one evaluation and solve.
   double predicted_flops() const;
-  /// Of S, part by part: `Natural` where elimination makes no fill.
+  /// Returns the orderings of S, part by part; `Natural` where elimination causes no fill.
   std::vector<Ordering> orderings() const;
 
  private:
-  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
   std::unique_ptr<FrictionSolver> make_friction(FrictionMethod method);
 
-  // Each stands on those above it.
-  std::unique_ptr<ContactState> contact_state_;  // null: constraints are ideal
+  // Each member depends on those above it.
+  std::unique_ptr<ContactState> contact_state_;  // null if constraints are ideal
   Linearization linearization_;
   Residuals residuals_;
   Projector projector_;
   LinearizedResponse response_;
-  std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
+  std::unique_ptr<FrictionSolver> friction_;  // null if constraints are ideal
   ForwardDynamics dynamics_;
   StepProjection steps_;
   GradientRank gradient_rank_;
   ImplicitMultiplierForm implicit_;
-  std::unique_ptr<MultiplierSeries> series_;  // made where somebody asks
-  std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave
+  std::unique_ptr<MultiplierSeries> series_;  // made when it is requested first
+  std::vector<double> error_x_, error_v_;     // [3n] errors of a step without the part that constraints take
   std::vector<double> rows_;                  // [d] scratch
-  MultiplierSystem system_;                   // as contacts see it
-  std::unique_ptr<ContactModes> contacts_;    // null: constraints are ideal
+  MultiplierSystem system_;                   // the view that contacts have of this form
+  std::unique_ptr<ContactModes> contacts_;    // null if constraints are ideal
 };
 
 }  // namespace tanor

@@ -30,7 +30,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
                                  std::span<double* const> coefficients, double* smooth_until) {
   const std::size_t size = 3 * model_.num_points();
   write_first_coefficients(at, w, size, coefficients);
-  // As many as w took.
+  // The solves take as many passes as those of w.
   const int passes = 1 + found.refinements;
   if (path_series_ != nullptr) {
     *smooth_until = std::numeric_limits<double>::infinity();

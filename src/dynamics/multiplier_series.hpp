@@ -14,12 +14,12 @@
 namespace tanor {
 
 /// The motion of points as a power series in time: coefficient k + 2 of r from S lambda_k = -b_k, with the one factor
-/// of S at the beginning (see MotionSeries; PathSeries where all islands are paths of rods).
+/// of S at the beginning (see MotionSeries, or PathSeries where all islands are paths of rods).
 class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
  public:
   MultiplierSeries(Workspace& work, Linearization& linearization);
 
-  /// Why a system has no series; empty: it has.
+  /// Returns the reason why a system has no series, or an empty string if it has one.
   static std::string find_obstacle(Workspace& work);
   std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
 
@@ -38,8 +38,8 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
-  std::unique_ptr<PathSeries> path_series_;  // null: it does not serve
-  std::unique_ptr<MotionSeries> series_;     // where the other one does not serve
+  std::unique_ptr<PathSeries> path_series_;  // null where it does not apply
+  std::unique_ptr<MotionSeries> series_;     // null where the path series applies
   std::vector<double> points_;               // [3n] scratch
 };
 

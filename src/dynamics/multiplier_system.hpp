@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// How multipliers answer at the configuration that is linearized.
+/// The response of multipliers at the linearized configuration.
 class LinearizedResponse final : public ContactResponse {
  public:
   LinearizedResponse(Workspace& work, Linearization& linearization) : work_(work), linearization_(linearization) {}

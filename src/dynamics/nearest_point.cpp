@@ -8,12 +8,13 @@
 
 namespace tanor {
 
-/// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
+/// Reaches some configuration on xi = 0 from anywhere, by Newton's method in limited moves, then by chord iterations
+/// for the last digits.
 ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
   work_.set_time(t);
   constexpr int most_iterations = 100;
   constexpr double near = 1e-3;
-  std::vector<double> next;  // big systems mostly start near enough
+  std::vector<double> next;  // allocated when needed, since large systems mostly start near enough
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const double violation = work_.constraints.evaluate_values(model_.parallel, r, rows_.data());
     if (violation <= near || !std::isfinite(violation)) break;
@@ -21,7 +22,7 @@ ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
       return {std::move(outcome), 0.0, violation, iteration};
     next.assign(r, r + 3 * model_.num_points());
     linearization_.correct(rows_.data(), next.data());
-    // A full step may overshoot: at most a quarter of the neighbourhood at once.
+    // A full step may overshoot, so no point moves by more than a quarter of its neighbourhood at once.
     for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) next[i] -= r[i];
     const std::vector<double> moves = work_.largest_norms(next.data());
     for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -33,7 +34,7 @@ ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
   return projector_.project_positions(t, r);
 }
 
-/// d = (I - M^-1 K S^-1 K')(r* - r): minus the slope of |r - r*|^2/2 on xi = 0, all in the M-norm.
+/// Computes d = (I - M^-1 K S^-1 K')(r* - r), minus the gradient of |r - r*|^2/2 on xi = 0, all in the M-norm.
 Outcome NearestPoint::find_slope(const std::vector<double>& wanted, double t, const double* r, double* d) {
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
   for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) d[i] = wanted[i] - r[i];
@@ -42,7 +43,8 @@ Outcome NearestPoint::find_slope(const std::vector<double>& wanted, double t, co
   return {};
 }
 
-/// What is left to go is little beside the way that each neighbourhood went, its length, and the rounding of places.
+/// Returns true if the rest d is small beside the displacement of each neighbourhood, its length, and the rounding of
+/// its positions.
 bool NearestPoint::is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const {
   std::vector<double> way(r, r + 3 * model_.num_points());
   for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) way[i] -= wanted[i];
@@ -55,7 +57,7 @@ bool NearestPoint::is_nearest(const double* r, const std::vector<double>& wanted
   return true;
 }
 
-/// a'M b over the points that move.
+/// Returns a'M b over the moving points.
 double NearestPoint::product(const double* a, const double* b) const {
   return model_.parallel.sum(model_.num_moving(),
                              [&](std::size_t i) { return model_.mass[i] * dot(load(a, i), load(b, i)); });
@@ -67,10 +69,10 @@ ProjectionReport NearestPoint::find(double t, double* r) {
   ProjectionReport report = reach_constraints(t, r);
   if (!report.outcome.ok()) return report;
 
-  // Down the slope along xi = 0; full steps where r* is near, step lengths of Barzilai & Borwein (1988) where the
-  // curvature of the constraints counts: s's/s'y with s the last move and y the change of the slope.
+  // Descend along xi = 0. Full steps serve where r* is near. Where the curvature of the constraints matters, the step
+  // length is that of Barzilai & Borwein (1988), s's/s'y with the last move s and the change y of the gradient.
   constexpr int most_iterations = 1000;
-  constexpr double slack = 1.0 + 1e-11;  // rounding of xi = 0 shows in the distance
+  constexpr double slack = 1.0 + 1e-11;  // the distance contains the rounding of xi = 0
   const auto distance = [&](const double* x) {
     return model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
       const Vec3 away = load(x, i) - load(wanted.data(), i);

@@ -6,8 +6,8 @@
 
 namespace tanor {
 
-/// Moves r [3n] to the nearest configuration on xi = 0 in the M-norm, however far: to some one by Newton's method, then
-/// down the slope of the distance along xi = 0.
+/// Moves r [3n], however far, to the nearest configuration on xi = 0 in the M-norm. Newton's method reaches some
+/// configuration there, and descent along xi = 0 then shortens the distance.
 class NearestPoint {
  public:
   NearestPoint(Workspace& work, Linearization& linearization, Projector& projector)

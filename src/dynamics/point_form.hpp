@@ -6,7 +6,7 @@
 #include "dynamics/roles.hpp"
 #include "dynamics/workspace.hpp"
 
-/// \file What equations of motion have in common whose variables are the positions of points themselves.
+/// \file The common part of equations of motion whose variables are the positions of points themselves.
 namespace tanor {
 
 class PointPassages final : public ForcePassages {

@@ -9,7 +9,7 @@ struct Power {
   double potentials = 0.0;  ///< by the explicit dU/dt of energies
   double friction = 0.0;    ///< through friction at contacts
 
-  /// += weight other
+  /// Adds weight times `other`.
   void add(double weight, const Power& other) {
     supports += weight * other.supports;
     forces += weight * other.forces;

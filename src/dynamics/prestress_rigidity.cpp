@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-/// Ends of each row that is a rod of constant length, [row].
+/// Lists the ends of each row that is a rod of constant length, [row].
 std::vector<std::optional<std::array<Index, 2>>> list_constant_rods(const System& system) {
   std::vector<std::optional<std::array<Index, 2>>> result;
   for (const Constraint& constraint : system.constraints) {
@@ -49,7 +49,7 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const std::
 
   std::vector<Index> rigid;
   for (const RowDependence& dependence : dependences) {
-    // K_row = sum of coefficient K_a: omega is 1 there and -coefficient at the others.
+    // K_row is the sum of coefficient K_a, so omega is 1 for this row and -coefficient for the others.
     const bool has_one_sign = !dependence.terms.empty() &&
                               std::all_of(dependence.terms.begin(), dependence.terms.end(),
                                           [](const RowDependence::Term& term) { return term.coefficient < 0.0; });

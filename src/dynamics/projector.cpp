@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
+constexpr double rounding = 1e-9;  // largest relative violation of velocities that counts as rounding
 
 }  // namespace
 
@@ -25,15 +25,15 @@ Projector::Projector(Workspace& work, Linearization& linearization, Residuals& r
 // ---- positions ----
 
 ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
-  // Less than this takes one or two iterations along any slope.
+  // A smaller violation takes one or two iterations along any K.
   constexpr double far = 1e-10;
   return iterate_positions(t, r, nullptr, nullptr,
                            turn == Turn::Large && linearization_.factor().is_cheap() ? far : infinity, 0.0);
 }
 
-/// Chord iterations along M^-1 K of the last configuration, or of the one at r where the violation is above `far`.
-/// `sum` is their guess and becomes the sum of the multipliers; then the slope is never renewed, since they belong to
-/// one K.
+/// Projects by chord iterations along M^-1 K of the last configuration, or of that at r if the violation is above
+/// `far`. `sum` holds a guess of the multipliers and receives their sum. If it is given, K is never evaluated anew,
+/// since all multipliers belong to one K.
 ProjectionReport Projector::iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
                                               double tolerance) {
   work_.set_time(t);
@@ -53,7 +53,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
   return project_along_chord(model_, *this, {target, largest_left, far}, t, r, sum, std::move(report));
 }
 
-/// S mu = -xi, r += M^-1 K mu
+/// Solves S mu = -xi, then r += M^-1 K mu.
 void Projector::correct_positions(double* r, double* sum) {
   linearization_.correct(rows_.data(), r);
   if (sum == nullptr) return;
@@ -62,7 +62,8 @@ void Projector::correct_positions(double* r, double* sum) {
   });
 }
 
-/// xi into `rows_`; returns the largest |xi|/length, and |T'(r - p)| over the length around a contact that is held.
+/// Writes xi into `rows_`. Returns the largest |xi|/length, or the largest |T'(r - p)| of a held contact over the
+/// length around it, if that is larger.
 double Projector::evaluate_values(const double* r) {
   const double largest = linearization_.evaluate_values(r, rows_.data());
   if (contacts_ == nullptr || contacts_->shares_loads) return largest;
@@ -70,7 +71,7 @@ double Projector::evaluate_values(const double* r) {
   return larger(largest, contacts_->places.largest_violation(rows_.data(), redundancy));
 }
 
-/// Names the row that is farthest from 0 in `rows_` = xi.
+/// Names the row with the largest |xi| in `rows_`.
 Outcome Projector::explain_stall(double t, double violation) const {
   const auto worst =
       std::max_element(rows_.begin(), rows_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
@@ -79,7 +80,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
   if (row >= model_.numbering.first_idle_row()) {
     return {Status::Contradictory, "what is prescribed at supports breaks " + place};
   }
-  // The independent rows are satisfied, what depends on them is not.
+  // The independent rows are satisfied, but rows that depend on them are not.
   const std::vector<double>& lengths = work_.scales.lengths();
   const RankRevealingFactor& factor = linearization_.factor().all_rows();
   if (factor.largest_active(rows_, lengths) < 1e-3 * factor.largest_dependent(rows_, lengths)) {
@@ -99,7 +100,7 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
   constexpr double target = 1e-13;
-  // What sticks stands still: there is no rounding that may add up to a creep.
+  // Sticking contacts must be at rest exactly, so that no rounding adds up to a creep.
   const bool holds_contacts = work_.constraints.tangents().num_sticking() > 0;
   double least = infinity;
   int since_least = 0;
@@ -117,15 +118,15 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
       report.outcome = model_.not_finite(t);
       return report;
     }
-    // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
+    // The problem is linear in v. With the factor at r one solve is exact up to rounding, and others only refine.
     const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
-    // Conjugate residuals may rest for some steps.
+    // Conjugate residuals may make no progress for some steps.
     const RefinementLimits limits = linearization_.velocity_limits();
     since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
     least = std::min(least, report.violation);
     if (is_done || report.iterations == limits.most_passes || since_least == limits.patience) {
       if (!factor.redundancy().is_found() || decided_here || report.violation <= rounding) return report;
-      // A dependent row stays behind: it became independent, or contradicts the others.
+      // A dependent row is violated, so it has become independent, or contradicts the others.
       decided_here = true;
       since_least = 0;
       least = report.violation;
@@ -134,7 +135,7 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
         return report;
       }
     }
-    // S nu = -(K'v + xi_t), v += M^-1 K nu
+    // Solve S nu = -(K'v + xi_t), then v += M^-1 K nu.
     linearization_.correct_conjugately(report.iterations == 0, rows_.data(), v);
     for (std::size_t a = 0; sum != nullptr && a < model_.num_rows(); ++a) sum[a] += rows_[a];
   }

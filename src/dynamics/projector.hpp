@@ -11,24 +11,24 @@
 
 namespace tanor {
 
-/// Projections onto xi = 0 and onto K'v + xi_t = 0 along M^-1 K, which is orthogonal in the M-norm: chord iterations
-/// with the factor of S that stands.
+/// Projects onto xi = 0 and onto K'v + xi_t = 0 along M^-1 K, which is orthogonal in the M-norm, by chord iterations
+/// with the present factor of S.
 class Projector final : private ChordEquations {
  public:
-  /// `contacts`: what sticks, and where it is held; null where constraints are ideal.
+  /// `contacts` tell which contacts stick and where they are held; null if constraints are ideal.
   Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts = nullptr);
 
-  /// The configuration nearby; linearises anew where the iterations stall, and after a large turn at r first where that
-  /// costs no more than the iterations which it saves.
+  /// Projects r onto a configuration nearby. Linearises anew where the iterations stall. After a large turn it
+  /// linearises at r first if that costs no more than the iterations which it saves.
   ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small);
-  /// The same along the K that stands, whatever happens. `sum` [d]: a guess of the multipliers, then their sum.
-  /// `source`: where r comes from; null: it is there. `tolerance`: a largest |xi|/length that is small enough.
+  /// Projects along the present K in any case. `sum` [d] holds a guess of the multipliers and receives their sum.
+  /// `source` brings r, or is null if r is there already. Stops where |xi|/length is at most `tolerance`.
   ProjectionReport project_along_gradients(double t, double* r, double* sum, const PointSource* source = nullptr,
                                            double tolerance = 0.0) {
     return iterate_positions(t, r, source, sum, infinity, tolerance);
   }
-  /// With K at r. Adds the multipliers that change v to `sum` [d] unless it is null. `speed`, m/s: rates are small
-  /// beside it; 0: beside the speed of their neighbourhood.
+  /// Projects v with K at r. Adds the multipliers that change v to `sum` [d] unless it is null. Rates are measured by
+  /// `speed`, m/s, or if it is 0 by the speed of their neighbourhood.
   ProjectionReport project_velocities(double t, const double* r, double* v, double* sum = nullptr, double speed = 0.0);
 
  private:
@@ -36,7 +36,7 @@ class Projector final : private ChordEquations {
 
   ProjectionReport iterate_positions(double t, double* r, const PointSource* source, double* sum, double far,
                                      double tolerance);
-  // ChordEquations
+  // The functions of ChordEquations follow.
   double evaluate_values(const double* r) override;
   double beyond_rounding(const double* r, double violation, double allowed, double times) override {
     return residuals_.beyond_rounding(r, violation, allowed, times);
@@ -50,8 +50,8 @@ class Projector final : private ChordEquations {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  ContactState* contacts_;    // null: constraints are ideal
-  std::vector<double> rows_;  // [d] what is violated, then its correction
+  ContactState* contacts_;    // null if constraints are ideal
+  std::vector<double> rows_;  // [d] residuals, then corrections
 };
 
 }  // namespace tanor

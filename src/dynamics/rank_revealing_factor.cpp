@@ -9,9 +9,9 @@ namespace tanor {
 
 namespace {
 
-// Far above `GramSolver::singular_below`: the estimate of the condition is from above.
+// This is far above `GramSolver::singular_below`, since the estimate of 1/cond(S) is an upper bound.
 constexpr double first_suspicion = 1e-11;
-// Where a load is known to be shared S is singular, and a larger number is rounding, too.
+// S is singular where a load is known to be shared, so that also larger estimates are rounding.
 constexpr double hidden_by_rounding = 1e-8;
 
 }  // namespace
@@ -57,7 +57,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
-  // Rows of contacts came or went: what depended on them may not any more.
+  // If rows of contacts came or went, dependent rows may have become independent.
   if (work_.constraints.tangents().forget_switches()) (void)decide_rank_again(r);
   return {};
 }
@@ -101,12 +101,12 @@ Projection RankRevealingFactor::project_velocities(const Parallel&, const double
 
 // ---- the rank of K ----
 
-/// K as far as its rank is a question: contacts take no part.
+/// Returns K with zero rows for contacts, which take no part in decisions on the rank.
 std::vector<double> RankRevealingFactor::blocks_of_constraints() const {
   return model_.numbering.has_contact_rows() ? work_.without_contacts(blocks_) : blocks_;
 }
 
-/// Where S has no factor, or one that looks singular.
+/// Decides the rank where S has no factor, or one that looks singular.
 Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
   if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
   const std::vector<double> tolerances = work_.rank_tolerances(r);
@@ -117,12 +117,12 @@ Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
     has_changed = redundancy_.decide(K.data(), rows, tolerances) || has_changed;
   }
   leave_out_dependent_rows(has_changed);
-  // Independent all the same: the next suspicion wants a better reason.
+  // If all rows were independent nevertheless, the next suspicion needs a smaller estimate.
   suspect_below_ = std::clamp(0.1 * reciprocal_condition_, GramSolver::singular_below, suspect_below_);
   return {};
 }
 
-/// S of the independent rows is factorized, or replaced by their QR where it is singular to rounding.
+/// Factorizes S of the independent rows, or replaces it by their QR where it is singular to rounding.
 void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
   if (has_changed) {
     gradient_norms_.assign(model_.num_rows(), 0.0);
@@ -130,7 +130,7 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
       const Vec3 g = load(blocks_.data(), incidence.block);
       gradient_norms_[static_cast<std::size_t>(incidence.row)] += dot(g, g);
     }
-    // rows of contacts that slide have no gradient now, and a unit one when they stick
+    // Rows of contacts that slide have no gradient now, and a unit one when they stick.
     for (double& norm : gradient_norms_) norm = norm > 0.0 ? std::sqrt(norm) : 1.0;
     work_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
     gram().set_active(redundancy_.rows_for_gram());
@@ -175,7 +175,8 @@ void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::
   factorize_again();
 }
 
-/// A gradient that does not exist, or vanishes: no combination of others, but a constraint that has no direction here.
+/// Rejects a gradient that does not exist or vanishes. Such a row is no combination of others, but has no direction
+/// here.
 Outcome RankRevealingFactor::check_gradients(double t) const {
   const std::size_t num_rows = model_.num_rows();
   std::vector<double> largest(num_rows, 0.0);  // over the moving points of a row
@@ -190,7 +191,7 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
       largest[row] = std::max(largest[row], length);
   }
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
-    // a contact that slides has none, and needs none
+    // A contact that slides has no gradient and needs none.
     if (model_.numbering.is_contact_row(a)) continue;
     if (largest[a] * work_.scales.length(work_.scales.of_row(a)) < 1e-12)
       return {Status::Singular, "the gradient of " + work_.name_row(a) + " vanishes at t = " + text(t)};

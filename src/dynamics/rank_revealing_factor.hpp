@@ -13,27 +13,27 @@
 
 namespace tanor {
 
-/// The factor of S for all rows together, also where rows of K depend on others. S raises the suspicion, QR of K
-/// decides (see Redundancy); rows that depend take no part from then on, until somebody decides anew. Islands whose S
-/// is singular to rounding are solved by their QR factors. Contacts that stick and hold more than can move are made
-/// slightly compliant.
+/// The factor of S for all rows together, also where rows of K depend on others. A nearly singular S raises a
+/// suspicion, and a QR of K decides (see Redundancy). Dependent rows then take no part until the rank is decided again.
+/// Islands whose S is singular to rounding are solved by their QR factors. Contacts that stick and hold more than can
+/// move are made slightly compliant.
 class RankRevealingFactor final : public SchurFactor {
  public:
-  /// `blocks`: K, always at the present configuration. They outlive the factor, as the model does.
-  /// `contacts`: null where none may stick.
+  /// `blocks` is K, always at the present configuration. `contacts` is null if none may stick. The references must
+  /// outlive the factor, as the model does.
   RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, ContactState* contacts);
 
   // ---- the factor ----
 
-  /// S of K at (t, r) factorized, and the rank of K decided where S looks singular.
+  /// Factorizes S of K at (t, r), and decides the rank of K if S looks singular.
   Outcome factorize(double t, const double* r);
-  /// S of the rows that take part, factorized again.
+  /// Factorizes S of the active rows again.
   void factorize_again() { (void)factorize_rows(); }
-  /// 1/cond(S), of its pivots, below which S looks singular.
+  /// The estimate of 1/cond(S) from its pivots below which S looks singular.
   double suspect_below() const { return suspect_below_; }
-  /// Made when first needed: where a SchurSolver serves all islands it may never be.
+  /// Returns the solver of S, which is made when first needed. It is never made if SchurSolvers serve all islands.
   GramSolver& gram();
-  /// Of a factor that was made.
+  /// Returns the summary of that solver, which must have been made.
   const GramSolver::Summary& summary() const { return gram_->summary(); }
 
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
@@ -51,31 +51,33 @@ class RankRevealingFactor final : public SchurFactor {
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
   double reciprocal_condition() const { return reciprocal_condition_; }
   const Redundancy& redundancy() const { return redundancy_; }
-  /// No row is known to depend on others, nor any contact that sticks.
+  /// Returns true if no row and no sticking contact is known to depend on others.
   bool has_independent_rows() const { return !redundancy_.is_found() && !contacts_share_loads(); }
-  /// Decides again which rows depend at r, if some do. Returns whether they changed; S is then factorized without them.
+  /// Decides again which rows depend at r, if some do. Returns true if they have changed; S is then factorized without
+  /// them.
   bool decide_rank_again(const double* r);
-  /// Decides for all rows, suspected or not. Returns whether S was factorized again.
+  /// Decides for all rows, suspected or not. Returns true if S was factorized again.
   bool decide_whole_rank(const double* r);
-  /// Decides for the parts of S that leave more than `allowed` times the accelerations [neighbourhood] in `rows`, by
-  /// QR; then S is factorized again.
+  /// Decides by QR for the parts of S whose residuals in `rows` exceed `allowed` times the accelerations
+  /// [neighbourhood]. Factorizes S again.
   void decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                  const std::vector<double>& accelerations, double allowed);
 
-  /// Largest |row|/|gradient|/unit of rows that take part, and of those that depend on them; `units` [neighbourhood].
+  /// Return the largest |row|/|gradient|/unit of active rows, and of those that depend on them; `units`
+  /// [neighbourhood].
   double largest_active(const std::vector<double>& rows, const std::vector<double>& units) const;
   double largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const;
-  /// Names the dependent row that contradicts the others, if one does by more than `allowed`. `rows`: xi, K'v + xi_t or
-  /// phi + K'w0, whose size for unit gradients is that of their neighbourhood, `sizes`; `unit`: " m/s".
+  /// Names a dependent row that contradicts the others by more than `allowed`, if there is one. `rows` are xi,
+  /// K'v + xi_t or phi + K'w0, and `sizes` their scale for unit gradients in each neighbourhood. `unit` is e.g. " m/s".
   Outcome explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
                                 double allowed, const char* unit) const;
-  /// "rods[5] depends on rods[0], rods[3], …"
+  /// Returns e.g. "rods[5] depends on rods[0], rods[3], …".
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
   // ---- contacts that share a load ----
 
   LoadSharing& sharing() { return *sharing_; }
-  /// Returns whether S is to be factorized anew, see LoadSharing::begin.
+  /// Returns true if S must be factorized again, see LoadSharing::begin.
   bool share_loads() { return sharing_ && sharing_->begin(); }
 
   void exchange_memory(Memory& memory) { memory.exchange(suspect_below_); }
@@ -92,14 +94,14 @@ class RankRevealingFactor final : public SchurFactor {
   const Model& model_;
   const Ordering ordering_;
   const std::vector<double>& blocks_;
-  const ContactState* contacts_;  // null where none may stick
+  const ContactState* contacts_;  // null if none may stick
   double reciprocal_condition_ = 1.0;
   std::unique_ptr<GramSolver> gram_;
-  std::optional<LoadSharing> sharing_;  // none: constraints are ideal
+  std::optional<LoadSharing> sharing_;  // none if constraints are ideal
   Redundancy redundancy_;
   double suspect_below_;
-  std::vector<double> gradient_norms_;    // [d] at the last decision, where rows depend
-  std::vector<double> right_side_of_qr_;  // [d] where QR takes part
+  std::vector<double> gradient_norms_;    // [d] at the last decision, if rows depend
+  std::vector<double> right_side_of_qr_;  // [d] scratch for QR
 };
 
 }  // namespace tanor

@@ -12,7 +12,7 @@ Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
   if (!work.scales.are_one()) norms_.reserve(model_.num_rows());
 }
 
-/// Of the rows of K at hand; 1 where a contact slides.
+/// Returns the norms of the present rows of K, or 1 for a contact that slides.
 const std::vector<double>& Residuals::gradient_norms() {
   norms_.assign(model_.num_rows(), 0.0);
   for (const Incidence& incidence : model_.incidences) {
@@ -37,7 +37,7 @@ const std::vector<double>& Residuals::measure_accelerations(const Problem& probl
     double& own = accelerations_[scales.of_row(a)];
     own = larger(own, std::abs(b[a]) / norms[a]);
   }
-  // Where all cancels nothing is left but what v itself brings about.
+  // Where all forces cancel, the accelerations that v itself brings about are the scale.
   for (std::size_t k = 0; k < accelerations_.size(); ++k) {
     if (!(accelerations_[k] > 0.0)) accelerations_[k] = scales.speed(k) * scales.speed(k) / scales.length(k);
   }
@@ -69,7 +69,7 @@ double Residuals::relative_rates(const std::vector<double>& rows, double largest
   return worst;
 }
 
-/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L, where that is largest.
+/// Returns the rounding eps |r|/L of the positions, below which |xi|/length cannot fall, at its largest.
 double Residuals::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
 }

@@ -9,18 +9,18 @@
 
 namespace tanor {
 
-/// The lengths and speeds beside which things are small, neighbourhood by neighbourhood (see Neighbourhoods), in the
-/// inner order. Rows that join supports alone count as a neighbourhood of their own, the last one.
+/// The scales of length and speed of each neighbourhood (see Neighbourhoods), in the inner order. Rows that join
+/// supports alone count as a neighbourhood of their own, the last one.
 class Scales {
  public:
   Scales(const Neighbourhoods& neighbourhoods, const Numbering& numbering, std::span<const Incidence> incidences,
          double scene_size);
 
   std::size_t size() const { return length_.size(); }
-  /// One neighbourhood holds all points that move.
+  /// Returns true if one neighbourhood holds all moving points.
   bool are_one() const { return size() <= 2; }
   std::size_t of_point(std::size_t moving_point) const { return static_cast<std::size_t>(of_point_[moving_point]); }
-  /// Of all points; supports have the last one. Empty where one is all.
+  /// The neighbourhoods of all points; supports have the last one. Empty if one neighbourhood holds all.
   std::span<const Index> of_points() const { return are_one() ? std::span<const Index>() : of_all_points_; }
   std::span<const Index> of_all_points() const { return of_all_points_; }
   std::size_t of_row(std::size_t row) const { return static_cast<std::size_t>(of_row_[row]); }
@@ -31,20 +31,20 @@ class Scales {
   double speed(std::size_t k) const { return speed_[k]; }    ///< m/s
   const std::vector<double>& lengths() const { return length_; }
   const std::vector<double>& speeds() const { return speed_; }
-  /// A neighbourhood where nothing moves nor would fall has the speed 1 m/s.
+  /// Sets the speeds. A neighbourhood in which nothing moves or would fall has the speed 1 m/s.
   void set_speeds(std::span<const double> speeds);
 
-  /// Least speed, and least V^2/L, of neighbourhoods that have rows.
+  /// The least speed V, and the least V^2/L, of neighbourhoods that have rows.
   double least_speed() const { return least_speed_; }
   double least_acceleration() const { return least_acceleration_; }
 
-  /// Where no absolute tolerance is given: 1e-10 of the length and of the speed around a point, m and m/s; of all
-  /// points, supports last.
+  /// The tolerances if no absolute tolerance is given: 1e-10 of the length and of the speed around a point, m and m/s,
+  /// of all points, supports last.
   std::span<const double> position_tolerances() const { return position_tolerance_; }
   std::span<const double> velocity_tolerances() const { return velocity_tolerance_; }
-  /// V^2/L around each point, m/s^2: with V = sqrt(a L), no less than what acts there.
+  /// V^2/L around each point, m/s^2. Since V is at least sqrt(a L), it is no less than the accelerations there.
   std::span<const double> accelerations() const { return acceleration_; }
-  /// One of them, or `atol` where it is given.
+  /// Returns the tolerance of a point, or `atol` if it is given.
   double position_tolerance(double atol, std::size_t point) const {
     return atol > 0.0 ? atol : position_tolerance_[point];
   }

@@ -20,7 +20,7 @@ SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, 
   for (std::size_t number = 0; number < islands_.size(); ++number) islands_[number].number = number;
 }
 
-/// The contacts that slide under laws that read multipliers, island by island.
+/// Lists the contacts that slide under laws that read multipliers, for each island.
 void SlidingIslands::list_members() {
   for (Island& island : islands_) {
     island.members.clear();
@@ -30,8 +30,9 @@ void SlidingIslands::list_members() {
   }
 }
 
-/// N0 and W of each island, from the multipliers without their friction and from those that one newton against the
-/// sliding of each contact adds: of the j-th contact of every island at once, since islands do not see each other.
+/// Computes N0 and W of each island: the normal forces from the multipliers without their friction, and the change by
+/// one newton against the sliding of each contact. The j-th contacts of all islands share one solve, since islands do
+/// not affect each other.
 void SlidingIslands::reduce() {
   std::size_t most = 0;
   for (const Island& island : islands_) most = std::max(most, island.members.size());
@@ -43,7 +44,7 @@ void SlidingIslands::reduce() {
     for (std::size_t c = 0; c < island.members.size(); ++c)
       N->col(static_cast<Eigen::Index>(c)) = as_eigen(laws_.normal_force(island.members[c], lambda_.data()));
   };
-  laws_.evaluate(model_.parallel, lambda_.data(), force_.data());  // what reads no multiplier stays
+  laws_.evaluate(model_.parallel, lambda_.data(), force_.data());  // friction that reads no multiplier stays
   response_.find_multipliers(force_.data(), lambda_.data());
   for (Island& island : islands_) {
     island.contacts.mu.clear();
@@ -67,15 +68,15 @@ bool SlidingIslands::are_coulomb(const Island& island) const {
   return std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) { return laws_.is_coulomb(c); });
 }
 
-/// Coulomb friction alone, of few contacts each.
+/// Returns true if all islands have Coulomb friction alone, and few contacts.
 bool SlidingIslands::are_small() const {
   return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
     return island.members.size() <= most_enumerated && are_coulomb(island);
   });
 }
 
-/// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|,
-/// whatever S is. Returns 1/(1 - mu) with what the norm may hide; NaN where some law is another one.
+/// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|, for
+/// every S. Returns 1/(1 - mu), times the largest ratio between norms, or NaN if some law is another one.
 double SlidingIslands::amplification_of_full_reactions() const {
   double mu = 0.0;
   for (const Island& island : islands_) {
@@ -94,8 +95,8 @@ std::string SlidingIslands::name(const Island& island) const {
   return work_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
 }
 
-/// With these sizes of friction in the island and those at the multipliers `at` elsewhere, contacts of the island that
-/// stick bear no more than they can.
+/// Returns true if the sticking contacts of the island hold no more than their limits, with the given sizes of friction
+/// in the island and those at the multipliers `at` elsewhere.
 bool SlidingIslands::holds_what_sticks(const Island& island, const Eigen::VectorXd& sizes, const double* at) {
   const auto& all = numbered_.contacts[island.number];
   if (std::none_of(all.begin(), all.end(), [&](std::size_t c) { return tangents_.sticks(c); })) return true;
@@ -119,8 +120,8 @@ Outcome SlidingIslands::note_several(const Island& island, std::size_t count, do
                        name(island) + ": " + std::to_string(count) + " accelerations obey the law");
 }
 
-/// Islands of many contacts whose friction changes no reaction, W = 0, have one solution: one solve for any friction of
-/// all contacts tells it. Their members are done with.
+/// Removes the members of large islands whose friction changes no reaction, W = 0, so that they have one solution. One
+/// solve with some friction at all contacts tells it.
 void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
   const auto is_many = [&](const Island& island) { return island.members.size() >= least_contacts; };
   if (std::none_of(islands_.begin(), islands_.end(), is_many)) return;
@@ -131,7 +132,7 @@ void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
   for (const Island& island : islands_) {
     for (const std::size_t c : island.members) {
       turn += golden - (turn + golden >= 1.0 ? 1.0 : 0.0);
-      force_[laws_.first_part(c)] = 0.5 + turn;  // of no pattern
+      force_[laws_.first_part(c)] = 0.5 + turn;  // an irregular sequence
     }
   }
   response_.find_change(force_.data(), lambda_.data());
@@ -144,8 +145,7 @@ void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
   }
 }
 
-/// All solutions of an island. Two sizes of friction are no two motions where one of them is more than what sticks can
-/// bear.
+/// Finds all solutions of an island. Two sizes of friction are two motions only if sticking contacts can bear both.
 SlidingSolutions SlidingIslands::count(const Island& island, const double* at) {
   SlidingSolutions solutions = find_sliding(island.contacts);
   if (solutions.uniqueness != Uniqueness::Several) return solutions;
@@ -157,7 +157,7 @@ SlidingSolutions SlidingIslands::count(const Island& island, const double* at) {
 
 Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check, const double* lambda,
                                           FrictionReport* report, double* amplification) {
-  constexpr std::size_t most_verified = 64;  // contacts of an island, one solve each
+  constexpr std::size_t most_verified = 64;  // contacts of an island; each costs one solve
   report->uniqueness = Uniqueness::Unproven;
   list_members();
   *amplification = amplification_of_full_reactions();
@@ -184,7 +184,7 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
     if (island.members.empty()) continue;
     const double own = contraction_.amplification(island.contacts);
     *amplification = larger(*amplification, own);
-    // One motion, or all were counted before.
+    // The motion is unique, or all motions were counted before.
     if (!std::isnan(own) || is_counted(island, check)) continue;
     const SlidingSolutions solutions = count(island, lambda);
     if (solutions.uniqueness == Uniqueness::Several) {
@@ -224,7 +224,7 @@ Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double
   return {};
 }
 
-/// The solution of one island nearest to the friction at lambda, into `force` [parts].
+/// Writes the solution of one island nearest to the friction at lambda into `force` [parts].
 Outcome SlidingIslands::choose_nearest(const Island& island, double t, const UniquenessCheck& check,
                                        const double* lambda, double* force, FrictionReport* report) const {
   SlidingSolutions solutions = find_sliding(island.contacts);

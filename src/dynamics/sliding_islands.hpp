@@ -13,31 +13,31 @@
 
 namespace tanor {
 
-/// What is asked about other solutions than the one that was found.
+/// The options of the check for other solutions of friction.
 struct UniquenessCheck {
   bool is_wanted = false;
-  bool refuses_several = false;         ///< else the one nearest to the guess is taken, and the report says so
-  std::span<const char> are_counted{};  ///< [island] its motions were counted already; empty: none were
+  bool refuses_several = false;         ///< if false, the one nearest to the guess is taken and reported
+  std::span<const char> are_counted{};  ///< [island] motions already counted; empty if none are
 };
 
-/// Contacts that slide, island by island, as small dense problems: what their normal forces make of friction. Such a
-/// problem tells whether friction is unique, and all its solutions can be found.
+/// The contacts that slide, as one small dense problem for each island: the normal forces as functions of friction.
+/// Such a problem tells if friction is unique, and all its solutions can be found.
 class SlidingIslands {
  public:
-  /// All must outlive it; `response` at the place where `laws` stand.
+  /// All arguments must outlive this object; `response` and `laws` must be at the same configuration.
   SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands, Response& response);
 
-  /// Is the solution lambda [rows] the only one? Into the report; `amplification`: 1/(1 - L) where a contraction
-  /// constant L < 1 is proven, else NaN.
+  /// Checks if lambda [rows] is the only solution, and writes the result into the report. `amplification` becomes
+  /// 1/(1 - L) if a contraction constant L < 1 is proven, otherwise NaN.
   Outcome verify_uniqueness(double t, const UniquenessCheck& check, const double* lambda, FrictionReport* report,
                             double* amplification);
-  /// By trying, where iterations fail: of several solutions the one nearest to `lambda`, into `lambda`.
+  /// Finds the solutions by enumeration, where iterations fail. Writes the one nearest to `lambda` into `lambda`.
   Outcome enumerate(double t, const UniquenessCheck& check, double* lambda, FrictionReport* report);
 
  private:
   struct Island {
     std::size_t number = 0;
-    std::vector<std::size_t> members;  // contacts that slide; may be empty
+    std::vector<std::size_t> members;  // sliding contacts; may be empty
     SlidingContacts contacts;
   };
   void list_members();

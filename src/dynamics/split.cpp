@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double suspicion = 1e-11;  // reciprocal condition from which on a QR decides whether rows depend
+constexpr double suspicion = 1e-11;  // reciprocal condition below which a QR decides which rows depend
 constexpr int passes = 3;            // of refinement, the first solve included
 
 std::vector<double> unit_masses(const Model& model) {
@@ -68,7 +68,7 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
   if (model_.num_rows() == 0) return;
   std::transform(c, c + rows_.size(), c_.begin(), [](double a) { return -a; });
   if (one_mass_ != nullptr) {
-    // M^-1 K S^-1 c = K Gamma^-1 c, Gamma^-1 c = S^-1 c/m
+    // With one mass M^-1 K S^-1 c = K Gamma^-1 c and Gamma^-1 c = S^-1 c/m.
     one_mass_->solve_refined(c_.data(), mu, x);
     for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] /= model_.mass[0];
     return;
@@ -87,7 +87,7 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
 }
 
 void NormalSpace::project(const double* u, double* u_N, double* mu) {
-  // K'u of the points that move
+  // Computes K'u of the moving points.
   std::copy(u, u + 3 * model_.num_moving(), points_.begin());
   std::vector<double> c(rows_.size());
   if (!c.empty()) {

@@ -33,9 +33,9 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
   is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
 }
 
-// ---- to make one ----
+// ---- making a factor ----
 
-/// A factor of the composite that looks singular is none: the factor of all rows decides.
+/// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
 bool StandingFactor::note_composite(double reciprocal_condition) {
   reciprocal_condition_ = reciprocal_condition;
   const bool is_fine = reciprocal_condition > all_rows_.suspect_below();
@@ -43,7 +43,7 @@ bool StandingFactor::note_composite(double reciprocal_condition) {
   return is_fine;
 }
 
-/// The factor of all rows was made anew.
+/// Notes that the factor of all rows was made anew.
 void StandingFactor::note_sparse() {
   state_ = State::Sparse;
   reciprocal_condition_ = all_rows_.reciprocal_condition();
@@ -101,7 +101,7 @@ bool StandingFactor::share_loads() {
   return true;
 }
 
-// ---- to use one of another configuration ----
+// ---- using a factor of another configuration ----
 
 bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw) {
   const bool serves = reuse_ != nullptr && state_ != State::None && !all_rows_.redundancy().is_found() &&
@@ -112,7 +112,7 @@ bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vecto
   return true;
 }
 
-// ---- what it costs ----
+// ---- costs ----
 
 void StandingFactor::describe(PlanSummary* plan) const {
   if (composite_.is_empty()) return describe_factor(all_rows_.summary(), plan);
@@ -131,7 +131,7 @@ double StandingFactor::estimate_reciprocal_condition() {
     return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), factor);
   };
   if (is_of_composite()) return estimate(composite_);
-  // Of rows that QR solves the factor of S knows nothing.
+  // The factor of S does not contain the rows that QR solves.
   return all_rows_.redundancy().uses_qr() ? estimate(all_rows_) : all_rows_.gram().estimate_reciprocal_condition();
 }
 

@@ -35,7 +35,7 @@ void StepProjection::forget_steps() {
   std::fill(step_.before.begin(), step_.before.end(), 0.0);
 }
 
-/// What starts the iteration of the next step.
+/// Exchanges the initial guess of the next step.
 void StepProjection::exchange_memory(Memory& memory) {
   memory.exchange(step_.last, step_.before, step_.last_h, step_.before_h);
   bool have_same_frames = step_.frames == work_.constraints.frames();
@@ -45,7 +45,7 @@ void StepProjection::exchange_memory(Memory& memory) {
 
 Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
   if (friction_ != nullptr) {
-    // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
+    // M^-1 (f + tau) = w - M^-1 eta, since the friction of sticking contacts is a force like the others.
     if (Outcome outcome = dynamics_.solve(at, request, w); !outcome.ok()) return outcome;
     eta_.resize(3 * model_.num_points());
     dynamics_.write_reactions(dynamics_.multipliers(), eta_.data());
@@ -60,15 +60,15 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
   return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
-/// The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
-/// steps it saves iterations, the solution is the same.
+/// The sum of the multipliers is h^2 times a smooth function of time (half of lambda). Extrapolation from the last two
+/// steps saves iterations and does not change the solution.
 void StepProjection::guess_step(double h) {
   const double scale = h * h;
   if (const std::size_t frames = work_.constraints.frames(); frames != step_.frames) {
     forget_steps();
     step_.frames = frames;
   }
-  // Over the square of a short step they are rounding, as where one was cut at an event.
+  // Divided by h^2 of a step that is short, e.g. cut at an event, the multipliers are rounding.
   constexpr double short_step = 0.1;
   const bool can_guess = std::min(step_.last_h, step_.before_h) >= short_step * std::abs(h);
   model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
@@ -78,7 +78,7 @@ void StepProjection::guess_step(double h) {
   });
 }
 
-/// For the next guess; the sum over h, which the velocity takes.
+/// Keeps the sum for the next guess, and divides it by h for the velocity.
 void StepProjection::keep_step(double h) {
   step_.before_h = std::exchange(step_.last_h, std::abs(h));
   const double scale = h * h;
@@ -101,7 +101,7 @@ ProjectionReport StepProjection::project_step(double t, double h, double* r, con
   }
   ProjectionReport report = projector_.project_along_gradients(t, r, step_.sum.data(), source, tolerance);
   if (!report.outcome.ok() && has_dependent_rows) {
-    // Rows that depended when K was seen last may be independent where the step begins.
+    // Rows that depended at the last K may be independent where the step begins.
     if (!linearization_.factor().decide_rank_again(step_start_.data()))
       return project_singular_step(t, h, r, step_velocity);
     std::copy(step_start_.begin(), step_start_.end(), r);
@@ -110,12 +110,12 @@ ProjectionReport StepProjection::project_step(double t, double h, double* r, con
   }
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
   keep_step(h);
-  // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
+  // The velocity takes the same multipliers, so that no digits cancel in (r - r0)/h.
   if (step_velocity != nullptr) linearization_.add_reactions(step_.sum.data(), step_velocity);
   return steps_with_friction() ? iterate_step_friction(t, h, r, step_velocity, report) : report;
 }
 
-/// The step's own multipliers, lambda = 2 sum/h^2, say what its friction is: (43), each iteration one projection from
+/// Iterates (43) with the friction of the step's own multipliers, lambda = 2 sum/h^2, each time by one projection from
 ///
 ///   r += h^2/2 M^-1 dtau,   v1/2 += h/2 M^-1 dtau
 ProjectionReport StepProjection::iterate_step_friction(double t, double h, double* r, double* step_velocity,
@@ -142,7 +142,8 @@ ProjectionReport StepProjection::iterate_step_friction(double t, double h, doubl
   return report;
 }
 
-/// Away from a place where K has less rank than around it: its range does not lead onto xi = 0, Newton's own does.
+/// Projects from a configuration where K has less rank than around it. The range of that K does not lead onto xi = 0,
+/// so Newton's method evaluates K on the way.
 ProjectionReport StepProjection::project_singular_step(double t, double h, double* r, double* step_velocity) {
   std::copy(step_start_.begin(), step_start_.end(), r);
   std::fill(step_.sum.begin(), step_.sum.end(), std::numeric_limits<double>::quiet_NaN());
@@ -154,7 +155,7 @@ ProjectionReport StepProjection::project_singular_step(double t, double h, doubl
   return report;
 }
 
-/// The same with the multipliers of the second half of a step, lambda = 2 nu/h.
+/// Iterates likewise with the multipliers of the second half of a step, lambda = 2 nu/h.
 ProjectionReport StepProjection::project_step_velocities(double t, double h, const double* r, double* v) {
   if (!steps_with_friction()) return projector_.project_velocities(t, r, v);
   std::vector<double>& sum = step_.sum;

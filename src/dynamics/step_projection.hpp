@@ -12,11 +12,11 @@
 
 namespace tanor {
 
-/// Both halves of a step of RATTLE in positions and velocities of points. A step begins from the multipliers of the
-/// last ones, and friction becomes that of the step's own multipliers.
+/// Both halves of a step of RATTLE in positions and velocities of points. The first guess comes from the multipliers of
+/// the last steps, and friction is that of the step's own multipliers.
 class StepProjection final : public StepProjector {
  public:
-  /// `friction`: null where constraints are ideal.
+  /// `friction` is null if constraints are ideal.
   StepProjection(Workspace& work, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics,
                  FrictionSolver* friction);
 
@@ -25,29 +25,29 @@ class StepProjection final : public StepProjector {
     return friction_ == nullptr && linearization_.uniform_free() != nullptr && !model_.has_moving_supports();
   }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
-  /// `step_velocity` may be null, which no method does.
+  /// `step_velocity` may be null, though no method of this library passes null.
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override {
     return project_step(t, h, r, nullptr, step_velocity, 0.0);
   }
-  /// `source`: where r comes from; null: it is there. `tolerance`: a largest |xi|/length that is small enough; 0: none
-  /// above rounding.
+  /// `source` brings r, or is null if r is there already. Stops where |xi|/length is at most `tolerance`; 0 asks for
+  /// rounding.
   ProjectionReport project_step(double t, double h, double* r, const PointSource* source, double* step_velocity,
                                 double tolerance);
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
 
-  /// Of the last `project_step`: its multipliers [d] are 2/h times this sum. NaN where K lost rank there.
+  /// The sum of the last `project_step`, [d]: 2/h times it is the step's multipliers. NaN if K lost rank there.
   const std::vector<double>& sum() const { return step_.sum; }
 
-  /// Earlier steps are unknown.
+  /// Forgets the multipliers of earlier steps.
   void forget_steps();
   void exchange_memory(Memory& memory);
 
  private:
   struct StepMultipliers {
-    std::vector<double> sum;           // of this step's iterations
-    std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
-    std::size_t frames = 0;            // the unit vectors of lines
-    double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
+    std::vector<double> sum;           // in this step's iterations
+    std::vector<double> last, before;  // of the last two steps, over h^2; 0 if the frames of lines have jumped
+    std::size_t frames = 0;            // number of the frames of lines (their unit vectors)
+    double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, lengths of those steps
   };
 
   void guess_step(double h);
@@ -61,10 +61,10 @@ class StepProjection final : public StepProjector {
   Linearization& linearization_;
   Projector& projector_;
   ForwardDynamics& dynamics_;
-  FrictionSolver* friction_;  // null: constraints are ideal
+  FrictionSolver* friction_;  // null if constraints are ideal
   StepMultipliers step_;
   std::vector<double> lambda_;      // [d] of the step, scratch
-  std::vector<double> step_start_;  // [3n] where rows depend
+  std::vector<double> step_start_;  // [3n] used if rows depend
   std::vector<double> eta_;         // [3n] scratch
 };
 

@@ -13,7 +13,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double good_enough = 1e-12;  // error of w, of the largest acceleration
+constexpr double good_enough = 1e-12;  // error of w over the largest acceleration
 
 }  // namespace
 
@@ -37,7 +37,7 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, con
   if (to.reactions != nullptr && outcome.ok()) {
     to.reactions->lambda = friction_found_.lambda;
     to.reactions->friction = friction_found_.friction;
-    std::swap(to.reactions->w, w_);  // scratch from here on
+    std::swap(to.reactions->w, w_);  // w_ is scratch from here on
     w_.resize(3 * model_.num_points());
     to.reactions->knows_w0 = false;
   }
@@ -71,8 +71,8 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
   return std::isfinite(report_.residual) ? Outcome{} : work_.not_finite(t, linearization_.r().data());
 }
 
-/// rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w). A
-/// well conditioned H needs no second look: its error stays below `good_enough`.
+/// Refines in w: rho = A'(M w - f) from w = psi on, q_ddot -= H^-1 rho, w likewise. A well conditioned H needs no
+/// second pass, since its error stays below `good_enough`.
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   const Stopwatch watch(&work_.times.solve);
   const double enough = exact ? 4.0 * eps : good_enough;
@@ -80,7 +80,7 @@ void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   w_ = linearization_.psi();
   const double first = correct(q_ddot);
   report_.residual = eps / linearization_.reciprocal_condition();
-  double correction = std::numeric_limits<double>::infinity();  // the first one, of all of w, is none
+  double correction = std::numeric_limits<double>::infinity();  // the first correction is all of w and does not count
   report_.refinements = refine_solution(
       RefinementLimits{4}, [&] { return correction; }, [&](double) { return report_.residual <= enough; },
       [&](int) {
@@ -90,7 +90,8 @@ void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   if (const double last = report_.refinements > 0 ? correction : first; !std::isfinite(last)) report_.residual = last;
 }
 
-/// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
+/// Solves in closed form where every member moves a point of its own. Returns false if H looks singular, or A'M
+/// (w - w0) may be too large.
 bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   const Vec3* const uniform = model_.uniform_free();
@@ -138,7 +139,8 @@ void TangentDynamics::remember(const Kinematics& at) {
   std::copy(at.v, at.v + size(), last_q_dot_.begin());
 }
 
-/// The last correction of w over the accelerations of its neighbourhood, the worst one; `correction`, `scale`: of all.
+/// Returns the largest ratio of the last correction of w to the accelerations of its neighbourhood. `correction` and
+/// `scale` are the largest of all points.
 double TangentDynamics::relative_correction(double correction, double scale) const {
   if (!(scale > 0.0)) return 0.0;
   if (work_.scales.are_one()) return correction / scale;
@@ -159,7 +161,7 @@ Outcome TangentDynamics::find_friction(double t, const Request& request) {
                                   {friction_w_.data(), nullptr, &report_, &friction_found_});
 }
 
-/// w0 += M^-1 tau
+/// Adds M^-1 tau to w0.
 void TangentDynamics::add_friction(const Reactions& found, double* w0) {
   if (friction_ == nullptr) return;
   tau_.resize(w0_.size());
@@ -176,7 +178,7 @@ void TangentDynamics::write_place_along(double h, double* r) {
   work_.coordinates.evaluate(model_.parallel, q.data(), last_q_dot_.data(), r, nullptr, nullptr, nullptr);
 }
 
-/// q_ddot -= H^-1 A'(M w - f), w the same way; returns the largest change of w.
+/// Computes q_ddot -= H^-1 A'(M w - f), and w likewise. Returns the largest change of w.
 double TangentDynamics::correct(double* q_ddot) {
   const Parallel& parallel = model_.parallel;
   ++work_.counters.solves;
@@ -225,7 +227,7 @@ void TangentDynamics::write_reactions(const Kinematics& at, const Reactions& fou
     add_friction(found, points_.data());
     w0 = points_.data();
   }
-  // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
+  // eta = M w - f (24). The reactions of coordinates at their supports are opposite to those at their points.
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     store(eta, i, model_.mass[i] * (load(found.w.data(), i) - load(w0, i)));
@@ -233,7 +235,7 @@ void TangentDynamics::write_reactions(const Kinematics& at, const Reactions& fou
   work_.coordinates.add_support_reactions(eta);
 }
 
-/// What friction keeps.
+/// Exchanges the memory of friction.
 void TangentDynamics::exchange_memory(Memory& memory) {
   if (friction_ != nullptr) friction_->exchange_memory(memory);
 }

@@ -9,50 +9,51 @@
 
 namespace tanor {
 
-/// Accelerations from forces in coordinates:
+/// Computes accelerations from forces in coordinates:
 ///
 ///   H q_ddot = A'(f - M psi),   H = A'MA        (28); w^(q) = G^-1 A'w is another number
 ///   w = A q_ddot + psi,  eta = M w - f          (24)
 ///
-/// Accelerations in closed form leave A, the factor of H, r, v, psi and w0 out until somebody asks, for the power or
-/// for what needs them, or charts change.
+/// Accelerations in closed form leave out A, the factor of H, r, v, psi and w0. These are computed when the power or
+/// something else needs them, or when charts change.
 class TangentDynamics {
  public:
-  /// Both outlive the dynamics.
+  /// Both arguments must outlive this object.
   TangentDynamics(Workspace& work, TangentLinearization& linearization);
-  /// Takes tau at every instant from equations with multipliers: friction that depends on reactions needs their
+  /// Takes tau at every instant from equations with multipliers, since friction that depends on reactions needs their
   /// multipliers (42).
   void take_friction_from(EquationsOfMotion* with_multipliers) { friction_ = with_multipliers; }
-  /// Null: constraints are ideal.
+  /// Null if constraints are ideal.
   EquationsOfMotion* friction() const { return friction_; }
 
   bool has_work() const { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
 
-  /// q_ddot [s] at (t, q, q_dot).
+  /// Computes q_ddot [s] at (t, q, q_dot).
   Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to);
-  /// r, v, psi, w0, A, the factor of H and q_ddot of the last solve, where they were left out.
+  /// Computes r, v, psi, w0, A, the factor of H and q_ddot of the last solve, if they were left out.
   void complete();
-  /// The same, w0 also into what that solve found.
+  /// Does the same, and writes w0 into the reactions of that solve.
   void complete(Reactions* found);
 
-  /// Of the last solve: completed A as blocks and psi [3n].
+  /// A as blocks and psi [3n] of the last solve, completed.
   const std::vector<double>& blocks() { return completed().blocks(); }
   const std::vector<double>& psi() { return completed().psi(); }
-  /// With the factor of the last solve.
+  /// The linearization with the factor of the last solve, completed.
   TangentLinearization& completed() {
     complete();
     return linearization_;
   }
-  /// The coordinates [s] of the places r [3n]. Charts move: what was left out belongs to the old ones.
+  /// Computes the coordinates [s] of the positions r [3n]. This moves charts, so parts that were left out are completed
+  /// in the old ones.
   void locate(const double* r, std::vector<double>* q) {
     complete();
     work_.coordinates.locate(r, q->data());
   }
-  /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last solve.
+  /// Writes r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last solve.
   void write_place_along(double h, double* r);
-  /// eta [3n] of what was found at (t, q, q_dot) (24); of supports: what the coordinates do there.
+  /// Writes eta [3n] of the reactions found at (t, q, q_dot) (24). At supports it is the force of the coordinates.
   void write_reactions(const Kinematics& at, const Reactions& found, double* eta);
-  /// tau [3n] of what was found.
+  /// Writes tau [3n] of the reactions found.
   void write_friction(const Reactions& found, double* tau) const;
 
   void exchange_memory(Memory& memory);
@@ -72,14 +73,14 @@ class TangentDynamics {
   Workspace& work_;
   const Model& model_;
   TangentLinearization& linearization_;
-  SolveReport report_;                     // of the solve at hand
-  EquationsOfMotion* friction_ = nullptr;  // null: constraints are ideal
+  SolveReport report_;                     // of the present solve
+  EquationsOfMotion* friction_ = nullptr;  // null if constraints are ideal
   const bool has_closed_form_;
   double t_ = 0.0;
   std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last solve
   std::vector<double> w_, w0_;                             // [3n]; w0 = M^-1 f
-  std::vector<double> friction_w_, tau_;                   // [3n] of the equations with multipliers, …
-  Reactions friction_found_;                               // … and what was found with them
+  std::vector<double> friction_w_, tau_;                   // [3n] of the equations with multipliers
+  Reactions friction_found_;                               // their reactions
   std::vector<double> points_, columns_;                   // [3n], [s] scratch
 };
 

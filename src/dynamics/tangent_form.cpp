@@ -49,7 +49,7 @@ Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Reque
 
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
   dynamics_.complete();
-  // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
+  // The errors of q and q_dot move the points by A dq and A dq_dot, with A at the step's end.
   const auto& coordinates = work_.coordinates;
   std::fill(moved_.begin(), moved_.end(), 0.0);
   linearization_.apply(errors.x, moved_.data());

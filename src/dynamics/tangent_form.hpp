@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift:
-/// r(q, t) stays on the constraints by itself, and nothing is projected.
+/// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift,
+/// since r(q, t) stays on the constraints by itself. Nothing is projected.
 class TangentForm final : public EquationsOfMotion {
  public:
   TangentForm(Workspace& work, const SolverOptions& options);
@@ -29,14 +29,14 @@ class TangentForm final : public EquationsOfMotion {
   double sum(double own) override { return own; }
   void fetch_guests(double*, double*) override {}
   void prescribe(double, double*, double*) override {}
-  /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
+  /// Does nothing. Only the accelerations need a factor, and they make their own.
   Outcome linearise(double, const double*) override { return {}; }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, to);
   }
   std::size_t rank() const override { return work_.rank; }
-  /// Nothing is moved; where constraints are given too their violation is measured.
+  /// Moves nothing. Where constraints are given too, their violation is measured.
   ProjectionReport project_positions(double t, double* q, Turn) override;
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
@@ -67,12 +67,12 @@ class TangentForm final : public EquationsOfMotion {
   void describe(PlanSummary* plan) const override;
 
   TangentDynamics& dynamics() { return dynamics_; }
-  /// A and the factor of H at the places of the start, moved by about `distance` (m) in a direction that nothing
-  /// prefers; those places [3n].
+  /// Computes A and the factor of H at the start, moved by about `distance` (m) in a generic direction. Writes the
+  /// positions there [3n].
   Outcome stand_beside(double t, double distance, double* r);
 
  private:
-  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
 
   Workspace& work_;
   const Model& model_;
@@ -82,8 +82,8 @@ class TangentForm final : public EquationsOfMotion {
   TangentPassages passages_;
   TangentDrives drives_;
   TangentEvents events_;
-  std::vector<double> moved_, rate_, r_from_, v_from_;  // [3n] of error estimates
-  std::vector<double> q_;                               // where the last (r, v) was found: the next search starts there
+  std::vector<double> moved_, rate_, r_from_, v_from_;  // [3n] for error estimates
+  std::vector<double> q_;                               // initial guess of the search for coordinates
   std::vector<double> rates_;                           // [s] scratch
 };
 

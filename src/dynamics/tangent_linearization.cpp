@@ -49,12 +49,12 @@ void TangentLinearization::factorize_again() {
   (void)solver_.factorize(model_.parallel);
 }
 
-/// H q_dot = A'M (v - r_t): the nearest rates in the M-norm. r_ are the places.
+/// Solves H q_dot = A'M (v - r_t) for the nearest rates in the M-norm, and evaluates r_ there.
 Outcome TangentLinearization::find_rates(double t, const double* v, const double* q, double* q_dot) {
   std::fill(q_dot, q_dot + columns_.size(), 0.0);
   evaluate(t, q, q_dot, true);
   if (Outcome outcome = factorize(t); !outcome.ok()) return outcome;
-  // v_ = r_t; A q_dot of what has been found is added, and the rest found again
+  // v_ is r_t here. A q_dot is added to it, and the remainder is solved for again.
   std::fill(moved_.begin(), moved_.end(), 0.0);
   const auto measure = [&] {
     model_.parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
@@ -76,7 +76,7 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
   const std::size_t moving = 3 * model_.num_moving();
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);
   std::copy(force, force + moving, eta);
-  // eta -= M A H^-1 A'eta, until A'eta = 0 to rounding
+  // Computes eta -= M A H^-1 A'eta until A'eta = 0 to rounding.
   constexpr int passes = 3;
   const auto measure = [&] { apply_transposed(eta, columns_.data()); };
   measure();

@@ -7,28 +7,28 @@
 
 namespace tanor {
 
-/// Where coordinates put the points at one instant: r(q, t), v and psi [3n]; A = dr/dq' there, as blocks, and the
-/// factor of H = A'MA. H is made of one block for each member of the coordinates.
+/// The state of the points by coordinates at one instant: r(q, t), v and psi [3n], A = dr/dq' as blocks, and the factor
+/// of H = A'MA. H has one block for each member of the coordinates.
 class TangentLinearization {
  public:
   TangentLinearization(Workspace& work, const SolverOptions& options);
 
-  /// r, v and psi at (t, q, q_dot), and A where it is wanted.
+  /// Evaluates r, v and psi at (t, q, q_dot), and A if `with_blocks` is true.
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
-  /// What is prescribed at supports at t, into r and v.
+  /// Writes the prescribed motion of supports at t into r and v.
   void prescribe(double t);
-  /// The factor of H with the A at hand.
+  /// Factorizes H with the present A.
   Outcome factorize(double t);
-  /// The same uncounted, and without a look at its condition: it was good before.
+  /// Factorizes H again without counting it or checking its condition, which was good before.
   void factorize_again();
-  /// A and the factor of H belong to another instant than the last accelerations, which leave them out but know the
+  /// Notes that A and the factor of H do not belong to the last accelerations, which leave them out but know the
   /// condition of H.
   void leave_out_blocks(double reciprocal_condition) {
     has_blocks_ = false;
     reciprocal_condition_ = reciprocal_condition;
   }
   bool has_blocks() const { return has_blocks_; }
-  /// 1/cond(H), H scaled to a unit diagonal.
+  /// 1/cond(H), for H scaled to a unit diagonal.
   double reciprocal_condition() const { return reciprocal_condition_; }
 
   const std::vector<double>& r() const { return r_; }
@@ -36,29 +36,30 @@ class TangentLinearization {
   const std::vector<double>& psi() const { return psi_; }
   const std::vector<double>& blocks() const { return blocks_; }
 
-  /// x := -H^-1 x [s]
+  /// Computes x := -H^-1 x [s].
   void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
-  /// points = A x [3n], of points that move.
+  /// Computes points = A x [3n], for moving points.
   void apply(const double* x, double* points) const {
     work_.coordinates.apply(model_.parallel, blocks_.data(), x, points);
   }
-  /// x = A'points [s]
+  /// Computes x = A'points [s].
   void apply_transposed(const double* points, double* x) const {
     work_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points, x);
   }
 
-  /// H q_dot = A'M (v - r_t): the rates [s] at (t, q) nearest to v [3n] in the M-norm.
+  /// Solves H q_dot = A'M (v - r_t) for the rates [s] at (t, q) nearest to v [3n] in the M-norm.
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
-  /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding; of supports: what the coordinates do there.
+  /// Computes eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding. At supports it is the force of the
+  /// coordinates.
   void find_reactions(const double* force, double* eta);
 
   void describe(PlanSummary* plan) const { describe_factor(solver_.summary(), plan); }
-  /// Predicted flops of one evaluation and solve.
+  /// Returns the predicted flops of one evaluation and solve.
   double predicted_flops() const;
 
  private:
-  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  friend struct Tampering;  // the tests corrupt the solver through it, and every corruption must be caught
 
   TangentLinearization(Workspace& work, const SolverOptions& options, const std::vector<Product>& products);
 

@@ -7,10 +7,10 @@
 #include "dynamics/roles.hpp"
 #include "dynamics/tangent_dynamics.hpp"
 
-/// \file Roles of equations of motion in coordinates.
+/// \file The roles of equations of motion in coordinates.
 namespace tanor {
 
-/// H = A'MA has its own condition, which tells of singular coordinates; how they turn is not known.
+/// The condition of H = A'MA tells of singular coordinates, and nothing is known about how they turn.
 class TangentRank final : public RankMonitor {
  public:
   double mass_ratio() const override { return 1.0; }
@@ -44,7 +44,7 @@ class TangentDrives final : public DriveMonitor {
   std::vector<double> users_q_, r_, v_;  // [s], [3n], [3n] scratch
 };
 
-/// Those of the equations with multipliers that friction is taken from.
+/// The events of the equations with multipliers that friction is taken from.
 class TangentEvents final : public EventFunctions {
  public:
   TangentEvents(TangentLinearization& linearization, TangentDynamics& dynamics)

@@ -9,9 +9,9 @@ namespace tanor {
 
 namespace {
 
-constexpr double allowed = 1e-3;  // of the scene's size and velocity scale, what `check` corrects
+constexpr double allowed = 1e-3;  // largest correction by `check`, over the scene's size and its velocity scale
 
-/// The point whose arrays differ most.
+/// Returns the point whose numbers in both arrays differ most.
 std::size_t worst_point(const std::vector<double>& a, const std::vector<double>& b) {
   std::size_t worst = 0;
   double largest = -1.0;
@@ -25,12 +25,12 @@ std::size_t worst_point(const std::vector<double>& a, const std::vector<double>&
   return worst;
 }
 
-/// In [-1, 1], of no rule that a scene could share.
+/// Returns a number in [-1, 1], irregular in j, so that no identity holds by accident.
 double any_number(std::size_t j) {
   return std::sin(1.0 + static_cast<double>(j) * 0.7548776662);
 }
 
-/// Throws InputError that names the point whose given position or velocity is farthest from its coordinates'.
+/// Throws InputError naming the point whose given position or velocity is farthest from that of its coordinates.
 void check_start(const Workspace& work, const StartReport& report, const std::vector<double>& r_given,
                  const std::vector<double>& v_given, const double* r, const double* v) {
   const Model& model = work.model();
@@ -53,7 +53,7 @@ void check_start(const Workspace& work, const StartReport& report, const std::ve
   }
 }
 
-/// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
+/// Checks xi(r(q, t), t) = 0, K'v + xi_t = 0, K'psi + phi = 0 and K'A = 0 (3), if constraints are given as well.
 void check_constraints(Workspace& work, const TangentLinearization& at) {
   const Model& model = work.model();
   if (model.num_rows() == 0) return;
@@ -73,7 +73,7 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
     throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
                                          " m/s; both must describe the same motion");
   }
-  // K'psi + phi = 0: with K'A = 0 the motion stays on the constraints
+  // If K'psi + phi = 0 and K'A = 0, the motion stays on the constraints.
   std::vector<double> second(model.num_rows()), nothing(at.r().size(), 0.0);
   const auto evaluate_second = [&](const std::vector<double>& w) {
     return work.constraints.evaluate_right_side(model.parallel, at.r().data(), at.v().data(), w.data(), second.data(),
@@ -86,7 +86,7 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
     throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
                                          " m/s^2; both must describe the same motion");
   }
-  // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
+  // K'A x must vanish for any x. Three choices find a wrong column of A with practical certainty.
   std::vector<double> blocks(3 * work.constraints.num_blocks()), rows(model.num_rows()),
       x(work.coordinates.num_coordinates()), points(at.r().size(), 0.0);
   work.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());
@@ -100,7 +100,7 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
       for (double& row : rows) row = std::abs(row);
       const auto row = std::max_element(rows.begin(), rows.end()) - rows.begin();
       std::size_t point = 0;
-      double along = 0.0;  // the gradient of that row, by one point
+      double along = 0.0;  // the part of that gradient by one point
       for (const Incidence& i : model.incidences) {
         if (i.row != row) continue;
         const double part = std::abs(dot(load(blocks.data(), i.block), load(points.data(), i.point)));
@@ -120,16 +120,16 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
 StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   const std::size_t n = 3 * model_.num_points();
   work_.set_time(t);
-  work_.prescribe_all(t, r, v);  // what is said about supports does not count
+  work_.prescribe_all(t, r, v);  // given motions of supports do not count
   const std::vector<double> r_given(r, r + n);
   std::vector<double> v_given(v, v + n), q(size()), q_dot(size());
   StartReport report;
 
-  // q of the given places, but where the user gave q himself
+  // The coordinates are those of the given positions, unless the user gave them.
   dynamics_.locate(r, &q_);
   work_.coordinates.write_start(q_.data(), rates_.data());
   if (report.outcome = linearization_.find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
-  // There his rates count as well, and what `velocities` say about such points does not.
+  // Given rates count in the same way, in place of the `velocities` of those points.
   work_.coordinates.write_start(q_.data(), q_dot.data());
   linearization_.evaluate(t, q_.data(), q_dot.data(), true);
   work_.coordinates.copy_where_given(linearization_.v().data(), v_given.data());

@@ -21,7 +21,7 @@ namespace tanor {
 
 namespace {
 
-/// Lists what looks for narrow places of constraints that are given by formulas.
+/// Lists the formulas of constraints in which a step may pass a narrow feature unseen.
 Workspace::Formulas list_passages(const System& system, const Numbering& numbering) {
   Workspace::Formulas result;
   for (const Constraint& constraint : system.constraints) {
@@ -35,14 +35,14 @@ Workspace::Formulas list_passages(const System& system, const Numbering& numberi
   return result;
 }
 
-/// Points that springs or energies join.
+/// Lists the points that springs or energies join.
 std::vector<Coupling> list_joints(const Forces& forces) {
   std::vector<Coupling> result = forces.list_couplings();
   for (const auto& [on, of] : forces.list_influences()) result.push_back({on, of});
   return result;
 }
 
-/// x² + y² + z² of 8 points.
+/// Returns x² + y² + z² of 8 points.
 [[gnu::always_inline]] inline Eight add_triples(const Eight& a, const Eight& b, const Eight& c) {
   const Eight x =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0), c, 0, 1, 2, 3, 4, 5, 10, 13);
@@ -60,13 +60,13 @@ template <class Mask>
   return (mask[0] & mask[1]) != 0;
 }
 
-/// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components: at least
-/// 8 of them, the last ones twice where they fill no lane.
+/// Returns the largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by
+/// components. There must be at least 8 points; the last pack may repeat some.
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
                      const double* own_atol, double same_atol, double rtol) {
   return dispatch([=] {
     constexpr std::size_t width = 8;
-    // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
+    // The largest square. Since (atol + rtol |.|)^2 >= atol^2 + rtol^2 |.|^2, most points need no root and no quotient.
     Eight worst{};
     auto is_unordered = worst != worst;
     for (std::size_t next = begin; next < end; next += width) {
@@ -136,7 +136,7 @@ Workspace::Workspace(NumberedSystem numbered, double t)
       rank(model_.numbering.first_idle_row()),
       time_(t),
       rows_(model_.num_rows()) {
-  // m g, for good: nobody evaluates it where w0 is known
+  // f = m g is constant, and is not evaluated again where w0 is known.
   const System& system = model_.system;
   if (model_.uniform_free() != nullptr)
     forces.evaluate(model_.parallel, t, system.positions.data(), system.velocities.data(), f.data());
@@ -144,7 +144,7 @@ Workspace::Workspace(NumberedSystem numbered, double t)
 
 void Workspace::set_time(double t) {
   if (t == time_) return;
-  time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
+  time_ = std::numeric_limits<double>::quiet_NaN();  // remains NaN if a table ends before t
   constraints.set_time(t);
   coordinates.set_time(t);
   time_ = t;
@@ -231,7 +231,7 @@ void Workspace::exchange_memory(Memory& memory) {
   if (memory.reads()) scales.set_speeds(speeds);
 }
 
-/// Each neighbourhood's own; `w0`: M^-1 f, prescribed accelerations at supports.
+/// Measures the speed scale of each neighbourhood. `w0` is M^-1 f, with prescribed accelerations at supports.
 void Workspace::measure_local_speeds(const double* r, const double* v, const double* w0) {
   const std::vector<double> zero(3 * model_.num_points(), 0.0);
   std::vector<double> speeds = largest_norms(v), position(model_.num_rows()), prescribed(model_.num_rows());
@@ -272,7 +272,7 @@ Power Workspace::power(double of_constraints, const double* r, const double* v) 
   return result;
 }
 
-/// eta'v, eta = M (M^-1 eta)
+/// Returns eta'v, with eta = M (M^-1 eta).
 double Workspace::power_of_reactions(const double* accelerations, const double* v) const {
   return model_.is_rheonomic() ? model_.power(accelerations, v) : 0.0;
 }
@@ -289,8 +289,8 @@ double Workspace::position_violation(double t, const double* r) {
 }
 
 std::vector<double> Workspace::rank_tolerances(const double* r) {
-  // On the way to xi = 0 and back K may differ by so much from the one there, for each unit of violation.
-  constexpr double spread = 1e2, largest = 1e-6;  // what S cannot see lies below
+  // The tolerance for each unit of violation, since K differs from that on xi = 0.
+  constexpr double spread = 1e2, largest = 1e-6;  // dependences that S cannot show lie below
   const std::vector<double> at_rest(3 * model_.num_points(), 0.0);
   std::vector<double> result(model_.num_rows());
   constraints.measure(r, at_rest.data(), result.data(), rows_.data());
