@@ -79,7 +79,7 @@ class JetChart {
     if constexpr (has_chart) memory.exchange(chart_);
   }
   void begin_recentre(double t) { time_ = t; }
-  /// The motion r(t) in the chart before, and its numbers in the chart of the present place.
+  /// Evaluates the motion r(t) in the present chart, and writes its numbers in the chart of the present place.
   void recentre([[maybe_unused]] std::size_t k, [[maybe_unused]] double* q, [[maybe_unused]] double* q_dot,
                 [[maybe_unused]] double* q_ddot) {
     if constexpr (has_chart) {
