@@ -37,7 +37,7 @@ class AnglePassages {
   };
   struct Fall {
     double part = 1.0;   // fraction of the step at which the sine is least
-    double depth = 1.0;  // that sine over the smaller one of those at both ends
+    double depth = 1.0;  // least sine over the smaller one of those at both ends
   };
   static bool may_fall(const PointPath& path, const Triple& triple);
   static Fall find_fall(const PointPath& path, const Triple& triple);

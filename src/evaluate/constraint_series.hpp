@@ -56,7 +56,7 @@ class ConstraintSeries {
     bool is_linear = false;
     std::vector<Index> rows{};         // [member] its first inner row
     std::vector<Index> blocks{};       // [member][point] block of its first row
-    std::optional<Turning> turning{};  // of lines that turn
+    std::optional<Turning> turning{};  // set for lines that turn
     bool takes_part = true;            // false if the rule chooses another axis
   };
   struct Source;

@@ -71,7 +71,7 @@ struct Builder {
   const System& system;
   const Numbering& numbering;
   double t;
-  double size;                                       // of the scene
+  double size;                                       // m, size of the scene
   std::optional<Neighbourhoods> neighbourhoods;      // made when first needed: rods have lengths of their own
   std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
 

@@ -16,7 +16,7 @@
 
 namespace tanor {
 
-/// What coordinates are made from: a system, and the instant of "initial" numbers and of the first charts.
+/// The input of coordinates: a system, and the instant of "initial" numbers and of the first charts.
 struct CoordinateStart {
   const System& system;
   const Numbering& numbering;

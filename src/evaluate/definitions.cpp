@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-/// What recording a definition yields. A function of time that moves becomes a variable. One recording serves all
+/// The result of recording a definition. A function of time that moves becomes a variable. One recording serves all
 /// clocks and outlives them.
 struct Recording {
   RecordedDefinition definition;

@@ -10,8 +10,8 @@ namespace tanor {
 /// order of `Forces::list_couplings`, and those of influences in the order of `Forces::list_influences`.
 struct ForceDerivatives {
   Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
-  Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
-  Block3* influence_positions;                       ///< of the force on a point in the position of another one
+  Block3 *coupling_positions, *coupling_velocities;  ///< force on j in r_j and v_j, see Coupling
+  Block3* influence_positions;                       ///< force on a point in the position of another one
   Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
 };
 

@@ -36,7 +36,7 @@ class Forces {
     return !drags_.empty() || springs_.has_damping() || formulas_.depends_on_velocity();
   }
   bool has_pairs() const { return !pairs_.empty() || !pairs_beyond_.empty(); }
-  /// Adds pair forces that reach to other processes: calls that need them are collective from here on.
+  /// Adds pair forces that reach to other processes. Calls that need them are collective from here on.
   void add_pairs_beyond(std::unique_ptr<PairsBeyond> pairs) { pairs_beyond_.push_back(std::move(pairs)); }
   bool has_springs() const { return !springs_.empty(); }
   bool has_energies() const { return !energies_.empty(); }
@@ -110,7 +110,7 @@ class Forces {
   FormulaForces formulas_;
   EnergyForces energies_;
   std::vector<PairField> pairs_;                            // each keeps what belongs to the positions it saw last
-  std::vector<PairField> pairs_of_supports_;                // of two supports; on supports that stand it is found once
+  std::vector<PairField> pairs_of_supports_;                // between supports; found once if these stand
   std::vector<std::unique_ptr<PairsBeyond>> pairs_beyond_;  // between own points and other processes'
   std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
   AnglePassages angle_passages_;

@@ -19,7 +19,7 @@ double resolved_by(int order) {
 }
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
-constexpr int most_divisions = 4;         // of a step, into eight parts each
+constexpr int most_divisions = 4;         // levels of a step, into eight parts each
 
 constexpr std::size_t most_nodes = 13;
 
@@ -325,7 +325,7 @@ struct FormulaPassages::Integrals {
   }
   /// Returns the error of dv that a path of limited accuracy leaves, m/s.
   double noise(double h) const {
-    constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
+    constexpr double path_error = 1e-7;  // relative, for the path and the acceleration on it
     return path_error * largest * h;
   }
   bool exceed(const Allowed& allowed, double h) const {

@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-/// Coordinates of single points without a hand-written kernel: their definition runs on Jet<2> along (q + e q', t + e),
+/// Coordinates of single points without a hand-written kernel. Their definition runs on Jet<2> along (q + e q', t + e),
 /// which yields r, v and psi, and on Forward, which yields the tangents.
 template <class G>
 class JetChart {

@@ -10,8 +10,8 @@
 
 namespace tanor {
 
-/// All numbers from `low` to `high`, in eight lanes. What is computed with intervals holds every result of numbers from
-/// the operands, up to rounding, which is not directed.
+/// All numbers from `low` to `high`, in eight lanes. A computed interval holds every result of numbers from the
+/// operands, up to rounding, which is not directed.
 struct Intervals {
   Eight low, high;
 };

@@ -46,7 +46,7 @@ bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& p
     return worst;
   });
   if (!std::isfinite(move2)) return false;
-  if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // a hair below a quarter, for rounding
+  if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // slightly below a quarter, for rounding
   make(parallel, places, skin_);
   return true;
 }

@@ -116,7 +116,7 @@ class NeighbourLists {
   PeriodicBox box_;
   std::size_t num_moving_;
   IndexLists excluded_;
-  std::vector<Vec3> places_;  // where the lists were made; empty: not yet
+  std::vector<Vec3> places_;  // [point] when the lists were made; empty before the first time
   std::vector<Chunk> chunks_;
   std::vector<std::size_t> num_neighbours_;  // [point]
   std::array<Axis, 3> axes_;

@@ -128,7 +128,7 @@ class PairField {
   PairPotential potential_;
   std::vector<double> charges_;  // [point], of law coulomb
   PeriodicBox box_;
-  std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
+  std::optional<NeighbourLists> neighbours_;  // for laws with a cutoff
   IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
 
   bool is_known_ = false, gives_stiffness_;
@@ -137,9 +137,9 @@ class PairField {
   std::vector<Feeling> felt_;      // [point]
 
   // These serve `find_passage`.
-  std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of `neighbours_`
+  std::optional<NeighbourLists> far_;  // for steps that lead beyond the skin of `neighbours_`
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
-  // In lists of this version, no pair of a point comes to its cutoff until points have travelled so far.
+  // No pair of a point, in lists of this version, comes to its cutoff until points have travelled so far.
   std::vector<double> quiet_until_;  // [point]
   double travelled_ = 0.0;           // m, since the beginning
   bool quiet_in_far_ = false;

@@ -69,7 +69,7 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
         least = from_cutoff < least ? from_cutoff : least;
         const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
         const double ahead = along < 0.0 ? -along : 0.0;
-        const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
+        const double part = ahead < length2 ? ahead : length2;  // part of the chord, times its squared length
         const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
         const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
         const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
@@ -398,7 +398,7 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   double seen = std::max(force_seen(0.0), force_seen(1.0));
   if (most <= seen_enough * seen) return 1.0;
   // The stages in between have seen it, too, unless a force of this size throws them off the path that the ends define.
-  constexpr double thrown_off = 0.05;  // of how deep the pair is in its range
+  constexpr double thrown_off = 0.05;  // part of the pair's depth in its range
   double inverse_mass = 0.0;
   for (const std::size_t i : {approach.i, approach.j})
     if (const auto point = static_cast<std::size_t>(points_[i]); point < masses.size())

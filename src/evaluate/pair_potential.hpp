@@ -63,7 +63,7 @@ class PairPotential {
   double epsilon_, sigma2_, cutoff_, cutoff2_;   // J, m^2, m (infinite without one), m^2
   double strength_;                              // N m
   double length_, depth_, width_, rest_length_;  // m, J, 1/m, m
-  double largest_product_ = 1.0;                 // of two charges
+  double largest_product_ = 1.0;                 // largest product of two charges
   double shift_ = 0.0;                           // J
 };
 

@@ -74,7 +74,7 @@ class Parametrisation {
 
  private:
   class Builder;
-  /// Coordinates of one entry of the user's list: side by side, since a family keeps the order of its members.
+  /// Coordinates of one entry of the user's list. They lie side by side, since a family keeps the order of its members.
   struct Entry {
     const CoordinateFamily* family;
     Index first, count;  // `first` counts the family's coordinates

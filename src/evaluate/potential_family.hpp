@@ -43,7 +43,7 @@ class PotentialFamily {
     std::size_t first, count;
     double t;
     const double* r;
-    double *energies, *gradients, *hessians, *rates;  // from the chunk's first member on; gradients [member][3p]
+    double *energies, *gradients, *hessians, *rates;  // begin at the chunk's first member; gradients [member][3p]
   };
   void run(const Chunk& chunk) const;
   void run_program(const Chunk& chunk) const;
@@ -54,7 +54,7 @@ class PotentialFamily {
   void run_by_hand(const Parallel& parallel, const double* r, double* forces, double* energies) const;
 
   EnergyGroup group_;      // its arrays are member by member, with the user's points
-  SeriesProgram program_;  // empty where the kernel is a black box
+  SeriesProgram program_;  // empty if the kernel is a black box
   std::size_t p_, num_constants_, size_, stride_;
   std::vector<Index> points_;      // [p][stride]
   std::vector<char> in_a_row_;     // [p][stride/8]

@@ -16,8 +16,8 @@ namespace tanor {
 /// that the member has.
 struct SeriesVariable {
   enum class Source { Position, Velocity, Time } source;
-  int point = 0, component = 0;  ///< of Position and Velocity: point within the member
-  int function = 0;              ///< of Time: number within the member
+  int point = 0, component = 0;  ///< for Position and Velocity: point within the member
+  int function = 0;              ///< for Time: number within the member
 };
 
 /// Members that share one expression, as series in time. `coefficients[k]` [3n] are those of the points.

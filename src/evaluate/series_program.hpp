@@ -41,7 +41,7 @@ class SeriesProgram {
 
   std::size_t num_variables() const { return expression_.variables.size(); }
   std::size_t num_results() const { return expression_.results.size(); }
-  /// Returns true if no product or function has variables for which `counts` is true: their adjoints never change.
+  /// Returns true if no product or function has variables for which `counts` is true; their adjoints never change.
   bool is_linear_in(const std::vector<char>& counts) const;
 
   std::size_t num_lanes(int order) const {

@@ -26,7 +26,7 @@ class Tangents {
     Index friction, point;  ///< in System::friction; inner point
     int num_guides;         ///< 1 on a surface, 2 on a wire
     std::array<Index, 2> guide_row, guide_block;
-    Index first_row = -1, first_block = -1;  ///< of its own rows; -1: it cannot stick
+    Index first_row = -1, first_block = -1;  ///< its own; -1 if it cannot stick
     std::size_t velocity = 0;                // slot
     int num_tangents() const { return 3 - num_guides; }
   };

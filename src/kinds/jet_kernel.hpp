@@ -29,7 +29,7 @@ bool depends_on_time(const Group& group) {
   return result;
 }
 
-/// A kind without a hand-written kernel: its definition runs on Jet<2> along r + e v, t + e, which yields xi, rate and
+/// A kind without a hand-written kernel. Its definition runs on Jet<2> along r + e v, t + e, which yields xi, rate and
 /// phi, and on Forward, which yields the gradient.
 template <class G>
 class JetKernel {
