@@ -51,7 +51,8 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
     : start_(1, 0), scale_(num_rows, 1.0) {
   check_count(static_cast<double>(products.size()), "X'WX of " + std::to_string(num_rows) + " rows",
               "products of blocks");
-  // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
+  // The products are grouped by column of the wanted triangle, then sorted by row. Both are stable, which fixes the
+  // order of the sums.
   const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
   const auto entry = [&](const Product& product) {
     const int a = placed(product.row), b = placed(product.column);
@@ -105,7 +106,7 @@ void GatherPlan::append_column(std::span<const Product> products, std::span<Plac
   ensure(diagonal_.size() + 1 == start_.size(), "every row touches a moving point");
 }
 
-/// Folds the scale into the weights, for good.
+/// Multiplies the scale into the weights for good.
 void GatherPlan::scale_weights() {
   std::size_t extra = 0;
   for (std::size_t column = 0; column < scale_.size(); ++column) {
@@ -131,7 +132,7 @@ void GatherPlan::assemble(const double* blocks, double* values, const Parallel& 
   });
   if (weights_are_scaled_) return;
 
-  // A row without gradient keeps its 0: the factorization stops there.
+  // A row without gradient keeps its zero diagonal, at which the factorization stops.
   parallel.for_ranges(scale_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
       const double diagonal = values[diagonal_[j]];

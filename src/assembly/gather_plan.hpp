@@ -9,12 +9,12 @@
 
 namespace tanor {
 
-/// The incidences of points that have a weight, grouped by point.
+/// Returns the incidences of points with a nonzero weight, grouped by point.
 std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights);
 
-/// Lists all products of one triangle (row >= column) in a fixed order. Products of the same two blocks, such as those
-/// at the two ends of a rod, are joined. `incidences` are grouped by point, `weights` has one number a point, and
-/// `first_row` is subtracted from the rows. Throws std::length_error where there are more than 2^31 - 1 products.
+/// Lists all products of one triangle (row >= column) in a fixed order. GatherPlan joins products of the same two
+/// blocks, such as those at the two ends of a rod. `incidences` are grouped by point, `weights` has one number a point,
+/// and `first_row` is subtracted from the rows. Throws std::length_error if there are more than 2^31 - 1 products.
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row);
 
@@ -30,19 +30,19 @@ enum class Triangle { Lower, Upper };
 /// part of the weights from the start, so that results do not depend on the states that were seen before.
 class GatherPlan {
  public:
-  /// `place` gives each row its place in the elimination (empty: the rows stay as they are). `squared_norms` has |g|^2
-  /// of each block, and is empty where these change.
+  /// `place` gives the position of each row in the elimination; if it is empty, the rows keep their order.
+  /// `squared_norms` has |g|^2 of each block, and is empty if these change.
   GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place, Triangle triangle,
              std::span<const double> squared_norms = {});
 
   const std::vector<int>& column_start() const { return start_; }
   const std::vector<int>& rows() const { return rows_; }
 
-  /// Cost a slot: 6 numbers read, 1 written, 6 flops; without constant norms 2 more reads and flops. Every number of
-  /// threads gives the same bits.
+  /// Writes the scaled entries of S. A slot costs 6 numbers read, 1 written and 6 flops, and without constant norms 2
+  /// more reads and flops. Every number of threads gives the same bits.
   void assemble(const double* blocks, double* values, const Parallel& parallel = Parallel(1));
 
-  /// scale_i of the last `assemble`, by place in the elimination.
+  /// Returns scale_i of the last `assemble`, in the order of elimination.
   const std::vector<double>& scale() const { return scale_; }
 
  private:
@@ -63,7 +63,7 @@ class GatherPlan {
   std::vector<int> start_, rows_;
   std::vector<int> diagonal_;      // [column] its slot
   std::vector<Term> terms_;        // [slot] the first product; nearly always the only one
-  std::vector<ExtraTerm> extras_;  // the others
+  std::vector<ExtraTerm> extras_;  // the further products, by slot
   std::vector<double> scale_;
   bool weights_are_scaled_ = false;
 };

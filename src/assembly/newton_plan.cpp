@@ -46,7 +46,7 @@ void NewtonPlan::make_pattern() {
     add_block(j, i);
   }
   for (const InfluencedPoint& influence : influences_) {
-    // Both ways: the factorization orders points that are joined.
+    // Both blocks are added, because the factorization orders the points by a symmetric pattern.
     add_block(influence.points.on, influence.points.of);
     add_block(influence.points.of, influence.points.on);
   }
@@ -124,7 +124,7 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
   }
   for (const auto& [points, number, at] : influences_)
     add(at, 1.0, values.influence_positions[number], values.influence_velocities[number]);
-  const double compliance = rows_may_depend_ ? 1e-10 : 0.0;  // over what the row's points have by themselves
+  const double compliance = rows_may_depend_ ? 1e-10 : 0.0;  // relative to the diagonal of the row's points
   const std::size_t num_stiff = diagonal_.size() - compliances_.size();
   for (const auto& [point, row, block, sign, below, transposed] : entries_) {
     const Vec3 g = sign * load(values.blocks, block);

@@ -22,17 +22,17 @@ struct Compliance {
 ///   [ K'  E ]     E = 1/(b damping + c stiffness), diagonal
 ///
 /// E is 0 for the rows of constraints. Where rows may depend on each other, E is a tiny compliance instead, so that the
-/// matrix has a factor. Newton's iteration then still solves what is consistent, slowly where mass ratios come near the
-/// inverse of the compliance. A plan is made once for each topology; every entry knows its slot.
+/// matrix has a factor. Newton's iteration then still converges if the rows are consistent, but slowly if mass ratios
+/// come near the inverse of the compliance. A plan is made once for each topology; every entry knows its slot.
 class NewtonPlan {
  public:
   /// Supports, which are the points from `masses.size()` on, take no part. The first rows are those of constraints;
-  /// `compliances` are those of the rows behind them.
+  /// `compliances` belong to the rows behind them.
   NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
              std::span<const Influence> influences, std::span<const Incidence> incidences,
              std::span<const Compliance> compliances, bool rows_may_depend);
 
-  /// The pattern by columns, with increasing rows.
+  /// Returns the pattern by columns, with increasing rows.
   const std::vector<int>& column_start() const { return start_; }
   const std::vector<int>& rows() const { return rows_; }
 
@@ -44,24 +44,24 @@ class NewtonPlan {
     const Block3 *point_positions, *point_velocities;          // [moving point]
     const Block3 *coupling_positions, *coupling_velocities;    // [coupling]
     const Block3 *influence_positions, *influence_velocities;  // [influence]
-    const double* blocks;                                      // of K
+    const double* blocks;                                      // blocks of K
   };
-  /// T = double or std::complex<double>.
+  /// Writes the entries of the matrix, for T = double or std::complex<double>.
   template <class T>
   void assemble(const Weights<T>& weights, const Values& values, T* entries) const;
 
-  /// y += (df/dr + d(K lambda)/dr) x on moving points, 3 numbers a point.
+  /// Adds (df/dr + d(K lambda)/dr) x to y on moving points, 3 numbers a point.
   void add_stiffness(const Values& values, const double* x, double* y) const;
 
  private:
   using Columns = std::array<int, 3>;  // slots of a block's first entry in each of its three columns
 
   struct CoupledPoints {
-    Coupling points;  // -1: does not move
-    Columns ij, ji;   // force on i by a move of j, and on j by one of i
+    Coupling points;  // -1 for an end that does not move
+    Columns ij, ji;   // df_i/dr_j and df_j/dr_i
   };
   struct InfluencedPoint {
-    Influence points;  // both move
+    Influence points;  // both points move
     std::size_t number;
     Columns at;
   };

@@ -9,21 +9,21 @@
 
 namespace tanor {
 
-/// eta = K lambda, gathered point by point in a fixed order.
+/// Computes eta = K lambda, gathered point by point in a fixed order.
 class ReactionGather {
  public:
   ReactionGather(std::span<const Incidence> incidences, std::size_t num_points);
 
-  /// out_i = (K lambda)_i [3n], points and supports alike.
+  /// Writes out_i = (K lambda)_i [3n], for points and supports alike.
   void reactions(const Parallel& parallel, const double* blocks, const double* lambda, double* out) const;
 
-  /// out_i += scale_i (K lambda)_i for the points below `count`: with scale = 1/m this adds M^-1 K lambda.
+  /// Adds scale_i (K lambda)_i to out_i for the points below `count`. With scale = 1/m this adds M^-1 K lambda.
   void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                   std::size_t count, double* out) const;
-  /// The same for some points.
+  /// Adds the same for the given points.
   void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                   const Runs& points, double* out) const;
-  /// The same without what was there.
+  /// Writes the same terms over what was there.
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                     std::size_t count, double* out) const;
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,

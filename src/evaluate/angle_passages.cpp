@@ -8,11 +8,11 @@ namespace tanor {
 
 namespace {
 
-// A step passes a sine that falls to this part of what it is at both ends, and takes this part of the way to a deeper
-// one.
+// A step may pass a minimum of the sine that is at least `shallow` times the smaller sine at its ends. It is cut to the
+// part `approach` of the way to a deeper one.
 constexpr double shallow = 0.25, approach = 0.75;
 
-/// a, b and their normal n = a x b in piece k at its fraction u, with the rate of n, 1/s.
+/// The vectors a, b and their normal n = a x b in piece k at its fraction u, with the rate of n, m^2/s.
 struct Corner {
   Vec3 a, b, n, rate;
 
@@ -25,12 +25,12 @@ struct Corner {
     rate = cross(first.v - corner.v, b) + cross(a, last.v - corner.v);
   }
   double sine() const { return norm(n) / (norm(a) * norm(b)); }
-  /// Of |n|^2/2: negative where the points come nearer to a line.
+  /// Returns d(|n|^2/2)/dt, which is negative while the points come nearer to a line.
   double slope() const { return dot(n, rate); }
 };
 
-/// The fraction of piece k between `low` and `high` at which |n|^2 is least: its slope is negative at the one and
-/// positive at the other. By Gauss and Newton, u -= n.n'/|n'|^2, which doubles the digits where n vanishes.
+/// Returns the fraction of piece k between `low` and `high` at which |n|^2 is least. Its slope must be negative at
+/// `low` and not at `high`. The Gauss-Newton step u -= n.n'/|n'|^2 doubles the digits where n vanishes.
 double find_least(const PointPath& path, const std::array<Index, 3>& points, std::size_t k, double low, double high) {
   const double length = path.h / static_cast<double>(path.num_pieces());
   double u = 0.5 * (low + high);
@@ -60,8 +60,8 @@ void AnglePassages::finish() {
   is_doubtful_.resize(triples_.size());
 }
 
-/// In a piece the angle changes by no more than the directions of a and b turn: by |change of a|/|a| and likewise b. A
-/// sine that is larger cannot fall far.
+/// Returns false if the sine cannot fall far. In a piece the angle changes by at most the turns of a and b, which are
+/// bounded by |change of a|/|a| and |change of b|/|b|, where |a| and |b| are the least in the piece.
 bool AnglePassages::may_fall(const PointPath& path, const Triple& triple) {
   const Index i = triple.points[0], corner = triple.points[1], j = triple.points[2];
   const double length = path.h / static_cast<double>(path.num_pieces());
@@ -84,7 +84,7 @@ bool AnglePassages::may_fall(const PointPath& path, const Triple& triple) {
 }
 
 AnglePassages::Fall AnglePassages::find_fall(const PointPath& path, const Triple& triple) {
-  constexpr int parts = 8;  // of a piece
+  constexpr int parts = 8;  // into which a piece is divided
   const std::size_t last = path.num_pieces() - 1;
   const double at_ends =
       std::min(Corner(path, triple.points, 0, 0.0).sine(), Corner(path, triple.points, last, 1.0).sine());

@@ -10,22 +10,23 @@
 
 namespace tanor {
 
-/// Angles of three points at which a law has no force: where they are in line, dihedrals end and harmonic bendings have
-/// a tip. Nothing but the instant itself tells of it, so a step may pass from one side to the other unseen.
+/// Finds steps that pass an angle of three points at which a law is not smooth. Where the points are in line, dihedral
+/// angles are undefined and harmonic bendings have a tip. Only that instant itself shows it, so a step may pass from
+/// one side to the other unseen.
 ///
 /// With a and b from the corner to the other two, the sine |a x b|/(|a||b|) falls and rises again in such a step. How
-/// far it falls is the scale on which forces change there: a step over a deep fall is made shorter, and each next one
+/// far it falls is the scale on which forces change there. A step over a deep fall is shortened, and each next one
 /// comes nearer, until the points have passed each other or are in line.
 class AnglePassages {
  public:
   enum class Ends { AtZero, AtZeroAndStraight };
-  /// `triple`: inner points, the corner in the middle.
+  /// Adds an angle. `triple` has inner points, with the corner in the middle.
   void append(const std::array<Index, 3>& triple, Ends ends);
-  /// After the last `append`: what stands twice is looked at once.
+  /// Removes duplicates after the last `append`.
   void finish();
 
   bool empty() const { return triples_.empty(); }
-  /// The part of the step to make instead; 1: no sine falls far in it.
+  /// Returns the part of the step to make instead, or 1 if no sine falls far in it.
   double find(const Parallel& parallel, PointPath* path);
 
  private:
@@ -35,8 +36,8 @@ class AnglePassages {
     auto operator<=>(const Triple&) const = default;
   };
   struct Fall {
-    double part = 1.0;   // of the step, where the sine is least
-    double depth = 1.0;  // that sine over the smaller one of those at both ends
+    double part = 1.0;   // fraction of the step at which the sine is least
+    double depth = 1.0;  // least sine over the smaller one of those at both ends
   };
   static bool may_fall(const PointPath& path, const Triple& triple);
   static Fall find_fall(const PointPath& path, const Triple& triple);

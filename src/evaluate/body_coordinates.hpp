@@ -8,17 +8,17 @@
 
 namespace tanor {
 
-/// Rigid bodies: q = (c, theta), r_p = c + R(theta) rho_p with rho measured from the centre of mass.
-/// v = c' + omega x y, psi = omega x (omega x y) + alpha x y with y = R rho.
+/// Coordinates of rigid bodies, q = (c, theta), with r_p = c + R(theta) rho_p and rho measured from the centre of mass.
+/// With y = R rho, v = c' + omega x y and psi = omega x (omega x y) + alpha x y.
 ///
-/// A body's part of H = A'MA needs no sum over its points: sum m rho = 0, and sum m |a x rho|^2 = |Q a|^2 for any a
-/// with the root Q of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
+/// A body's part of H = A'MA needs no sum over its points, since sum m rho = 0 and sum m |a x rho|^2 = |Q a|^2 for any
+/// a, where Q is a root of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
 class BodyCoordinates final : public CoordinateFamily {
  public:
   using Group = RigidBody;
 
   std::vector<Index> points;          ///< inner, body after body
-  std::vector<Index> point_start{0};  ///< [body], one more
+  std::vector<Index> point_start{0};  ///< [body + 1]
   std::vector<Vec3> rho;              ///< beside `points`, m, in the body's frame
   std::vector<double> mass;           ///< beside `points`, kg
   std::vector<RotationChart> chart;   ///< [body]
@@ -141,7 +141,7 @@ class BodyCoordinates final : public CoordinateFamily {
     }
   }
 
-  /// The rotation that brings rho nearest to r, in the sense of the masses (Kabsch 1976).
+  /// Finds the rotation that brings rho nearest to r in the metric of the masses (Kabsch 1976).
   void locate(const double* r, double* q) override {
     for (std::size_t k = 0; k < size(); ++k) {
       Vec3 centre{};
@@ -186,7 +186,7 @@ class BodyCoordinates final : public CoordinateFamily {
     return true;
   }
 
-  // Three unit vectors for all translations, then three blocks a point, then three a body.
+  // The blocks are three unit vectors for all translations, then three for each point, then three for each body.
   Index inertia_block(std::size_t k) const {
     return first_block + 3 + 3 * static_cast<Index>(points.size()) + 3 * static_cast<Index>(k);
   }

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// Entries that each belong to a point, side by side point by point; those of one point in the order they came in.
+/// Entries grouped by the point that each belongs to. Those of one point keep the order in which they were given.
 template <class Entry>
 class ByPoint {
  public:
@@ -31,7 +31,7 @@ class ByPoint {
   }
 
  private:
-  std::vector<Index> start_;  // [point], one more
+  std::vector<Index> start_;  // [point + 1]
   std::vector<Entry> entries_;
 };
 

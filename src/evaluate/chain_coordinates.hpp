@@ -6,8 +6,9 @@
 
 namespace tanor {
 
-/// Chains on a support: r_k = r_{k-1} + l_k u_k, r_0 the support. A link has two coordinates (a chart of its direction)
-/// or one (its angle in a plane), and one block each, l du/dq: the same for all points after it.
+/// Coordinates of chains on a support, r_k = r_{k-1} + l_k u_k, where r_0 is the support. A link has two coordinates (a
+/// chart of its direction) or one (its angle in a plane). Each has one block, l du/dq, which is the same for all points
+/// after the link.
 class ChainCoordinates final : public CoordinateFamily {
  public:
   using Group = ChainAngles;
@@ -16,14 +17,14 @@ class ChainCoordinates final : public CoordinateFamily {
     Index anchor;  // inner
     Index first_link, end_link;
     bool is_planar;
-    Vec3 e1, e2;             // of the plane
+    Vec3 e1, e2;             // unit vectors of the plane
     Index first_coordinate;  // counted from the family's first
     Index links() const { return end_link - first_link; }
     Index per_link() const { return is_planar ? 1 : 2; }
   };
   std::vector<Chain> chains;
-  std::vector<Index> points;          ///< [link] inner: its outer end
-  std::vector<DirectionChart> chart;  ///< [link]; of planar ones unused
+  std::vector<Index> points;          ///< [link] its outer end, inner
+  std::vector<DirectionChart> chart;  ///< [link]; unused if planar
   ScalarTable length;                 ///< [link] m
 
   static bool takes(const ChainAngles&) { return true; }
@@ -111,7 +112,7 @@ class ChainCoordinates final : public CoordinateFamily {
     }
   }
 
-  /// Links i >= j share the points from i on: weight(i, j) = the sum of theirs.
+  /// Links i >= j share the points from i on, so weight(i, j) is the sum of the weights of these points.
   void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
     std::vector<double> tail(points.size());
     for (const Chain& chain : chains) {

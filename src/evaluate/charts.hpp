@@ -7,10 +7,11 @@
 #include "base/memory.hpp"
 #include "base/vec3.hpp"
 
-/// \file Charts without poles, rational: no trigonometry, derivatives by hand. Each is centred where the motion is.
+/// \file Charts without poles. They are rational, without trigonometry, and their derivatives are written by hand. Each
+/// is centred where the motion is.
 namespace tanor {
 
-/// Any unit vector orthogonal to the unit vector n: along n x (the axis that n is farthest from).
+/// Returns a unit vector orthogonal to the unit vector n, along n x (the axis that n is farthest from).
 inline Vec3 any_orthogonal(Vec3 n) {
   const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
   const Vec3 axis = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
@@ -18,8 +19,9 @@ inline Vec3 any_orthogonal(Vec3 n) {
   return (1.0 / norm(e)) * e;
 }
 
-/// Unit vectors u(q1, q2) around a centre n, stereographic from -n: with s = (q1^2 + q2^2)/4
-///   u = ((1 - s) n + q1 e1 + q2 e2)/(1 + s);  at q = 0: u = n, du/dq = (e1, e2), and |u''| = |q'|^2 along -n.
+/// Unit vectors u(q1, q2) around a centre n, by stereographic projection from -n. With s = (q1^2 + q2^2)/4,
+///   u = ((1 - s) n + q1 e1 + q2 e2)/(1 + s).
+/// At q = 0, u = n, du/dq = (e1, e2), and |u''| = |q'|^2 along -n.
 class DirectionChart {
  public:
   DirectionChart() = default;
@@ -35,7 +37,7 @@ class DirectionChart {
     const double s2 = 0.5 * (q_dot[0] * q_dot[0] + q_dot[1] * q_dot[1]);
     const double inverse = 1.0 / (1.0 + s);
     Value result;
-    // u (1 + s) = N, differentiated
+    // The derivatives are those of u (1 + s) = N.
     result.u = inverse * ((1.0 - s) * n_ + q[0] * e1_ + q[1] * e2_);
     result.first = inverse * (q_dot[0] * e1_ + q_dot[1] * e2_ - s1 * (n_ + result.u));
     result.second = -inverse * (s2 * (n_ + result.u) + 2.0 * s1 * result.first);
@@ -46,7 +48,7 @@ class DirectionChart {
 
   void exchange_memory(Memory& memory) { memory.exchange(n_, e1_, e2_); }
 
-  /// Centred anew at u(q): the same motion in the new chart, whose centre has q = 0.
+  /// Centres the chart anew at u(q) and converts the motion to the new chart, in which q = 0.
   void recentre(double* q, double* q_dot, double* q_ddot) {
     const Value now = (*this)(q, q_dot);
     const Vec3 second = now.second + q_ddot[0] * now.tangent[0] + q_ddot[1] * now.tangent[1];
@@ -54,7 +56,7 @@ class DirectionChart {
     q[0] = q[1] = 0.0;
     q_dot[0] = dot(e1_, now.first);
     q_dot[1] = dot(e2_, now.first);
-    // u'' - u''(q'' = 0), whose second part is normal at the centre
+    // The part u''(q'' = 0) of u'' is normal to the tangents at the centre and drops out.
     q_ddot[0] = dot(e1_, second);
     q_ddot[1] = dot(e2_, second);
   }
@@ -64,16 +66,16 @@ class DirectionChart {
 };
 
 /// Rotations R(theta) R_c around a centre R_c, by Gibbs' vector g = theta/2 (Cayley's map):
-///   R(theta) a = a + 2/(1 + g^2) (g x a + g x (g x a)),   omega = (theta' + g x theta')/(1 + g^2);
-/// at theta = 0: omega = theta', omega' = theta''.
+///   R(theta) a = a + 2/(1 + g^2) (g x a + g x (g x a)),   omega = (theta' + g x theta')/(1 + g^2).
+/// At theta = 0, omega = theta' and omega' = theta''.
 class RotationChart {
  public:
   RotationChart() = default;
   explicit RotationChart(const Eigen::Quaterniond& centre) : centre_(centre.normalized()) {}
 
   struct Value {
-    Eigen::Matrix3d rotation;  ///< from the body's frame
-    Vec3 omega, alpha;         ///< of theta', and its derivative where theta'' = 0
+    Eigen::Matrix3d rotation;  ///< from the body's frame to space
+    Vec3 omega, alpha;         ///< angular velocity, and its derivative if theta'' = 0
     Vec3 axis[3];              ///< omega = sum_j theta'_j axis_j
   };
   Value operator()(const double* theta, const double* theta_dot) const {
@@ -82,7 +84,7 @@ class RotationChart {
     Value result;
     result.rotation = quaternion(g).toRotationMatrix();
     result.omega = inverse * (h + cross(g, h));
-    // omega (1 + g^2) = theta' + g x theta', differentiated: the right side stays
+    // This is the derivative of omega (1 + g^2) = theta' + g x theta', whose right side is constant if theta'' = 0.
     result.alpha = -inverse * dot(g, h) * result.omega;
     for (int j = 0; j < 3; ++j) {
       const Vec3 e{j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0};
@@ -106,7 +108,8 @@ class RotationChart {
   }
 
  private:
-  /// Gibbs' vector g is the quaternion (1, g) up to its length.
+  /// Returns the rotation of Gibbs' vector g, which is the quaternion (1, g) up to its length, after that of the
+  /// centre.
   Eigen::Quaterniond quaternion(Vec3 g) const {
     return (Eigen::Quaterniond(1.0, g.x, g.y, g.z) * centre_).normalized();
   }

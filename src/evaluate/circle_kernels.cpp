@@ -16,7 +16,7 @@ using Chunk = std::array<double, chunk_size>;
 [[gnu::always_inline]] inline void find_sines(const double* __restrict q, std::size_t count, double* __restrict sines,
                                               double* __restrict cosines) {
   for (std::size_t k = 0; k < count; ++k) sine_cosine(q[k], &sines[k], &cosines[k]);
-  unsigned is_far = 0;  // somewhere
+  unsigned is_far = 0;  // not 0 if some angle is too large for `sine_cosine`
   for (std::size_t k = 0; k < count; ++k) is_far |= std::abs(q[k]) <= largest_angle ? 0U : 1U;
   if (is_far == 0) return;
   for (std::size_t k = 0; k < count; ++k) {
@@ -25,7 +25,7 @@ using Chunk = std::array<double, chunk_size>;
   }
 }
 
-/// r' = q' t with t = dr/dq, r'' - q'' t = -q'^2 u, r = center + u
+/// A point r = center + u with the tangent t = dr/dq, so that r' = q' t and r'' - q'' t = -q'^2 u.
 struct Turned {
   Vec3 u, t;
 };

@@ -7,11 +7,12 @@ namespace tanor {
 
 namespace {
 
-/// The Hessian of a member's rows by what every kind says about curvature: phi along the velocity v is
+/// Finds the Hessians H of a member's rows from phi, which every kind provides. Along the velocity v
 ///
 ///   phi(v) = v'Hv + 2 v'grad(xi_t) + xi_tt,   so   4 a'Hb = phi(a + b) - phi(a - b) - phi(b) + phi(-b)
 ///
-/// `phi(v)` -> the numbers of its rows; add(i, j, row, a'Hb) for coordinates i <= j.
+/// phi(v) returns the numbers of the member's rows; `v` [size] is 0 at the beginning. Calls add(i, j, row, a'Hb) for
+/// coordinates i <= j.
 template <std::size_t Rows, class Phi, class Add>
 void find_hessians(std::size_t size, double* v, const Phi& phi, const Add& add) {
   std::vector<std::array<double, Rows>> odd(size);  // phi(b) - phi(-b)
@@ -54,7 +55,7 @@ void list_members(const Family<Kernel>& family, const Append& append) {
   }
 }
 
-/// -lambda times an entry of a Hessian, into the blocks [p][p] of a member.
+/// Adds `value`, which is -lambda times the entry (i, j) of a Hessian, to the blocks [p][p] of a member.
 void add_entry(std::size_t p, std::size_t i, std::size_t j, double value, Block3* blocks) {
   blocks[i / 3 * p + j / 3].entries[3 * (i % 3) + j % 3] += value;
   if (i != j) blocks[j / 3 * p + i / 3].entries[3 * (j % 3) + i % 3] += value;

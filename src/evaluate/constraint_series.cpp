@@ -15,7 +15,7 @@ namespace tanor {
 
 namespace {
 
-/// Where the blocks of K stand, row by row.
+/// Finds the blocks of K by row and point.
 class BlockPlaces {
  public:
   BlockPlaces(std::span<const Incidence> incidences, std::size_t num_rows)
@@ -26,7 +26,7 @@ class BlockPlaces {
     for (const Incidence& incidence : incidences)
       entries_[next[static_cast<std::size_t>(incidence.row)]++] = {incidence.point, incidence.block};
   }
-  /// The one of this point.
+  /// Returns the block of this row and point.
   Index find(Index row, Index point) const {
     std::size_t k = start_[static_cast<std::size_t>(row)];
     while (entries_[k].first != point) ++k;
@@ -38,7 +38,7 @@ class BlockPlaces {
   std::vector<std::pair<Index, Index>> entries_;  // point, block
 };
 
-/// One slot for all members, or one each; nothing for a constant 0 that all share.
+/// Returns the slot of a member's parameter: one for all members if they share it, else one each.
 template <class Get>
 std::size_t add_parameter(TimeSeriesTable* table, const Parameter& parameter, std::optional<std::size_t>* shared,
                           const Get& get) {
@@ -51,7 +51,7 @@ std::size_t add_parameter(TimeSeriesTable* table, const Parameter& parameter, st
 
 }  // namespace
 
-/// What the constructor reads.
+/// The input of the constructor.
 struct ConstraintSeries::Source {
   const System& system;
   const Numbering& numbering;
@@ -59,7 +59,7 @@ struct ConstraintSeries::Source {
   BlockPlaces places;
 
   Index inner(Index point) const { return numbering.inner_point[static_cast<std::size_t>(point)]; }
-  /// The length of member k in the table, where it moves.
+  /// Returns the slot of the length of member k in the table, or nothing if the length does not move.
   std::optional<std::size_t> add_length(TimeSeriesTable* table, const Parameter& length, std::size_t group,
                                         std::size_t k, std::optional<std::size_t>* shared) const {
     if (length.functions.empty()) return std::nullopt;
@@ -107,8 +107,8 @@ void ConstraintSeries::add_group(const Source& source, std::size_t g, const Sphe
   }
 }
 
-/// Every other kind runs on its definition. The two unit vectors of a direction that turns come from an axis that the
-/// instant decides: all three are ready.
+/// Adds a group of any other kind, which runs on its definition. The two unit vectors of a direction that turns come
+/// from an axis that depends on the instant, so all three axes are prepared.
 template <class G>
 void ConstraintSeries::add_group(const Source& source, std::size_t g, const G& given, std::size_t first_member) {
   if constexpr (requires { KindOf<G>::turning; }) {
@@ -211,7 +211,7 @@ void ConstraintSeries::advance_chunk(Group& group, Lane* lanes, std::size_t chun
   ProgramFamily& family = group.family;
   const SeriesProgram& program = family.program();
   const int order = family.order();
-  // What became known: coefficient k + 1 of the points, k - 1 of lambda. Then the next ones as far as they are known.
+  // Coefficient k + 1 of the points and k - 1 of lambda became known. The next ones are evaluated without the points.
   const auto evaluate = [&](int coefficient, bool points_known) {
     family.load(lanes, chunk, coefficient, coefficients, table_, points_known);
     program.evaluate(lanes, order, coefficient);

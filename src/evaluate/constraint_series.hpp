@@ -16,31 +16,33 @@
 
 namespace tanor {
 
-/// All constraints of a system as series in time. Distances are hand-written, every other kind runs on its definition.
+/// All constraints of a system as series in time. Distances are hand-written; every other kind runs on its definition.
 class ConstraintSeries {
  public:
-  /// `incidences` of K; `t0`: where "initial" values stand.
+  /// `incidences` are those of K. `t0` is the instant of "initial" values.
   ConstraintSeries(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, double t0);
 
-  /// Why there are no series: names the constraint; empty: there are.
+  /// Names the constraint that has no series, and why. Returns an empty string if all have one.
   const std::string& obstacle() const { return obstacle_; }
 
   /// Begins at t with series up to `order`.
   void begin(double t, int order);
-  /// Those incidences whose blocks `advance` writes. What the others add to K lambda is K_0 lambda_k alone: their
-  /// gradients do not turn.
+  /// Returns the incidences whose blocks `advance` writes. The gradients of the others do not turn, so that these add
+  /// K_0 lambda_k alone to K lambda.
   std::vector<Incidence> turning(std::span<const Incidence> incidences) const;
-  /// s: the series of the functions of time hold up to there.
+  /// Returns the time up to which the series of the functions of time hold, s.
   double smooth_until() const { return table_.smooth_until(); }
 
-  /// For order k = 0, 1, …: coefficient k of K lambda without K_0 lambda_k, into `blocks`, whose places are those of K
-  /// (a row's blocks hold the share of all rows of its member); coefficient k + 2 of xi without K_0'r_{k+2}, into
-  /// `rows` [d]. `coefficients` [3n] of the points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  /// Advances to order k = 0, 1, …. Writes coefficient k of K lambda without K_0 lambda_k into `blocks`, which stand as
+  /// those of K (the blocks of a member's first row hold the share of all its rows), and coefficient k + 2 of xi
+  /// without K_0'r_{k+2} into `rows` [d]. The points' `coefficients` [3n] are known up to k + 1, those of lambda [d] up
+  /// to k - 1, which is `last`.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const double* last,
                double* blocks, double* rows);
 
-  /// Rates of the constraints [d] to those of the functions that the multipliers of the series belong to, at the time s
-  /// behind the beginning, by the first `terms` coefficients: distances are others there (DistanceSeries).
+  /// Converts rates of the constraints [d] to rates of the functions that the multipliers of the series belong to, at
+  /// the time s behind the beginning. Only distances differ (see DistanceSeries); their first `terms` coefficients are
+  /// read.
   void scale_rates(double s, int terms, double* rates) const { distances_.scale_rates(s, terms, rates); }
 
  private:
@@ -53,9 +55,9 @@ class ConstraintSeries {
     ProgramFamily family;
     bool is_linear = false;
     std::vector<Index> rows{};         // [member] its first inner row
-    std::vector<Index> blocks{};       // [member][point] of its first row
-    std::optional<Turning> turning{};  // of lines that turn
-    bool takes_part = true;            // else its axis is another one's than the rule's
+    std::vector<Index> blocks{};       // [member][point] block of its first row
+    std::optional<Turning> turning{};  // set for lines that turn
+    bool takes_part = true;            // false if the rule chooses another axis
   };
   struct Source;
   void add_group(const Source& source, std::size_t g, const Rods& rods, std::size_t first_member);
@@ -72,7 +74,7 @@ class ConstraintSeries {
   TimeSeriesTable table_;
   DistanceSeries distances_;
   std::vector<Group> groups_;
-  std::vector<Index> still_rows_;  // linear, and nothing in them depends on time: no coefficient but K_0'r_{k+2}
+  std::vector<Index> still_rows_;  // linear and independent of time: K_0'r_{k+2} is their only coefficient
   std::string obstacle_;
 };
 

@@ -18,8 +18,8 @@ struct Member {
   Index index;  // in its group
 };
 
-/// The number of a member: its parameter, or what the initial positions say. Members of a group share a slot where the
-/// group gives one function (or number) for all.
+/// Reads the number of each member, which is its parameter or is measured at the initial positions. Members of a group
+/// share a slot if the group gives one function (or number) for all.
 class ParameterReader {
  public:
   explicit ParameterReader(ScalarTable* table) : table_(table) {}
@@ -46,7 +46,7 @@ class ParameterReader {
   std::map<Index, std::size_t> slot_of_group_;
 };
 
-/// Slot of a group's geometry in a kernel's tables, made when the group is met first.
+/// Gives each group a slot for its geometry in a kernel's tables when the group is met first.
 class GeometryReader {
  public:
   template <class Add>
@@ -60,7 +60,7 @@ class GeometryReader {
   std::map<Index, Index> slots_;
 };
 
-/// Place of a group's type in the variant.
+/// Returns the index of a group's type in the variant.
 template <class Group, std::size_t... Kinds>
 constexpr std::size_t kind_index(std::index_sequence<Kinds...>) {
   return ((std::is_same_v<Group, std::variant_alternative_t<Kinds, Constraint>> ? Kinds : 0) + ...);
@@ -71,13 +71,13 @@ struct Builder {
   const System& system;
   const Numbering& numbering;
   double t;
-  double size;                                       // of the scene
+  double size;                                       // m, size of the scene
   std::optional<Neighbourhoods> neighbourhoods;      // made when first needed: rods have lengths of their own
   std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
 
   Builder(const System& s, const Numbering& n, double start)
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
-    std::vector<Member> member_of_row(numbering.num_rows(), {-1, -1, -1});  // with this first row
+    std::vector<Member> member_of_row(numbering.num_rows(), {-1, -1, -1});  // [first row]
     std::vector<std::size_t> counts(members_of_kind.size());
     std::size_t counter = 0;
     for (std::size_t g = 0; g < system.constraints.size(); ++g) {
@@ -94,7 +94,7 @@ struct Builder {
     }
   }
 
-  /// Of the neighbourhood of the first point that moves; of the scene where none does.
+  /// Returns the length of the neighbourhood of the first moving point, or that of the scene if no point moves.
   double length_around(std::span<const Index> points) {
     if (!neighbourhoods) neighbourhoods = find_neighbourhoods(system, t);
     for (const Index point : points) {
@@ -110,14 +110,14 @@ struct Builder {
     return result;
   }
 
-  /// visit(group, member) for all members of one kind.
+  /// Calls visit(group, member) for all members of one kind.
   template <class Group, class Visit>
   void for_each(const Visit& visit) const {
     constexpr std::size_t kind = kind_index<Group>(std::make_index_sequence<std::variant_size_v<Constraint>>{});
     for (const Member& member : members_of_kind[kind]) visit(std::get<Group>(system.constraints[member.group]), member);
   }
 
-  /// What an "initial" parameter takes from the start.
+  /// Returns the number that an "initial" parameter takes from the start.
   template <class Kernel, class Group>
   double initial_number(const Group& group, Index k) const {
     const std::span<const Index> points = member_points(group, static_cast<std::size_t>(k));
@@ -133,7 +133,7 @@ struct Builder {
     }
   }
 
-  /// The number of each member that has one, into the kernel.
+  /// Appends the member's number to the kernel if the kind has one.
   template <class Kernel, class Group>
   void append_number(const Group& group, const Member& member, Kernel* kernel, ParameterReader* numbers) const {
     if constexpr (requires { KindOf<Group>::parameter; }) {
@@ -258,7 +258,7 @@ void Constraints::turn_frames(const double* blocks, double* others) const {
     const std::size_t first = static_cast<std::size_t>(lines.first_block) + 2 * k;
     const Vec3 e1 = load(blocks, first), e2 = load(blocks, first + 1);
     const Vec3 o1 = load(others, first), o2 = load(others, first + 1);
-    // max over beta of e1.(c o1 + s o2) + e2.(c o2 - s o1)
+    // The angle beta maximizes e1.(c o1 + s o2) + e2.(c o2 - s o1), with c = cos beta and s = sin beta.
     const double c = dot(e1, o1) + dot(e2, o2), s = dot(e1, o2) - dot(e2, o1), length = std::hypot(c, s);
     if (!(length > 0.0)) continue;
     store(others, first, (c / length) * o1 + (s / length) * o2);
@@ -267,19 +267,19 @@ void Constraints::turn_frames(const double* blocks, double* others) const {
 }
 
 bool Constraints::gradients_are_constant() const {
-  // contacts may change between stick and slip
+  // Contacts may change between stick and slip.
   return tangents_.num_blocks() == 0 && gradients_are_constant(everything_);
 }
 
 namespace {
 
-/// Whether |gradient| of a kernel's rows never changes.
+/// True if |gradient| of a kernel's rows never changes.
 template <class Kernel>
 constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kernel kernel) {
   kernel.squared_norm(0, 0);
 };
 
-/// |g|^2 of the blocks of a family, where it is not 1.
+/// Writes |g|^2 of the blocks of a family if these are constant but not 1.
 template <class Kernel>
 void write_squared_norms(const Family<Kernel>& family, std::vector<double>* norms) {
   if constexpr (!Kernel::unit_gradient && has_constant_norms<Kernel>) {
@@ -350,7 +350,8 @@ double Constraints::evaluate_right_side(const Parallel& parallel, const double* 
   return larger(worst, evaluate_contacts(parallel, r, v, w0, Tangents::Which::Sticking, phi));
 }
 
-/// The rows of contacts; where their guides turn, T'K_g_dot by two more evaluations of phi a direction.
+/// Evaluates the rows of contacts. If their guides turn, T'K_g_dot takes two more evaluations of phi for each
+/// direction.
 double Constraints::evaluate_contacts(const Parallel& parallel, const double* r, const double* v, const double* w0,
                                       Tangents::Which which, double* phi) {
   std::array<const double*, 2> turn{};

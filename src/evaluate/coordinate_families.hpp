@@ -9,7 +9,7 @@
 #include "evaluate/user_coordinates.hpp"
 #include "kinds/kernels.hpp"
 
-/// \file Which families evaluate the coordinates of a kind.
+/// \file The families that evaluate the coordinates of a kind.
 namespace tanor {
 
 /// The families written by hand, in the order of the kinds. A kind of single points that has none here runs on its

@@ -16,7 +16,7 @@
 
 namespace tanor {
 
-/// What coordinates are made from: a system, and the instant of "initial" numbers and of the first charts.
+/// The input of coordinates: a system, and the instant of "initial" numbers and of the first charts.
 struct CoordinateStart {
   const System& system;
   const Numbering& numbering;
@@ -26,66 +26,66 @@ struct CoordinateStart {
   Vec3 place(Index user) const { return load(system.positions.data(), user); }
 };
 
-/// The number of member k by its parameter; `initial` where the start decides.
+/// Returns the number of member k, which is `initial` if the parameter is "initial".
 inline ScalarFunction number_of(const Parameter& parameter, std::size_t k, double initial) {
   if (parameter.is_initial()) return initial;
   if (parameter.functions.empty()) return parameter.constants[parameter.constants.size() == 1 ? 0 : k];
   return parameter.functions[parameter.functions.size() == 1 ? 0 : k];
 }
 
-/// Coordinates q of members of one kind and the places of their points, in the inner order; a member's coordinates move
-/// its own points alone. Arrays over points are 3n; A is stored as blocks dr_p/dq_j, 3 numbers each.
+/// Coordinates q of members of one kind and the positions of their points, in the inner order. A member's coordinates
+/// move its own points alone. Arrays over points are 3n; A is stored as blocks dr_p/dq_j, 3 numbers each.
 class CoordinateFamily {
  public:
   Index first_coordinate = 0, first_block = 0;
 
   virtual ~CoordinateFamily() = default;
 
-  virtual std::size_t size() const = 0;  ///< members
+  virtual std::size_t size() const = 0;  ///< number of members
   virtual Index num_coordinates() const = 0;
   virtual Index num_blocks() const = 0;
   virtual Index first_coordinate_of(std::size_t member) const = 0;
   virtual bool depends_on_time() const = 0;
   virtual void set_time(double t) = 0;
 
-  /// r; v = A q_dot + r_t and psi = d2r/de2 along (q + e q_dot, t + e) unless null; the blocks of A unless null. What
-  /// stands at supports is given.
+  /// Evaluates r, v = A q_dot + r_t, psi = d2r/de2 along (q + e q_dot, t + e), and the blocks of A; each but r may be
+  /// null. What stands at supports is input.
   virtual void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
                         double* psi, double* blocks) const = 0;
-  /// y = A x at the family's points
+  /// Computes y = A x at the family's points.
   virtual void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const = 0;
-  /// x = A'y
+  /// Computes x = A'y.
   virtual void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const = 0;
-  /// Adds to the rows of supports that hold members what these members do to them; eta at the points is given [3n].
+  /// Adds the reactions of members to the rows of the supports that hold them; eta at the points is given [3n].
   virtual void add_support_reactions(double* eta) const = 0;
-  /// The products of A'WA, member by member; `weights` [point].
+  /// Appends the products of A'WA, member by member; `weights` [point].
   virtual void append_products(const std::vector<double>& weights, std::vector<Product>* products) const = 0;
 
-  /// q of the places r, in charts centred there. Where several q say the same: near the given one.
+  /// Finds q of the positions r, in charts centred there. If several q give the same r, finds one near the given q.
   virtual void locate(const double* r, double* q) = 0;
 
-  /// Whether the places of charts are centred anew on the way.
+  /// Returns true if charts are centred anew during the motion.
   virtual bool has_charts() const = 0;
-  /// Charts centred at q, at the time of `set_time`; the motion (q, q_dot, q_ddot) goes along.
+  /// Centres charts at q, at the time of `set_time`, and converts the motion (q, q_dot, q_ddot) to them.
   virtual void recentre(double t, double* q, double* q_dot, double* q_ddot) = 0;
-  /// Where charts are centred; reading leaves the family at the time of the last `set_time`.
+  /// Saves or restores where charts are centred. Restoring leaves the family at the time of the last `set_time`.
   virtual void exchange_memory(Memory& memory) = 0;
 };
 
-/// A family whose members move one point each: its accelerations have a closed form.
+/// A family whose members move one point each, so that accelerations have a closed form.
 class PointFamily : public CoordinateFamily {
  public:
-  /// q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member; `w0` [3n], or the same `uniform`
-  /// everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite where a member's is
-  /// singular.
+  /// Computes q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member. If `uniform` is not null, it is
+  /// the w0 of every point instead of `w0` [3n]. Returns the largest condition of A'A, which is NaN if some number is
+  /// not finite and infinite if A'A of a member is singular.
   virtual double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                             const Vec3* uniform, double* q_ddot, double* w) const = 0;
 
   void add_support_reactions(double*) const final {}
 };
 
-/// A'A x = A'b of one point in closed form; returns the condition of A'A scaled to a unit diagonal, infinite where it
-/// is singular. `are_unit`: three tangents are orthonormal.
+/// Solves A'A x = A'b of one point in closed form. Returns the condition of A'A scaled to a unit diagonal, which is
+/// infinite if A'A is singular. `are_unit` says that three tangents are orthonormal.
 template <int S, bool are_unit>
 double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -106,7 +106,8 @@ double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
     return 1.0;
   } else {
     static_assert(S == 3, "a point has at most three coordinates");
-    // A x = b by cross products. Eigenvalues of A'A with a unit diagonal are at most 3, their product is volume^2.
+    // A x = b is solved by cross products. Eigenvalues of A'A with a unit diagonal are at most 3, their product is
+    // volume^2.
     const Vec3 across[] = {cross(A[1], A[2]), cross(A[2], A[0]), cross(A[0], A[1])};
     const double det = dot(A[0], across[0]), volume = det / (norm(A[0]) * norm(A[1]) * norm(A[2]));
     for (int j = 0; j < S; ++j) x[j] = dot(across[j], b) / det;
@@ -114,10 +115,10 @@ double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
   }
 }
 
-/// Members of one point each. Kernel says add(group, t), which keeps what the members of a group share and returns its
-/// slot; add_member(group, slot, k, place, t); place(k, q, q_dot) and locate(k, r, q); and what charts do. q is S
-/// numbers a member, and its blocks are S a member. A kernel that has place_run(begin, count, q, q_dot, places) places
-/// many at once.
+/// Coordinates of members of one point each. Kernel has add(group, t), which keeps what the members of a group share
+/// and returns its slot; add_member(group, slot, k, place, t); place(k, q, q_dot) and locate(k, r, q); and the
+/// functions of charts. A member has S coordinates and S blocks. A kernel that has place_run(begin, count, q, q_dot,
+/// places) places many members at once.
 template <class Kernel>
 class PointCoordinates final : public PointFamily {
  public:
@@ -127,7 +128,7 @@ class PointCoordinates final : public PointFamily {
   Kernel kernel;
   std::vector<Index> points;  ///< [member] inner
 
-  /// Whether this one of several families of a kind serves the group.
+  /// Returns true if this one of several families of a kind serves the group.
   static bool takes([[maybe_unused]] const Group& group) {
     if constexpr (requires { Kernel::takes(group); }) return Kernel::takes(group);
     return true;
@@ -160,7 +161,7 @@ class PointCoordinates final : public PointFamily {
     });
   }
 
-  /// A'A q_ddot = A'(w0 - psi): a point's mass drops out.
+  /// Solves A'A q_ddot = A'(w0 - psi), in which a point's mass drops out.
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const override {
     return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
@@ -240,7 +241,7 @@ class PointCoordinates final : public PointFamily {
     return 1.0 + lost;
   }
 
-  /// `use(k, place)` for the members [begin, end).
+  /// Calls use(k, place) for the members [begin, end).
   template <class Use>
   void for_each_place(std::size_t begin, std::size_t end, const double* q, const double* q_dot, const Use& use) const {
     if constexpr (requires(Place<S> * places) { kernel.place_run(begin, end, q, q_dot, places); }) {

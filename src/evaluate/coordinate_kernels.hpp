@@ -13,12 +13,13 @@
 #include "kinds/jet_kernel.hpp"
 #include "kinds/tables.hpp"
 
-/// \file Coordinates of single points, written by hand where speed asks for it (jet_chart.hpp serves the others); psi
-/// is the second derivative along (q + e q', t + e).
+/// \file Coordinates of single points, written by hand where speed asks for it; jet_chart.hpp serves the others. psi is
+/// the second derivative along (q + e q', t + e).
 namespace tanor {
 
-/// The frame of a direction that may turn, from an axis that stays between steps, as a chart does. `recentre`
-/// chooses another one where the direction came near it; the pair then turns by an angle beta(t) in its plane.
+/// The two unit vectors orthogonal to a direction that may turn. They come from an axis that stays between steps, as a
+/// chart does. `recentre` chooses another axis if the direction has come near it; the pair then turns by an angle
+/// beta(t) in its plane.
 class TurningPair {
  public:
   MovingVec3 direction{}, first{}, second{};
@@ -39,7 +40,7 @@ class TurningPair {
     memory.exchange(helper_);
     if (memory.reads()) set_time(time_);
   }
-  /// beta; 0 where the pair stays.
+  /// Returns beta, which is 0 if the pair stays.
   Jet<2> recentre(double t) {
     constexpr double near = 0.9;
     if (!moves() || std::abs(component(direction.value, helper_)) <= near) return 0.0;
@@ -53,7 +54,7 @@ class TurningPair {
   }
 
  private:
-  /// The axis that the direction is farthest from now and does not turn into.
+  /// Returns the axis that the direction is farthest from now and does not turn into.
   LineAxis farthest_axis(double t) const {
     if (!moves()) return line_axis(function_(t));
     const MovingVec3 d = ToUnit{}(function_(t));
@@ -76,7 +77,7 @@ class TurningPair {
   std::array<std::array<Jet<2>, 3>, 2> jets_{};
 };
 
-/// q, q', q'' as a jet and back.
+/// Converts q, q', q'' to a jet; `write_jet` converts it back.
 inline Jet<2> make_jet(double value, double first, double second) {
   Jet<2> jet;
   jet.c = {value, first, 0.5 * second};
@@ -88,7 +89,7 @@ inline void write_jet(const Jet<2>& jet, double* value, double* first, double* s
   *second = jet.derivative(2);
 }
 
-/// What a kernel with one chart for all places says of charts.
+/// The functions of charts of a kernel that has one chart for all places.
 struct OneChart {
   bool has_charts() const { return false; }
   void exchange_memory(Memory&) {}
@@ -112,7 +113,7 @@ struct FreeKernel : OneChart {
   void locate(std::size_t, Vec3 r, double* q) const { store(q, 0, r); }
 };
 
-/// r = o + q e
+/// Points on a line, r = o + q e.
 struct LineChartKernel : OneChart {
   using Group = LineCoordinates;
   static constexpr int num_coordinates = 1;
@@ -149,7 +150,7 @@ struct LineChartKernel : OneChart {
 struct TurningCharts {
   std::vector<Index> entry;  ///< [member]
   std::vector<TurningPair> axes;
-  std::vector<Jet<2>> turn;  ///< of each, where charts were recentred last
+  std::vector<Jet<2>> turn;  ///< [axes] of the last `recentre`
 
   bool has_charts() const {
     return std::ranges::any_of(axes, [](const TurningPair& pair) { return pair.moves(); });
@@ -173,7 +174,7 @@ struct TurningCharts {
   }
 };
 
-/// r = (offset/|normal|) n + q1 e1 + q2 e2, n the unit normal, the e in the plane.
+/// Points in a plane, r = (offset/|normal|) n + q1 e1 + q2 e2, with the unit normal n and e1, e2 in the plane.
 struct PlaneChartKernel : TurningCharts {
   using Group = PlaneCoordinates;
   static constexpr int num_coordinates = 2;
@@ -201,7 +202,7 @@ struct PlaneChartKernel : TurningCharts {
     const auto& [n, c] = normal[entry[k]];
     const TurningPair& pair = axes[entry[k]];
     const MovingScalar& o = offset[k];
-    // height h = offset/|normal|, r = h n + q1 e1 + q2 e2
+    // With the height h = offset/|normal|, r = h n + q1 e1 + q2 e2.
     const double h = o.value * c.value, h1 = o.first * c.value + o.value * c.first;
     const double h2 = o.second * c.value + 2.0 * o.first * c.first + o.value * c.second;
     Place<2> result{h * n.value, h1 * n.value + h * n.first, h2 * n.value + 2.0 * h1 * n.first + h * n.second, {}};
@@ -228,7 +229,7 @@ struct PlaneChartKernel : TurningCharts {
   }
 };
 
-/// r = c + R u, u = cos q e1 + sin q e2 in the plane of the circle.
+/// Points on a circle, r = c + R u, with u = cos q e1 + sin q e2 in the plane of the circle.
 struct CircleChartKernel : TurningCharts {
   using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
@@ -277,7 +278,7 @@ struct CircleChartKernel : TurningCharts {
   }
 };
 
-/// The same for circles that stay where they are.
+/// Points on circles that stay where they are.
 struct FixedCircleKernel : OneChart {
   using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
@@ -320,7 +321,7 @@ struct FixedCircleKernel : OneChart {
   std::array<Vec3, 3> group_;  // center and unit vectors of the group that is being added
 };
 
-/// r = c + R u(q), u in a chart around the present place.
+/// Points on a sphere, r = c + R u(q), with u in a chart around the present place.
 struct SphereChartKernel {
   using Group = SphereCoordinates;
   static constexpr int num_coordinates = 2;

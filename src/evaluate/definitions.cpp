@@ -11,7 +11,8 @@ namespace tanor {
 
 namespace {
 
-/// Taken down, a function of time that moves is a variable. One instant serves all: `recording` outlives the clocks.
+/// The result of recording a definition. A function of time that moves becomes a variable. One recording serves all
+/// clocks and outlives them.
 struct Recording {
   RecordedDefinition definition;
   std::optional<Traced> parameter;
@@ -30,7 +31,7 @@ struct TracingClock {
   }
 };
 
-/// A parameter's number for each member; a function that all share is evaluated once.
+/// The number of each member from a parameter. A function that all members share is evaluated once.
 template <class T>
 class Given {
  public:
@@ -52,7 +53,7 @@ class Given {
   T shared_{};
 };
 
-/// Taken down, the number of member 0 stands for all.
+/// Records a parameter. Unless all members share it, one variable stands for the number of each.
 Traced take_down(const Parameter& parameter, const TracingClock& clock) {
   if (parameter.functions.size() == 1) return clock(parameter.functions[0]);
   if (parameter.constants.size() == 1) return parameter.constants[0];
@@ -62,21 +63,21 @@ Traced take_down(const Parameter& parameter, const TracingClock& clock) {
 
 const Parameter no_parameter = 0.0;
 
-/// What members have one number each of; a constant 0 where the kind has nothing of the sort.
+/// Returns the parameter of a group, or a constant 0 if its kind has none.
 template <class Group>
 const Parameter& parameter_of(const Group& group) {
   if constexpr (requires { KindOf<Group>::parameter; }) return group.*KindOf<Group>::parameter;
   return no_parameter;
 }
 
-/// xi of the members of a group at one instant, from the one definition of its kind.
+/// Evaluates xi of the members of a group at one instant from the definition of its kind.
 template <class Group, class T>
 class Rows {
  public:
   Rows(const Group& group, const ClockOf<T>& clock, std::span<const double> initial)
       : group_(group), definition_(group, clock), numbers_(parameter_of(group), initial, clock) {}
 
-  /// `at`: the place of a point.
+  /// `at(point)` returns the position of a point.
   template <class At>
   auto xi(std::size_t k, const At& at) const {
     return definition_.xi(MemberPlaces{member_points(group_, k), at}, numbers_[k], k);
@@ -95,7 +96,7 @@ TripleOf<double> place_of(const double* r, Index i) {
   return {place.x, place.y, place.z};
 }
 
-/// r + e v + e^2/2 w
+/// Points on the curve r + e v + e^2/2 w.
 struct Along {
   const double *r, *v, *w;
 
@@ -107,7 +108,7 @@ struct Along {
   }
 };
 
-/// r + e u, to first order
+/// Points on the line r + e u, to first order.
 struct Straight {
   const double *r, *u;
 
@@ -118,7 +119,7 @@ struct Straight {
   }
 };
 
-/// Point `active` moves along an axis, the others stand.
+/// Points of which `active` moves along an axis while the others stand.
 struct Varying {
   const double* r;
   Index active;
@@ -131,14 +132,14 @@ struct Varying {
   }
 };
 
-/// Tuples of a user's group, one after the other.
+/// Returns the tuples of a user's group, one after the other.
 std::vector<Index> flatten(const UserConstraints& user) {
   std::vector<Index> points;
   for (const auto& tuple : user.tuples) points.insert(points.end(), tuple.begin(), tuple.end());
   return points;
 }
 
-/// Member `first + k` of a user's group: its gradient times w of its points.
+/// Returns the gradient of member `first + k` of a user's group times w of its points.
 double along_gradient(const UserConstraints& group, const TupleValues& values, std::size_t k, const double* w) {
   const std::vector<Index>& tuple = group.tuples[values.first + k];
   double sum = 0.0;
@@ -174,7 +175,7 @@ Definitions::Definitions(const System& system, double t0) : system_(system), sta
 
 namespace {
 
-/// The rows of a member, taken down over its points and its number. `axis`: see Definitions::record.
+/// Records the rows of a member as functions of its points and its number. See Definitions::record for `axis`.
 template <class Group>
 std::optional<RecordedDefinition> take_down(const Group& group, std::optional<LineAxis> axis) {
   Recording recording;
@@ -200,7 +201,8 @@ std::optional<RecordedDefinition> take_down(const Group& group, std::optional<Li
   } catch (const detail::NotTraceable&) {
     return std::nullopt;
   }
-  // Its variable stands before those of the functions: to the end, or away.
+  // The parameter's variable stands before those of the functions. It moves to the end, or is removed if it is not
+  // read.
   const auto parameter = expression.variables.begin() + static_cast<std::ptrdiff_t>(3 * num_points);
   std::rotate(parameter, parameter + 1, expression.variables.end());
   if (!recording.definition.has_parameter) expression.variables.pop_back();

@@ -11,7 +11,7 @@ namespace {
 
 using Lane = SeriesLane;
 
-/// What order k asks of the series of 8 members: force = sum over j = 1 … k of a_j mu_{k-j}, and
+/// The products that order k needs of the series of 8 members: force = sum over j = 1 … k of a_j mu_{k-j}, and
 /// half_square = 1/2 coefficient k + 2 of a.a without a_{k+2}.
 struct Products {
   Lane force[3], half_square;
@@ -29,7 +29,7 @@ void multiply(const Lane* a, const Lane* mu, int k, Products* products) {
     products->force[0] = x;
     products->force[1] = y;
     products->force[2] = z;
-    // a_j.a_{k+2-j} for j = 1 … k + 1, each pair once
+    // The sum of a_j.a_{k+2-j} over j = 1 … k + 1 takes each pair once.
     Lane square{};
     int j = 1;
     for (; 2 * j < k + 2; ++j) {
@@ -57,7 +57,7 @@ void DistanceSeries::resize(int order) {
   lanes_.resize((members_.size() + series_width - 1) / series_width * lanes_per_chunk() * series_width);
 }
 
-/// Coefficient k of a.
+/// Loads coefficient k of a.
 void DistanceSeries::load(SeriesLane* a, std::size_t chunk, int k, std::span<double* const> coefficients,
                           const TimeSeriesTable& table) const {
   const double* const r = coefficients[static_cast<std::size_t>(k)];
@@ -97,7 +97,7 @@ void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* c
   for (std::size_t lane = 0; lane < count; ++lane) {
     const Member& member = members_[first + lane];
     store(blocks, member.block, {products.force[0][lane], products.force[1][lane], products.force[2][lane]});
-    // (a.a - l^2)/(2 |a_0|), and the center's own coefficient k + 2
+    // The row is (a.a - l^2)/(2 |a_0|), and the center's own coefficient k + 2 enters it.
     double xi = products.half_square[lane];
     if (!extras_.empty()) {
       const Extra& extra = extras_[first + lane];

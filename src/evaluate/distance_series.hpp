@@ -13,17 +13,18 @@
 
 namespace tanor {
 
-/// Distances |a| - l, rods and spheres alike, as series in time; by hand, since most scenes consist of them.
+/// Distances |a| - l of rods and spheres as series in time. They are hand-written, since most scenes consist of them.
 ///
-/// With a(t) = r_j - r_i + offset, or r_j - center(t), the constraint is a.a = l^2 and its force on j is mu a with
-/// mu = lambda/|a|: two Cauchy products an order.
+/// With a(t) = r_j - r_i + offset, or r_j - center(t), the constraint is a.a = l^2 and its force on j is mu a, where
+/// mu = lambda/|a|. An order takes two Cauchy products.
 class DistanceSeries {
  public:
   struct Member {
     Index i = -1, j = 0;  ///< points, inner; i = -1: there is a center
     Index row = 0, block = 0;
   };
-  /// What most have not: slots in the table of l(t) and of the first of three components of the center.
+  /// Data that most members do not have: an offset, and slots in the table of l(t) and of the first of three components
+  /// of the center.
   struct Extra {
     Vec3 offset{};
     std::optional<std::size_t> length{}, center{};
@@ -32,7 +33,7 @@ class DistanceSeries {
   };
   void append(const Member& member, const Extra& extra);
   std::size_t size() const { return members_.size(); }
-  /// visit(block) for the block of each member.
+  /// Calls visit(block) for the block of each member.
   template <class Visit>
   void for_each_block(const Visit& visit) const {
     for (const Member& member : members_) visit(member.block);
@@ -40,16 +41,16 @@ class DistanceSeries {
 
   void resize(int order);
 
-  /// For order k: coefficient k of K lambda without K_0 lambda_k, as blocks [3 * num_blocks], and coefficient k + 2 of
-  /// xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  /// Writes, for order k, coefficient k of K lambda without K_0 lambda_k as blocks [3 * num_blocks], and coefficient
+  /// k + 2 of xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
                const double* last, double* blocks, double* rows);
-  /// Rates of the distances [d] to those of (a.a - l^2)/(2 |a_0|), which the multipliers of the series belong to: times
-  /// |a|/|a_0| at the time s behind the beginning, by the first `terms` coefficients of a.
+  /// Converts rates of the distances [d] to those of (a.a - l^2)/(2 |a_0|), which the multipliers of the series belong
+  /// to. The factor is |a|/|a_0| at the time s behind the beginning, by the first `terms` coefficients of a.
   void scale_rates(double s, int terms, double* rates) const;
 
  private:
-  // Of a chunk: a [order + 1][3], mu [order + 1], 1/|a_0|
+  // A chunk has a [order + 1][3], mu [order + 1] and 1/|a_0|.
   std::size_t lanes_per_chunk() const { return 4 * (static_cast<std::size_t>(order_) + 1) + 1; }
   void advance_chunk(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
                      const double* last, double* blocks, double* rows);
@@ -57,7 +58,7 @@ class DistanceSeries {
             const TimeSeriesTable& table) const;
 
   std::vector<Member> members_;
-  std::vector<Extra> extras_;  // beside `members_`; empty where nobody has one
+  std::vector<Extra> extras_;  // [member]; empty if no member has one
   std::vector<double> lanes_;  // [chunk][lanes_per_chunk()][series_width]
   int order_ = 0;
 };

@@ -6,11 +6,11 @@
 
 #include <tanor/kinds/kind.hpp>
 
-/// \file The arithmetic of the certificate. Kernels take derivatives by hand, or on Jet and Forward; the definitions
-/// run here once more on the chain rule alone, written for itself, so that an error in Jet or Forward shows.
+/// \file The arithmetic of the certificate. Kernels take derivatives by hand, or on Jet and Forward. Here the
+/// definitions run once more on a separate implementation of the chain rule, so that an error in Jet or Forward shows.
 namespace tanor {
 
-/// A number with its derivative along one direction. A dual number over dual numbers has the second derivative, too
+/// A number with its derivative along one direction. A dual number over dual numbers also has the second derivative
 /// (hyper-dual numbers; J. Fike and J. Alonso, AIAA 2011-886).
 template <class S>
 struct Dual {
@@ -42,7 +42,7 @@ struct Dual {
   friend bool operator==(const Dual& a, const Dual& b) { return a.value() == b.value(); }
   friend std::partial_ordering operator<=>(const Dual& a, const Dual& b) { return a.value() <=> b.value(); }
 
-  /// f(a) from f(a.v) and f'(a.v). What does not move has no derivative, however steep f is there.
+  /// Returns f(a) from f(a.v) and f'(a.v). A number that does not move has no derivative, however steep f is there.
   static Dual chain(const Dual& a, const S& value, const S& slope) {
     return {value, is_zero(a.d) ? S(0.0) : slope * a.d};
   }
@@ -100,7 +100,7 @@ Dual<S> atan(const Dual<S>& a) {
   using std::atan;
   return Dual<S>::chain(a, atan(a.v), 1.0 / (1.0 + a.v * a.v));
 }
-/// Angle of (x, y) against the x axis, in [-pi, pi].
+/// Returns the angle of (x, y) against the x axis, in [-pi, pi].
 template <class S>
 Dual<S> atan2(const Dual<S>& y, const Dual<S>& x) {
   using std::atan2;
@@ -141,7 +141,7 @@ template <class S>
 Dual<S> max(const Dual<S>& a, double b) {
   return max(a, Dual<S>(b));
 }
-/// a^p by products where p is a small whole number, of any sign of a.
+/// Returns a^p, by products if p is a small whole number, which allows any sign of a.
 template <class S>
 Dual<S> pow(const Dual<S>& a, double p) {
   using std::pow;
@@ -153,7 +153,7 @@ Dual<S> pow(const Dual<S>& a, double p) {
   }
   return Dual<S>::chain(a, pow(a.v, p), p * pow(a.v, p - 1.0));
 }
-/// a^b, a > 0 unless b is a constant.
+/// Returns a^b. a must be positive unless b is a constant.
 template <class S>
 Dual<S> pow(const Dual<S>& a, const Dual<S>& b) {
   return (b - b.value()).is_zero() ? pow(a, b.value()) : exp(b * log(a));
@@ -166,7 +166,7 @@ inline SecondDual second_dual(double value, double first, double second) {
   return {{value, first}, {first, second}};
 }
 
-/// It runs along with time, as a jet does.
+/// The clock of numbers that run along with time, as jets do.
 template <>
 struct ClockOf<SecondDual> {
   double t;

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-/// Along one coordinate after the other.
+/// Subtracts the gradients of a group, found along one coordinate after the other.
 template <HasEnergy Group>
 void subtract_gradients(const System& system, const Group& group, std::span<const double> r, DefinedForces* to) {
   using Number = Dual<Rounded>;

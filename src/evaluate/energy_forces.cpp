@@ -30,7 +30,7 @@ void EnergyForces::list_slots() {
   on_points_ = {num_points_, points_};
 }
 
-/// Families of which stiffness is wanted, in the order of their blocks and influences.
+/// Visits the families of which stiffness is wanted, in the order of their blocks and influences.
 template <class Visit>
 void EnergyForces::for_each_stiff_family(const Visit& visit) const {
   for (const PotentialFamily& family : families_) visit(family);

@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// The same expression with equal operations on equal operands once. Pairs (a sine and its cosine) stay pairs. Texts of
-/// several components have most of their operations in common.
+/// Returns the same expression with equal operations on equal operands performed once. A sine and its cosine stay a
+/// pair. Formulas of several components have most of their operations in common.
 inline Expression join_equal_operations(const Expression& given) {
   Expression result;
   std::map<std::tuple<Expression::Operation, int, int, int, double>, int> known;

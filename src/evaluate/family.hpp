@@ -11,15 +11,15 @@
 
 namespace tanor {
 
-/// Where a block of K stands: column `row` of K has `sign * blocks[block]` at `point`.
+/// The position of a block of K: column `row` of K has `sign * blocks[block]` at `point`.
 struct Incidence {
   Index point, row, block;
   double sign;
 };
 
-/// All constraints of one kind as a structure of arrays: each quantity is one loop over the members, no virtual call,
-/// no allocation. Output index = row, so members may run in any order and on any thread. `members`: those that take
-/// part.
+/// All constraints of one kind as a structure of arrays. Each quantity is one loop over the members, without virtual
+/// calls and allocations. The output index is the row, so members may run in any order and on any thread. `members` are
+/// those that take part.
 template <class Kernel>
 class Family {
  public:
@@ -31,7 +31,7 @@ class Family {
 
   std::size_t size() const { return rows.size(); }
 
-  /// xi; returns the largest relative violation |xi|/|gradient|/length.
+  /// Evaluates xi; returns the largest relative violation |xi|/|gradient|/length.
   double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
@@ -46,7 +46,7 @@ class Family {
     });
   }
 
-  /// rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
+  /// Evaluates rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
   double evaluate_rates(const Parallel& parallel, const Runs& members, const double* r, const double* v,
                         double* rate) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
@@ -62,15 +62,15 @@ class Family {
     });
   }
 
-  /// The blocks of K.
+  /// Writes the blocks of K.
   void evaluate_gradients(const Parallel& parallel, const Runs& members, const double* r, double* blocks) const {
     members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) store_gradient(k, kernel(k, r, r), blocks);
     });
   }
 
-  /// phi + K'w0, minus the right-hand side of S lambda; writes the blocks of K too where wanted. Returns the largest
-  /// |.|/|gradient|, m/s^2.
+  /// Evaluates phi + K'w0, minus the right-hand side of S lambda, and writes the blocks of K if they are wanted.
+  /// Returns the largest |.|/|gradient|, m/s^2.
   template <bool WithGradients>
   double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
                              const double* w0, double* phi, double* blocks) const {
@@ -89,7 +89,7 @@ class Family {
     });
   }
 
-  /// y = K'x + shift from stored blocks (shift may be null: 0); returns the largest |y|/|gradient|.
+  /// Computes y = K'x + shift from stored blocks; returns the largest |y|/|gradient|. A null `shift` is 0.
   double apply_transposed(const Parallel& parallel, const Runs& members, const double* blocks, const double* x,
                           const double* shift, double* y) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
@@ -110,7 +110,7 @@ class Family {
     });
   }
 
-  /// |xi|/|gradient|/length and |rate|/|gradient| of each row, to find the worst one.
+  /// Writes |xi|/|gradient|/length and |rate|/|gradient| of each row, to find the worst one.
   void measure(const double* r, const double* v, double* position, double* velocity) const {
     for (std::size_t k = 0; k < size(); ++k) {
       const auto local = kernel(k, r, v);
@@ -154,7 +154,7 @@ class Family {
     for (int b = 0; b < B; ++b) store(blocks, block(k) + b, local.gradient[b]);
   }
 
-  /// Row m of K'x.
+  /// Returns row m of K'x.
   double transposed(std::size_t k, int m, const Vec3* gradient, const double* x) const {
     const auto& points = kernel.points[k];
     if constexpr (antisymmetric) {

@@ -6,16 +6,16 @@
 
 namespace tanor {
 
-/// Where df/dr and df/dv are written: of points [moving point], of couplings in the order of
-/// `Forces::list_couplings`, of influences in that of `Forces::list_influences`.
+/// The arrays to which df/dr and df/dv are written. Those of points are [moving point], those of couplings are in the
+/// order of `Forces::list_couplings`, and those of influences in the order of `Forces::list_influences`.
 struct ForceDerivatives {
   Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
-  Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
-  Block3* influence_positions;                       ///< of the force on a point in the place of another one
+  Block3 *coupling_positions, *coupling_velocities;  ///< force on j in r_j and v_j, see Coupling
+  Block3* influence_positions;                       ///< force on a point in the position of another one
   Block3* influence_velocities = nullptr;            ///< and in its velocity; null: not wanted
 };
 
-/// Room for all of them.
+/// Storage for all of these arrays.
 struct DerivativeBlocks {
   std::vector<Block3> point_positions, point_velocities, coupling_positions, coupling_velocities, influence_positions,
       influence_velocities;
@@ -33,7 +33,7 @@ struct DerivativeBlocks {
   }
 };
 
-/// point(k, i) on point(k, j) for all i != j of each tuple k of p points.
+/// Appends, for each tuple k of p points, the influences on point(k, i) of point(k, j) for all i != j.
 template <class Point>
 void append_influences(std::size_t size, std::size_t p, const Point& point, std::vector<Influence>* list) {
   for (std::size_t k = 0; k < size; ++k) {

@@ -23,8 +23,8 @@ std::vector<SeriesVariable> list_variables(int num_points, bool with_velocities,
   return variables;
 }
 
-/// The force on the last point of a member, taken down: variables r of its points, then v and its number where they are
-/// read.
+/// Records the force on the last point of a member. The variables are r of its points, then v and its number if these
+/// are read.
 template <class G>
 Expression take_down(const G& group, int num_points, bool has_velocities, bool has_number) {
   const auto p = static_cast<std::size_t>(num_points);
@@ -53,7 +53,7 @@ class ForceSeries::Reader {
   Reader(ForceSeries* series, const System& system, const Numbering& numbering)
       : series_(*series), system_(system), numbering_(numbering) {}
 
-  /// False: there is no series.
+  /// Returns false if there is no series.
   bool add(const Gravity& gravity) {
     series_.gravity_ = series_.gravity_ + make_vec3(gravity.acceleration);
     return true;
@@ -87,7 +87,7 @@ class ForceSeries::Reader {
   bool add(const G& group) {
     return add_energy(make_energy_group(system_, group));
   }
-  /// Kinds that have a definition.
+  /// Adds a kind that has a definition. Other kinds have no series.
   template <class G>
   bool add(const G& given) {
     if constexpr (!requires { sizeof(typename KindOf<G>::template Definition<Traced>); }) {
@@ -119,7 +119,7 @@ class ForceSeries::Reader {
                                is_of_points ? static_cast<std::size_t>(num_points) : 1});
     return series_.groups_.back();
   }
-  /// A tuple's constants and time are functions of time.
+  /// Adds energies. A tuple's constants and the time enter as functions of time.
   bool add_energy(const EnergyGroup& energy) {
     if (!energy.kernel.expression) return false;
     const int p = energy.kernel.num_points, c = energy.kernel.num_constants;
@@ -136,7 +136,7 @@ class ForceSeries::Reader {
     }
     return true;
   }
-  /// Each of its points has a block.
+  /// Adds a member with a block for each of its points.
   void add_tuple(Group& group, std::span<const Index> users, std::span<const std::size_t> slots) {
     std::vector<Index> points;
     for (const Index user : users) {
@@ -151,7 +151,7 @@ class ForceSeries::Reader {
     group.family.append_member(points, slots);
     series_.append(points, series_.num_blocks_++, points.size() == 2);
   }
-  /// A constant, as it is at the start.
+  /// Returns the number of member k as it is at the start.
   template <class G>
   double number_of(const G& given, std::size_t k) const {
     if constexpr (requires { KindOf<G>::parameter; }) {

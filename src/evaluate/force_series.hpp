@@ -15,13 +15,13 @@ namespace tanor {
 
 /// The active forces of a system as series in time.
 ///
-/// Forces of one kind write one block of three numbers for each member, whose places `incidences` tells: gathered point
-/// by point they are the force there.
+/// Forces write blocks of three numbers, one for each member or for each of its points. `incidences` gives the points
+/// of the blocks; gathered point by point, the blocks are the force there.
 class ForceSeries {
  public:
   ForceSeries(const System& system, const Numbering& numbering, double t0);
 
-  /// Why there are no series: names the force; empty: there are.
+  /// Names the force that has no series, and why. Returns an empty string if all have one.
   const std::string& obstacle() const { return obstacle_; }
   const std::vector<Incidence>& incidences() const { return incidences_; }
   std::size_t num_blocks() const { return static_cast<std::size_t>(num_blocks_); }
@@ -29,9 +29,9 @@ class ForceSeries {
   void begin(double t, int order);
   double smooth_until() const { return table_.smooth_until(); }
 
-  /// Coefficient k of the force in each block; the points are known up to k + 1.
+  /// Writes coefficient k of the force in each block. The points are known up to k + 1.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, double* blocks);
-  /// Gravity is the same everywhere, m/s^2.
+  /// Returns the acceleration of gravity, which is the same everywhere, m/s^2.
   Vec3 gravity() const { return gravity_; }
 
  private:

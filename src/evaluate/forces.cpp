@@ -44,7 +44,7 @@ class Forces::Reader {
   void add(const FormulaForce& formula) {
     FormulaGroup group(formula, numbering_);
     if (group.points.empty()) return;
-    // A support alone is not moved, whatever acts on it.
+    // A support does not move, whatever acts on it, so a single one is not watched.
     const std::vector<Index> points = group.points_per_member() == 1 ? list_moving(group.points) : group.points;
     watch(make_force_passages(group.kernel, points, forces_.mass_));
     formulas_.push_back(std::move(group));
@@ -58,7 +58,7 @@ class Forces::Reader {
   }
   void add(const Bonds& bonds) {
     if (bonds.law != BondLaw::Harmonic) return add_energies(make_energy_group(system_, bonds));
-    // The harmonic bond is a spring without damping.
+    // A harmonic bond is a spring without damping.
     for (std::size_t k = 0; k < bonds.pairs.size(); ++k) {
       const auto numbers = law_numbers_of(system_, bonds, k);
       add_spring(bonds.pairs[k], numbers[0], 0.0, numbers[1]);
@@ -78,7 +78,7 @@ class Forces::Reader {
       watch_angle({i, j, k}, AnglePassages::Ends::AtZeroAndStraight);
       watch_angle({j, k, l}, AnglePassages::Ends::AtZeroAndStraight);
     }
-    // The force of a harmonic one jumps at rest +- pi.
+    // The force of a harmonic torsion jumps at its rest angle +- pi.
     EnergyGroup energies = make_energy_group(system_, group);
     group.law == TorsionLaw::Harmonic ? add_narrow_energies(std::move(energies), Course::Jumps)
                                       : add_energies(std::move(energies));
@@ -87,13 +87,13 @@ class Forces::Reader {
   void add(const Group& group) {
     add_energies(make_energy_group(system_, group));
   }
-  /// A kind that has no loop of its own.
+  /// Adds a kind that has no loop of its own.
   template <class Group>
   void add(const Group& group) {
     add(FormulaForce{.name = group.name, .points = group.points, .kernel = kernel_of_definition(group)});
   }
 
-  /// `ends`: the user's points.
+  /// Adds a spring between `ends`, which are the user's points.
   void add_spring(const std::array<Index, 2>& ends, double stiffness, double damping, double rest_length) {
     springs_.push_back(
         {numbering_.inner_point[ends[0]], numbering_.inner_point[ends[1]], stiffness, damping, rest_length});
@@ -110,7 +110,7 @@ class Forces::Reader {
     group.name = name_;
     energies_.push_back(std::move(group));
   }
-  /// Energies that may change within a small part of a step: steps look for that.
+  /// Adds energies that may change within a small part of a step, for which steps then look.
   void add_narrow_energies(EnergyGroup group, Course course = Course::Continuous) {
     std::vector<Index> points;
     for (const Index point : group.points) points.push_back(numbering_.inner_point[point]);
@@ -135,7 +135,7 @@ class Forces::Reader {
   const System& system_;
   const Numbering& numbering_;
   std::size_t number_ = 0;
-  std::string name_;  // of the entry, as messages call it
+  std::string name_;  // the entry as messages call it
   std::vector<ConstantForce> given_;
   std::vector<std::pair<Index, DragNumbers>> drags_;
   std::vector<Spring> springs_;
@@ -160,7 +160,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
       const auto add = [&](const Vec3& force, bool = false) { sum = sum + force; };
       springs_.on_points().for_each_on(i, add);
       given_.for_each_force_on(i, add);
-      // -c1 v - c2 |v| v
+      // Drag is -c1 v - c2 |v| v.
       for (const DragNumbers& drag : drags_[i]) {
         const Vec3 b = load(v, i);
         sum = sum - drag.over_speed(norm(b)) * b;
@@ -213,7 +213,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
 }
 
 double Forces::potential(const Parallel& parallel, double t, const double* r) {
-  // -(m g + constant forces).r
+  // The energy of points is -(m g + constant forces).r.
   double of_points = 0.0;
   if (dot(gravity_, gravity_) > 0.0) of_points -= dot(gravity_, sum_moments(parallel, num_moving_, mass_.data(), r));
   if (!given_.empty()) {
@@ -273,7 +273,7 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
   parallel.for_ranges(num_moving_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       to.point_positions[i] = {};
-      // -c1 I - c2 (|v| I + v v'/|v|)
+      // The derivative of drag is -c1 I - c2 (|v| I + v v'/|v|).
       Block3 by_velocity;
       for (const auto& [linear, quadratic] : drags_[i]) {
         const Vec3 b = load(v, i);
@@ -304,7 +304,8 @@ bool has_stiffness(const System& system, const PairForces& pairs) {
 }
 
 double bytes_of_dense_stiffness(std::size_t num_points) {
-  // W, its triangle as blocks and as numbers in two orders with their places, and the factor beside the front
+  // These are W, its triangle as blocks and as numbers in two orders with their places, and the factor beside the
+  // front.
   constexpr double matrices = 5.0;
   const double size = 3.0 * static_cast<double>(num_points);
   return matrices * sizeof(double) * size * size;

@@ -14,18 +14,18 @@ namespace tanor {
 class ForcesOnPoints {
  public:
   ForcesOnPoints() = default;
-  /// `slots`: of each point; ~slot where the opposite of that force acts on it.
+  /// `slots` has pairs of a point and a slot, or ~slot if the opposite of that force acts on the point.
   ForcesOnPoints(std::size_t num_points, std::size_t num_slots, const std::vector<std::pair<Index, Index>>& slots)
       : force_(3 * num_slots), slots_(num_points, slots) {}
-  /// Slot k belongs to points[k] alone.
+  /// Gives slot k to points[k] alone.
   ForcesOnPoints(std::size_t num_points, std::span<const Index> points)
       : ForcesOnPoints(num_points, points.size(), number(points)) {}
 
   double* slot(std::size_t k) { return force_.data() + 3 * k; }
   Vec3 operator[](std::size_t k) const { return load(force_.data(), k); }
-  /// The slots of a point.
+  /// Returns the slots of a point.
   std::span<const Index> slots_of(std::size_t point) const { return slots_[point]; }
-  /// visit(force) for all that act on a point, N.
+  /// Calls visit(force) for all forces that act on a point, N.
   template <class Visit>
   void for_each_on(std::size_t point, const Visit& visit) const {
     for (const Index k : slots_[point]) visit(k >= 0 ? load(force_.data(), k) : -load(force_.data(), ~k));

@@ -3,7 +3,7 @@
 
 #include "evaluate/formula_passages.hpp"
 
-/// \file What formulas do to the points of their members: the accelerations that FormulaPassages looks at.
+/// \file The accelerations that formulas cause at the points of their members, at which FormulaPassages looks.
 namespace tanor {
 
 namespace {
@@ -24,7 +24,7 @@ class TuplePassages : public FormulaPassages {
     const std::size_t p = num_numbers() / 3;
     return std::span(points_).subspan(member * p, p);
   }
-  /// a = f/m, in place; supports stay.
+  /// Divides the forces by the masses in place; supports get 0.
   void divide_by_masses(std::size_t member, double* a) const {
     for (std::size_t i = 0; const Index point : own(member)) {
       const double inverse = moves(point) ? 1.0 / masses_[static_cast<std::size_t>(point)] : 0.0;
@@ -48,7 +48,7 @@ class TuplePassages : public FormulaPassages {
 };
 static_assert(ForceKernel::most_points == PotentialKernel::most_points);
 
-/// a = f/m
+/// Passages of forces, with a = f/m.
 class ForcePassages final : public TuplePassages {
  public:
   ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
@@ -70,7 +70,8 @@ class ForcePassages final : public TuplePassages {
   }
 };
 
-/// a = -(dU/dr)/m. Where U changes its course, its gradient does: both are made of the same functions.
+/// Passages of energies, with a = -(dU/dr)/m. Where U changes its course, its gradient does, since both are made of the
+/// same functions.
 class EnergyPassages final : public TuplePassages {
  public:
   EnergyPassages(const PotentialKernel& kernel, std::span<const Index> points, std::span<const double> constants,
@@ -103,10 +104,11 @@ class EnergyPassages final : public TuplePassages {
   Course course_;
 };
 
-/// What holds its points on xi = 0 while they move, and what turns other forces: with the gradient g of xi and the
-/// acceleration G that may act there
+/// Passages of constraints. With the gradient g of xi and the largest acceleration G that may act there, they look at
 ///
 ///   -phi g/|g|^2   and   G g/|g|
+///
+/// The first holds the points on xi = 0 while they move, the second shows how the reactions to other forces turn.
 class ConstraintPassages final : public FormulaPassages {
  public:
   ConstraintPassages(const ConstraintKernel& kernel, std::span<const Index> points)
@@ -150,7 +152,7 @@ class ConstraintPassages final : public FormulaPassages {
   std::vector<Index> points_;  // [member][p]
 };
 
-/// With each column A_j of A, and the acceleration G that may act there
+/// Passages of coordinates. With each column A_j of A and the largest acceleration G that may act there, they look at
 ///
 ///   -A_j'psi/|A_j|   and   G A_j/|A_j|
 class CoordinatePassages final : public FormulaPassages {

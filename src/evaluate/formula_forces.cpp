@@ -7,9 +7,9 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_in_chunk = 64;  // points, and blocks of derivatives, that a call of a kernel is given
+constexpr std::size_t most_in_chunk = 64;  // points, and blocks of derivatives, in a call of a kernel
 
-/// body(first, count) for chunks of members.
+/// Calls body(first, count) for chunks of members.
 template <class Group, class Body>
 void for_chunks(const Parallel& parallel, const Group& group, std::size_t chunk, const Body& body) {
   parallel.for_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
@@ -36,7 +36,7 @@ FormulaForces::FormulaForces(const Numbering& numbering, std::vector<FormulaGrou
   on_points_ = {numbering.num_points(), points};
 }
 
-/// In chunks: gather, call the kernel, which writes into the slots.
+/// Works in chunks: the points are gathered, and the kernel writes into the slots.
 void FormulaForces::evaluate(const Parallel& parallel, double t, const double* r, const double* v) {
   const Parallel serial(1);
   std::size_t first_slot = 0;
@@ -56,14 +56,14 @@ void FormulaForces::evaluate(const Parallel& parallel, double t, const double* r
   }
 }
 
-/// One of a group: its points, its derivatives [3p][6p], and the number of its first influence.
+/// One member of a group: its points, its derivatives [3p][6p], and the number of its first influence.
 struct FormulaForces::Member {
   const Index* points;
   const double* derivative;
   std::size_t first_influence;
 };
 
-/// Own blocks are added up, those of other points are influences.
+/// Adds up the blocks of each point's own derivatives, and writes those of other points as influences.
 void FormulaForces::add_member_derivatives(const FormulaGroup& group, const Member& member,
                                            const ForceDerivatives& to) const {
   const std::size_t p = group.points_per_member();
@@ -97,8 +97,8 @@ void FormulaForces::append_influences(std::vector<Influence>* list) const {
   }
 }
 
-/// In chunks, as the forces themselves; one group after the other, so that points in several groups add up. Tuples may
-/// share points: one after the other.
+/// Works in chunks, as `evaluate` does. One group follows the other, so that points in several groups add up. Tuples
+/// may share points, so they also follow one another.
 void FormulaForces::add_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
                                     std::size_t first_influence, const ForceDerivatives& to) const {
   const Parallel serial(1);

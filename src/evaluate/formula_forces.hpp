@@ -31,11 +31,11 @@ class FormulaForces {
   bool depends_on_velocity() const { return depends_on_velocity_; }
 
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v);
-  /// The forces of the last `evaluate`.
+  /// Returns the forces of the last `evaluate`.
   const ForcesOnPoints& on_points() const { return on_points_; }
 
   void append_influences(std::vector<Influence>* list) const;
-  /// Adds to the blocks of points; writes influences from `first_influence` on.
+  /// Adds derivatives to the blocks of points and writes those of influences from `first_influence` on.
   void add_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
                        std::size_t first_influence, const ForceDerivatives& to) const;
 

@@ -11,20 +11,20 @@ namespace tanor {
 
 namespace {
 
-// How often a formula changes its course in a step that a scheme resolves: three radians of a sine, or a factor of e^3
-// of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as much of sums
-// of squares. Where it is more, an error estimate may be small by chance.
+// Returns how often a formula may change its course in a step that a scheme resolves. Three radians of a sine, or a
+// factor of e^3 of an exponential, need some twenty terms of a series for ten digits. Intervals overestimate sums of
+// squares more than twofold. If the course changes more often, an error estimate may be small by chance.
 double resolved_by(int order) {
   return std::clamp(0.4 * order, 2.0, 8.0);
 }
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
-constexpr int most_divisions = 4;         // of a step, into eight parts each
+constexpr int most_divisions = 4;         // levels of a step, into eight parts each
 
 constexpr std::size_t most_nodes = 13;
 
-/// A polynomial as a scheme of this order follows it, by Chebyshev's extreme points on [0, 1], where polynomials
-/// interpolate best.
+/// Chebyshev's extreme points on [0, 1], where polynomials interpolate best, for a polynomial of the degree that a
+/// scheme of this order follows.
 struct Nodes {
   std::array<double, most_nodes> at{};
   std::size_t count;
@@ -35,7 +35,9 @@ struct Nodes {
   }
 };
 
-/// p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
+/// Returns the weights of the barycentric formula
+///
+///   p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
 std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double s) {
   std::array<double, most_nodes> weights{};
   double below = 0.0;
@@ -53,8 +55,9 @@ std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double 
   return weights;
 }
 
-/// A number on its way between two places that are `length` apart in time: a cubic leaves its chord by at most
-/// 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by 3/2 |e/H - (u + v)/2|.
+/// Numbers between two instants that are `length` H apart. With the chord e and the rates u and v at both ends, a cubic
+/// leaves its chord by at most 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by
+/// 3/2 |e/H - (u + v)/2|.
 struct Ways {
   Eight from, to, rate_from, rate_to;
 };
@@ -64,7 +67,7 @@ struct Ways {
 [[gnu::always_inline]] inline Intervals around(const Eight& x, const Eight& y, const Eight& leaves) {
   return {(x < y ? x : y) - leaves, (x < y ? y : x) + leaves};
 }
-/// `rate` may be null.
+/// Encloses the numbers and, unless `rate` is null, their rates.
 void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* rate) {
   dispatch([=, &way] {
     const Eight e = way.to - way.from;
@@ -76,7 +79,7 @@ void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* r
   });
 }
 
-/// In all lanes.
+/// Returns true if a is within b in all lanes.
 bool is_within(const Intervals& a, const Intervals& b) {
   const auto is_outside = (a.low < b.low) | (a.high > b.high);
   long any = 0;
@@ -141,7 +144,8 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
   return part;
 }
 
-/// In each lane a member of the group; the last one fills those that are left.
+/// Encloses the variables of a group in one piece, with a member in each lane. The last member fills the lanes that are
+/// left.
 void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const {
   const bool of_mechanics = variables_ == Variables::OfMechanics;
   const auto& places = of_mechanics ? path.variables : path.positions;
@@ -169,8 +173,8 @@ void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::siz
   to[narrowness_.num_variables() - 1] = {zero + t, zero + (t + length)};
 }
 
-/// Of the whole step, for a member in each lane. In a box around the whole path the formula changes its course at least
-/// as often as in any piece of it.
+/// Counts along the whole step, for a member in each lane. In a box around the whole path the formula changes its
+/// course at least as often as in any piece of it. The counts are 0 if the box shows that the step is resolved.
 FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std::size_t group) {
   thread_local std::vector<Intervals> piece, hull;
   const std::size_t width = narrowness_.num_variables();
@@ -231,7 +235,7 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
   return sums;
 }
 
-/// Of equal parts, one in each lane.
+/// Counts in equal parts of [begin, end], one in each lane.
 FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std::size_t member, double begin,
                                                      double end) const {
   thread_local std::vector<Intervals> variables;
@@ -265,7 +269,8 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
   return narrowness_.count(variables.data());
 }
 
-/// Intervals say too much of long paths: they are asked once more for eighths.
+/// Returns true if the step may not be resolved. Intervals overestimate on long paths, so they are evaluated once more
+/// for eighths of the pieces.
 bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) const {
   const double resolved = resolved_by(path.order);
   double sum = 0.0;
@@ -276,7 +281,8 @@ bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) con
   return false;
 }
 
-/// Returns the sum of what the parts may change.
+/// Divides [begin, end] into parts in each of which the formula changes little. Returns the sum of what the parts may
+/// change.
 double FormulaPassages::divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                                std::vector<Part>* parts) const {
   const double length = (end - begin) / static_cast<double>(num_lanes);
@@ -304,7 +310,7 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
   return least;
 }
 
-/// Sums along the path of one member, in numbers as `accelerate` writes them.
+/// Integrals along the path of one member, in the numbers that `accelerate` writes.
 struct FormulaPassages::Integrals {
   std::vector<double> at_nodes;      // [node][number] a
   std::vector<double> a, dv;         // [number] at one place; h integral (a - p) ds
@@ -317,9 +323,9 @@ struct FormulaPassages::Integrals {
     for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
     dx = largest = 0.0;
   }
-  /// m/s: what a path of limited accuracy leaves of dv.
+  /// Returns the error of dv that a path of limited accuracy leaves, m/s.
   double noise(double h) const {
-    constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
+    constexpr double path_error = 1e-7;  // relative, for the path and the acceleration on it
     return path_error * largest * h;
   }
   bool exceed(const Allowed& allowed, double h) const {
@@ -327,17 +333,19 @@ struct FormulaPassages::Integrals {
   }
 };
 
-/// What the polynomial p leaves of the acceleration a changes the step by
+/// Compares the acceleration a with its polynomial p over the step. On the way, their difference changes the motion by
 ///
 ///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
 ///
-/// on the way. At its end the scheme misses, whatever its error estimate says,
+/// At its end the scheme misses, whatever its error estimate says,
 ///
 ///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
+///
+/// Returns the part of the step to make instead, or 1.
 double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
-  constexpr double tolerances = 10.0;  // that an estimate may have missed
+  constexpr double tolerances = 10.0;  // what an estimate may have missed
   constexpr double part_of_jumps = 0.1;
-  constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
+  constexpr std::size_t least_looks = 4;  // with fewer, the scheme knows more of the step than what it sees in them
   thread_local std::vector<Part> parts;
   thread_local Integrals sums;
   parts.clear();
@@ -361,8 +369,8 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
   return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
 }
 
-/// By Gauss' rule of two points in each part. Returns where the first part begins at whose end more than what is
-/// allowed is missed.
+/// Integrates by Gauss' rule of two points in each part. Returns the beginning of the first part at whose end more than
+/// what is allowed is missed, or 2 if there is none.
 double FormulaPassages::integrate(const PointPath& path, std::size_t member, std::span<const Part> parts,
                                   const Allowed& allowed, Integrals* sums) const {
   const Nodes nodes(path.order);
@@ -396,7 +404,7 @@ double FormulaPassages::integrate(const PointPath& path, std::size_t member, std
   return first_bad;
 }
 
-/// From the integrals at the end, what the scheme makes of them by its looks.
+/// Subtracts the scheme's quadrature over its looks from the integrals at the end.
 void FormulaPassages::subtract_looks(const PointPath& path, std::size_t member, Integrals* sums) const {
   for (std::size_t k = 0; k < path.looks.size(); ++k) {
     const double s = path.looks[k], weight = path.weights[k] * path.h;

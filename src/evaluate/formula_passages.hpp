@@ -21,29 +21,29 @@ inline double norm_of(std::span<const double> x) {
   return std::sqrt(square);
 }
 
-/// What one formula does to its members while a step passes: a well, a bump or a window that is narrow beside the step
-/// may lie between the looks of its scheme. A member is a point with a force, points that a constraint joins, or points
-/// with coordinates of their own.
+/// Looks along a step for what one formula hides from its scheme: a well, a bump or a window that is narrow beside the
+/// step may lie between the looks. A member is a point with a force, points that a constraint joins, or points with
+/// coordinates of their own.
 ///
-/// Intervals that hold the path tell how often the formula may change its course on the way (`Narrowness`). A few times
-/// is what every scheme resolves, or its error estimate sees that it does not. Where it may be more, the path is halved
-/// until it is a few times in each part, the formula is evaluated in all of them, and what is found is compared with a
+/// Intervals that hold the path tell how often the formula may change its course on the way (`Narrowness`). Every
+/// scheme resolves a few changes, or its error estimate sees that it does not. If there may be more, the path is
+/// divided until each part has a few, the formula is evaluated in all of them, and the result is compared with a
 /// polynomial over the whole step, which is how a scheme sees it.
 ///
-/// Most members stay for many steps where their formula is smooth. A box around the path in which it is hardly changes
-/// its course is remembered, and asked about again where the path leaves the box. What is found does not depend on it.
+/// Most members stay for many steps where their formula is smooth. A box around the path in which the formula hardly
+/// changes its course is remembered, and checked again if the path leaves it. The result does not depend on the box.
 class FormulaPassages {
  public:
   virtual ~FormulaPassages() = default;
 
-  /// False: sums and products alone.
+  /// Returns false if the formula has sums and products alone, or there are no members.
   bool is_needed() const { return narrowness_.is_possible() && num_members() > 0; }
-  /// The part of the step to make instead; 1: nothing is hidden in it.
+  /// Returns the part of the step to make instead, or 1 if nothing is hidden in it.
   double find(const Parallel& parallel, PointPath* path);
 
  protected:
-  /// Which numbers of a path the variables of the formula are; then come what each member has a constant of its own
-  /// for, and the time.
+  /// The numbers of a path that the variables of the formula are. Constants that each member has of its own and the
+  /// time come after them.
   enum class Variables { OfPoints, OfPointsAndTheirRates, OfMechanics };
   FormulaPassages(const Expression& expression, Variables variables, bool thread_safe, std::size_t num_constants = 0);
 
@@ -51,20 +51,20 @@ class FormulaPassages {
     double r, v;  // m, m/s: what a member may miss
   };
   virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
-  /// Accelerations jump where the formula has its kinks. Fixed steps then miss something each time they pass one, so
-  /// that a warning is due from a tenth of the error on that is worth one elsewhere.
+  /// Returns true if accelerations jump where the formula has its kinks. Fixed steps then miss something each time they
+  /// pass one, so a warning is due from a tenth of the error that is worth one elsewhere.
   virtual bool has_jumps() const { return false; }
-  /// Accelerations that the formula causes, m/s^2: so many numbers of a member, at the fraction s of the step. What
-  /// the step misses of them, it misses of the motion.
+  /// Returns how many numbers of acceleration the formula causes for a member. `accelerate` writes them, m/s^2, at the
+  /// fraction s of the step. What the step misses of them, it misses of the motion.
   virtual std::size_t num_accelerations() const = 0;
   virtual void accelerate(const PointPath& path, std::size_t member, double s, double* a) const = 0;
 
-  /// What points may miss of the path's tolerances: the least of some points.
+  /// Returns the least of what some points may miss by the path's tolerances.
   static Allowed allow(const PointPath& path, std::span<const Index> points);
 
   std::size_t num_numbers() const { return num_numbers_; }
   std::size_t num_members() const { return num_numbers_ > 0 ? numbers_.size() / num_numbers_ : 0; }
-  /// Places in the arrays of a path.
+  /// Returns a member's indices in the arrays of a path.
   std::span<const Index> numbers(std::size_t member) const {
     return std::span(numbers_).subspan(member * num_numbers_, num_numbers_);
   }
@@ -106,7 +106,7 @@ class FormulaPassages {
   std::vector<Index> numbers_;     // [member][number]
   std::vector<double> constants_;  // [member][constant]
   std::vector<char> is_doubtful_;  // [member]
-  // Of each group of eight members: where counts were taken, and how far beyond the path.
+  // Each group of eight members has the counts in a box, and how far it extends beyond the path.
   struct Box {
     Counts counts{};
     double margin = 8.0;  // over the extent of the path; 0: none is remembered
@@ -116,19 +116,20 @@ class FormulaPassages {
   std::vector<Intervals> sides_;  // [group][variable]
 };
 
-/// Of forces on the p points of tuples, [member][p]. `masses` [moving point], kg, outlives it.
+/// Makes the passages of forces on the p points of tuples, [member][p]; null if nothing is narrow, or if the kernel has
+/// no expression. `masses` [moving point], kg, must outlive them.
 std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
                                                      std::span<const double> masses);
 enum class Course { Continuous, Jumps };
-/// Of energies of p points, with each tuple's own constants.
+/// Makes the passages of energies of p points, with each tuple's own constants, or null as above.
 std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
                                                       std::span<const Index> inner_points,
                                                       std::span<const double> constants, std::span<const double> masses,
                                                       Course course = Course::Continuous);
-/// Of constraints, K'w = -phi: members of p points. Null: nothing is narrow, or nothing is known.
+/// Makes the passages of constraints, K'w = -phi, whose members have p points, or null as above.
 std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
                                                           std::span<const Index> inner_points);
-/// Of coordinates, members side by side from `first_coordinate` on.
+/// Makes the passages of coordinates, with members side by side from `first_coordinate` on, or null as above.
 std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
                                                           std::span<const Index> inner_points, Index first_coordinate);
 

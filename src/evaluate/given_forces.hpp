@@ -27,7 +27,7 @@ class GivenForces {
   bool depend_on_time() const { return !table_.is_constant(); }
   void set_time(double t) { table_.set_time(t); }
 
-  /// visit(force, whether it is constant) for all that act on a point, N.
+  /// Calls visit(force, is constant) for all forces that act on a point, N.
   template <class Visit>
   void for_each_force_on(std::size_t point, const Visit& visit) const {
     for (const Index slot : slots_[point]) visit(table_[slot].value, is_constant_[slot] != 0);
@@ -39,7 +39,7 @@ class GivenForces {
   ByPoint<Index> slots_;           // in table_
 };
 
-/// Drag -c1 v - c2 |v| v of one entry on a point, N s/m and N s^2/m^2.
+/// The numbers of the drag -c1 v - c2 |v| v of one entry on a point, N s/m and N s^2/m^2.
 struct DragNumbers {
   double linear, quadratic;
 

@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-/// Coordinates of single points without a hand-written kernel: their definition runs on Jet<2> along (q + e q', t + e),
+/// Coordinates of single points without a hand-written kernel. Their definition runs on Jet<2> along (q + e q', t + e),
 /// which yields r, v and psi, and on Forward, which yields the tangents.
 template <class G>
 class JetChart {
@@ -79,7 +79,7 @@ class JetChart {
     if constexpr (has_chart) memory.exchange(chart_);
   }
   void begin_recentre(double t) { time_ = t; }
-  /// The motion r(t) in the chart before, and its numbers in the chart of the present place.
+  /// Evaluates the motion r(t) in the present chart, and writes its numbers in the chart of the present place.
   void recentre([[maybe_unused]] std::size_t k, [[maybe_unused]] double* q, [[maybe_unused]] double* q_dot,
                 [[maybe_unused]] double* q_ddot) {
     if constexpr (has_chart) {

@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// Linear constraints on tuples of any size. Same interface as Family.
+/// Linear constraints on tuples of any size. The interface is that of Family.
 class LinearFamily {
  public:
   LinearKernel kernel;
@@ -75,7 +75,7 @@ class LinearFamily {
   struct One {
     double operator()(std::size_t) const { return 1.0; }
   };
-  /// y[row] = value(k) of each member k; returns the largest |y|/|gradient|/length.
+  /// Writes y[row] = value(k) of each member k; returns the largest |y|/|gradient|/length.
   template <class RowValue, class Length = One>
   double fill(const Parallel& parallel, const Runs& members, double* y, const RowValue& value,
               const Length& length = {}) const {

@@ -35,7 +35,7 @@ OperandsRead operands_of(Operation operation) {
     case Operation::Min:
     case Operation::Max:
       return {true, true};
-    default:  // what else stands at b is there for series alone
+    default:  // any other operand b is there for series alone
       return {true, false};
   }
 }
@@ -55,11 +55,11 @@ bool is_smooth(Operation operation) {
   }
 }
 
-constexpr double faint = 60.0;           // e^-60 is nothing beside any other number
+constexpr double faint = 60.0;           // e^-60 is negligible beside any other number
 constexpr double saturated = 20.0;       // tanh is 1 to rounding
 constexpr double most_exponent = 104.0;  // e^104 = 1e45
 
-// Lanes: whole loops are made for each instruction set.
+// These functions work on lanes. The loops that call them are compiled for each instruction set.
 #define TANOR_LANES [[gnu::always_inline]] inline
 
 TANOR_LANES Eight smaller_of(const Eight& a, const Eight& b) {
@@ -83,20 +83,21 @@ TANOR_LANES Eight map(const Eight& a, const Function& function) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = function(a[lane]);
   return result;
 }
-/// Of functions that rise.
+/// Returns the image of `a` under a function that rises.
 template <class Function>
 TANOR_LANES Intervals rising(const Intervals& a, const Function& function) {
   return {map(a.low, function), map(a.high, function)};
 }
 
-/// How far an argument runs between a and b, where it counts.
+/// Returns how far an argument runs between a and b, where it counts.
 TANOR_LANES Eight run_within(const Intervals& x, double a, double b) {
   const Eight zero{}, from = x.low > a ? x.low : zero + a, to = x.high < b ? x.high : zero + b;
   return larger_of(to - from, zero);
 }
-/// How many times it changes by a factor sqrt(e): 1/(1 + x^2) comes and goes within two of each.
+/// Returns how many times x changes by a factor sqrt(e). 1/(1 + x^2) rises within two such changes and falls within
+/// two.
 TANOR_LANES Eight count_factors(const Intervals& x) {
-  constexpr double nothing_beyond = 1e45;  // a quotient by it is nothing beside any other number
+  constexpr double nothing_beyond = 1e45;  // a quotient by it is negligible beside any other number
   const Intervals size = absolute(x);
   const Eight zero{}, most = zero + nothing_beyond;
   const Eight ratio = smaller_of(size.high, most) / smaller_of(size.low, most);
@@ -117,7 +118,7 @@ Intervals cosine(const Intervals& a) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double low = a.low[lane], high = a.high[lane];
     const double p = std::cos(low), q = std::cos(high);
-    // Whole turns, where cos is 1, and half ones, where it is -1.
+    // cos is 1 at whole turns and -1 at half ones.
     const double begin = low / (2.0 * M_PI), end = high / (2.0 * M_PI);
     const bool has_top = !(end - begin < 1.0) || std::floor(end) >= std::ceil(begin);
     const bool has_bottom = !(end - begin < 1.0) || std::floor(end - 0.5) >= std::ceil(begin - 0.5);
@@ -127,7 +128,7 @@ Intervals cosine(const Intervals& a) {
   return result;
 }
 
-/// The angle's range, as far as corners tell; all of it where the branch cut or the origin may be met.
+/// Returns the angle's range from its corners, or all angles if the branch cut or the origin may be met.
 Intervals angle(const Intervals& y, const Intervals& x) {
   Intervals result{};
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -141,13 +142,13 @@ Intervals angle(const Intervals& y, const Intervals& x) {
   return result;
 }
 
-/// What an instruction may be, and how often it may change its course.
+/// The range of an instruction's value, and how often it may change its course.
 struct Course {
   Intervals value;
   Eight passes;
 };
 
-/// Sums and products of smooth numbers, and choices; false: it is another function.
+/// Follows sums and products of smooth numbers, and choices. Returns false if the instruction is another function.
 TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Intervals& a, const Intervals& b,
                                    Course* course) {
   const Eight zero{};
@@ -195,7 +196,7 @@ TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Interva
   }
 }
 
-/// Quotients; of tanh, sinh/cosh, the argument counts (see the constructor), and of 1/exp that of exp.
+/// Follows quotients. For tanh = sinh/cosh (see the constructor) and for 1/exp, the argument of the function counts.
 TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, const Instruction& instruction,
                                  const Intervals* values, bool asked, Course* course) {
   const Intervals& a = values[instruction.a];
@@ -217,7 +218,7 @@ TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, c
   course->value = {has_pole ? -none : quotient.low, has_pole ? none : quotient.high};
 }
 
-/// How often a function of one number changes its course.
+/// Returns how often a function of one number changes its course.
 TANOR_LANES Eight count_function(Operation operation, const Intervals& a) {
   const Eight zero{}, none = zero + infinity;
   switch (operation) {
@@ -262,7 +263,8 @@ TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a)
   // clang-format on
 }
 
-/// values [instruction] of what is asked for, those of variables being there; returns the largest count.
+/// Computes `values` [instruction] of what is asked for; those of variables are given. Writes the largest count to
+/// `result`.
 void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
                Intervals* values, Eight* result) {
   dispatch([=, &instructions] {
@@ -288,7 +290,7 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
       const Intervals& value = course.value;
       const auto is_known = value.low <= value.high;
       values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
-      const Eight bound = course.passes < infinity ? course.passes : none;  // what is no number is no bound
+      const Eight bound = course.passes < infinity ? course.passes : none;  // NaN is no bound
       most = larger_of(most, bound);
     }
     *result = most;
@@ -319,7 +321,7 @@ Narrowness::Narrowness(const Expression& expression) {
     instruction.c = is_tanh ? 1 + over.a : 0;
   }
 
-  // Backwards: the functions that results need, and all that these need.
+  // This loop runs backwards and marks the functions that results need, and all that these need.
   std::vector<char> is_needed(instructions_.size(), 0);
   for (const int result : results_) is_needed[static_cast<std::size_t>(result)] = 1;
   counts_.assign(instructions_.size(), 0);
@@ -363,7 +365,7 @@ void Narrowness::evaluate(const double* variables, double* results) const {
   for (std::size_t i = 0; i < instructions_.size(); ++i) {
     const Instruction& instruction = instructions_[i];
     if (instruction.operation == Operation::Variable) continue;
-    // Of sinh/cosh, which large arguments would make a quotient of infinities.
+    // tanh is called instead of sinh/cosh, which is a quotient of infinities for large arguments.
     const bool is_tanh = instruction.operation == Operation::Divide && instruction.c > 0;
     values[i] = is_tanh ? std::tanh(values[static_cast<std::size_t>(instruction.c) - 1]) : perform(instruction, values);
   }

@@ -10,40 +10,40 @@
 
 namespace tanor {
 
-/// All numbers from `low` to `high`, in eight lanes. What is computed with them holds every result that numbers from
-/// the operands have, up to rounding, which is not directed.
+/// All numbers from `low` to `high`, in eight lanes. A computed interval holds every result of numbers from the
+/// operands, up to rounding, which is not directed.
 struct Intervals {
   Eight low, high;
 };
 
-/// How often an expression may change its course while its variables run through intervals.
+/// Counts how often an expression may change its course while its variables run through intervals.
 ///
-/// Sums and products of smooth numbers are smooth. What can be narrow is a function whose argument runs through more
-/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients, roots and logarithms while
-/// it changes by a factor sqrt(e), tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
-/// 0. The largest of these counts is told. An expression without such functions is never narrow.
+/// Sums and products of smooth numbers are smooth. A function is narrow if its argument runs through more than the
+/// function's own scale: exp, sin and cosh change over an argument of 1, quotients, roots and logarithms while it
+/// changes by a factor sqrt(e), tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes 0.
+/// `count` returns the largest of these counts. An expression without such functions is never narrow.
 class Narrowness {
  public:
   explicit Narrowness(const Expression& expression);
 
-  /// False: sums and products alone.
+  /// Returns false if the expression has sums and products alone.
   bool is_possible() const { return num_to_count_ > 0; }
   std::size_t num_variables() const { return variables_.size(); }
   std::size_t num_results() const { return results_.size(); }
-  /// Else `count` does not read variable i.
+  /// Returns false if `count` does not read variable i.
   bool asks_for(std::size_t i) const { return counts_[static_cast<std::size_t>(variables_[i])] != 0; }
 
-  /// In each lane; infinite where a kink or a pole may lie among the numbers.
+  /// Returns the count in each lane, which is infinite if a kink or a pole may lie among the numbers.
   std::array<double, num_lanes> count(const Intervals* variables) const;
-  /// The expression itself.
+  /// Evaluates the expression itself.
   void evaluate(const double* variables, double* results) const;
 
  private:
   std::vector<Expression::Instruction> instructions_;  // equal ones once; c of sinh/cosh: 1 + its argument, else 0
   std::vector<int> variables_, results_;
-  std::vector<char> counts_;      // [instruction] what `count` needs, …
-  std::vector<char> is_asked_;    // … and whose value it needs
-  std::size_t num_to_count_ = 0;  // functions among them
+  std::vector<char> counts_;      // [instruction] not 0 if `count` needs it
+  std::vector<char> is_asked_;    // [instruction] not 0 if `count` needs its value
+  std::size_t num_to_count_ = 0;  // number of functions among those that `count` needs
 };
 
 }  // namespace tanor

@@ -8,7 +8,7 @@ namespace tanor {
 
 namespace {
 
-/// Sizes swing from list to list: room to spare, so that they soon allocate no more.
+/// Resizes with room to spare. Sizes vary from list to list, and soon no more memory is allocated.
 template <class Number>
 void resize_with_room(std::size_t size, std::vector<Number>* vector) {
   if (size > vector->capacity()) vector->reserve(size + size / 4);
@@ -46,7 +46,7 @@ bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& p
     return worst;
   });
   if (!std::isfinite(move2)) return false;
-  if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // a hair below a quarter, for rounding
+  if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // slightly below a quarter, for rounding
   make(parallel, places, skin_);
   return true;
 }
@@ -93,7 +93,8 @@ int NeighbourLists::Axis::around(Index cell, std::array<std::array<Index, 2>, 3>
   return found;
 }
 
-/// The box, or the extent of the points, in cells not narrower than the radius, and not many more of them than points.
+/// Divides the box, or the extent of the points, into cells that are not narrower than the radius and not many more
+/// than the points.
 void NeighbourLists::lay_out_cells(const std::vector<Vec3>& places) {
   Vec3 low = places[0], high = places[0];
   for (const Vec3& place : places) {
@@ -106,7 +107,7 @@ void NeighbourLists::lay_out_cells(const std::vector<Vec3>& places) {
   };
   axes_ = {axis(edges.x, low.x, high.x), axis(edges.y, low.y, high.y), axis(edges.z, low.z, high.z)};
 
-  // A hair less than fits, so that rounding finds no neighbour two cells away.
+  // The count is slightly less than fits, so that rounding finds no neighbour two cells away.
   const double most = 1.0 + 2.0 * static_cast<double>(places.size());
   std::array<double, 3> counts;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -120,7 +121,7 @@ void NeighbourLists::lay_out_cells(const std::vector<Vec3>& places) {
   for (std::size_t k = 0; k < 3; ++k) axes_[k].count = static_cast<Index>(counts[k]);
 }
 
-/// Counting sort.
+/// Sorts the points into cells by counting.
 void NeighbourLists::sort_into_cells(const std::vector<Vec3>& places) {
   const auto number_of = [&](const std::array<Index, 3>& c) {
     return (static_cast<std::size_t>(c[0]) * axes_[1].count + c[1]) * axes_[2].count + c[2];
@@ -204,7 +205,7 @@ void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3
             std::sort(chunk.neighbours.begin() + before, chunk.neighbours.end());
             num_neighbours_[i] = chunk.neighbours.size() - static_cast<std::size_t>(before);
           }
-          // Sizes swing from list to list: room to spare, so that they soon allocate no more.
+          // Sizes vary from list to list. With room to spare, soon no more memory is allocated.
           const std::size_t size = chunk.neighbours.size();
           if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(2 * size);
         }

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// For each point, numbers that belong to it: those of point i stand at start[i] … start[i + 1] - 1.
+/// Lists of numbers that belong to each point. Those of point i stand at start[i] … start[i + 1] - 1.
 struct IndexLists {
   std::vector<std::size_t> start{};
   std::vector<Index> numbers{};
@@ -22,12 +22,12 @@ struct IndexLists {
   }
 };
 
-/// The room that points take: the largest of each coordinate and of its negative, so that rooms join by maxima.
+/// The bounding box of points, as the largest of each coordinate and of its negative, so that rooms join by maxima.
 class PointRoom {
  public:
   void add(Vec3 r);
   std::span<double> ends() { return ends_; }
-  /// Whether `num_points` spread evenly here had more than some hundred others each within `radius`.
+  /// Returns true if `num_points` spread evenly here had more than some hundred others each within `radius`.
   bool is_crowded(std::size_t num_points, double radius) const;
 
  private:
@@ -35,11 +35,11 @@ class PointRoom {
   static constexpr double unbounded = std::numeric_limits<double>::max();
 };
 
-/// For each point, all others nearer than a cutoff, and some that are a little farther.
+/// Lists, for each point, all others nearer than a cutoff, and some that are a little farther.
 ///
-/// Cells as wide as cutoff + skin give the lists of all pairs nearer than that; they serve until a point has moved by
-/// half the skin (Verlet). What a list holds beyond the cutoff depends on when it was made. Its order, by number, does
-/// not: a sum over the pairs within the cutoff has the same bits whatever came before.
+/// Cells as wide as cutoff + skin give the lists of all pairs nearer than that. The lists serve until a point has moved
+/// by half the skin (Verlet). What a list holds beyond the cutoff depends on when it was made. Its order, by number,
+/// does not, so a sum over the pairs within the cutoff has the same bits whatever came before.
 class NeighbourLists {
  public:
   /// Points from `num_moving` on are supports; two of them are no pair, nor are those that `excluded` [point] names.
@@ -51,18 +51,19 @@ class NeighbourLists {
         num_moving_(num_moving),
         excluded_(std::move(excluded)) {}
 
-  /// Makes the lists good for these places; false where one is not finite or too far away for its square to be.
+  /// Makes the lists valid for these places. Returns false if a place or the square of a move is not finite.
   bool follow(const Parallel& parallel, const std::vector<Vec3>& places);
 
   double skin() const { return skin_; }
-  /// How often the lists were made.
+  /// Returns how often the lists were made.
   std::size_t version() const { return version_; }
-  /// The lists hold all pairs that come nearer than the cutoff while no point goes farther than `reach` from its place.
+  /// Returns true if the lists hold all pairs nearer than the cutoff as long as no point goes farther than `reach` from
+  /// its place.
   bool cover(const Parallel& parallel, const std::vector<Vec3>& places, double reach) const;
-  /// Makes them anew at these places, with another skin.
+  /// Makes the lists anew at these places, with another skin.
   void make(const Parallel& parallel, const std::vector<Vec3>& places, double skin);
 
-  /// body(point, its neighbours by number) for every point.
+  /// Calls body(point, its neighbours by number) for every point.
   template <class Body>
   void for_each_point(const Parallel& parallel, const Body& body) const {
     parallel.for_ranges(
@@ -81,8 +82,8 @@ class NeighbourLists {
   }
 
  private:
-  /// Points next to each other and their lists, one behind the other. Each chunk is made by itself, so threads need not
-  /// know of each other, nor lists be counted before they are written.
+  /// Points next to each other, and their lists one behind the other. Each chunk is made by itself, so threads need not
+  /// know of each other, and lists need not be counted before they are written.
   struct Chunk {
     std::size_t first = 0, last = 0;
     std::vector<Index> neighbours{};
@@ -94,7 +95,7 @@ class NeighbourLists {
     Index count = 1;
 
     Index cell(double x) const;
-    /// Runs [first, last) of the cells next to a cell and itself, each once; returns how many.
+    /// Finds the runs [first, last) of the cells next to a cell and itself, each once; returns how many.
     int around(Index cell, std::array<std::array<Index, 2>, 3>* runs) const;
   };
 
@@ -105,7 +106,7 @@ class NeighbourLists {
   void visit_neighbours(const std::vector<Vec3>& places, std::size_t i, const Visit& visit) const;
   bool is_pair(std::size_t i, Index j) const;
 
-  /// A tenth of a millisecond: to wake a thread and to wait for it takes as long where other programs run.
+  /// Work of a tenth of a millisecond. Waking a thread and waiting for it takes as long where other programs run.
   static constexpr std::size_t points_worth_a_thread = 256, pairs_worth_a_thread = 32768;
 
   std::size_t num_pairs_ = 0;  // listed, each twice
@@ -115,7 +116,7 @@ class NeighbourLists {
   PeriodicBox box_;
   std::size_t num_moving_;
   IndexLists excluded_;
-  std::vector<Vec3> places_;  // where the lists were made; empty: not yet
+  std::vector<Vec3> places_;  // [point] when the lists were made; empty before the first time
   std::vector<Chunk> chunks_;
   std::vector<std::size_t> num_neighbours_;  // [point]
   std::array<Axis, 3> axes_;

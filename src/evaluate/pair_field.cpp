@@ -13,7 +13,7 @@ namespace tanor {
 
 namespace {
 
-/// For each point those that it is no pair with, by number.
+/// Returns, for each point, those that form no pair with it, by number.
 IndexLists make_lists(std::size_t num_points, std::vector<std::array<Index, 2>> pairs) {
   IndexLists lists;
   compress_pairs(num_points, std::move(pairs), &lists.start, &lists.numbers);
@@ -25,7 +25,7 @@ void add_both_ways(Index i, Index j, std::vector<std::array<Index, 2>>* pairs) {
   pairs->push_back({j, i});
 }
 
-/// Sum of many terms to the rounding of a few (Neumaier).
+/// A sum of many terms to the rounding of a few (Neumaier).
 struct CompensatedSum {
   double sum = 0.0, rest = 0.0;
 
@@ -53,7 +53,7 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
   prepare_search(pairs.sigma, std::move(excluded));
 }
 
-/// Finds who takes part; returns the number of each inner point, -1: takes no part.
+/// Finds the points that take part. Returns the number of each inner point, or -1 if it takes no part.
 std::vector<Index> PairField::number_points(const PairForces& pairs, const Numbering& numbering, Which which) {
   std::vector<Index> number_of(numbering.num_points(), -1);
   for (const Index point : pairs.points) number_of[numbering.inner_point[point]] = 0;
@@ -91,7 +91,7 @@ void PairField::exclude_rods(const System& system, const Numbering& numbering, c
   }
 }
 
-/// Points that start at the same place: sorted by their place in the box, they stand side by side.
+/// Excludes points that start at the same place. Sorted by their place in the box, they stand side by side.
 void PairField::exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const {
   const Vec3 edges = box_.edges();
   const std::array<double, 3> edge{edges.x, edges.y, edges.z};
@@ -112,7 +112,8 @@ void PairField::exclude_same_place(const System& system, const Numbering& number
   }
 }
 
-/// Lists of neighbours where there is a cutoff; else every point feels all others but those that it is no pair with.
+/// Prepares lists of neighbours if there is a cutoff. Otherwise every point interacts with all others but the excluded
+/// ones.
 void PairField::prepare_search(double sigma, Pairs excluded) {
   const std::size_t n = points_.size();
   if (std::isinf(potential_.cutoff())) {
@@ -131,7 +132,7 @@ void PairField::prepare_search(double sigma, Pairs excluded) {
   far_.emplace(cutoff, 0.0, box_, num_moving_, skipped);
 }
 
-/// Sums over the neighbours within the cutoff. Which law it is, is asked outside the loop.
+/// Sums over the neighbours within the cutoff. The law is chosen outside the loop.
 PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbours) const {
   const Vec3 here = places_[i];
   const double cutoff2 = potential_.cutoff2(), shift = potential_.shift();
@@ -152,10 +153,11 @@ PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbo
   return sum_over_neighbours([this](double r2) { return potential_.smooth(r2, 1.0); });
 }
 
-/// u = -strength ln r;  force = strength (r_i - r_j)/r^2
+/// Evaluates u = -strength ln r and the force strength (r_i - r_j)/r^2.
 ///
-/// Blocks of 32 pairs are added up in vector lanes, the blocks with compensation: a sum over thousands is good to a few
-/// roundings of its terms. ln of a block's product: r^2 = m 2^e, the m are multiplied and the e added.
+/// Blocks of 32 pairs are added up in vector lanes, and the blocks with compensation, so a sum over thousands is good
+/// to a few roundings of its terms. One logarithm serves a block: with r^2 = m 2^e, the m are multiplied and the e
+/// added.
 PairField::Feeling PairField::feel_logarithm(std::size_t i) const {
   constexpr std::size_t block = 32;
   constexpr std::uint64_t mantissa_bits = (std::uint64_t{1} << 52) - 1, exponent_of_one = std::uint64_t{1023} << 52;
@@ -188,7 +190,7 @@ PairField::Feeling PairField::feel_logarithm(std::size_t i) const {
   return {strength * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength * logs};
 }
 
-/// All others, between those that are skipped; of a support those that move.
+/// Visits all others, between those that are skipped. The others of a support are those that move.
 template <class Visit>
 void PairField::for_each_range_of_others(std::size_t i, const Visit& visit) const {
   const std::size_t count = i < num_moving_ ? points_.size() : num_moving_;
@@ -200,7 +202,7 @@ void PairField::for_each_range_of_others(std::size_t i, const Visit& visit) cons
   visit(begin, count);
 }
 
-/// Pairs (i, j), i < j, that feel each other, or may where there are neighbours.
+/// Visits the pairs (i, j), i < j, that interact, or that may if there are lists of neighbours.
 template <class Visit>
 void PairField::for_each_pair(const Visit& visit) const {
   if (neighbours_) {
@@ -235,7 +237,7 @@ PairField::Feeling PairField::feel_all(std::size_t i) const {
   return {{fx.value(), fy.value(), fz.value()}, potential.value()};
 }
 
-/// Forces and energies at r, unless they are known.
+/// Evaluates forces and energies at r, unless they are known.
 void PairField::follow(const Parallel& parallel, const double* r) {
   const double changes = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
     bool found = false;
@@ -296,7 +298,7 @@ void PairField::for_each_stiffness(const Parallel& parallel, const double* r, co
   for_each_pair(visit_pair);
 }
 
-/// Where two points meet, energies like 1/r and ln r have no bound.
+/// Energies like 1/r and ln r have no bound where two points meet.
 std::optional<PairField::Collision> PairField::find_collision(const double* r, const double* v, double within) const {
   std::optional<Collision> nearest;
   const PairLaw law = potential_.law();
@@ -306,7 +308,7 @@ std::optional<PairField::Collision> PairField::find_collision(const double* r, c
     if (potential_.strength() * charges >= 0.0) return;
     const Vec3 apart = box_.nearest_image(load(r, points_[j]) - load(r, points_[i]));
     const double distance = norm(apart), approach = -dot(apart, load(v, points_[j]) - load(v, points_[i]));
-    // r/|r'| by r r' = apart.v
+    // The time until they meet is r/|r'|, by r r' = apart.v.
     if (!(distance * distance < within * approach) || (nearest && nearest->distance <= distance)) return;
     nearest = {points_[i], points_[j], distance};
   });

@@ -22,13 +22,14 @@ inline constexpr double far_apart2 = 1.25;
 
 /// Pair forces of one group, in the inner order.
 ///
-/// Each point gathers the forces of all its partners, in the order of their numbers: every pair is evaluated from both
+/// Each point gathers the forces of all its partners, in the order of their numbers. Every pair is evaluated from both
 /// sides, and any number of threads gives the same bits. Forces and energies are kept until the positions change; they
 /// are a function of these positions alone.
 class PairField {
  public:
-  /// Of every pair in which a point moves, or of those of two supports, which matter to nothing but the load that each
-  /// support carries. Supports that start at the same place are no pair: their force would have no direction.
+  /// The field has every pair in which a point moves, or those of two supports, which matter to nothing but the load
+  /// that each support carries. Supports that start at the same place are no pair, because their force would have no
+  /// direction.
   enum class Which { WithMovingPoints, OfSupports };
   PairField(const System& system, const PairForces& pairs, const Numbering& numbering,
             Which which = Which::WithMovingPoints);
@@ -36,40 +37,41 @@ class PairField {
 
   void add_forces(const Parallel& parallel, const double* r, double* f);
   double potential(const Parallel& parallel, const double* r);
-  /// That supports put in by their velocities, W.
+  /// Returns the power that supports put in by their velocities, W.
   double power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
-  /// Whether stiffness is known here. EnergyForces knows that of few points with a smooth law; nobody knows it of too
-  /// many.
+  /// Returns true if stiffness is known here. EnergyForces knows it for few points with a smooth law; for too many
+  /// points it is not known at all.
   bool gives_stiffness() const { return gives_stiffness_; }
-  /// visit(i, j, B) for each pair that feels each other at r, once, in a fixed order; i and j are inner numbers, one of
-  /// them moves. B is the derivative of the force on j in r_j, N/m, at one distance u r = r_j - r_i:
+  /// Calls visit(i, j, B) once for each pair that interacts at r, in a fixed order. i and j are inner numbers, and at
+  /// least one of the points moves. B is the derivative of the force on j in r_j, N/m. With the unit vector n along
+  /// r_j - r_i and the energy u(r),
   ///
-  ///   B = (-u'/r) (I - uu') - u'' uu'
+  ///   B = (-u'/r) (I - nn') - u'' nn'
   using VisitStiffness = std::function<void(Index, Index, const Block3&)>;
   void for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit);
 
-  /// The part of a step to make instead, where on its way a pair comes so near between two looks that the looks tell
-  /// nothing of it; 1: there is none. `masses` [moving point, or all], kg: of what is pushed. In pair_passages.cpp.
+  /// Returns the part of a step to make instead if a pair comes so near between two looks that these do not show it, or
+  /// 1 if none does. `masses` [moving point, or all], kg, are those of what is pushed. See pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
 
-  /// Two points, inner ones, that fall onto each other.
+  /// Two inner points that fall onto each other.
   struct Collision {
     Index i, j;
     double distance;  // m
   };
-  /// The nearest ones of those that come to one place within so many seconds by their velocities, where the law has no
-  /// bound there and pulls.
+  /// Returns the nearest pair that meets within so many seconds by its velocities, if the law attracts without bound
+  /// there.
   std::optional<Collision> find_collision(const double* r, const double* v, double within) const;
 
  private:
-  /// What one point feels.
+  /// The force on one point, and its share of energy.
   struct Feeling {
     Vec3 force;              // N
     double potential = 0.0;  // J, half of that of its pairs
   };
 
-  // What `find_passage` needs, in pair_passages.cpp.
+  // The following is for `find_passage`, in pair_passages.cpp.
 
   /// How far points go in a step: from where they begin, and from the chords of its pieces.
   struct Reach {
@@ -80,7 +82,7 @@ class PairField {
     std::size_t i, j;
     Vec3 shift;
   };
-  /// Where two points are nearest, or the origin in the motion of one relative to the other.
+  /// The instant at which two points are nearest to each other.
   struct Encounter {
     double r = std::numeric_limits<double>::infinity(), s = 0.0;  // m, and the fraction of the step
     double speed = 0.0;                                           // m/s there
@@ -122,11 +124,11 @@ class PairField {
   void prepare_search(double sigma, Pairs excluded);
 
   std::vector<Index> points_;   // inner ones, those that move first; numbered from 0 on in what follows
-  std::size_t num_moving_ = 0;  // the others feel these alone; of supports: all of them
+  std::size_t num_moving_ = 0;  // the others interact with these alone; for supports, all
   PairPotential potential_;
   std::vector<double> charges_;  // [point], of law coulomb
   PeriodicBox box_;
-  std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
+  std::optional<NeighbourLists> neighbours_;  // for laws with a cutoff
   IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
 
   bool is_known_ = false, gives_stiffness_;
@@ -134,8 +136,8 @@ class PairField {
   std::vector<double> x_, y_, z_;  // the same, without a cutoff
   std::vector<Feeling> felt_;      // [point]
 
-  // Of `find_passage`.
-  std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
+  // These serve `find_passage`.
+  std::optional<NeighbourLists> far_;  // for steps that lead beyond the skin of `neighbours_`
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
   /// No pair of a point comes to its cutoff before the points have travelled far enough.
   struct {

@@ -13,7 +13,7 @@ Vec3 PairField::force_along(const PointPath& path, const Approach& approach, dou
   return r < potential_.cutoff() ? (potential_.signed_force_at(r) / r) * d : Vec3{};
 }
 
-/// Where the distance crosses the cutoff between a and b, of which one is inside.
+/// Returns where the distance crosses the cutoff between a and b, of which one is inside.
 double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
   const auto excess = [&](double s) {
     const Vec3 d = relative(path, approach, s).r;
@@ -37,12 +37,12 @@ double PairField::find_crossing(const PointPath& path, const Approach& approach,
   return b;
 }
 
-/// A contact that begins or ends inside the step, or of which the step goes through a large part: what the pair's force
-/// does on the path is compared with what the scheme makes of it by its looks,
+/// Examines a contact that begins or ends inside the step, or of which the step goes through a large part. The pair's
+/// impulse on the path is compared with the scheme's quadrature over its looks,
 ///
 ///   h (integral F(s) ds - sum_i w_i F(s_i))
 ///
-/// and where they differ, the next attempt ends at the kink, with a smooth force on either side.
+/// If they differ, the next attempt ends at the kink, with a smooth force on either side.
 double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
                                 std::span<const double> masses) const {
   constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step

@@ -1,6 +1,6 @@
-/// \file What a step may pass unseen: two points that meet and part between the looks of its scheme, or come much
-/// nearer there than at any of them. Forces that the looks have seen at half their size or more are the business of
-/// the scheme's own error estimate.
+/// \file Finds what a step may pass unseen: two points that meet and part between the looks of its scheme, or come much
+/// nearer there than at any of them. Forces that the looks have seen at half their size or more are left to the
+/// scheme's own error estimate.
 
 #include <algorithm>
 #include <array>
@@ -17,28 +17,28 @@ namespace {
 
 constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
 
-/// Where on the chord from d to d + e the origin is nearest, as a fraction.
+/// Returns the fraction of the chord from d to d + e at which the origin is nearest.
 double nearest_fraction(Vec3 d, Vec3 e) {
   const double length2 = squared(e);
   return length2 > 0.0 ? std::clamp(-dot(d, e) / length2, 0.0, 1.0) : 0.0;
 }
 
-/// What sorts pairs out, see PairField::Nearness.
+/// The bounds that sort pairs out, see PairField::Nearness.
 struct Bounds {
   double cutoff2 = 0.0;  ///< m^2
-  double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
-  double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
+  double outer2 = 0.0;   ///< m^2: pairs whose path may come within the cutoff have a chord as near as this
+  double slack = 0.0;    ///< m^2: by so much more than on its chord z may grow on a path
 
-  /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less
-  /// than twofold if z grows by no more than this.
+  /// Returns by how much z = r_cutoff^2 - r^2 may grow so that forces grow less than twofold. They grow no faster than
+  /// z where z is small, and like a power of r elsewhere.
   double allowed_growth(double seen2) const {
     const double seen = std::max(cutoff2 - seen2, 0.0);
     return std::max(0.2 * seen, std::min(0.5 * seen, 0.025 * cutoff2));
   }
 };
 
-/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1; and the least of |d^2 - r_cutoff^2|, m^2: in
-/// lanes, without branches.
+/// Returns true if one of these pairs may pass unseen, by its chord d + u e, 0 <= u <= 1. Writes the least
+/// |d^2 - r_cutoff^2| to `apart`, m^2. The loops run in lanes, without branches.
 bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
                   const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others, double* apart) {
   return dispatch([=, &bounds, &box, &begins, &moves] {
@@ -69,7 +69,7 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
         least = from_cutoff < least ? from_cutoff : least;
         const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
         const double ahead = along < 0.0 ? -along : 0.0;
-        const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
+        const double part = ahead < length2 ? ahead : length2;  // part of the chord, times its squared length
         const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
         const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
         const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
@@ -88,10 +88,12 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
   });
 }
 
-/// How far points go in one cubic piece of this length, and begins := where they begin, moves := the chords.
+/// The largest squares of what points do in one cubic piece.
 struct Squares {
   double move = 0.0, bend = 0.0, travel = 0.0;  // m^2: the largest chord, |H v - e|, and move since `begins`
 };
+/// Measures how far points go in one cubic piece of this length. Sets `begins` to where they begin and `moves` to the
+/// chords.
 Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length,
                        const std::array<const double*, 4>& ends, Vec3* begins, Vec3* moves) {
   return dispatch([=, &ends]() -> Squares {
@@ -120,8 +122,8 @@ Squares measure_chords(std::size_t first, std::size_t last, const Index* points,
 
 }  // namespace
 
-/// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an
-/// end as anywhere.
+/// Sorts out, at the cost of one force evaluation, what nearly all pairs are: too far to meet, or as near at an end of
+/// their chord as anywhere on it.
 class PairField::Nearness {
  public:
   Nearness(PairField& field, const PointPath& path, const Reach& reach)
@@ -130,17 +132,18 @@ class PairField::Nearness {
         all_(bounds(2.0 * reach.sagitta)),
         far_(field.potential_.cutoff() + 2.0 * reach.move),
         travels_(reach.move + 20.0 * reach.sagitta) {
-    // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
+    // Each pair is examined by itself if the path has several pieces, if there is no cutoff, or if several images may
+    // come near.
     by_chords_ = path.num_pieces() == 1 && field.neighbours_;
     for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
       by_chords_ = by_chords_ && !(edge > 0.0 && edge < 2.0 * far_);
   }
 
-  /// No pair of point i comes to its cutoff.
+  /// Returns true if no pair of point i comes to its cutoff.
   bool is_quiet(std::size_t i) const {
     return by_chords_ && field_.quiet_.travelled + travels_ < field_.quiet_.until[i];
   }
-  /// Of point i with one of the others.
+  /// Returns true if point i may pass one of the others unseen.
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
     if (!by_chords_) return true;
     double apart = 0.0;
@@ -153,7 +156,7 @@ class PairField::Nearness {
   }
   bool may_pass(const Approach& approach) const;
 
-  /// Points farther from each other do not meet.
+  /// Returns the distance beyond which points do not meet, m.
   double far() const { return far_; }
 
  private:
@@ -166,14 +169,14 @@ class PairField::Nearness {
   const PointPath& path_;
   Bounds all_;
   double far_;      // m
-  double travels_;  // m: so far that chords, too, stay on one side of the cutoff
+  double travels_;  // m: an upper bound of the travel, by which chords, too, stay on one side of the cutoff
   bool by_chords_ = false;
 };
 
 double PairField::find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses) {
   const Reach reach = measure_reach(parallel, path);
   if (!(reach.move > 0.0)) return 1.0;
-  // Fixed steps are looked at only where they are long, and so few.
+  // Fixed steps are examined only if they are long, so that few are.
   constexpr double short_move = 0.05;
   if (!path.follows_tolerance && reach.move < short_move * std::min(potential_.cutoff(), potential_.sigma()))
     return 1.0;
@@ -204,7 +207,7 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   return part;
 }
 
-/// With where points begin and how far they go, side by side.
+/// Measures how far points go, and keeps where they begin and how far each goes, side by side.
 PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointPath& path) {
   const std::size_t pieces = path.num_pieces();
   const double length = path.h / static_cast<double>(pieces);
@@ -246,20 +249,20 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
     return most;
   });
   quiet_.travelled += std::sqrt(travel2);
-  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
+  // The bound 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|) takes one root for all points.
   const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
   return {std::sqrt(move2) + sagitta, sagitta};
 }
 
-/// Lists would be long.
+/// Returns true if lists of this radius would be long.
 bool PairField::are_too_many(double radius) const {
   PointRoom room;
   for (const Vec3& r : begins_) room.add(r);
   return room.is_crowded(begins_.size(), radius);
 }
 
-/// Lists of all pairs that may count while no point goes farther than `move`: without a cutoff those that may
-/// halve their distance. Null: there would be too many.
+/// Returns lists of all pairs that may count while no point goes farther than `move`. Without a cutoff these are pairs
+/// that may halve their distance. Returns null if there would be too many.
 const NeighbourLists* PairField::find_near(const Parallel& parallel, double move) {
   if (neighbours_) {
     if (neighbours_->cover(parallel, begins_, move)) return &*neighbours_;
@@ -268,7 +271,7 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
       return &*neighbours_;
     }
   }
-  // d > 2 x (2 move) to begin with: more than half of it is left.
+  // A pair that begins with d > 2 x (2 move) keeps more than half of its distance.
   const double reach = neighbours_ ? move : 2.0 * move, skin = 6.0 * reach;  // for some two steps
   if (far_->cover(parallel, begins_, reach)) return &*far_;
   if (are_too_many(skin)) return nullptr;
@@ -276,7 +279,7 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-/// Each image of j that comes near, where the box is not large beside the step.
+/// Examines each image of j that comes near. There are several if the box is not large beside the step.
 double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                                        std::span<const double> masses) const {
   const Vec3 d = begins_[j] - begins_[i], nearest = box_.nearest_image(d);
@@ -296,7 +299,8 @@ double PairField::find_passage_of_pair(const PointPath& path, const Nearness& ne
   return part;
 }
 
-/// The same of two points alone: along the chords of all pieces, and as far from them as these two may be.
+/// Returns true if two points may pass unseen, by the chords of all pieces and the largest distance of their path from
+/// these.
 bool PairField::Nearness::may_pass(const Approach& approach) const {
   const auto place = [&](std::size_t k) {
     const auto knot = static_cast<double>(k) / static_cast<double>(path_.num_pieces());
@@ -325,7 +329,8 @@ PointPath::Place PairField::relative(const PointPath& path, const Approach& appr
   return {j.r - i.r + approach.shift, j.v - i.v};
 }
 
-/// Halves [a, b] while the path may be near and bends; then Newton's method on d.d' = 0.
+/// Finds the nearest place in [a, b]. The interval is halved while the path may be near and bends; then Newton's method
+/// solves d.d' = 0.
 void PairField::narrow(const PointPath& path, const Approach& approach, double a, double b, int depth,
                        Encounter* nearest) const {
   constexpr double straight = 0.02;  // |sagitta| over the chord
@@ -356,7 +361,7 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
     const auto [d, v] = relative(path, approach, s);
     if (const double r = norm(d); r < nearest.r) nearest = {r, s, norm(v)};
   }
-  // In one piece of the path after the other.
+  // The search goes through one piece of the path after the other.
   const auto pieces = static_cast<double>(path.num_pieces());
   for (double s = a; s < b;) {
     const double end = std::min(b, (std::floor(s * pieces * (1.0 + 1e-12)) + 1.0) / pieces);
@@ -366,7 +371,7 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
   return nearest;
 }
 
-/// How far a push that nobody saw would move the point, over the tolerance.
+/// Returns the error of a point by an unseen impulse, over its tolerance.
 double PairField::measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
   const Index point = points_[i];
   if (static_cast<std::size_t>(point) >= masses.size()) return 0.0;
@@ -387,15 +392,15 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
   return std::min(find_unseen(path, approach, nearest, masses), resolve_kinks(path, approach, nearest, masses));
 }
 
-/// A meeting that no look has seen.
+/// Returns the part of the step to make instead if no look has seen the points meet, or 1 otherwise.
 double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
                               std::span<const double> masses) const {
   const double most = potential_.largest_force(nearest_of_all.r, std::numeric_limits<double>::infinity());
   const auto force_seen = [&](double s) { return potential_.force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));
   if (most <= seen_enough * seen) return 1.0;
-  // Stages in between have seen it too, unless a force of this size throws them off the path that the ends tell.
-  constexpr double thrown_off = 0.05;  // of how deep the pair is in its range
+  // The stages in between have seen it, too, unless a force of this size throws them off the path that the ends define.
+  constexpr double thrown_off = 0.05;  // part of the pair's depth in its range
   double inverse_mass = 0.0;
   for (const std::size_t i : {approach.i, approach.j})
     if (const auto point = static_cast<std::size_t>(points_[i]); point < masses.size())
@@ -411,14 +416,15 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
     const double farthest = std::max(norm(relative(path, approach, a).r), norm(relative(path, approach, b).r));
     const double force = potential_.largest_force(nearest.r, farthest);
     if (!(force > seen_enough * seen)) continue;
-    // It lasts while they pass each other within the range; without a cutoff, where the force is a third of this.
+    // The force lasts while the points pass each other within the range. Without a cutoff, the range ends where the
+    // force is a third of its largest value.
     const auto passing = [&](double range) {
       return 2.0 * std::sqrt(std::max(range * range - nearest.r * nearest.r, 0.0)) / (nearest.speed * path.h);
     };
     const double lasts = std::min(b - a, passing(std::min(potential_.cutoff(), 3.0 * nearest.r)));
     const double impulse = force * lasts * path.h;
     if (!(measure(path, approach, impulse, masses) > 1.0)) continue;
-    // The next step ends where the force begins, or, where it has begun, on the way to its largest value.
+    // The next step ends where the force begins, or, if it has begun, on the way to its largest value.
     const double begins = std::max(nearest.s - 0.5 * passing(std::min(potential_.cutoff(), 2.0 * nearest.r)), 0.0);
     const double rises = nearest.s - begins;
     return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;

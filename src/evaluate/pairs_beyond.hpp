@@ -11,11 +11,11 @@ class PairsBeyond {
  public:
   virtual ~PairsBeyond() = default;
 
-  /// What others' points do to those of this process, N [3n].
+  /// Adds what others' points do to those of this process to f, N [3n].
   virtual void add_forces(const double* r, double* f) = 0;
-  /// Half of the energy of these pairs, J: the other process counts the other half.
+  /// Returns half of the energy of these pairs, J; the other process counts the other half.
   virtual double potential(const double* r) = 0;
-  /// As PairField's; `masses` [moving point], kg.
+  /// Finds a passage as PairField does. `masses` are [moving point], kg.
   virtual double find_passage(const PointPath& path, std::span<const double> masses) = 0;
 };
 

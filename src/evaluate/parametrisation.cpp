@@ -10,8 +10,8 @@ namespace tanor {
 
 namespace {
 
-/// Lists of families, kind by kind in the order of the list of kinds: one family each, but one for each group of a
-/// user's own coordinates.
+/// Lists of families, in the order of the list of kinds. A list has one family, but one for each group of a user's own
+/// coordinates.
 template <class Kinds>
 struct ListsOf;
 template <class... Groups>

@@ -16,7 +16,7 @@ class PeriodicBox {
 
   const Vec3& edges() const { return edges_; }
 
-  /// d - (whole edges) that is shortest; the opposite, bit by bit, for -d.
+  /// Returns the shortest d - (whole edges). That of -d is the opposite, bit by bit.
   Vec3 nearest_image(Vec3 d) const {
     return {d.x - edges_.x * round(d.x * inverses_.x), d.y - edges_.y * round(d.y * inverses_.y),
             d.z - edges_.z * round(d.z * inverses_.z)};
@@ -24,7 +24,7 @@ class PeriodicBox {
 
  private:
   static double inverse(double edge) { return edge > 0.0 ? 1.0 / edge : 0.0; }
-  /// Nearest integer for |x| < 2^51; the one of libm is a call and stops the pipeline.
+  /// Returns the nearest integer for |x| < 2^51. The function of libm is a call and stops the pipeline.
   static double round(double x) {
     constexpr double shift = 0x1.8p52;
     return (x + shift) - shift;

@@ -4,7 +4,7 @@
 
 namespace tanor {
 
-/// Where one point is: r = r(q, t) with S coordinates.
+/// The position of one point, r = r(q, t) with S coordinates, and its derivatives.
 template <int S>
 struct Place {
   Vec3 r, v, psi;

@@ -46,7 +46,7 @@ namespace {
   return result;
 }
 
-/// What part(begin, end) adds up, of 64 parts in their order.
+/// Returns what part(begin, end) adds up, over 64 parts in their order.
 template <class Sum, class Part>
 Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
   constexpr std::size_t num_parts = 64, grain = 2048;

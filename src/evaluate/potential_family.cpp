@@ -15,10 +15,11 @@ namespace {
 
 constexpr std::size_t most_numbers = 3 * static_cast<std::size_t>(PotentialKernel::most_points);
 static_assert(series_width == num_lanes);
-/// Of laws by hand, some ten microseconds for a thousand tuples: less is done before a thread has woken.
+/// Hand-written laws take some ten microseconds for a thousand tuples. A smaller share is done before a thread has
+/// woken.
 constexpr std::size_t chunks_worth_a_thread = 1024;
 
-/// [member][column] column by column, each filled up with its last entry.
+/// Transposes rows [member][column] to columns, each filled up to `stride` with its last entry.
 template <class Number>
 std::vector<Number> transpose_columns(const std::vector<Number>& rows, std::size_t size, std::size_t stride) {
   const std::size_t width = size > 0 ? rows.size() / size : 0;
@@ -49,7 +50,7 @@ PotentialFamily::PotentialFamily(EnergyGroup group, const Numbering& numbering)
   }
 }
 
-/// body(first, count) for chunks of `series_width` members.
+/// Calls body(first, count) for chunks of `series_width` members.
 template <class Body>
 void PotentialFamily::for_chunks(const Parallel& parallel, const Body& body) const {
   const Parallel serial(1);
@@ -114,7 +115,7 @@ void PotentialFamily::run_program(const Chunk& chunk) const {
   }
   for (std::size_t lane = 0; lane < chunk.count && chunk.rates != nullptr; ++lane)
     chunk.rates[lane] = program_.adjoint(lanes, order, program_.num_variables() - 1)[0][lane];
-  // Along r + e e_j the gradient grows by the column j of the Hessian.
+  // The gradient grows along r + e e_j by the column j of the Hessian.
   for (std::size_t j = 0; j < size && chunk.hessians != nullptr; ++j) {
     program_.variable(lanes, order, j)[1] = one;
     program_.evaluate(lanes, order, 1);

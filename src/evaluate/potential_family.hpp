@@ -14,10 +14,10 @@ namespace tanor {
 
 /// Tuples of p points with one energy U(r_1 … r_p, t), in the inner order.
 ///
-/// Forces and energies of built-in laws are written by hand. Else, and for all stiffness, where U is known as an
-/// expression, eight tuples run side by side: forwards for U, backwards for its gradient, and both once more with a
-/// step along each coordinate for the columns of the Hessian. Otherwise the kernel is called. Each tuple writes what is
-/// its own, so any number of threads gives the same bits. Where U is not finite, neither is its gradient.
+/// Forces and energies of built-in laws are written by hand. Otherwise, and for all stiffness, eight tuples run side by
+/// side if U is known as an expression: forwards for U, backwards for its gradient, and both once more with a step
+/// along each coordinate for the columns of the Hessian. Without an expression the kernel is called. Each tuple writes
+/// what is its own, so any number of threads gives the same bits. Where U is not finite, neither is its gradient.
 class PotentialFamily {
  public:
   PotentialFamily(EnergyGroup group, const Numbering& numbering);
@@ -27,23 +27,23 @@ class PotentialFamily {
   Index point(std::size_t k, std::size_t i) const { return points_[i * stride_ + k]; }
   bool depends_on_time() const { return group_.kernel.depends_on_time; }
 
-  /// -dU/dr [p][member][3], N, and the explicit dU/dt [member], W, where U depends on time.
+  /// Writes -dU/dr [p][member][3], N, and the explicit dU/dt [member], W, if U depends on time.
   void evaluate_forces(const Parallel& parallel, double t, const double* r, double* forces, double* rates) const;
-  /// U [member], J.
+  /// Writes U [member], J.
   void evaluate_energies(const Parallel& parallel, double t, const double* r, double* energies) const;
-  /// -d2U/dr_i dr_j' [member][p][p], N/m.
+  /// Writes -d2U/dr_i dr_j' [member][p][p], N/m.
   void evaluate_stiffness(const Parallel& parallel, double t, const double* r, Block3* blocks) const;
 
-  /// Names the first tuple whose energy or force is not finite, and what is wrong there; empty: there is none.
+  /// Names the first tuple whose energy or force is not finite, and why. Returns an empty string if there is none.
   std::string find_undefined(const Parallel& parallel, double t, const double* r) const;
 
  private:
-  /// Of tuples that run side by side; what is not wanted is null.
+  /// Input and output of tuples that run side by side. Output that is not wanted is null.
   struct Chunk {
     std::size_t first, count;
     double t;
     const double* r;
-    double *energies, *gradients, *hessians, *rates;  // from the chunk's first member on; gradients [member][3p]
+    double *energies, *gradients, *hessians, *rates;  // begin at the chunk's first member; gradients [member][3p]
   };
   void run(const Chunk& chunk) const;
   void run_program(const Chunk& chunk) const;
@@ -53,8 +53,8 @@ class PotentialFamily {
   void for_chunks(const Parallel& parallel, const Body& body) const;
   void run_by_hand(const Parallel& parallel, const double* r, double* forces, double* energies) const;
 
-  EnergyGroup group_;      // its arrays member by member, points the user's
-  SeriesProgram program_;  // empty where the kernel is a black box
+  EnergyGroup group_;      // its arrays are member by member, with the user's points
+  SeriesProgram program_;  // empty if the kernel is a black box
   std::size_t p_, num_constants_, size_, stride_;
   std::vector<Index> points_;      // [p][stride]
   std::vector<char> in_a_row_;     // [p][stride/8]

@@ -2,8 +2,8 @@
 
 namespace tanor {
 
-/// One product of X'WX (S, Gamma, H, G): weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
-/// weight = sign_a sign_b w of the point that both rows share, or the sum over several points where the blocks are the
+/// One product of X'WX (S, Gamma, H, G). It adds weight * g_a.g_b of the blocks a, b to the entry (row, column). The
+/// weight is sign_a sign_b w of the point that both rows share, or the sum over several points if the blocks are the
 /// same.
 struct Product {
   int row, column;  // row >= column

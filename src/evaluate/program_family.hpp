@@ -12,12 +12,12 @@
 
 namespace tanor {
 
-/// Where a variable of a program comes from: a coordinate or a velocity of one of a member's points, or a function of
-/// time of its own.
+/// The source of a variable of a program: a coordinate or a velocity of one of a member's points, or a function of time
+/// that the member has.
 struct SeriesVariable {
   enum class Source { Position, Velocity, Time } source;
-  int point = 0, component = 0;  ///< of Position and Velocity: point within the member
-  int function = 0;              ///< of Time: number within the member
+  int point = 0, component = 0;  ///< for Position and Velocity: point within the member
+  int function = 0;              ///< for Time: number within the member
 };
 
 /// Members that share one expression, as series in time. `coefficients[k]` [3n] are those of the points.
@@ -30,7 +30,7 @@ class ProgramFamily {
         points_per_member_(static_cast<std::size_t>(points_per_member)),
         functions_per_member_(static_cast<std::size_t>(functions_per_member)) {}
 
-  /// `functions`: slots in a TimeSeriesTable.
+  /// Appends a member. `functions` are slots in a TimeSeriesTable.
   template <class Points>
   void append_member(const Points& points, std::span<const std::size_t> functions) {
     points_.insert(points_.end(), points.begin(), points.end());
@@ -43,7 +43,7 @@ class ProgramFamily {
   std::size_t points_per_member() const { return points_per_member_; }
   const SeriesProgram& program() const { return program_; }
 
-  /// Room for series up to this order.
+  /// Makes room for series up to this order.
   void resize(int order) {
     order_ = order;
     lanes_per_chunk_ = program_.num_lanes(order);
@@ -51,7 +51,8 @@ class ProgramFamily {
   }
 
   int order() const { return order_; }
-  /// body(lanes) with those of a chunk; a member that is alone has plain numbers, an eighth of the memory.
+  /// Calls body(lanes) with the lanes of a chunk. A member that is alone has plain numbers, which take an eighth of the
+  /// memory.
   template <class Body>
   void with_lanes(std::size_t chunk, const Body& body) {
     if (is_alone())
@@ -59,13 +60,13 @@ class ProgramFamily {
     else
       body(reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_);
   }
-  /// Member in a lane; the last chunk repeats the last one.
+  /// Returns the member in a lane. The last chunk repeats the last member.
   std::size_t member(std::size_t chunk, std::size_t lane) const {
     return std::min(chunk * series_width + lane, size_ - 1);
   }
 
-  /// Coefficient k of the variables of a chunk, into its lanes; with `points_known` false that of the points is taken
-  /// as 0.
+  /// Loads coefficient k of the variables of a chunk into its lanes. If `points_known` is false, that of the points is
+  /// taken as 0.
   template <class Lane>
   void load(Lane* base, std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
             bool points_known = true) {
@@ -84,7 +85,7 @@ class ProgramFamily {
           member_of(values, lane) = table[slot][k];
           continue;
         }
-        // v = r': v_k = (k + 1) r_{k+1}
+        // v = r' gives v_k = (k + 1) r_{k+1}.
         const bool is_position = variable.source == SeriesVariable::Source::Position;
         const double* const from = coefficients[static_cast<std::size_t>(is_position ? k : k + 1)];
         const std::size_t place = 3 * point(m, variable.point) + static_cast<std::size_t>(variable.component);

@@ -1,6 +1,6 @@
 #include "evaluate/constraints.hpp"
 
-/// \file Constraints' evaluations, each of all members or of some.
+/// \file The evaluations of Constraints for selected members.
 namespace tanor {
 
 namespace {

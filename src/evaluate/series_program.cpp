@@ -11,14 +11,14 @@ namespace {
 
 using Operation = Expression::Operation;
 
-/// sum over j = first … last of a_j b_{k-j}
+/// Adds up a_j b_{k-j} for j = first … last.
 template <class Lane>
 [[gnu::always_inline]] inline void add_products(const Lane* a, const Lane* b, int k, int first, int last, Lane* sum) {
   Lane s = *sum;
   for (int j = first; j <= last; ++j) s += a[j] * b[k - j];
   *sum = s;
 }
-/// sum over j = first … k - first of a_j a_{k-j}, each pair once
+/// Adds up a_j a_{k-j} for j = first … k - first, each pair once.
 template <class Lane>
 [[gnu::always_inline]] inline void add_squares(const Lane* a, int k, int first, Lane* sum) {
   Lane half{};
@@ -27,7 +27,7 @@ template <class Lane>
   *sum += 2.0 * half;
   if (2 * j == k) *sum += a[j] * a[j];
 }
-/// sum over j = first … last of j a_j b_{k-j}
+/// Adds up j a_j b_{k-j} for j = first … last.
 template <class Lane>
 [[gnu::always_inline]] inline void add_weighted(const Lane* a, const Lane* b, int k, int first, int last, Lane* sum) {
   Lane s = *sum;
@@ -78,7 +78,7 @@ bool SeriesProgram::is_linear_in(const std::vector<char>& counts) const {
         varies[i] = varies[static_cast<std::size_t>(a)] || varies[static_cast<std::size_t>(b)];
         break;
       default:
-        // A product with a function of time turns what it multiplies.
+        // A product with a function of time changes the gradient of what it multiplies.
         if (varies[static_cast<std::size_t>(a)] || varies[static_cast<std::size_t>(b)]) return false;
     }
   }
@@ -91,10 +91,10 @@ namespace {
 template <class Lane>
 struct Operands {
   const Lane *a, *b, *c;
-  Lane *r, *after;  // `after`: of the next instruction, which is the cosine of a sine
+  Lane *r, *after;  // `after` is that of the next instruction, which is the cosine of a sine
 };
 
-/// Coefficient k of sums, products and choices; false: it is another function.
+/// Evaluates coefficient k of sums, products and choices. Returns false if it is another function.
 template <class Lane>
 [[gnu::always_inline]] inline bool evaluate_arithmetic(const Expression::Instruction& instruction,
                                                        const Operands<Lane>& operands, int k) {
@@ -147,7 +147,7 @@ template <class Lane>
   }
 }
 
-/// Coefficient 0 of a function: its value.
+/// Evaluates coefficient 0 of a function, which is its value.
 template <class Lane>
 [[gnu::always_inline]] inline void evaluate_value(Operation operation, const Operands<Lane>& operands) {
   const auto& [a, b, c, r, after] = operands;
@@ -171,7 +171,7 @@ template <class Lane>
   }
 }
 
-/// Coefficient k > 0 of a function, from the differential equation that it solves.
+/// Evaluates coefficient k > 0 of a function, from the differential equation that it solves.
 template <class Lane>
 [[gnu::always_inline]] inline void evaluate_function(Operation operation, const Operands<Lane>& operands, int k) {
   const auto& [a, b, c, r, after] = operands;
@@ -195,7 +195,7 @@ template <class Lane>
       break;
     case Operation::Sin:
     case Operation::Sinh:
-      // s' = a' c, c' = -a' s; sinh and cosh: +
+      // s' = a' c, c' = -a' s, and + for sinh and cosh
       add_weighted(a, after, k, 1, k, &sum);
       r[k] = inverse * sum;
       add_weighted(a, r, k, 1, k, &other);
@@ -215,7 +215,7 @@ template <class Lane>
       r[k] = inverse * (sum - other - last) / c[0];
       break;
     default:
-      break;  // a cosine: with the sine before it
+      break;  // a cosine is evaluated with the sine before it
   }
 }
 
@@ -237,14 +237,14 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
   });
 }
 
-/// The series of an instruction and of its operands, and where the adjoints of these gather.
+/// The series of an instruction and of its operands, and where the adjoints of the operands gather.
 template <class Lane>
 struct Adjoints {
   const Lane *a, *b, *c, *r, *self;
   Lane *to_a, *to_b, *q;  // q: a quotient of series
 };
 
-/// What the adjoint of a sum, product or choice adds to those of its operands; false: it is another function.
+/// Adds the adjoint of a sum, product or choice to those of its operands. Returns false if it is another function.
 template <class Lane>
 [[gnu::always_inline]] inline bool differentiate_arithmetic(const Expression::Instruction& instruction,
                                                             const Adjoints<Lane>& of, int k) {
@@ -293,7 +293,7 @@ template <class Lane>
   }
 }
 
-/// The same of a function.
+/// Adds the adjoint of a function to those of its operands.
 template <class Lane>
 [[gnu::always_inline]] inline void differentiate_function(Operation operation, const Adjoints<Lane>& of, int k) {
   // q = self/divisor
@@ -336,7 +336,7 @@ template <class Lane>
   }
 }
 
-/// The same of sines and cosines; `length` lies between the series of a pair.
+/// Adds the adjoint of a sine or cosine to that of its operand; `length` lies between the series of a pair.
 template <class Lane>
 [[gnu::always_inline]] inline void differentiate_pair(Operation operation, const Adjoints<Lane>& of, std::size_t length,
                                                       int k) {

@@ -7,12 +7,12 @@
 
 namespace tanor {
 
-/// The same number of several members, side by side: a view of doubles at any address.
+/// The members that stand side by side in a SeriesLane, which is a view of doubles at any address.
 inline constexpr std::size_t series_width = 8;
 using SeriesLane =
     double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
 
-/// Members in a lane: a plain double holds one.
+/// The number of members in a lane; a plain double holds one.
 template <class Lane>
 inline constexpr std::size_t width_of = sizeof(Lane) / sizeof(double);
 inline double& member_of(SeriesLane& lane, std::size_t m) {
@@ -28,12 +28,12 @@ inline double member_of(const double& lane, std::size_t) {
   return lane;
 }
 
-/// An expression run on series in time, coefficient by coefficient, `series_width` members at once: coefficient k of
+/// Runs an expression on series in time, coefficient by coefficient, `series_width` members at once. Coefficient k of
 /// every instruction follows from the coefficients up to k of those before it (Griewank & Walther, table 13.2), and
 /// coefficient k of every adjoint from the coefficients up to k of the values and of the adjoints behind it.
 ///
-/// One member's O(order) numbers of each instruction are kept by the caller: `num_lanes(order)` lanes, which are
-/// SeriesLane, or double for a member that is alone.
+/// The caller keeps one member's O(order) numbers of each instruction: `num_lanes(order)` lanes, which are SeriesLane,
+/// or double for a member that is alone.
 class SeriesProgram {
  public:
   SeriesProgram() = default;
@@ -41,14 +41,14 @@ class SeriesProgram {
 
   std::size_t num_variables() const { return expression_.variables.size(); }
   std::size_t num_results() const { return expression_.results.size(); }
-  /// No product or function of the variables for which `counts` is true: adjoints of those never change.
+  /// Returns true if no product or function has variables for which `counts` is true; their adjoints never change.
   bool is_linear_in(const std::vector<char>& counts) const;
 
   std::size_t num_lanes(int order) const {
     return (num_instructions() + num_adjoints_ + num_quotients_) * stride(order);
   }
 
-  /// Coefficients 0 … order of variable i, and of result m.
+  /// Returns coefficients 0 … order of variable i; `result` returns those of result m.
   template <class Lane>
   Lane* variable(Lane* lanes, int order, std::size_t i) const {
     return lanes + number(expression_.variables[i]) * stride(order);
@@ -57,16 +57,16 @@ class SeriesProgram {
   const Lane* result(const Lane* lanes, int order, std::size_t m) const {
     return lanes + number(expression_.results[m]) * stride(order);
   }
-  /// Adjoint of variable i: sum over the results of (d result/d variable) seed.
+  /// Returns the adjoint of variable i, which is the sum over the results of (d result/d variable) seed.
   template <class Lane>
   const Lane* adjoint(const Lane* lanes, int order, std::size_t i) const {
     return lanes + (num_instructions() + number(expression_.variables[i])) * stride(order);
   }
 
-  /// Coefficient k of everything, from that of the variables.
+  /// Evaluates coefficient k of everything, from that of the variables.
   template <class Lane>
   void evaluate(Lane* lanes, int order, int k) const;
-  /// Coefficient k of all adjoints, from that of the seeds, one for each result. Values are known up to k.
+  /// Evaluates coefficient k of all adjoints, from that of the seeds, one for each result. Values are known up to k.
   template <class Lane>
   void differentiate(Lane* lanes, int order, int k, const Lane* seeds) const;
 

@@ -17,11 +17,11 @@ SpringForces::SpringForces(const Numbering& numbering, std::vector<Spring> sprin
   on_points_ = {numbering.num_points(), springs_.size(), ends};
 }
 
-/// On point j: -(k (L - rest) + c dL/dt) u, u from i to j.
+/// Returns the force on point j, -(k (L - rest) + c dL/dt) u, with u from i to j.
 Vec3 SpringForces::force_of(const Spring& spring, const double* r, const double* v, Part part) {
   const Vec3 a = load(r, spring.j) - load(r, spring.i);
   const double length = norm(a);
-  // Points on top of each other: the direction is undefined, the force 0 (exact for a rest length of 0).
+  // If the points coincide, the direction is undefined and the force is 0, which is exact for a rest length of 0.
   const Vec3 unit = length > 0.0 ? (1.0 / length) * a : Vec3{};
   double tension = 0.0;
   if (part != Part::Viscous) tension += spring.stiffness * (length - spring.rest_length);
@@ -40,7 +40,7 @@ void SpringForces::evaluate(const Parallel& parallel, const double* r, const dou
 }
 
 double SpringForces::energy(const Parallel& parallel, const double* r) const {
-  // k (L - rest)^2/2
+  // A spring has k (L - rest)^2/2.
   return parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
     const double stretch = norm(load(r, spring.j) - load(r, spring.i)) - spring.rest_length;
@@ -112,11 +112,11 @@ void SpringForces::add_compliant_forces(const Parallel& parallel, const double* 
   });
 }
 
-/// F = -T u on j with a = r_j - r_i = L u, b = v_j - v_i, T = k (L - rest) + c u.b:
+/// Evaluates the derivatives of F = -T u on j with a = r_j - r_i = L u, b = v_j - v_i, T = k (L - rest) + c u.b:
 ///
 ///   dF/dr_j = -u (k u + c (b - (u.b)u)/L)' - (T/L)(I - u u'),   dF/dv_j = -c u u'
 ///
-/// of compliant ones, T = -tau being an unknown, the second term alone.
+/// Compliant springs have the term in T/L alone, because T = -tau is an unknown.
 void SpringForces::evaluate_derivatives(const Parallel& parallel, const double* r, const double* v, const double* tau,
                                         Block3* by_position, Block3* by_velocity) const {
   parallel.for_ranges(springs_.size(), [&](std::size_t begin, std::size_t end) {

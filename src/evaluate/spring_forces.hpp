@@ -15,7 +15,7 @@ struct Spring {
   Index i, j;
   double stiffness, damping, rest_length;  // N/m, N s/m, m
 
-  /// Its force is not (nearly) linear in r, so implicit methods give it a multiplier.
+  /// Returns true if the force is not (nearly) linear in r, so that implicit methods give it a multiplier.
   bool is_compliant() const { return rest_length > 0.0 && (stiffness > 0.0 || damping > 0.0); }
 };
 
@@ -30,30 +30,31 @@ class SpringForces {
 
   /// Finds the force of each spring; compliant ones may be left out.
   void evaluate(const Parallel& parallel, const double* r, const double* v, bool with_compliant);
-  /// The forces of the last `evaluate`.
+  /// Returns the forces of the last `evaluate`.
   const ForcesOnPoints& on_points() const { return on_points_; }
 
-  /// sum k (L - rest)^2/2, J.
+  /// Returns the sum of k (L - rest)^2/2, J.
   double energy(const Parallel& parallel, const double* r) const;
-  /// Of damping, on the moving points, W.
+  /// Returns the power of damping on the moving points, W.
   double power_of_damping(const Parallel& parallel, const double* r, const double* v) const;
-  /// That moving supports put into the energy, W.
+  /// Returns the power that moving supports put into the energy, W.
   double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
 
-  // What implicit methods see. A spring with a rest length is compliant: a rod that gives way, with a multiplier tau of
-  // its own, tau + k (L - rest) + c dL/dt = 0, so that Newton's iteration converges as it does with rods, however
-  // stiff.
+  // The following is for implicit methods. A spring with a rest length is compliant: it is a rod that gives way, with a
+  // multiplier tau of its own, tau + k (L - rest) + c dL/dt = 0. So Newton's iteration converges as it does with rods,
+  // however stiff the spring is.
 
-  /// All springs, as pairs of points.
+  /// Returns all springs, as pairs of points.
   std::vector<Coupling> list_couplings() const;
   std::vector<Spring> list_compliant() const;
-  /// Unit vectors from i to j [compliant spring][3], and tau + k (L - rest) + c dL/dt of each.
+  /// Writes the unit vectors from i to j [compliant spring][3], and tau + k (L - rest) + c dL/dt of each.
   void evaluate_compliant(const Parallel& parallel, const double* r, const double* v, const double* tau, double* units,
                           double* residuals) const;
-  /// y_i += scale_i (force by tau) on moving points.
+  /// Adds scale_i (force by tau) to y_i on moving points.
   void add_compliant_forces(const Parallel& parallel, const double* units, const double* tau, const double* scale,
                             double* y) const;
-  /// dF/dr_j and dF/dv_j of the force F on j of each spring, compliant ones at given tau; null: as all others.
+  /// Evaluates dF/dr_j and dF/dv_j of the force F on j of each spring. Compliant springs are taken at given `tau`, or
+  /// as all others if it is null.
   void evaluate_derivatives(const Parallel& parallel, const double* r, const double* v, const double* tau,
                             Block3* by_position, Block3* by_velocity) const;
 

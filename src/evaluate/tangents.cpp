@@ -12,7 +12,7 @@ Vec3 unit(const Vec3& a) {
   return (1.0 / norm(a)) * a;
 }
 
-/// A unit vector orthogonal to the unit vector n: the axis that n is farthest from, projected.
+/// Returns a unit vector orthogonal to the unit vector n, by projecting the axis that n is farthest from.
 Vec3 projected_axis(const Vec3& n) {
   const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
   const Vec3 axis = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
@@ -152,7 +152,7 @@ std::array<double, 2> Tangents::across(std::size_t contact, const double* v) con
   const auto& [k, l] = normals_[contact];
   const double kk = dot(k, k), b = dot(k, relative);
   if (place.num_guides == 1) return {b / kk, 0.0};
-  // Gamma_g c = K_g'(v - u), 2 x 2
+  // c solves Gamma_g c = K_g'(v - u), 2 x 2.
   const double kl = dot(k, l), ll = dot(l, l), d = dot(l, relative), determinant = kk * ll - kl * kl;
   return {(ll * b - kl * d) / determinant, (kk * d - kl * b) / determinant};
 }
@@ -184,7 +184,7 @@ double Tangents::evaluate_right_side(const double* v, const double* w0, const st
     for (std::size_t m = 0; place.first_row >= 0 && m < static_cast<std::size_t>(place.num_tangents()); ++m) {
       double value = 0.0;
       if (counts) {
-        // T'w0 - T'u_dot - T'K_g_dot c
+        // The value is T'w0 - T'u_dot - T'K_g_dot c.
         value = dot(directions_[c][m], load(w0, place.point) - velocities_[place.velocity].first);
         for (std::size_t g = 0; turn[m] != nullptr && g < static_cast<std::size_t>(place.num_guides); ++g)
           value -= turn[m][place.guide_row[g]] * coefficients[g];

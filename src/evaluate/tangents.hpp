@@ -14,25 +14,25 @@
 namespace tanor {
 
 /// Contacts at one instant: the directions T in which a guided point may slide, its velocity there relative to the
-/// guide, and, for each that sticks, the rows
+/// guide, and, for each contact that sticks, the rows
 ///
 ///   T'(v - u) = 0,   T'w = -phi,   phi = T_dot'(v - u) - T'u_dot        T'T = I, T'K_g = 0
 ///
 /// u is the guide's own velocity along itself. On the guide v - u = K_g c, so T_dot'(v - u) = -T'K_g_dot c. A contact
-/// that slides keeps its rows with gradient 0: they are unit rows of S, nothing is analysed anew when it sticks.
+/// that slides keeps its rows with gradient 0. They are unit rows of S, so nothing is analysed anew when it sticks.
 class Tangents {
  public:
   struct Place {
     Index friction, point;  ///< in System::friction; inner point
     int num_guides;         ///< 1 on a surface, 2 on a wire
     std::array<Index, 2> guide_row, guide_block;
-    Index first_row = -1, first_block = -1;  ///< of its own rows; -1: it cannot stick
+    Index first_row = -1, first_block = -1;  ///< its own; -1 if it cannot stick
     std::size_t velocity = 0;                // slot
     int num_tangents() const { return 3 - num_guides; }
   };
 
   Tangents() = default;
-  /// `incidences` of the other constraints; own blocks are numbered from `first_block` on.
+  /// `incidences` are those of the other constraints. Own blocks are numbered from `first_block` on.
   Tangents(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, Index first_block);
 
   std::size_t size() const { return places_.size(); }
@@ -45,44 +45,46 @@ class Tangents {
     have_switched_ = have_switched_ || (sticks_[contact] != 0) != sticks;
     sticks_[contact] = sticks;
   }
-  /// Whether some contact began or ceased to stick since this was asked last.
+  /// Returns true if some contact began or ceased to stick since this was asked last.
   bool forget_switches() { return std::exchange(have_switched_, false); }
-  /// A contact that is held has xi = T'(r - place) as long as it sticks, another one 0.
+  /// Sets the place of a contact. If it is held, xi = T'(r - place) as long as it sticks; otherwise xi is 0.
   void set_place(std::size_t contact, bool is_held, const Vec3& place) { places_held_[contact] = {is_held, place}; }
 
-  /// Of the guide along itself, u.
+  /// Returns the guide's velocity along itself, u.
   const MovingVec3& own_velocity(std::size_t contact) const { return velocities_[places_[contact].velocity]; }
 
   void set_time(double t) { velocities_.set_time(t); }
   bool depends_on_time() const { return !velocities_.is_constant(); }
 
-  /// T at the place where K (in `blocks`) stands; writes the blocks of the contacts' own rows.
+  /// Evaluates T at the configuration of K (in `blocks`), and writes the blocks of the contacts' own rows.
   void write_gradients(const Parallel& parallel, double* blocks);
-  /// A contact whose guides leave no directions at the place where T was written: a gradient is 0, or the two of a wire
-  /// are parallel. `size()`: there is none.
+  /// Returns a contact whose guides leave no directions where T was written, since a gradient is 0 or the two of a wire
+  /// are parallel. Returns `size()` if there is none.
   std::size_t find_undirected() const;
-  /// T [contact], `num_tangents` of them.
+  /// Returns T of a contact, `num_tangents` vectors.
   const std::array<Vec3, 2>& directions(std::size_t contact) const { return directions_[contact]; }
-  /// K_g [contact], `num_guides` of them, 0 the other.
+  /// Returns K_g of a contact, `num_guides` vectors; the other one is 0.
   const std::array<Vec3, 2>& normals(std::size_t contact) const { return normals_[contact]; }
-  /// T T'(v - u), m/s.
+  /// Returns T T'(v - u), m/s.
   Vec3 sliding_velocity(std::size_t contact, const double* v) const;
 
-  /// xi of the rows: 0 where nothing is held.
+  /// Writes xi of the rows, which is 0 where nothing is held.
   void write_values(const double* r, double* xi) const;
-  /// T'(v - u); returns the largest, m/s.
+  /// Evaluates T'(v - u); returns the largest, m/s.
   double evaluate_rates(const double* v, double* rate) const;
   double apply_transposed(const double* blocks, const double* x, const double* shift, double* y) const;
 
-  /// Which contacts have a say: those that stick, or all that could.
+  /// The contacts that count: those that stick, or all that could.
   enum class Which { Sticking, All };
 
-  /// For how many directions T_k does T_dot matter at v, at any of them? Where guides rest and nothing moves, for none.
+  /// Returns for how many directions T_k the derivative T_dot matters at v. It is 0 if no point moves across its
+  /// guides.
   int num_turning(const double* v, Which which) const;
-  /// v + s T_k at all contacts (k: their first or second direction).
+  /// Writes v + s T_k at all contacts, where k is the first or second direction.
   void shift_velocities(int k, double s, const double* v, double* shifted) const;
-  /// phi + T'w0 of the rows; `turn[k]` [d], unless null: (phi_g(v + s T_k) - phi_g(v - s T_k))/(4 s) = T_k'K_g_dot of
-  /// the guides' rows (phi is quadratic in v: its derivative is a difference, exactly). Returns the largest.
+  /// Evaluates phi + T'w0 of the rows; returns the largest. Unless null, `turn[k]` [d] is
+  /// (phi_g(v + s T_k) - phi_g(v - s T_k))/(4 s) = T_k'K_g_dot of the guides' rows. The difference is exact, since phi
+  /// is quadratic in v.
   double evaluate_right_side(const double* v, const double* w0, const std::array<const double*, 2>& turn, Which which,
                              double* phi) const;
 
@@ -95,7 +97,7 @@ class Tangents {
   }
 
  private:
-  /// c = Gamma_g^-1 K_g'(v - u)
+  /// Returns c = Gamma_g^-1 K_g'(v - u).
   std::array<double, 2> across(std::size_t contact, const double* v) const;
 
   std::vector<Place> places_;

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// Taylor coefficients of functions of time, one slot each; constants too.
+/// Taylor coefficients of functions of time and of constants, one slot each.
 class TimeSeriesTable {
  public:
   std::size_t add(const ScalarFunction& function) {
@@ -17,7 +17,7 @@ class TimeSeriesTable {
     return functions_.size() - 1;
   }
 
-  /// Some function has no series.
+  /// Returns true if some function has no series.
   bool has_unknown(double t) const {
     double value = 0.0;
     return std::ranges::any_of(functions_, [&](const ScalarFunction& f) { return !f.expand(t, {&value, 1}); });
@@ -32,9 +32,9 @@ class TimeSeriesTable {
       smooth_until_ = std::min(smooth_until_, functions_[slot].smooth_until(t));
     }
   }
-  /// Coefficients 0 … order at the t of the last `expand`.
+  /// Returns coefficients 0 … order at the t of the last `expand`.
   const double* operator[](std::size_t slot) const { return coefficients_.data() + slot * stride_; }
-  /// s: no series holds beyond it.
+  /// Returns the time up to which all series hold, s.
   double smooth_until() const { return smooth_until_; }
 
  private:

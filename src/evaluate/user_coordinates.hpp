@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// A user's map from s coordinates to p points: one kernel, one loop.
+/// A user's map from s coordinates to p points, with one kernel and one loop.
 class UserCoordinateFamily final : public CoordinateFamily {
  public:
   using Group = UserCoordinates;
@@ -43,7 +43,7 @@ class UserCoordinateFamily final : public CoordinateFamily {
     const auto evaluate_range = [&](std::size_t first, std::size_t last) {
       // Coordinates of members lie side by side, as the kernel wants them; points are scattered from chunks.
       constexpr std::size_t chunk = 32;
-      thread_local std::vector<double> places, rates, seconds;  // keep their size: no allocation in a steady step
+      thread_local std::vector<double> places, rates, seconds;  // kept: no allocation in a steady step
       for (std::vector<double>* array : {&places, &rates, &seconds}) {
         if (array->size() < chunk * width) array->resize(chunk * width);
       }
@@ -112,7 +112,7 @@ class UserCoordinateFamily final : public CoordinateFamily {
     }
   }
 
-  /// Near the given q; where that leads nowhere, the best of searches from other places around it.
+  /// Searches near the given q. If that leads nowhere, takes the best of searches from other places around it.
   void locate(const double* r, double* q) override {
     const auto rows = static_cast<Eigen::Index>(3 * num_points()), columns = static_cast<Eigen::Index>(s());
     Eigen::VectorXd wanted(rows), own(columns), other(columns);
@@ -125,8 +125,8 @@ class UserCoordinateFamily final : public CoordinateFamily {
       double best = approach(wanted, &own);
       constexpr int most_searches = 24;
       for (int search = 1; search <= most_searches && best > 0.01; ++search) {
-        // Far in terms of what the coordinates do: their tangents, times q. Other places: multiples of the golden
-        // ratio's powers fill a box evenly.
+        // The distance left is large relative to the tangents times |q| + 1. Multiples of the golden ratio's powers
+        // give other places, which fill a box evenly.
         for (Eigen::Index j = 0; j < columns; ++j) {
           const double turns = search * std::pow(0.6180339887498949, static_cast<double>(j + 1));
           other[j] =
@@ -147,19 +147,19 @@ class UserCoordinateFamily final : public CoordinateFamily {
   void recentre(double, double*, double*, double*) override {}
   void exchange_memory(Memory&) override {}
 
-  /// The start that the user gave.
+  /// Writes the start that the user gave.
   void write_start(double* q, double* q_dot) const {
     std::copy(q_start.begin(), q_start.end(), q + first_coordinate);
     std::copy(q_dot_start.begin(), q_dot_start.end(), q_dot + first_coordinate);
   }
-  /// to := from at the family's points [3n].
+  /// Copies `from` to `to` at the family's points [3n].
   void copy_where_given(const double* from, double* to) const {
     for (const Index point : points) store(to, point, load(from, point));
   }
 
  private:
-  /// Gauss-Newton from q, in halves where a full step leads away. Returns the distance that is left, over what the
-  /// tangents do to |q| + 1.
+  /// Runs Gauss-Newton from q, and halves a step that leads away. Returns the distance that is left, over |tangents|
+  /// (|q| + 1).
   double approach(const Eigen::VectorXd& wanted, Eigen::VectorXd* q) const {
     Eigen::VectorXd place(wanted.size()), trial(q->size()), step(q->size());
     Eigen::MatrixXd tangents(wanted.size(), q->size());

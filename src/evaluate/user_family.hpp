@@ -9,8 +9,8 @@
 
 namespace tanor {
 
-/// User constraints, one loop a group: a kernel is called once for some dozens of members. Same interface as Family,
-/// members numbered group by group.
+/// User constraints, with one loop for each group, where a kernel is called once for some dozens of members. The
+/// interface is that of Family. Members are numbered group by group.
 class UserFamily {
  public:
   UserKernels kernel;
@@ -44,7 +44,7 @@ class UserFamily {
     });
   }
 
-  /// phi + K'w0; the blocks of K too where wanted.
+  /// Evaluates phi + K'w0, and the blocks of K if they are wanted.
   template <bool WithGradients>
   double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
                              const double* w0, double* phi, double* blocks) const {
@@ -106,17 +106,17 @@ class UserFamily {
     double norm() const { return norm_of(gradient, size); }
   };
 
-  /// First block of member k.
+  /// Returns the first block of member k.
   std::size_t block(const UserGroup& group, std::size_t k) const {
     return static_cast<std::size_t>(first_block + group.first_block) + k * group.points_per_member();
   }
 
-  // Where xi has no gradient, ratios stay finite: a violation of 0 is none.
+  // Ratios stay finite where xi has no gradient, so that a violation of 0 counts as none.
   static double norm_of(const double* gradient, std::size_t size) {
     return std::max(largest_block(gradient, size), std::numeric_limits<double>::min());
   }
 
-  /// of_group(group, max_over_members) -> a number; returns the largest one.
+  /// Calls of_group(group, max_over_members), which returns a number, for each group; returns the largest one.
   template <class OfGroup>
   double max_over_groups(const Runs& members, const OfGroup& of_group) const {
     double worst = 0.0;
@@ -133,7 +133,7 @@ class UserFamily {
     return worst;
   }
 
-  /// take(group, member, its numbers) -> a number, for all `members`; returns the largest one.
+  /// Calls take(group, member, its numbers), which returns a number, for all `members`; returns the largest one.
   template <class Take>
   double evaluate(const Parallel& parallel, const Runs& members, const double* r, const double* v,
                   const Take& take) const {

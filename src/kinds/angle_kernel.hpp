@@ -11,9 +11,9 @@
 
 namespace tanor {
 
-/// cos = u.w of the directions u = a/|a|, w = b/|b| from the corner j to i and k, minus the wanted cosine. Near a
-/// straight angle a cosine has no digits left of it: cos = s (1 - |e|^2/2) with e = u - s w, s = 1 or -1 as cos has it,
-/// keeps them, xi = s (1 - s wanted - |e|^2/2).
+/// xi is cos = u.w of the directions u = a/|a|, w = b/|b| from the corner j to i and k, minus the wanted cosine. Near a
+/// straight angle the cosine itself has no digits left of it. With e = u - s w and the sign s of the cosine,
+/// cos = s (1 - |e|^2/2) keeps them, so xi = s (1 - s wanted - |e|^2/2).
 struct AngleKernel {
   static constexpr int num_points = 3, num_rows = 1, num_blocks = 3;
   static constexpr bool unit_gradient = false;
@@ -47,7 +47,7 @@ struct AngleKernel {
                       {dot(grad_i, a1) + dot(grad_k, b1) - wanted.first},
                       {dot(u2, w) + 2.0 * dot(u1, w1) + dot(u, w2) - wanted.second},
                       {grad_i, -(grad_i + grad_k), grad_k}};
-    // A straight angle has no gradient: rounding's share of 1/length keeps ratios finite there.
+    // A straight angle has no gradient. Rounding's share of 1/length keeps ratios finite there.
     constexpr double rounding = 1e-16;
     local.gradient_norm[0] = std::max({norm(grad_i), norm(grad_k), norm(local.gradient[1]), rounding / a.value});
     return local;

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// s = n.a (height over the plane) and rho - radius, rho = |p|, p = a - s n, a = r - center.
+/// xi is s = n.a (height over the plane) and rho - radius, with rho = |p|, p = a - s n, a = r - center.
 struct CircleKernel {
   static constexpr int num_points = 1, num_rows = 2, num_blocks = 2;
   static constexpr bool unit_gradient = true;
@@ -27,7 +27,7 @@ struct CircleKernel {
     normal.add(circles.normal);
   }
   ScalarTable& own() { return radius; }
-  /// The radius of a place at t, by the same steps as below.
+  /// Returns the radius of the position r at t, by the same steps as below.
   template <class Shape>
   static double measure(const Shape& circles, double t, Vec3 r) {
     const Vec3 a = r - make_moving(circles.center(t)).value;

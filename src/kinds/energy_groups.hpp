@@ -17,10 +17,11 @@ struct EnergyGroup {
   PotentialKernel kernel;
   std::vector<Index> points;       ///< [member][p], the user's
   std::vector<double> constants;   ///< [member][c]
-  EnergyLoop by_hand{};            ///< empty: the kernel alone is known
+  EnergyLoop by_hand{};            ///< empty if the kernel alone is known
   std::vector<double> prepared{};  ///< [member][number] as `by_hand` reads them
-  std::string name{};              ///< as messages call the force
-  /// What is wrong with a member whose points are at r [3p], or empty; null: nobody knows.
+  std::string name{};              ///< the force as messages call it
+  /// Returns what is wrong with a member whose points are at r [3p], or an empty string. The function is null if this
+  /// is unknown.
   std::function<std::string(const double* r, const double* constants)> complaint{};
 };
 
@@ -35,7 +36,7 @@ std::array<TripleOf<double>, p> places_of(const double* r) {
 
 }  // namespace detail
 
-/// The energy of a kind that has a definition, as a user's kernel would say it.
+/// Makes the energy of a kind that has a definition, in the form of a user's kernel.
 template <HasEnergy Group>
 EnergyGroup make_energy_group(const System& system, const Group& group) {
   constexpr int p = points_of_member<Group>(), c = KindOf<Group>::most_numbers;
@@ -73,8 +74,9 @@ inline EnergyGroup make_energy_group(const System&, const Potential& group) {
   return result;
 }
 
-/// Pairs whose law is smooth wherever they are apart, one by one: for series and stiffness, which hand-written forces
-/// of pairs do not have. Empty where the law has a cutoff or there are too many pairs.
+/// Makes the energies of pairs whose law is smooth wherever they are apart, one by one, for series and stiffness, which
+/// hand-written forces of pairs do not have. Returns an empty group if the law has a cutoff or there are too many
+/// pairs.
 EnergyGroup make_pair_energies(const System& system, const PairForces& pairs);
 
 }  // namespace tanor

@@ -11,14 +11,14 @@
 
 /// \file The built-in energies by hand: U and its gradient, eight members side by side.
 ///
-/// Each is the law that the kind's Definition says once over a scalar type; tests hold one against the other. Where a
-/// law ends (a FENE bond at its limit, three points in line), the gradient is NaN: a step that comes there is rejected.
+/// Each is the law that the kind's Definition states once over a scalar type; tests compare the two. Where a law ends
+/// (a FENE bond at its limit, three points in line), the gradient is NaN, and a step that comes there is rejected.
 namespace tanor {
 
-/// The sine at which laws end: a little below that at which a start is refused, which other roundings decide there.
+/// The sine at which laws end. It is a little below that at which a start is refused, since rounding differs there.
 inline constexpr double end_of_law = 0.99 * least_sine;
 
-/// f of each lane.
+/// Returns f of each lane.
 template <class Function>
 [[gnu::always_inline]] inline Eight map_lanes(const Function& f, const Eight& x) {
   Eight result;
@@ -34,20 +34,21 @@ template <class Function>
 [[gnu::always_inline]] inline Eight3 cross(const Eight3& a, const Eight3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// x where it holds, else NaN.
+/// Returns x in lanes where `holds` is true, else NaN.
 template <class Mask>
 [[gnu::always_inline]] inline Eight defined_where(const Mask& holds, const Eight& x) {
   return holds ? x : Eight{} + std::numeric_limits<double>::quiet_NaN();
 }
 
-/// U, J, and what its gradient needs to be made of.
+/// U, J, and its gradient, N.
 template <std::size_t p>
 struct EnergyAndGradient {
   Eight energy;
   std::array<Eight3, p> gradient;
 };
 
-/// The numbers of a member as its kernel reads them; `run<with_energy>(r, numbers)` of eight members.
+/// The kernel of a kind. `prepare` makes a member's numbers as the kernel reads them, and `run<with_energy>(r,
+/// numbers)` evaluates eight members.
 template <class Group>
 struct EnergyKernel;
 
@@ -98,7 +99,7 @@ struct EnergyKernel<Bendings> {
     return {given[0], bendings.law == BendingLaw::CosineHarmonic ? std::cos(given[1]) : given[1]};
   }
 
-  /// With c = cos theta = a.b/(|a||b|):  dc/da = b/(|a||b|) - c a/|a|^2, dc/db alike.
+  /// Uses c = cos theta = a.b/(|a||b|), with dc/da = b/(|a||b|) - c a/|a|^2 and dc/db alike.
   template <bool with_energy>
   [[gnu::always_inline]] EnergyAndGradient<3> run(const Eight3* r, const Eight* numbers) const {
     const Eight3 a = r[0] - r[1], b = r[2] - r[1];
@@ -116,7 +117,7 @@ struct EnergyKernel<Bendings> {
       const Eight sine = roots_of(dot(normal, normal)) * inverse;
       const Eight bend = is_straight ? bend_of(sine, c, squared_sum(a, b, aa, bb)) : angle_of(sine, c) - numbers[1];
       energy = 0.5 * numbers[0] * bend * bend;
-      // U of x = pi - theta, dc = sin x dx; or of theta, dc = -sin theta dtheta
+      // U depends on x = pi - theta with dc = sin x dx, or on theta with dc = -sin theta dtheta.
       slope = is_straight ? defined_where((c < 0.0) | (sine >= end_of_law), numbers[0] * over_sine(bend, sine))
                           : defined_where(sine >= end_of_law, -numbers[0] * bend / sine);
     }
@@ -126,7 +127,7 @@ struct EnergyKernel<Bendings> {
   }
 
  private:
-  /// |a/|a| + b/|b||^2 = 2 (1 + c), without cancellation where it is small
+  /// Returns |a/|a| + b/|b||^2 = 2 (1 + c), without cancellation where it is small.
   [[gnu::always_inline]] static Eight squared_sum(const Eight3& a, const Eight3& b, const Eight& aa, const Eight& bb) {
     const Eight3 sum = (1.0 / roots_of(aa)) * a + (1.0 / roots_of(bb)) * b;
     return dot(sum, sum);
@@ -137,7 +138,7 @@ struct EnergyKernel<Bendings> {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) angle[lane] = std::atan2(sine[lane], cosine[lane]);
     return angle;
   }
-  /// x = pi - theta by 4 sin^2(x/2) where it is small
+  /// Returns x = pi - theta, by 4 sin^2(x/2) where it is small.
   [[gnu::always_inline]] static Eight bend_of(const Eight& sine, const Eight& cosine, const Eight& squared_sum) {
     Eight x;
 #pragma GCC unroll 1
@@ -146,7 +147,7 @@ struct EnergyKernel<Bendings> {
                                     : std::atan2(sine[lane], -cosine[lane]);
     return x;
   }
-  /// x/sin x: near 0 by its series
+  /// Returns x/sin x, near 0 by its series.
   [[gnu::always_inline]] static Eight over_sine(const Eight& x, const Eight& sine) {
     const Eight x2 = x * x;
     const Eight series = 1.0 + x2 * (1.0 / 6.0 + x2 * (7.0 / 360.0 + x2 * (31.0 / 15120.0)));
@@ -154,7 +155,7 @@ struct EnergyKernel<Bendings> {
   }
 };
 
-/// Blondel & Karplus, J. Comput. Chem. 17 (1996) 1132: no sin phi in a denominator.
+/// The formulas are those of Blondel & Karplus, J. Comput. Chem. 17 (1996) 1132, without sin phi in a denominator.
 template <>
 struct EnergyKernel<Torsions> {
   static constexpr std::size_t num_points = 4, num_numbers = 3;
@@ -164,7 +165,7 @@ struct EnergyKernel<Torsions> {
 
   explicit EnergyKernel(const Torsions& torsions)
       : law(torsions.law), coefficients(torsions.coefficients), multiplicity(torsions.multiplicity) {}
-  /// k, and the cosine and sine of the angle that phi is turned by
+  /// Returns k, and the cosine and sine of the angle that phi is turned by.
   static std::array<double, num_numbers> prepare(const Torsions&, const std::array<double, 2>& given) {
     return {given[0], std::cos(given[1]), std::sin(given[1])};
   }
@@ -175,7 +176,7 @@ struct EnergyKernel<Torsions> {
     const Eight3 a = cross(b1, b2), b = cross(b2, b3);
     const Eight aa = dot(a, a), bb = dot(b, b), middle2 = dot(b2, b2), middle = roots_of(middle2);
     const Eight inverse = 1.0 / roots_of(aa * bb);
-    // |b2| b1.(b2 x b3) = (A x B).b2/|b2|, which keeps more digits where three points are nearly in line
+    // The sine uses |b2| b1.(b2 x b3) = (A x B).b2/|b2|, which keeps more digits if three points are nearly in line.
     const Eight c = dot(a, b) * inverse, s = dot(cross(a, b), b2) / middle * inverse;
     Eight energy, slope;  // dU/dphi
     measure(c, s, numbers, &energy, &slope);
@@ -190,7 +191,7 @@ struct EnergyKernel<Torsions> {
   }
 
  private:
-  /// U and dU/dphi of the angle with this cosine and sine
+  /// Evaluates U and dU/dphi of the angle with this cosine and sine.
   [[gnu::always_inline]] void measure(const Eight& c, const Eight& s, const Eight* numbers, Eight* energy,
                                       Eight* slope) const {
     if (law == TorsionLaw::Opls) {

@@ -8,7 +8,7 @@ namespace tanor {
 
 namespace {
 
-/// Column i of eight members' points.
+/// Loads column i of eight members' points.
 [[gnu::always_inline]] inline Eight3 load_column(const EnergyRange& range, std::size_t i, std::size_t first) {
   const Index* const points = range.points + i * range.stride + first;
   Eight3 column;
@@ -31,7 +31,7 @@ namespace {
     store(to, lane, {-gradient.x[lane], -gradient.y[lane], -gradient.z[lane]});
 }
 
-/// Reads p points and writes p forces a member: some 100 flops.
+/// Runs the kernel on eight members at a time. A member reads p points and writes p forces, with some 100 flops.
 template <bool with_energy, class Kernel>
 [[gnu::always_inline]] inline void run_lanes(const Kernel& kernel, const EnergyRange& range) {
   constexpr std::size_t p = Kernel::num_points;

@@ -15,14 +15,14 @@ struct EnergyRange {
   std::size_t first, last, stride;
   const double* r;        ///< [3n] m
   const Index* points;    ///< [p][stride], inner
-  const char* in_a_row;   ///< [p][stride/8] whether eight points follow one another
+  const char* in_a_row;   ///< [p][stride/8] not 0 if eight points follow one another
   const double* numbers;  ///< [number][stride]
   double* forces;         ///< [p][size][3] -dU/dr, N; null: not wanted
   double* energies;       ///< [size] U, J; null: not wanted
   std::size_t size;       ///< members of the family
 };
 
-/// A built-in energy of many members, by hand.
+/// A hand-written loop for a built-in energy of many members.
 struct EnergyLoop {
   std::shared_ptr<const void> law{};
   std::size_t num_numbers = 0;

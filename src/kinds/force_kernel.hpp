@@ -7,7 +7,8 @@
 
 namespace tanor {
 
-/// A kind of force on single points as a user's force: its definition on doubles and, for the derivatives, on Forward.
+/// Turns a kind of force on single points into a user's force. Its definition runs on doubles and, for derivatives, on
+/// Forward.
 template <class Group>
 ForceKernel kernel_of_definition(const Group& group) {
   ForceKernel kernel =

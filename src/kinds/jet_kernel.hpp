@@ -16,7 +16,7 @@
 
 namespace tanor {
 
-/// Whether a field of the group changes with time.
+/// Returns true if a field of the group changes with time.
 template <class Group>
 bool depends_on_time(const Group& group) {
   bool result = false;
@@ -29,7 +29,7 @@ bool depends_on_time(const Group& group) {
   return result;
 }
 
-/// A kind without a hand-written kernel: its definition runs on Jet<2> along r + e v, t + e, which yields xi, rate and
+/// A kind without a hand-written kernel. Its definition runs on Jet<2> along r + e v, t + e, which yields xi, rate and
 /// phi, and on Forward, which yields the gradient.
 template <class G>
 class JetKernel {
@@ -95,14 +95,14 @@ class JetKernel {
         local.gradient[m * num_points + p] = gradient;
         square = std::max(square, dot(gradient, gradient));
       }
-      // Where xi has no gradient, ratios stay finite.
+      // Ratios stay finite where xi has no gradient.
       local.gradient_norm[m] = std::max(std::sqrt(square), std::numeric_limits<double>::min());
     }
     return local;
   }
 
  private:
-  friend struct Tampering;  // of tests
+  friend struct Tampering;  // in tests
   using Variable = Forward<3 * num_points>;
   struct OfGroup {
     std::shared_ptr<const Group> group;

@@ -1,15 +1,16 @@
 #pragma once
 
-/// \file Built-in constraints at one instant, hand-written. For a member k, with a = r - (what it is measured from):
+/// \file Hand-written built-in constraints at one instant. A kernel returns for a member k:
 ///   xi    the constraint itself
 ///   rate  d xi/dt = K'v + xi_t
 ///   phi   d2 xi/dt2 along r + e v, t + e: v' Hess(xi) v + 2 v' grad(xi_t) + xi_tt (docs/theory.md)
 ///   gradient blocks, 3 numbers each: one for each point of the member and row; a rod has a single one, its unit
 ///   vector.
-/// Kernels are pure: numbers in, numbers out; inlined into every loop, where the compiler removes what is not used.
+/// Kernels are pure: numbers in, numbers out. They are inlined into every loop, where the compiler removes what is not
+/// used.
 ///
-/// A kernel says `Group`, what it serves; add(group), which keeps what all members of a group share; own(), the table
-/// of the members' numbers. The kind's definition is what tests hold it against.
+/// A kernel has `Group`, the kind that it serves; add(group), which keeps what all members of a group share; and own(),
+/// the table of the members' numbers. Tests compare kernels with the kind's definition.
 
 #include "base/vec3.hpp"
 

@@ -17,7 +17,7 @@
 #include "kinds/sphere_kernel.hpp"
 #include "kinds/user_kernels.hpp"
 
-/// \file Which kernels evaluate the constraints of a kind.
+/// \file The kernels that evaluate the constraints of a kind.
 namespace tanor {
 
 /// The kernels written by hand, in the order of the kinds. A kind that has none here runs on its definition.
@@ -25,7 +25,7 @@ using KernelsByHand = std::tuple<RodKernel<false, false>, RodKernel<false, true>
                                  RodKernel<true, true>, PlaneKernel, SphereKernel, LineKernel, CircleKernel,
                                  AngleKernel, PulleyKernel, LinearKernel, UserKernels>;
 
-/// What a list has for a group; `Other`, where it has nothing.
+/// The types in a list that serve a group, or `Other` if there are none.
 template <class Group, class Other, class List>
 struct ChosenOf;
 template <class Group, class Other, class... Listed>

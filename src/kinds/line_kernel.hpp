@@ -11,8 +11,9 @@
 
 namespace tanor {
 
-/// The two unit vectors of lines, with their derivatives. `choose` applies the rule of line_frame.hpp where a K begins
-/// to stand; until the next one the axes are kept, so that what a step sets against that K does not jump inside it.
+/// The two unit vectors of lines, with their derivatives. `choose` applies the rule of line_frame.hpp when a K is
+/// evaluated that others refer to. Until the next such call the axes are kept, so that what a step compares with that K
+/// does not jump inside it.
 class LineNormals {
  public:
   struct Value {
@@ -38,7 +39,7 @@ class LineNormals {
       line.axis = axis;
     }
   }
-  /// A number that tells all axes; it changes when one jumps.
+  /// Returns a number that encodes all axes, so that it changes when one jumps.
   std::size_t frames() const {
     std::size_t number = 0;
     for (const Moving& line : moving_) number = 3 * number + static_cast<std::size_t>(line.axis);
@@ -53,13 +54,13 @@ class LineNormals {
     std::size_t slot;
     VectorFunction function;
     LineAxis axis;
-    std::array<Jet<2>, 3> direction;  // at the time
+    std::array<Jet<2>, 3> direction;  // at the present time
   };
   static Value make(const std::array<Jet<2>, 3>& direction, LineAxis axis) {
     const auto [first, second] = line_frame(direction, axis);
     return {make_moving(first), make_moving(second)};
   }
-  /// Within 6 degrees: a step that turns so far has no use for its K.
+  /// Returns true if the direction is within 6 degrees of the axis. A step that turns so far has no use for its K.
   static bool is_near(const std::array<Jet<2>, 3>& direction, LineAxis axis) {
     const double length = std::hypot(direction[0].value(), direction[1].value(), direction[2].value());
     return !(std::abs(direction[static_cast<std::size_t>(axis)].value()) <= 0.995 * length);
@@ -69,7 +70,7 @@ class LineNormals {
   std::vector<Moving> moving_;
 };
 
-/// e1.(r - origin), e2.(r - origin)
+/// xi is e1.(r - origin) and e2.(r - origin).
 struct LineKernel {
   static constexpr int num_points = 1, num_rows = 2, num_blocks = 2;
   static constexpr bool unit_gradient = true;

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// sum over the tuple of c.r - value. Gradients are constant.
+/// xi is the sum over the tuple of c.r, minus the value. Gradients are constant.
 struct LinearKernel {
   using Group = Linears;
 
@@ -40,7 +40,7 @@ struct LinearKernel {
     norms.push_back(std::sqrt(norm2));
   }
 
-  /// Row of K'x.
+  /// Returns the row of K'x of member k.
   double transposed(std::size_t k, const double* x) const {
     double sum = 0.0;
     for (Index i = start[k]; i < start[k + 1]; ++i) sum += dot(coefficients[i], load(x, points[i]));

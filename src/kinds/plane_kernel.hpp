@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// n.r - offset with n = normal/|normal| (unit), offset likewise divided.
+/// xi is n.r - offset/|normal| with the unit normal n = normal/|normal|.
 struct PlaneKernel {
   static constexpr int num_points = 1, num_rows = 1, num_blocks = 1;
   static constexpr bool unit_gradient = true;

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// |r_i - a| + ratio |r_j - b| - length
+/// xi is |r_i - a| + ratio |r_j - b| - length.
 struct PulleyKernel {
   static constexpr int num_points = 2, num_rows = 1, num_blocks = 2;
   static constexpr bool unit_gradient = false;
@@ -30,7 +30,7 @@ struct PulleyKernel {
 
   void add(const Pulleys& pulleys) { wheels.push_back({make_vec3(pulleys.a), make_vec3(pulleys.b), pulleys.ratio}); }
   ScalarTable& own() { return length; }
-  /// |gradient|^2 at the first or second point: it never changes.
+  /// Returns |gradient|^2 at the first or second point, which never changes.
   double squared_norm(std::size_t k, std::size_t p) const {
     const double ratio = wheels[static_cast<std::size_t>(geometry[k])].ratio;
     return p == 0 ? 1.0 : ratio * ratio;

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// |r_j - r_i + offset| - length. `Timed`: the lengths move; `Shifted`: some offset is not zero.
+/// xi is |r_j - r_i + offset| - length. `Timed` says that lengths move, `Shifted` that some offset is not zero.
 template <bool Timed, bool Shifted>
 struct RodKernel {
   static constexpr int num_points = 2, num_rows = 1, num_blocks = 1;
@@ -18,11 +18,11 @@ struct RodKernel {
   using Group = Rods;
 
   std::vector<std::array<Index, 2>> points;
-  std::vector<double> length;  // Timed: empty
+  std::vector<double> length;  // empty if Timed
   ScalarTable moving_length;   // Timed only
   std::vector<Vec3> offset;    // Shifted only
 
-  /// Whether this one of the four kernels of rods serves the group.
+  /// Returns true if this one of the four kernels of rods serves the group.
   static bool takes(const Rods& rods) {
     return rods.length.functions.empty() != Timed && rods.offsets.empty() != Shifted;
   }
@@ -58,7 +58,7 @@ struct RodKernel {
   }
 };
 
-/// Whether it is one of the four kernels of rods.
+/// True for the four kernels of rods.
 template <class Kernel>
 inline constexpr bool is_rod_kernel = false;
 template <bool Timed, bool Shifted>

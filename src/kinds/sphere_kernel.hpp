@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// |r - center| - radius
+/// xi is |r - center| - radius.
 struct SphereKernel {
   static constexpr int num_points = 1, num_rows = 1, num_blocks = 1;
   static constexpr bool unit_gradient = true;

@@ -24,7 +24,7 @@ struct AsGiven {
   MovingVec3 operator()(const std::array<Jet<2>, 3>& a) const { return make_moving(a); }
 };
 
-/// Vector to unit length, with its derivatives.
+/// Scales a vector to unit length, with its derivatives.
 struct ToUnit {
   MovingVec3 operator()(const std::array<Jet<2>, 3>& n) const {
     const Jet<2> length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
@@ -50,17 +50,17 @@ struct PlaneNormal {
   }
 };
 
-/// One number for each member of a family, which may depend on time; members may share one. `set_time` touches only
-/// those that move, each once; before its first call they are 0.
+/// One number for each member of a family. It may depend on time, and members may share one. `set_time` touches only
+/// those that move, each once; before its first call these are 0.
 class ScalarTable {
  public:
-  /// A new number; returns its slot.
+  /// Adds a new number; returns its slot.
   std::size_t add(const ScalarFunction& function) {
     if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
     now_.push_back(function.is_constant() ? MovingScalar{function(0.0).value(), 0.0, 0.0} : MovingScalar{});
     return now_.size() - 1;
   }
-  /// The next member takes the number in `slot`.
+  /// Gives the number in `slot` to the next member.
   void append_member(std::size_t slot) { slot_.push_back(slot); }
 
   void set_time(double t) {
@@ -78,7 +78,7 @@ class ScalarTable {
   std::vector<std::pair<std::size_t, ScalarFunction>> moving_;
 };
 
-/// Vectors that may depend on time, passed through `Shape` (for example: to unit length).
+/// Vectors that may depend on time, passed through `Shape`, which may scale them to unit length.
 template <class Shape>
 class VectorTable {
  public:
