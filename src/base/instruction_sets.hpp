@@ -65,6 +65,7 @@ template <class Body>
 /// Runs the body, which is compiled once for each instruction set. The body captures small values by value, since
 /// anything that it holds by reference might change with every number that it stores. It captures what owns memory by
 /// reference.
+///
 /// gcc's target_clones are not used: they are chosen while libraries are loaded, before anybody can read the
 /// environment or throw.
 template <class Body>

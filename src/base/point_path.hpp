@@ -79,7 +79,8 @@ class PointPath {
 
   /// Returns the position and velocity of point i in piece k, at the fraction u of the piece. With the length H of the
   /// piece and its chord e = r1 - r0,
-  /// r = r0 + u e + u (1 - u) ((1 - u) (H v0 - e) - u (H v1 - e)),   v = r'/H
+  ///
+  ///   r = r0 + u e + u (1 - u) ((1 - u) (H v0 - e) - u (H v1 - e)),   v = r'/H
   template <class Integer>
   Place cubic(Integer i, std::size_t k, double u) const {
     const double piece = h / static_cast<double>(num_pieces()), w = 1.0 - u;
@@ -92,7 +93,8 @@ class PointPath {
 
 /// Returns a bound of the distance of a cubic from its chord. The cubic has the ends a and b and is passed in the time
 /// H:
-/// 4/27 (|H v_a - e| + |H v_b - e|),   e = r_b - r_a
+///
+///   4/27 (|H v_a - e| + |H v_b - e|),   e = r_b - r_a
 inline double sagitta(const PointPath::Place& a, const PointPath::Place& b, double length) {
   const Vec3 e = b.r - a.r;
   return 4.0 / 27.0 * (norm(length * a.v - e) + norm(length * b.v - e));

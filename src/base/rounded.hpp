@@ -7,6 +7,7 @@ namespace tanor {
 
 /// A number with a bound of the rounding errors in it (running error analysis; Higham, Accuracy and Stability of
 /// Numerical Algorithms, 2002, section 3.3). A difference keeps the errors of its terms when these cancel.
+///
 /// Numbers that are given have no error.
 struct Rounded {
   double v = 0.0, error = 0.0;

@@ -86,7 +86,7 @@ struct SparseLu<T>::Implementation {
       klu_z_rcond(symbolic, numeric, &common);
     else
       klu_rcond(symbolic, numeric, &common);
-    return common.rcond > 0.0;  // NaN: no
+    return common.rcond > 0.0;  // false for NaN
   }
 };
 
