@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense lower triangle
-/// of its rows,
+/// Factorizes L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense
+/// lower triangle of its rows,
 ///
 ///   [ L11    ]   its columns, from S and the updates of its children
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
@@ -54,7 +54,7 @@ class Multifrontal {
     return panels_.data() + front.panel + j * (front.stride + 1);
   }
 
-  /// Return how many numbers are stored for L, and how many beside it for updates and vectors.
+  /// Returns how many numbers are stored for L; `num_beside` counts those of updates and vectors beside it.
   std::size_t num_stored() const { return panels_.size(); }
   std::size_t num_beside() const;
 
