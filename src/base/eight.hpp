@@ -59,8 +59,8 @@ struct Pack3 {
 using Eight = Pack<num_lanes>;
 using Eight3 = Pack3<num_lanes>;
 
-/// Loads and stores eight numbers at any address. The load returns a value: if a reference to EightAnywhere were bound
-/// to an Eight, clang would assume that its address is aligned.
+/// Loads and stores eight numbers at any address. The load returns a value: if a reference to an Eight were bound to an
+/// EightAnywhere, clang would assume that its address is aligned.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline Eight eight_at(const double* place) {
   return *reinterpret_cast<const EightAnywhere*>(place);

@@ -18,7 +18,7 @@ namespace tanor {
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
 ///
 /// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
-/// small block. That is three quarters of its time on nets.
+/// small block. This takes three quarters of its time on nets.
 ///
 /// Any number of threads gives the same bits, because the pattern (FrontTree) decides what is computed and in which
 /// order children are added. The first call with more threads than before allocates memory for them.

@@ -188,7 +188,8 @@ PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> off
 
 void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
                         int passes) {
-  const std::size_t stride = coefficients.size() | 1;  // with a power of 2, rods would meet in the same few cache lines
+  const std::size_t stride =
+      coefficients.size() | 1;  // with a power of 2, rods would meet in the same few lines of the caches
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
   const auto with_room = [&](Rooms* rooms, const AnyGroup& any, const auto& visit) {
     std::visit(

@@ -15,7 +15,7 @@ namespace tanor {
 /// gravity. It does what MotionSeries and a solve an order do in general, but fused and with everything kept in lanes
 /// between the orders.
 ///
-/// With a = r_{i+1} - r_i, u = a_0/|a_0| and the force mu a = lambda a/|a_0| on the rod's end, order k is
+/// With a = r_{i+1} - r_i, u = a_0/|a_0| and the force mu a = lambda a/|a_0| on the rod's end, order k obeys
 ///
 ///   (k+1)(k+2) r_{k+2} = M^-1 (sum over j = 0 … k of a_j mu_{k-j}, of the rods that meet)
 ///   |a_0| u.a_{k+2} = -(1/2) sum over j = 1 … k+1 of a_j.a_{k+2-j}

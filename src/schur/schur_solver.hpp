@@ -28,7 +28,7 @@ struct FreeMotion {
   const PointSource* source = nullptr;
 };
 
-/// Says which factor of S is used: a new one at its own configuration, or the last one, made at the same configuration.
+/// Says which factor of S is used: a new one, or the last one, which was made at the same configuration.
 enum class FactorUse { Renew, Keep };
 
 /// The report of a solver on its solution.
