@@ -6,11 +6,13 @@
 #include <span>
 #include <type_traits>
 
-/// \file Numbers, texts, lists and what is made of them as the bytes of this machine, and back. Whatever is no number
-/// and no list says what it is made of: visit_parts(value, visit), which calls visit(part …).
+/// \file Serialization of numbers, texts, lists and structs made of them, in the byte order of this machine. A type
+/// that is neither a number nor a list names its parts in a function visit_parts(value, visit), which calls visit(part
+/// …).
 namespace tanor {
 
-/// What is copied byte by byte: numbers, and structs that say so because they have no gaps.
+/// True for types that are copied byte by byte: numbers, and structs that declare themselves here because they have no
+/// gaps.
 template <class Value>
 inline constexpr bool is_plain_bytes = std::is_arithmetic_v<Value> || std::is_enum_v<Value>;
 template <class Value>
@@ -21,7 +23,7 @@ concept ByteList = !PlainBytes<Value> && requires(Value list) {
   list.resize(0);
 };
 
-/// Hands bytes on: to(std::span<const std::byte>).
+/// Writes values as bytes and passes these on by to(std::span<const std::byte>).
 template <class Sink>
 class ByteWriter {
  public:
@@ -54,11 +56,11 @@ class ByteWriter {
   Sink to_;
 };
 
-/// Says that the bytes end too early for what they begin with.
+/// Thrown if the bytes end before the values that they begin.
 struct EndsTooEarly {};
 
-/// Reads back what a ByteWriter wrote, or throws EndsTooEarly, before it makes room for more items than the bytes hold.
-/// check(number) of each that is no item of a list.
+/// Reads back what a ByteWriter wrote. Throws EndsTooEarly before it allocates more items than the bytes can hold.
+/// Calls check(number) for each number that it reads, apart from the items of lists of numbers.
 template <class Check>
 class ByteReader {
  public:

@@ -8,7 +8,8 @@
 
 namespace tanor {
 
-/// 3 x 3 numbers, row by row: the derivative of the force on one point with respect to the place of one point.
+/// A 3 x 3 matrix, stored row by row: the derivative of the force on one point with respect to the position of one
+/// point.
 struct Block3 {
   std::array<double, 9> entries{};
 
@@ -18,12 +19,12 @@ struct Block3 {
     for (std::size_t k = 0; k < 9; ++k) entries[k] += other.entries[k];
     return *this;
   }
-  /// += s a b'
+  /// Adds s a b'.
   void add_product(double s, Vec3 a, Vec3 b) {
     const std::array<double, 3> column{a.x, a.y, a.z}, row{b.x, b.y, b.z};
     for (std::size_t k = 0; k < 9; ++k) entries[k] += s * column[k / 3] * row[k % 3];
   }
-  /// += s I
+  /// Adds s I.
   void add_identity(double s) {
     for (const std::size_t k : {0, 4, 8}) entries[k] += s;
   }
@@ -34,13 +35,13 @@ inline Vec3 operator*(const Block3& a, Vec3 x) {
           a(2, 0) * x.x + a(2, 1) * x.y + a(2, 2) * x.z};
 }
 
-/// The derivatives of the forces that two points exert on each other, where these depend on r_j - r_i and v_j - v_i
-/// alone. With B the derivative of the force on j in r_j, the other three are -B, -B and B.
+/// A pair of points that exert forces on each other which depend on r_j - r_i and v_j - v_i alone. With B the
+/// derivative of the force on j with respect to r_j, the other three derivatives are -B, -B and B.
 struct Coupling {
   int i, j;
 };
 
-/// The force on one point where another one moves.
+/// A pair of points where the force on point `on` depends on the motion of point `of`.
 struct Influence {
   int on, of;
 };

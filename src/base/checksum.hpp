@@ -10,9 +10,9 @@
 
 namespace tanor {
 
-/// A sum of 64 bits over bytes that come in pieces; how they were cut into pieces does not matter. It is FNV-1a on
-/// words of eight bytes, with a shift that carries high bits down. Each word acts on the sum one to one: a change
-/// within one word, for instance of one bit, always gives another sum.
+/// A 64-bit checksum of bytes that come in pieces; how they were cut into pieces does not matter. It is FNV-1a on words
+/// of eight bytes, with a shift that carries high bits down. The map from each word to the sum is one to one, so a
+/// change within one word, for instance of one bit, always gives another sum.
 class Checksum {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -31,10 +31,10 @@ class Checksum {
   }
 
   std::uint64_t value() const {
-    // The last word may have fewer bytes than eight; their number tells them from bytes that are zero.
+    // The last word may have fewer bytes than eight. Their number tells them from bytes that are zero.
     return num_pending_ == 0 ? value_ : mix(value_, pending_ | static_cast<std::uint64_t>(num_pending_) << 56);
   }
-  /// 16 hexadecimal digits.
+  /// Returns the value as 16 hexadecimal digits.
   std::string text() const {
     std::array<char, 17> digits{};
     std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value()));
@@ -48,7 +48,7 @@ class Checksum {
     sum = (sum ^ word) * 0x100000001b3u;
     return sum ^ (sum >> 32);
   }
-  /// Adds the first of these bytes to the word that is not complete; returns the others.
+  /// Adds the first byte to the incomplete word and returns the other bytes.
   std::span<const std::byte> take_byte(std::span<const std::byte> bytes) {
     pending_ |= static_cast<std::uint64_t>(bytes.front()) << (8 * num_pending_);
     if (++num_pending_ == word_size) {
@@ -59,8 +59,8 @@ class Checksum {
   }
 
   std::uint64_t value_ = 0xcbf29ce484222325u;
-  std::uint64_t pending_ = 0;    ///< the bytes of a word that is not complete …
-  std::size_t num_pending_ = 0;  ///< … and how many they are, 0 … 7
+  std::uint64_t pending_ = 0;    ///< the bytes of the incomplete word
+  std::size_t num_pending_ = 0;  ///< their number, 0 … 7
 };
 
 }  // namespace tanor

@@ -5,11 +5,11 @@
 #include <Eigen/LU>
 #include <optional>
 
-/// \file Decompositions of small dense matrices. They are Eigen's, compiled once: each takes seconds in a file that
-/// names it.
+/// \file Decompositions of small dense matrices. They are Eigen's and are compiled once, since each takes seconds in
+/// every file that instantiates it.
 namespace tanor::dense {
 
-/// A = LU of a square matrix, with partial pivots.
+/// LU decomposition of a square matrix, with partial pivoting.
 class Lu {
  public:
   Lu() = default;
@@ -24,7 +24,7 @@ class Lu {
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
 };
 
-/// A = L D L' of a symmetric matrix, with diagonal pivots; its lower half is read.
+/// Decomposition A = L D L' of a symmetric matrix, with diagonal pivoting. Only the lower half of A is read.
 class Ldlt {
  public:
   Ldlt() = default;
@@ -36,43 +36,44 @@ class Ldlt {
   Eigen::LDLT<Eigen::MatrixXd> ldlt_;
 };
 
-/// A x = b by partial pivots; not finite where A is singular.
+/// Solves A x = b by LU with partial pivoting. The result is not finite if A is singular.
 Eigen::VectorXd solve(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// An x with the least |A x - b|, by reflections with columns exchanged; what rounding leaves of the rank is 0.
+/// Returns an x that minimizes |A x - b|, by Householder QR with column pivoting. Directions beyond the numerical rank
+/// get the coefficient 0.
 Eigen::VectorXd solve_by_qr(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// Of all x with the least |A x - b| the shortest; pivots up to `rounding` times the largest one count as 0: by default
-/// what rounding makes of one.
+/// Returns the shortest of all x that minimize |A x - b|. Pivots up to `rounding` times the largest one count as 0; the
+/// default threshold is that of rounding.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                     std::optional<double> rounding = std::nullopt);
 
-/// A V = V diag(values)
+/// Eigenvalues and eigenvectors with A V = V diag(values).
 struct SymmetricEigen {
   Eigen::VectorXd values;   ///< in ascending order
   Eigen::MatrixXd vectors;  ///< V, orthonormal columns
 };
-/// Of a symmetric A; its lower half is read.
+/// Solves the eigenproblem of a symmetric A, of which only the lower half is read.
 SymmetricEigen find_eigen(const Eigen::MatrixXd& A);
-/// A V = B V diag(values), V'B V = 1, of symmetric A and B, B > 0.
+/// Solves A V = B V diag(values) with V'B V = 1 for symmetric A and B, B > 0.
 SymmetricEigen find_eigen(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// A V = V diag(values) of any square matrix.
+/// Eigenvalues and eigenvectors of any square matrix, with A V = V diag(values).
 struct GeneralEigen {
   Eigen::VectorXcd values;
   Eigen::MatrixXcd vectors;
 };
 GeneralEigen find_general_eigen(const Eigen::MatrixXd& A);
 
-/// A = U diag(values) V'
+/// Singular value decomposition A = U diag(values) V'.
 struct SingularValues {
   Eigen::VectorXd values;  ///< in descending order
-  Eigen::MatrixXd U, V;    ///< square; each only where it was asked for
+  Eigen::MatrixXd U, V;    ///< square; empty if it was not asked for
 };
 SingularValues find_singular_values_and_U(const Eigen::MatrixXd& A);
 SingularValues find_singular_values_and_V(const Eigen::MatrixXd& A);
 
-/// A = Q R of a matrix that has no more columns than rows, by Householder's reflections.
+/// Decomposition A = Q R of a matrix that has no more columns than rows, by Householder reflections.
 struct ThinQr {
   Eigen::MatrixXd Q, R;
 };

@@ -4,11 +4,11 @@
 #include <cstddef>
 
 /// \file
-/// Disjoint sets of numbers, kept in an array (Tarjan 1975): parent[i] is another member of the set of i, nearer to its
-/// root, or i itself, which is the root. At first each number is its own parent.
+/// Disjoint sets of numbers, kept in an array (Tarjan 1975). parent[i] is another member of the set of i, nearer to its
+/// root, or i itself if i is the root. Initially each number is its own parent.
 namespace tanor {
 
-/// Returns the root of the set of i, and shortens the way to it for later calls.
+/// Returns the root of the set of i, and shortens the path to it for later calls.
 template <class Integer>
 Integer find_root(Integer* parent, Integer i) {
   const auto up = [parent](Integer k) -> Integer& { return parent[static_cast<std::size_t>(k)]; };
@@ -16,8 +16,8 @@ Integer find_root(Integer* parent, Integer i) {
   return i;
 }
 
-/// Makes one set of those of i and j, and returns its root: the smaller one of both. Where only this joins sets, every
-/// root is the least member of its set.
+/// Joins the sets of i and j and returns the root of the union, the smaller one of both roots. If sets are joined by
+/// this function alone, every root is the least member of its set.
 template <class Integer>
 Integer join_sets(Integer* parent, Integer i, Integer j) {
   const Integer a = find_root(parent, i), b = find_root(parent, j);

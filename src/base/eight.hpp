@@ -7,12 +7,12 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Numbers, or points, side by side in one vector register: `Pack`, of which `Eight` is the width that all
-/// kernels use but those of series along few paths. The functions that use them are compiled once for each instruction
-/// set (instruction_sets.hpp).
+/// \file Packs of numbers, or of points, side by side in one vector register. `Eight` is the `Pack` that all kernels
+/// use, apart from those of series along few paths. Functions that use packs are compiled once for each instruction set
+/// (instruction_sets.hpp).
 namespace tanor {
 
-// Functions that take or return lanes are all inlined: there is no binary interface to keep.
+// All functions that take or return packs are inlined, so no binary interface has to be kept.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 inline constexpr std::size_t num_lanes = 8;
@@ -21,11 +21,12 @@ template <std::size_t N>
 struct PackOf {
   using Type [[gnu::vector_size(N * sizeof(double)), gnu::aligned(N * sizeof(double))]] = double;
 };
-/// N numbers side by side in one vector register. It is aligned, since a load that is not would touch two cache lines.
+/// N numbers side by side in one vector register. A pack is aligned, since an unaligned load would touch two cache
+/// lines.
 template <std::size_t N>
 using Pack = typename PackOf<N>::Type;
 
-/// N points side by side: a pack for each component.
+/// N points side by side, with a pack for each component.
 template <std::size_t N>
 struct Pack3 {
   Pack<N> x, y, z;
@@ -46,7 +47,8 @@ struct Pack3 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }
   [[gnu::always_inline]] Pack<N> sum() const { return x + y + z; }
-  /// Copies component by component. gcc copies a whole Pack3 by way of the stack, in other pieces than it stood there.
+  /// Copies component by component. gcc copies a whole Pack3 through the stack, in pieces of another size than those
+  /// that were stored there.
   [[gnu::always_inline]] void write(Pack3* to) const {
     to->x = x;
     to->y = y;
@@ -57,8 +59,8 @@ struct Pack3 {
 using Eight = Pack<num_lanes>;
 using Eight3 = Pack3<num_lanes>;
 
-/// Loads and stores eight numbers at any address. What is loaded is a value: where a reference to it were bound to one
-/// to an Eight, clang would take its address for aligned.
+/// Loads and stores eight numbers at any address. The load returns a value: if a reference to an Eight were bound to an
+/// EightAnywhere, clang would assume that its address is aligned.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline Eight eight_at(const double* place) {
   return *reinterpret_cast<const EightAnywhere*>(place);
@@ -67,14 +69,14 @@ using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = 
   return *reinterpret_cast<EightAnywhere*>(place);
 }
 
-/// Eight numbers in registers of `width` lanes each, which `dispatch` hands to bodies that ask for them. gcc keeps a
-/// pack that is wider than a register in memory, and every sum goes through it: fronts took ten times as long with
-/// AVX2.
+/// Eight numbers in registers of `width` lanes each. `dispatch` passes this type to bodies that ask for it. gcc keeps a
+/// pack that is wider than a register in memory, so that every sum goes through memory: fronts took ten times as long
+/// with AVX2.
 template <std::size_t width>
 struct EightIn {
   static constexpr std::size_t num_parts = num_lanes / width;
   static constexpr std::size_t num_registers = width == 8 ? 32 : 16;
-  /// How many of these stay in registers beside the factors of a product.
+  /// Number of such packs that stay in registers beside the factors of a product.
   static constexpr std::size_t most_in_registers = (num_registers - 4) / num_parts;
 
   using Part = Pack<width>;
@@ -112,7 +114,7 @@ struct EightIn {
     for (std::size_t k = 0; k < num_parts; ++k) result.parts[k] = a.parts[k] * b.parts[k];
     return result;
   }
-  /// Of neighbours, then of pairs, then of fours, whatever the width.
+  /// Adds neighbouring lanes, then pairs, then fours, in the same order for any width.
   [[gnu::always_inline]] double sum() const {
     const auto lane = [this](std::size_t k) __attribute__((always_inline)) {
       return parts[k / width][k % width];
@@ -131,7 +133,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   return *reinterpret_cast<FourAnywhere*>(place);
 }
 
-/// Loads four points that follow one another: x y z x | y z x y | z x y z
+/// Loads four consecutive points: x y z x | y z x y | z x y z
 [[gnu::always_inline]] inline void load_four_points(const double* from, Four* x, Four* y, Four* z) {
   const Four a = four_at(from), b = four_at(from + 4), c = four_at(from + 8);
   const Four ab = __builtin_shufflevector(a, b, 0, 1, 6, 3), x_0321 = __builtin_shufflevector(ab, c, 0, 5, 2, 3);
@@ -152,7 +154,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   four_to(to + 8) = __builtin_shufflevector(zx, y_1032, 0, 1, 6, 3);
 }
 
-/// Loads eight points that follow one another: x y z x y z …
+/// Loads eight consecutive points: x y z x y z …
 [[gnu::always_inline]] inline void load_points(const double* from, Eight* x, Eight* y, Eight* z) {
   Four x0, y0, z0, x1, y1, z1;
   load_four_points(from, &x0, &y0, &z0);
@@ -169,7 +171,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   store_four_points(x1, y1, z1, to + 12);
 }
 
-/// Transposes: lane k of the i-th vector becomes lane i of the k-th.
+/// Transposes a 4 x 4 matrix: lane k of the i-th vector becomes lane i of the k-th.
 [[gnu::always_inline]] inline void transpose(Four* a, Four* b, Four* c, Four* d) {
   const Four ab_02 = __builtin_shufflevector(*a, *b, 0, 4, 2, 6), ab_13 = __builtin_shufflevector(*a, *b, 1, 5, 3, 7);
   const Four cd_02 = __builtin_shufflevector(*c, *d, 0, 4, 2, 6), cd_13 = __builtin_shufflevector(*c, *d, 1, 5, 3, 7);
@@ -179,7 +181,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
 }
 
-/// Transposes eight vectors: pairs of lanes change places, then fours, then eights.
+/// Transposes an 8 x 8 matrix: single lanes change places, then pairs, then fours.
 [[gnu::always_inline]] inline void transpose(Eight (&a)[8]) {
   Eight b[8];
   for (std::size_t i = 0; i < 8; i += 2) {
@@ -209,7 +211,7 @@ inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
 }
 
-/// a := a/|a|, and 1/|a|.
+/// Normalizes a = (x, y, z) and writes 1/|a|, with the length before, to `inverse`.
 [[gnu::always_inline]] inline void normalise(Eight* x, Eight* y, Eight* z, Eight* inverse) {
   Eight length = *x * *x + *y * *y + *z * *z;
   take_roots(&length);
@@ -219,7 +221,7 @@ inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
   *z *= *inverse;
 }
 
-/// A list of such vectors, aligned so that each can be read at once.
+/// A list of packs, aligned so that each can be loaded at once.
 class Eights {
  public:
   void resize(std::size_t size) { cells_.resize(size); }
@@ -233,9 +235,9 @@ class Eights {
   std::vector<Cell> cells_;
 };
 
-/// The largest absolute value that was seen. A NaN stays NaN.
+/// The largest absolute value seen so far. A NaN stays NaN.
 struct Largest {
-  Eight value{}, zero{};  // zero is 0 times each number seen: NaN if one was not finite
+  Eight value{}, zero{};  // zero adds up 0 times each number seen: NaN if one was not finite
 
   void see(const Eight& magnitudes) {
     value = magnitudes > value ? magnitudes : value;

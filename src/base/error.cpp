@@ -5,7 +5,7 @@ namespace tanor {
 InputError::InputError(std::string where, const std::string& what)
     : std::runtime_error(what), where_(std::move(where)) {}
 
-// These stand out of line so that the type information of the class lives in the library, once.
+// The destructor is defined out of line, so that the type information of the class stands in the library once.
 InputError::~InputError() = default;
 
 }  // namespace tanor

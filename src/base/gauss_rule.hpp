@@ -4,7 +4,7 @@
 
 namespace tanor {
 
-/// Nodes and weights of Gauss's rule with eight points on [0, 1]; it is exact for polynomials of degree 15.
+/// Nodes and weights of the Gauss rule with eight points on [0, 1], which is exact for polynomials of degree 15.
 inline constexpr std::array<std::array<double, 2>, 8> gauss_rule{{{0.0198550717512319, 0.0506142681451882},
                                                                   {0.1016667612931866, 0.1111905172266872},
                                                                   {0.2372337950418355, 0.1568533229389437},

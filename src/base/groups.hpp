@@ -9,15 +9,15 @@
 
 namespace tanor {
 
-/// Entries group by group (compressed rows): those of group k are [start[k], start[k + 1]).
+/// Entries stored group by group (compressed rows). The entries of group k are [start[k], start[k + 1]).
 template <class Entry>
 struct Groups {
   std::vector<std::int32_t> start{0};
   std::vector<Entry> entries;
 
   Groups() = default;
-  /// Sorts entries by counting: `list(add)` calls add(group, entry) for each entry, the same ones both times it is
-  /// called. Entries of one group keep their order.
+  /// Sorts entries into groups by counting. `list(add)` calls add(group, entry) for each entry; it is called twice and
+  /// must list the same entries both times. Entries of one group keep their order.
   template <class List>
   Groups(std::size_t num_groups, const List& list) : start(num_groups + 1, 0) {
     list([&](auto group, const Entry&) { ++start[static_cast<std::size_t>(group) + 1]; });
@@ -38,7 +38,7 @@ struct Groups {
     return std::span(entries).subspan(first(group), first(group + 1) - first(group));
   }
 
-  /// Closes the group that `entries` end with.
+  /// Closes the group at the end of `entries`.
   void end_group() { start.push_back(static_cast<std::int32_t>(entries.size())); }
   void clear() {
     start.assign(1, 0);
@@ -49,7 +49,7 @@ struct Groups {
   std::size_t first(std::size_t group) const { return static_cast<std::size_t>(start[group]); }
 };
 
-/// Compressed rows of pairs (group, entry): each pair once, entries of a group in increasing order.
+/// Writes pairs (group, entry) as compressed rows: each pair once, entries of a group in increasing order.
 template <class Pair, class Number, class Entry>
 void compress_pairs(std::size_t num_groups, std::vector<Pair> pairs, std::vector<Number>* start,
                     std::vector<Entry>* entries) {

@@ -25,7 +25,7 @@ std::align_val_t alignment_of(std::size_t bytes) {
 void* allocate_pages(std::size_t bytes) {
   void* const memory = ::operator new(bytes, alignment_of(bytes));
 #if defined(__linux__)
-  // Where it fails the array has small pages.
+  // If madvise fails, the array has small pages.
   if (is_large(bytes)) madvise(memory, bytes / huge_page * huge_page, MADV_HUGEPAGE);
 #endif
   return memory;

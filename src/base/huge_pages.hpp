@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <vector>
 
-/// \file Arrays that are swept through from memory. With pages of 4 KiB the machine looks up an address for every 512
+/// \file Arrays that are read from memory in whole. With pages of 4 KiB the machine translates an address for every 512
 /// numbers: a solve of a large net takes a tenth longer, and more in a virtual machine.
 namespace tanor {
 
-/// Memory at the begin of a cache line, from 4 MiB on of pages of 2 MiB where the system has them.
+/// Allocates memory that begins at a cache line. From 4 MiB on it has pages of 2 MiB if the system offers them.
 void* allocate_pages(std::size_t bytes);
 void release_pages(void* memory, std::size_t bytes);
 

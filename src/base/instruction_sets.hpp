@@ -6,28 +6,28 @@
 
 #include "base/eight.hpp"
 
-/// \file One body of a loop for each instruction set. Packaged binaries are built for the baseline of their
-/// architecture; hot loops need more.
+/// \file Compiles the body of a hot loop once for each instruction set and chooses one at run time. Packaged binaries
+/// are built for the baseline of their architecture, which is too slow for hot loops.
 
 namespace tanor {
 
-/// avx512 is x86-64-v4, avx2 x86-64-v3.
+/// Instruction sets: Avx512 is x86-64-v4, Avx2 is x86-64-v3.
 enum class InstructionSet { Unchosen, Baseline, Avx2, Avx512 };
 
 extern std::atomic<InstructionSet> chosen_instruction_set;
 InstructionSet choose_instruction_set();
 
-/// The best one that the processor has, or the one that TANOR_ISA in the environment names, as at the first call.
-/// Throws InputError where that is none, or one that cannot be had here.
+/// Returns the best instruction set of the processor, or the one that the environment variable TANOR_ISA named at the
+/// first call. Throws InputError if TANOR_ISA names no instruction set, or one that is not available here.
 inline InstructionSet instruction_set() {
   const InstructionSet chosen = chosen_instruction_set.load(std::memory_order_relaxed);
   return chosen != InstructionSet::Unchosen ? chosen : choose_instruction_set();
 }
 
-/// "baseline", "avx2" or "avx512".
+/// Returns "baseline", "avx2" or "avx512", or "none yet" for Unchosen.
 const char* name_of(InstructionSet set);
 
-/// Runs the body, with eight numbers in registers of `width` where it asks for them.
+/// Runs the body. A body that takes a type argument gets EightIn<width>.
 template <std::size_t width, class Body>
 auto run_in(Body& body) {
   using Lanes = std::type_identity<EightIn<width>>;
@@ -42,9 +42,10 @@ auto run_in(Body& body) {
     !defined(__SANITIZE_THREAD__) && !defined(TANOR_NATIVE)
 #define TANOR_HAS_INSTRUCTION_SETS 1
 
-// "flatten" compiles all that the body calls for the set as well, but for what is dispatched itself. What the compiler
-// makes for a set stays in these functions, so that none of it can stand in for an inline function that other code
-// calls. Of a copy of its own each knows that no number that it stores is part of it.
+// "flatten" compiles everything that the body calls for the same instruction set, apart from nested dispatches. The
+// code made for an instruction set stays in these functions, so that it cannot replace an inline function that other
+// code calls. Each function runs its own copy of the body, so the compiler knows that no number which the body stores
+// is a member of the body.
 template <class Body>
 [[gnu::target("arch=x86-64-v4"), gnu::flatten, gnu::noinline]] auto run_avx512(const Body& body) {
   Body own = body;
@@ -61,10 +62,12 @@ template <class Body>
   return run_in<2>(own);
 }
 
-/// Runs the body, which is compiled once for each instruction set. It captures what is small by value, since what it
-/// holds by reference might change with every number that it stores; what owns memory, by reference.
+/// Runs the body, which is compiled once for each instruction set. The body captures small values by value, since
+/// anything that it holds by reference might change with every number that it stores. It captures what owns memory by
+/// reference.
 ///
-/// gcc's target_clones choose while libraries are loaded, before anybody can read the environment or throw.
+/// gcc's target_clones are not used: they are chosen while libraries are loaded, before anybody can read the
+/// environment or throw.
 template <class Body>
 auto dispatch(const Body& body) {
   static_assert(std::is_trivially_copyable_v<Body>, "capture what owns memory by reference");

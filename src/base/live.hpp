@@ -6,8 +6,8 @@
 
 namespace tanor {
 
-/// The implementation that a public object points to. Throws InputError with the object's `name` where the object was
-/// moved from.
+/// Returns the implementation that a public object points to. Throws InputError with the object's `name` if the object
+/// was moved from.
 template <class Pointer>
 auto& live(const Pointer& implementation, const char* name) {
   if (implementation == nullptr) {

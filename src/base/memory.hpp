@@ -13,9 +13,10 @@
 
 namespace tanor {
 
-/// What a running simulation keeps beside its state, as plain numbers. Each part has one function that exchanges its
-/// members in a fixed order. The same function appends them to a snapshot and reads them back, so the two cannot
-/// differ. Sizes are those that the part has; `finish` refuses a snapshot of another system, which does not fit.
+/// The data that a running simulation keeps beside its state, as plain numbers. Each part has one function that
+/// exchanges its members in a fixed order. The same function appends them to a snapshot and reads them back, so the two
+/// cannot differ. Arrays are exchanged with the sizes that they have; `finish` refuses a snapshot of another system,
+/// which does not fit.
 class Memory {
  public:
   explicit Memory(std::vector<double>* appended) : appended_(appended) {}
@@ -61,7 +62,7 @@ class Memory {
   [[noreturn]] static void refuse() {
     throw InputError("/snapshot/memory", "is of another system, or of other options");
   }
-  /// Refuses numbers that were too few or too many.
+  /// Refuses a snapshot that had too few or too many numbers.
   void finish() const {
     if (misses_some_ || (reads() && next_ != read_.size())) refuse();
   }

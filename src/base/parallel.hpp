@@ -14,7 +14,7 @@
 
 namespace tanor {
 
-/// The larger of two numbers. A NaN wins, so that it cannot hide in a maximum.
+/// Returns the larger of two numbers. A NaN wins, so that it cannot hide in a maximum.
 inline double larger(double a, double b) {
   return (b > a || std::isnan(b)) ? b : a;
 }
@@ -53,7 +53,7 @@ class Parallel {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// The largest body(begin, end) over the ranges, at least 0. It is NaN if one of them is.
+  /// Returns the largest body(begin, end) over the ranges, at least 0, or NaN if one of them is.
   template <class Body>
   double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
     double result = 0.0;
@@ -72,8 +72,8 @@ class Parallel {
     return result;
   }
 
-  /// The sum of term(k) over [0, count). Its order does not depend on the number of threads: 64 parts are summed, then
-  /// their sums.
+  /// Returns the sum of term(k) over [0, count). Its order does not depend on the number of threads: 64 parts are
+  /// summed, then their sums.
   template <class Term>
   double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
     std::array<double, num_parts> parts;  // NOLINT: each is written
@@ -120,14 +120,14 @@ class Parallel {
   }
 
  private:
-  static constexpr std::size_t num_parts = 64, side_by_side = 4;  // of sums
+  static constexpr std::size_t num_parts = 64, side_by_side = 4;  // parts of a sum, and how many are added at once
 
   template <class Term>
   static double add(std::size_t begin, std::size_t end, const Term& term, double sum) {
     for (std::size_t k = begin; k < end; ++k) sum += term(k);
     return sum;
   }
-  /// The parts from p on side by side: each addition waits for the one before it in its part.
+  /// Adds the parts from p on side by side, because within a part each addition waits for the one before it.
   template <class Term>
   static void add_side_by_side(std::size_t count, const Term& term, std::size_t p, double* parts) {
     const std::size_t common = count / num_parts;  // no part has fewer terms

@@ -9,8 +9,8 @@
 
 namespace tanor {
 
-/// The places of all points during one step. They are known at knots that lie evenly in time, and between two knots
-/// each point follows a cubic in time.
+/// The motion of all points during one step. Positions and velocities are known at knots that lie evenly in time;
+/// between two knots each point follows a cubic in time.
 class PointPath {
  public:
   virtual ~PointPath() = default;
@@ -19,18 +19,18 @@ class PointPath {
     Vec3 r, v;  // m, m/s
   };
 
-  int order = 5;                                   ///< of the scheme whose step it is
-  double t = 0.0, h = 0.0;                         ///< s: the step leads from t to t + h
-  double atol = 0.0, rtol = 0.0;                   ///< what a point's position and velocity may miss at its end; where
-  std::span<const double> own_atol_r, own_atol_v;  ///< atol is 0, each point's own: [point], m and m/s
-  bool follows_tolerance = true;                   ///< false: its length is fixed
-  std::span<const double> looks;                   ///< fractions of h where forces were evaluated, from 0 up to 1;
-  std::span<const double> weights;                 ///< [look] what the scheme makes of them: h sum w_k a(s_k)
-  std::vector<const double*> positions, velocities;  ///< [knot], arrays [3n] each; two knots at least
-  std::vector<const double*> variables, rates;       ///< [knot] the mechanics' own numbers; those of points, or others
-  std::span<const double> accelerations;             ///< [point] m/s^2: as much as may act; empty: nothing is known
+  int order = 5;                                     ///< order of the scheme that makes the step
+  double t = 0.0, h = 0.0;                           ///< s: the step leads from t to t + h
+  double atol = 0.0, rtol = 0.0;                     ///< errors allowed in a point's position and velocity at its end
+  std::span<const double> own_atol_r, own_atol_v;    ///< [point] m and m/s, each point's own where atol is 0
+  bool follows_tolerance = true;                     ///< false if the length of the step is fixed
+  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 to 1
+  std::span<const double> weights;                   ///< [look] weights of the scheme there: h sum w_k a(s_k)
+  std::vector<const double*> positions, velocities;  ///< [knot] arrays [3n] each; at least two knots
+  std::vector<const double*> variables, rates;       ///< [knot] variables of the mechanics: the points' own or others
+  std::span<const double> accelerations;             ///< [point] m/s^2, upper bounds; empty if none are known
 
-  /// Adds knots until the cubics miss the motion by no more than this part of what each number moves.
+  /// Adds knots until the cubics miss the motion by no more than `error` times the distance that each number moves.
   virtual void refine(double error) = 0;
 
   template <class Integer>
@@ -62,7 +62,8 @@ class PointPath {
   struct Number {
     double x, rate;
   };
-  /// One of all positions, or of the mechanics' own numbers, at the fraction s: as `cubic`.
+  /// Returns one coordinate of all positions, or one of the mechanics' variables, at the fraction s of the step, by the
+  /// formula of `cubic`.
   template <class Integer>
   Number number(Integer i, double s, bool of_mechanics) const {
     const std::size_t pieces = num_pieces(), at = static_cast<std::size_t>(i);
@@ -76,7 +77,8 @@ class PointPath {
     return {x[k][at] + u * e + u * w * (w * first - u * last), rate / piece};
   }
 
-  /// Point i in piece k, at its fraction u; with the piece's length H and its chord e = r1 - r0
+  /// Returns the position and velocity of point i in piece k, at the fraction u of the piece. With the length H of the
+  /// piece and its chord e = r1 - r0,
   ///
   ///   r = r0 + u e + u (1 - u) ((1 - u) (H v0 - e) - u (H v1 - e)),   v = r'/H
   template <class Integer>
@@ -89,7 +91,8 @@ class PointPath {
   }
 };
 
-/// The largest distance of a cubic from its chord. It has the ends a and b and is passed in the time H:
+/// Returns a bound of the distance of a cubic from its chord. The cubic has the ends a and b and is passed in the time
+/// H:
 ///
 ///   4/27 (|H v_a - e| + |H v_b - e|),   e = r_b - r_a
 inline double sagitta(const PointPath::Place& a, const PointPath::Place& b, double length) {

@@ -6,9 +6,9 @@
 
 namespace tanor {
 
-/// Switches the thread's floating-point traps off while it lives. A host that has traps on then does not notice our
-/// infinities and NaN, which we test for ourselves, nor the flags that they leave behind. It costs next to nothing
-/// where no trap is on.
+/// Switches the floating-point traps of the thread off for its lifetime. A host with enabled traps then notices neither
+/// our infinities and NaN, which we test for ourselves, nor the flags that they leave behind. It costs next to nothing
+/// if no trap is enabled.
 class QuietTraps {
  public:
 #if defined(__GLIBC__)
@@ -30,7 +30,7 @@ class QuietTraps {
   [[maybe_unused]] const int enabled_{};
 };
 
-/// Makes a new object while the traps are off.
+/// Constructs a new object with the traps switched off.
 template <class T, class... Arguments>
 std::unique_ptr<T> make_quietly(Arguments&&... arguments) {
   const QuietTraps quiet;

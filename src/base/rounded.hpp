@@ -5,8 +5,8 @@
 
 namespace tanor {
 
-/// A number beside a bound of the rounding errors that it was made with (running error analysis; Higham, Accuracy and
-/// Stability of Numerical Algorithms, 2002, section 3.3). What cancels keeps the errors of its terms.
+/// A number with a bound of the rounding errors in it (running error analysis; Higham, Accuracy and Stability of
+/// Numerical Algorithms, 2002, section 3.3). A difference keeps the errors of its terms when these cancel.
 ///
 /// Numbers that are given have no error.
 struct Rounded {
@@ -14,10 +14,10 @@ struct Rounded {
 
   Rounded() = default;
   Rounded(double exact) : v(exact) {}  // NOLINT(google-explicit-constructor): constants fit everywhere
-  /// The result of an operation, whose operands bring the error `carried`.
+  /// Makes the result of an operation whose operands bring the error `carried`.
   Rounded(double result, double carried) : v(result), error(carried + unit * std::abs(result)) {}
 
-  /// The result of a function that the mathematical library knows to one ulp, where operations are right to half of it.
+  /// Makes the result of a library function. Such functions are accurate to one ulp, basic operations to half of one.
   static Rounded of_library(double result, double carried) { return {result, carried + unit * std::abs(result)}; }
 
   double value() const { return v; }
@@ -34,12 +34,12 @@ struct Rounded {
     return {a.v * b.v, std::abs(a.v) * b.error + a.error * std::abs(b.v) + a.error * b.error};
   }
   friend Rounded operator/(const Rounded& a, const Rounded& b) {
-    // a/b moves by (da + |a/b| db)/(|b| - db); where b is rounding alone, nothing is known.
+    // a/b moves by (da + |a/b| db)/(|b| - db). Nothing is known if b is no larger than its error.
     const double quotient = a.v / b.v;
     return {quotient, (a.error + std::abs(quotient) * b.error) / positive(std::abs(b.v) - b.error)};
   }
 
-  /// x, or NaN where a bound would need it to be positive and it is not.
+  /// Returns x, or NaN if x is not positive although a bound needs it to be.
   static double positive(double x) { return x > 0.0 ? x : std::numeric_limits<double>::quiet_NaN(); }
 
  private:
@@ -64,7 +64,7 @@ inline Rounded cos(const Rounded& a) {
   return Rounded::of_library(std::cos(a.v), a.error);
 }
 inline Rounded atan2(const Rounded& y, const Rounded& x) {
-  // The angle turns by the error of the place over the distance.
+  // The angle turns by the error of the position over the distance.
   const double place = std::hypot(y.error, x.error);
   const double carried = place > 0.0 ? place / Rounded::positive(std::hypot(y.v, x.v) - place) : 0.0;
   return Rounded::of_library(std::atan2(y.v, x.v), carried);

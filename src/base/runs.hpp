@@ -8,12 +8,12 @@
 
 namespace tanor {
 
-/// A set of numbers 0, 1, 2, …, kept as index ranges [begin, end) from the lowest to the highest. A loop over the set
-/// is a loop over a few ranges.
+/// A set of numbers 0, 1, 2, …, stored as index ranges [begin, end) in increasing order. A loop over the set is a loop
+/// over a few ranges.
 class Runs {
  public:
   Runs() = default;
-  /// All numbers below `count`.
+  /// Makes the set of all numbers below `count`.
   explicit Runs(std::size_t count) {
     if (count > 0) runs_.push_back({0, count, 0});
   }
@@ -24,10 +24,10 @@ class Runs {
     ++runs_.back().end;
   }
 
-  /// How many there are in all.
+  /// Returns how many numbers there are.
   std::size_t size() const { return runs_.empty() ? 0 : runs_.back().before + runs_.back().end - runs_.back().begin; }
 
-  /// How many are below `number`.
+  /// Returns how many numbers are below `number`.
   std::size_t count_below(std::size_t number) const {
     const auto after =
         std::partition_point(runs_.begin(), runs_.end(), [&](const Run& run) { return run.end <= number; });
@@ -36,7 +36,7 @@ class Runs {
 
   bool contains(std::size_t number) const { return count_below(number + 1) > count_below(number); }
 
-  /// Calls visit(begin, end) for the pieces of ranges that hold the numbers from place `first` to before place `last`.
+  /// Calls visit(begin, end) for the pieces of ranges that hold the numbers with the ranks [first, last) in the set.
   template <class Visit>
   void for_pieces(std::size_t first, std::size_t last, const Visit& visit) const {
     const auto is_before = [&](const Run& run) { return run.before + (run.end - run.begin) <= first; };
@@ -54,7 +54,7 @@ class Runs {
     for (const Run& run : runs_) visit(run.begin, run.end);
   }
 
-  /// As Parallel::for_ranges, over the numbers of this set.
+  /// Calls Parallel::for_ranges over the numbers of this set.
   template <class Body>
   void for_ranges(const Parallel& parallel, const Body& body) const {
     parallel.for_ranges(size(), [&](std::size_t first, std::size_t last) { for_pieces(first, last, body); });
@@ -63,7 +63,7 @@ class Runs {
   double max_over_ranges(const Parallel& parallel, const Body& body) const {
     return max_over_places(parallel, 0, size(), body);
   }
-  /// The same over the numbers in [begin, end).
+  /// Restricts the maximum to the numbers in [begin, end).
   template <class Body>
   double max_over_ranges(const Parallel& parallel, std::size_t begin, std::size_t end, const Body& body) const {
     return max_over_places(parallel, count_below(begin), count_below(end), body);

@@ -7,26 +7,27 @@
 
 namespace tanor {
 
-/// What stands around bytes that somebody saves: in front their kind, their format, the order of bytes and what they
-/// belong to, behind a checksum of all that. The same place and the same words for every kind.
+/// The header of saved bytes: their kind, their format, the byte order and a fingerprint of what they belong to. A
+/// checksum of all that and the bytes follows behind them. The layout is the same for every kind.
 struct SavedHeader {
   std::array<char, 8> magic{};
   std::uint32_t version = 0;
-  std::uint32_t byte_order = 0x01020304;  // reads otherwise on a machine with another order
+  std::uint32_t byte_order = 0x01020304;  // reads as another number on a machine with another byte order
   std::uint64_t fingerprint = 0;
 };
 
-/// Who saves, for complaints.
+/// Names for error messages about saved bytes.
 struct SavedBy {
   const char* where;   ///< "/state", the place that an InputError names
   const char* writer;  ///< "a Constrainer"
-  const char* owner;   ///< "other points or constraints", whose bytes they are if not these
+  const char* owner;   ///< "other points or constraints", the owner if the fingerprint differs
 };
 
-/// The checksum of these bytes.
+/// Returns the checksum of these bytes.
 std::uint64_t checksum_of(std::span<const std::byte> bytes);
 
-/// The bytes between header and checksum. Throws InputError where these are not what `wanted` says.
+/// Returns the bytes between header and checksum. Throws InputError if the header or the checksum is not as `wanted`
+/// says.
 std::span<const std::byte> check_frame(std::span<const std::byte> bytes, const SavedHeader& wanted, const SavedBy& by);
 
 }  // namespace tanor

@@ -9,16 +9,16 @@ namespace tanor {
 /// Beyond this angle the reduction in `sine_cosine` loses digits.
 inline constexpr double largest_angle = 1e6;
 
-/// sin x and cos x to about 1 ulp for |x| <= largest_angle. There are no branches, so loops over it run in vector
-/// lanes. The remainder of x by pi/2 is found as W. J. Cody and W. Waite (1980) do, and the polynomials are those of
-/// fdlibm (Sun Microsystems 1993).
+/// Computes sin x and cos x to about 1 ulp for |x| <= largest_angle. There are no branches, so loops over it run in
+/// vector lanes. The remainder of x modulo pi/2 is found as in W. J. Cody and W. Waite (1980), and the polynomials are
+/// those of fdlibm (Sun Microsystems 1993).
 [[gnu::always_inline]] inline void sine_cosine(double x, double* sine, double* cosine) {
-  // n = round(2x/pi): its last bits stand at the end of 2x/pi + 1.5 * 2^52
+  // n = round(2x/pi); its last bits are the last ones of 2x/pi + 1.5 * 2^52.
   constexpr double shift = 6755399441055744.0, two_over_pi = 6.36619772367581382433e-01;
   const double shifted = x * two_over_pi + shift;
   const auto quadrant = std::bit_cast<std::uint64_t>(shifted);
   const double n = shifted - shift;
-  // pi/2 in parts of 33 bits: n times a part is exact
+  // pi/2 is split into parts of 33 bits, so that n times a part is exact.
   constexpr double part1 = 1.57079632673412561417e+00, part2 = 6.07710050630396597660e-11,
                    part3 = 2.02226624879595063154e-21;
   // x - n pi/2 = r + tail
@@ -38,7 +38,7 @@ inline constexpr double largest_angle = 1e6;
                                                   z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))));
   const double s = r + (r * z * s_terms + tail * head);
   const double c = head + (((1.0 - head) - half) + (z * z * c_terms - r * tail));
-  // A quarter turn swaps them, half a turn changes signs.
+  // A quarter turn exchanges sine and cosine, half a turn changes their signs.
   const std::uint64_t sign_of_sine = (quadrant & 2) << 62, sign_of_cosine = ((quadrant + 1) & 2) << 62;
   const bool swaps = (quadrant & 1) != 0;
   *sine = std::bit_cast<double>(std::bit_cast<std::uint64_t>(swaps ? c : s) ^ sign_of_sine);

@@ -8,12 +8,12 @@ namespace tanor {
 namespace detail {
 
 #if defined(__x86_64__)
-/// Reads the processor's own counter. Asking the operating system for the time would take as long as one order of a
-/// small system's series.
+/// Reads the time stamp counter of the processor. A call of the operating system's clock would take as long as one
+/// order of a small system's series.
 inline std::int64_t count_ticks() {
   return static_cast<std::int64_t>(__builtin_ia32_rdtsc());
 }
-/// Seconds of one tick, measured once against the system's clock to about 1e-3.
+/// Returns the seconds of one tick, measured once against the system's clock to about 1e-3.
 double seconds_per_tick();
 #else
 inline std::int64_t count_ticks() {

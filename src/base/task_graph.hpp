@@ -13,21 +13,22 @@
 
 namespace tanor {
 
-/// Tasks that wait for others, run by a given number of threads. One thread runs them in the order in which they were
-/// added, or backwards; several take those that are ready, the longest way to the end first. A thread without a task
-/// sleeps. Results must depend on what the tasks wait for alone. Running takes no memory, as OpenMP's tasks would.
+/// Runs tasks that wait for others with a given number of threads. One thread runs them in the order in which they were
+/// added, or backwards. Several threads take the tasks that are ready, those with the longest path to the end first. A
+/// thread without a task sleeps. Results must depend only on the tasks that a task waits for. A run allocates no
+/// memory, as OpenMP's tasks would.
 class TaskGraph {
  public:
   enum class Direction { Forwards, Backwards };
 
-  /// Adds a task of some cost (any unit) and returns its number.
+  /// Adds a task of some cost (in any unit) and returns its number.
   int add(double cost) {
     costs_.push_back(cost);
     return static_cast<int>(costs_.size()) - 1;
   }
-  /// Lets a task wait for one that was added before it; backwards, the earlier one for the later one.
+  /// Lets a task wait for one that was added before it. In a backward run the earlier task waits for the later one.
   void link(int earlier, int later) { links_.emplace_back(earlier, later); }
-  /// To be called after the last task and link.
+  /// Completes the graph. Call this after the last task and link.
   void finish() {
     for (const bool backwards : {false, true}) {
       Side& side = sides_[backwards ? 1 : 0];
@@ -60,7 +61,7 @@ class TaskGraph {
   }
   std::size_t size() const { return costs_.size(); }
 
-  /// Calls body(task, thread) for all tasks. It must not throw. Inside a parallel region there is one thread.
+  /// Calls body(task, thread) for all tasks. The body must not throw. Inside a parallel region there is one thread.
   template <class Body>
   void run(int threads, Direction direction, const Body& body) {
     if (threads <= 1 || size() <= 1 || omp_in_parallel() != 0) {
@@ -85,7 +86,7 @@ class TaskGraph {
   struct Side {
     std::vector<std::size_t> start;  // [task + 1] into `after`
     std::vector<int> after, num_before;
-    std::vector<double> way;  // cost of the longest way to the end
+    std::vector<double> way;  // cost of the longest path to the end
   };
 
   void start(const Side& side) {
@@ -106,7 +107,7 @@ class TaskGraph {
     ready_.push_back(task);
     std::push_heap(ready_.begin(), ready_.end(), later_in(side));
   }
-  /// Sleeps until there is a task; -1 when all are done.
+  /// Sleeps until a task is ready and returns it, or -1 if all are done.
   int take(const Side& side) {
     std::unique_lock lock(mutex_);
     ++num_idle_;
@@ -126,7 +127,7 @@ class TaskGraph {
       for (std::size_t e = side.start[k]; e < side.start[k + 1]; ++e) {
         if (--waiting_[static_cast<std::size_t>(side.after[e])] == 0) push(side, side.after[e]);
       }
-      // This thread takes one of them itself.
+      // This thread takes one of the new tasks itself.
       if (num_idle_ > 0 && ready_.size() > 1) to_wake = std::min(num_idle_, ready_.size() - 1);
       if (--num_left_ == 0) to_wake = num_idle_;
     }

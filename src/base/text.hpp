@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file How messages show values.
+/// \file Text of values in messages.
 
 #include <array>
 #include <charconv>
@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// The shortest text that reads back as the same number. A NaN has no sign.
+/// Returns the shortest text that reads back as the same number. A NaN has no sign.
 template <class Number>
 std::string text(Number number) {
   if (number != number) return "nan";
@@ -19,7 +19,7 @@ std::string text(Number number) {
   return std::string(buffer.data(), end);
 }
 
-/// "[1, 2, 3]"
+/// Returns a list such as "[1, 2, 3]".
 template <class Number>
 std::string text(std::span<const Number> numbers) {
   std::string list = "[";
@@ -32,7 +32,7 @@ std::string text(const std::array<Number, size>& numbers) {
   return text(std::span<const Number>(numbers));
 }
 
-/// "1 row", "2 rows"
+/// Returns "1 row", "2 rows" and the like.
 inline std::string text_of_count(std::size_t count, const std::string& noun) {
   return text(count) + " " + noun + (count == 1 ? "" : "s");
 }

@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// Three numbers in registers, and the arithmetic of the kernels on them.
+/// Three numbers in registers, with the arithmetic that kernels need.
 struct Vec3 {
   double x = 0.0, y = 0.0, z = 0.0;
 
@@ -29,7 +29,7 @@ inline Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// Point `i` of an array stored point by point.
+/// Returns point `i` of an array stored point by point.
 template <class Integer>
 inline Vec3 load(const double* array, Integer i) {
   const double* p = array + 3 * static_cast<std::size_t>(i);

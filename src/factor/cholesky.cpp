@@ -24,7 +24,7 @@ struct Common {
   Common() {
     cholmod_start(&c);
     c.print = 0;
-    c.final_ll = 1;  // LL': with LDL' an indefinite matrix would pass as CHOLMOD_OK
+    c.final_ll = 1;  // LL', because with LDL' an indefinite matrix would pass as CHOLMOD_OK
     c.final_asis = 0;
     c.nmethods = 1;
     c.quick_return_if_not_posdef = 1;
@@ -39,7 +39,7 @@ struct Common {
   }
 };
 
-/// CHOLMOD's view of our arrays. Nothing is copied.
+/// Returns CHOLMOD's view of our arrays. Nothing is copied.
 cholmod_sparse view(const TrianglePattern& pattern, double* values, bool lower) {
   cholmod_sparse a{};
   a.nrow = a.ncol = pattern.size();
@@ -56,7 +56,7 @@ cholmod_sparse view(const TrianglePattern& pattern, double* values, bool lower) 
   return a;
 }
 
-/// `given`: [place] -> row, for orderings that CHOLMOD does not know.
+/// Analyzes a pattern with one ordering. `given`, [place] -> row, is an ordering that CHOLMOD does not know.
 SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering, std::vector<int> given = {}) {
   Common common;
   cholmod_common& c = common.c;
@@ -90,7 +90,7 @@ SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering wanted, con
   return analyze_with(lower, wanted, along_axes ? dissect_along_axes(points).order : dissect_graph(points).order);
 }
 
-/// Of orderings with fill, that of fewest flops among those that are worth their time.
+/// Returns the ordering of fewest flops among those that are worth their time, for a pattern that has fill.
 SymbolicAnalysis find_best(const TrianglePattern& lower, const FindPoints& find_points) {
   SymbolicAnalysis best = analyze_with(lower, Ordering::Amd);
   const auto keep_better = [&](SymbolicAnalysis other) {
@@ -125,7 +125,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
     if (best.flops < result.flops) result = std::move(best);
   }
   result.supernodal = result.flops > plan::flops_for_fronts * result.factor_nonzeros;
-  // Fronts count what they store by size_t, CHOLMOD the entries of a simplicial L by int.
+  // Fronts count what they store by size_t; CHOLMOD counts the entries of a simplicial L by int.
   if (!result.supernodal)
     check_count(result.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
   return result;
@@ -134,7 +134,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
 std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values) {
   Common common;
   cholmod_common& c = common.c;
-  c.final_ll = 0;  // L D L', also of an indefinite matrix
+  c.final_ll = 0;  // L D L', which an indefinite matrix may have too
   c.supernodal = CHOLMOD_SIMPLICIAL;
   c.quick_return_if_not_posdef = 0;
   c.method[0].ordering = CHOLMOD_NATURAL;
@@ -157,13 +157,13 @@ std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upp
 struct Cholesky::Implementation {
   TrianglePattern pattern;
   std::vector<double> values;
-  std::optional<Multifrontal> fronts;  // supernodal; what follows is of a simplicial factor
+  std::optional<Multifrontal> fronts;  // the supernodal factor; the members below belong to a simplicial one
   Common common;
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
   std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
 
-  /// CHOLMOD's arrays of a simplicial L: columns [start, start + count), the diagonal first.
+  /// CHOLMOD's arrays of a simplicial L. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
   struct Columns {
     std::size_t n;
     const int *start, *count, *rows;
@@ -201,7 +201,8 @@ void Cholesky::Implementation::solve_simplicial(double* x) const {
     const double xj = x[j];
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) x[rows[k]] -= u[k] * xj;
   }
-  // (L D^-1)' x = D^-2 y, last rows first: only the last subtraction waits for the number found just before.
+  // (L D^-1)' x = D^-2 y from the last row on. Only the last subtraction of a row waits for the number found just
+  // before.
   for (std::size_t j = n; j-- > 0;) {
     double sum = x[j] * inverse_pivots[j];
     for (int k = start[j] + count[j]; --k > start[j];) sum -= u[k] * x[rows[k]];

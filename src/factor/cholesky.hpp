@@ -20,32 +20,32 @@ struct TrianglePattern {
   std::size_t size() const { return start.size() - 1; }
 };
 
-/// What the symbolic analysis found: the order of elimination and the predicted cost of a factorization.
+/// Result of the symbolic analysis: the order of elimination and the predicted cost of a factorization.
 struct SymbolicAnalysis {
-  std::vector<int> permutation;  ///< [place in the elimination] -> row; empty: as it is
+  std::vector<int> permutation;  ///< [place in the elimination] -> row; empty if the order stays
   Ordering ordering = Ordering::Natural;
-  double factor_nonzeros = 0.0;  ///< of L
-  double flops = 0.0;            ///< of one numeric factorization
+  double factor_nonzeros = 0.0;  ///< nonzeros of L
+  double flops = 0.0;            ///< flops of one numeric factorization
   bool supernodal = false;
 };
 
-/// The points of all rows, or none where nobody knows where they are. Asked at most once.
+/// Returns the points of all rows, or none if their positions are unknown. It is called at most once.
 using FindPoints = std::function<RowsInSpace()>;
 
-/// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill. Else it
-/// takes the one of fewest flops that it tries: AMD; cuts along axes, where AMD predicts more than 50 flops a nonzero
-/// of L; METIS on the points and then on the rows, where one cut of METIS parts clearly fewer rows than those cuts do
-/// and a factorization is dear beside METIS (`plan::flops_worth_metis`). Orderings that need points are METIS on the
-/// rows where there are none. Throws std::bad_alloc, and std::length_error where a simplicial L has more than 2^31 - 1
-/// nonzeros.
+/// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill.
+/// Otherwise it takes the one of fewest flops among those that it tries. It always tries AMD. It tries cuts along axes
+/// if AMD predicts more than 50 flops a nonzero of L. It tries METIS on the points, and then on the rows, if one cut of
+/// METIS parts clearly fewer rows than those cuts do and a factorization costs much compared with METIS
+/// (`plan::flops_worth_metis`). Without points, orderings that need them are replaced by METIS on the rows. Throws
+/// std::bad_alloc, and std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
 
-/// Factorizes L L' = S, where the rows of S already stand in the order of elimination: the symbolic analysis is made
-/// once, the numeric factorization many times. This class is the door to CHOLMOD. Each object has a cholmod_common of
-/// its own, so different objects may work in different threads.
+/// Factorizes L L' = S. The rows of S already stand in the order of elimination. The symbolic analysis is made once,
+/// the numeric factorization many times. This class is the interface to CHOLMOD's factorization. Each object has a
+/// cholmod_common of its own, so different objects may work in different threads.
 class Cholesky {
  public:
-  /// Simplicial factors take the upper triangle, which CHOLMOD reads without a transpose, supernodal ones the lower.
+  /// A simplicial factor takes the upper triangle, which CHOLMOD reads without a transpose; a supernodal one the lower.
   Cholesky(TrianglePattern pattern, bool supernodal);
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;
@@ -56,13 +56,13 @@ class Cholesky {
 
   struct Quality {
     bool positive_definite = true;
-    std::size_t weakest_column = 0;     ///< smallest pivot; the failed one where not positive definite
-    double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2: a cheap estimate from above
+    std::size_t weakest_column = 0;     ///< column of the smallest pivot, or of the failed one
+    double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2, a cheap estimate from above
   };
-  /// Any number of threads gives the same bits. Inside a parallel region there is one.
+  /// Factorizes the values. Any number of threads gives the same bits. Inside a parallel region there is one thread.
   [[nodiscard]] Quality factorize(int threads = 1);
 
-  /// x := S^-1 x, [n].
+  /// Solves in place: x := S^-1 x, [n].
   void solve(double* x, int threads = 1);
 
  private:

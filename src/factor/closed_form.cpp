@@ -16,7 +16,7 @@ ClosedForm::ClosedForm(TrianglePattern upper)
 Cholesky::Quality ClosedForm::factorize() {
   double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
   std::size_t weakest = 0;
-  // A pivot that is 0, negative or NaN ends the factorization.
+  // A pivot that is zero, negative or NaN ends the factorization.
   const auto see = [&](double pivot, std::size_t row) {
     if (!(pivot > 0.0)) return false;
     if (pivot < smallest) weakest = row;

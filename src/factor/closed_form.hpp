@@ -7,8 +7,9 @@
 
 namespace tanor {
 
-/// Factorizes L L' = S where no sparse factorization is needed: S is diagonal (beads on surfaces of their own), or it
-/// belongs to one point, which has at most three rows. Takes the upper triangle; all else is as in Cholesky.
+/// Factorizes L L' = S in closed form where no sparse factorization is needed: S is diagonal (beads on surfaces of
+/// their own), or it belongs to one point, which has at most three rows. It takes the upper triangle and otherwise
+/// behaves like Cholesky.
 class ClosedForm {
  public:
   static bool serves(const TrianglePattern& upper);
@@ -17,7 +18,7 @@ class ClosedForm {
 
   double* values() { return values_.data(); }
   [[nodiscard]] Cholesky::Quality factorize();
-  /// x := S^-1 x, [n].
+  /// Solves in place: x := S^-1 x, [n].
   void solve(double* x) const;
 
  private:
@@ -26,8 +27,8 @@ class ClosedForm {
 
   TrianglePattern pattern_;
   std::vector<double> values_;
-  std::vector<double> inverse_;                               // diagonal: 1/S_ii
-  std::array<std::array<double, most_rows>, most_rows> L_{};  // else
+  std::vector<double> inverse_;                               // 1/S_ii of a diagonal S
+  std::array<std::array<double, most_rows>, most_rows> L_{};  // L of any other S
 };
 
 }  // namespace tanor

@@ -15,13 +15,13 @@ namespace tanor {
 
 namespace {
 
-/// What a column has in three rows.
+/// The entries of a column in the three rows of a point.
 struct Entry {
   int column;
   Vec3 part;
 };
 
-/// Calls visit(threes, part) for each three rows that column j has.
+/// Calls visit(threes, part) for each triple of rows in which column j has entries.
 template <class Visit>
 void for_each_part(const SparseColumns& C, std::size_t j, const Visit& visit) {
   const auto end = static_cast<std::size_t>(C.start[j + 1]);
@@ -47,7 +47,7 @@ class Search {
     }
   }
 
-  /// In the order in which threes were reached, so that bounds stay small.
+  /// Visits the triples in the order in which they were reached, so that the bounds stay small.
   void run() {
     for (std::size_t next = 0; next < waiting_.size(); ++next) {
       const auto threes = static_cast<std::size_t>(waiting_[next]);
@@ -87,7 +87,7 @@ class Search {
 
  private:
   static constexpr double in_question = -1.0;
-  static constexpr std::size_t most_at_once = 8;  // more directions than that leave none out
+  static constexpr std::size_t most_at_once = 8;  // with more columns at once, their directions leave none out
 
   bool is_in_question(std::size_t column) const { return bound_[column] < 0.0; }
 
@@ -100,7 +100,7 @@ class Search {
     });
   }
 
-  /// |x_p| <= (|v| |C x| + sum over settled q of |v'c_q| |x_q|)/v'v, since v'c_p = v'v.
+  /// Returns |x_p| <= (|v| |C x| + sum over settled q of |v'c_q| |x_q|)/v'v, which holds because v'c_p = v'v.
   double bound_of(const Entry& own, std::span<const Entry> all) const {
     const Vec3 v = find_normal(own, all);
     double sum = norm(v);
@@ -111,12 +111,13 @@ class Search {
     return sum / squared(v);
   }
 
-  /// What of the part of `own` is orthogonal to the parts of others in question: 0 or rounding where these span it.
+  /// Returns the component of `own` that is orthogonal to the parts of others in question: 0 or rounding if these span
+  /// it.
   Vec3 find_normal(const Entry& own, std::span<const Entry> all) const {
     std::array<Vec3, 2> basis;
     std::size_t rank = 0;
     const auto project = [&](Vec3 part) {
-      // The second pass takes away the rounding of the first.
+      // The second pass removes the rounding of the first.
       for (std::size_t pass = 0; pass < 2; ++pass) {
         for (std::size_t k = 0; k < rank; ++k) part = part - dot(part, basis[k]) * basis[k];
       }
@@ -135,9 +136,9 @@ class Search {
 
   const SparseColumns& C_;
   const double largest_bound_;
-  std::vector<double> bound_;          // [column] of |x| over |C x|
-  Groups<Entry> entries_;              // of threes
-  std::vector<std::size_t> num_left_;  // [threes] columns in question
+  std::vector<double> bound_;          // [column] bound of |x| over |C x|
+  Groups<Entry> entries_;              // [threes]
+  std::vector<std::size_t> num_left_;  // [threes] number of columns in question
   std::vector<int> waiting_;
 };
 

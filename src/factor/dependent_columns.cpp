@@ -11,14 +11,14 @@ namespace tanor {
 
 namespace {
 
-/// A dependent column as a combination of independent ones, by increasing column.
+/// A dependent column as a combination of independent ones, with terms by increasing column.
 struct Combination {
   std::vector<Dependence::Term> terms;
-  bool is_settled = false;  // has no column that it should be exchanged with
+  bool is_settled = false;  // true if no column should be exchanged with it
 };
 
-/// The term that should be dependent in place of column j: the largest above 2, or else the first later one that is no
-/// smaller than j's own; -1: none.
+/// Returns the column that should be dependent in place of column j, or -1 if there is none. It has the largest
+/// coefficient above 2; otherwise it is the first later column whose coefficient is no smaller than j's own.
 int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
   constexpr double largest_coefficient = 2.0, rounding = 1e-6;
   double largest = largest_coefficient;
@@ -32,7 +32,7 @@ int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
   return result;
 }
 
-/// terms += factor * others
+/// Computes terms += factor * others.
 void add_terms(double factor, const std::vector<Dependence::Term>& others, std::vector<Dependence::Term>* terms) {
   std::vector<Dependence::Term> sum;
   sum.reserve(terms->size() + others.size());
@@ -71,7 +71,7 @@ void exchange(int j, int i, std::map<int, Combination>* X) {
   X->emplace(i, Combination{std::move(terms)});
 }
 
-/// The decision in its steps; each leaves `found_` for the next.
+/// Decides which columns are dependent, in steps; each step leaves `found_` for the next.
 class Decision {
  public:
   Decision(const SparseColumns& C, double tolerance, QrFunction& factorize)
@@ -86,7 +86,7 @@ class Decision {
   }
 
  private:
-  /// X_j = argmin |C_I x - c_j|, by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987).
+  /// Finds X_j = argmin |C_I x - c_j| by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987).
   void combine_dependent_columns() {
     constexpr int num_corrections = 2;
     const TriangularFactor& R = found_.factor;
@@ -113,7 +113,7 @@ class Decision {
         R.solve_transposed(dx.data());
         R.solve(dx.data());
         for (std::size_t k = 0; k < R.rank(); ++k) {
-          if (std::abs(dx[k]) < 0.1 * eps) continue;  // of unit columns: nothing, but a full vector of it
+          if (std::abs(dx[k]) < 0.1 * eps) continue;  // nothing beside unit columns, but it would fill the vector
           x[k] += dx[k];
           add_column(C_, R.independent[k], -dx[k], residual.data());
         }
@@ -124,7 +124,7 @@ class Decision {
     }
   }
 
-  /// Returns whether it exchanged any column; R11 is then that of the new independent columns.
+  /// Returns true if it exchanged any column; R11 is then the factor of the new independent columns.
   bool exchange_columns() {
     std::map<int, Combination> X;  // dependent column -> its combination of independent ones
     for (const Dependence& dependence : found_.dependences) {

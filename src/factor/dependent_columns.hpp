@@ -6,24 +6,24 @@
 
 namespace tanor {
 
-/// Column `column` of K is the sum of coefficient times the columns of `terms`.
+/// States that column `column` of K is the sum of `coefficient` times the columns of `terms`.
 struct Dependence {
   struct Term {
     int column;
-    double coefficient;  ///< of the unit columns: their signs and sizes say how much each one matters
+    double coefficient;  ///< for columns scaled to unit length, so that its sign and size say how much it matters
   };
   int column;
-  std::vector<Term> terms;  ///< largest first; none: a column of zeros
+  std::vector<Term> terms;  ///< largest first; empty for a column of zeros
 };
 
-/// C = C_I [1 X], where I names independent columns.
+/// The decomposition C = C_I [1 X], where I names independent columns.
 struct DependentColumns {
-  std::vector<Dependence> dependences;  ///< X by its columns, increasing; terms as they come, rounding too
-  TriangularFactor factor;              ///< of C_I
-  double smallest_singular_value;       ///< of R11, from above
+  std::vector<Dependence> dependences;  ///< X by its columns, increasing; terms as they come, with rounding
+  TriangularFactor factor;              ///< factor of C_I
+  double smallest_singular_value;       ///< estimate for R11 from above
 };
 
-/// As RankSolver says. C has columns of unit length.
+/// Decides which columns depend on others, as RankSolver says. C must have columns of unit length.
 DependentColumns find_dependent_columns(const SparseColumns& C, double tolerance, QrFunction& factorize);
 
 }  // namespace tanor

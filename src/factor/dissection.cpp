@@ -11,10 +11,10 @@ namespace tanor {
 namespace {
 
 constexpr std::size_t most_points_of_leaf = 4;
-/// Axes along which the points reach less far are seldom the better ones to cut across.
+/// Cuts across an axis are seldom the better ones if the points reach less far along it than this.
 constexpr double least_extent = 0.75;
 
-/// Cuts the points again and again, and numbers the nodes of the tree of cuts, children before parents.
+/// Cuts the points recursively and numbers the nodes of the tree of cuts, children before parents.
 class AxisCuts {
  public:
   explicit AxisCuts(const RowsInSpace& rows)
@@ -29,7 +29,7 @@ class AxisCuts {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sorted_[axis].resize(rows.num_points());
       std::iota(sorted_[axis].begin(), sorted_[axis].end(), 0);
-      // Points of equal coordinates follow the other ones, so that grids are cut straight.
+      // Points of equal coordinate are sorted by the other coordinates, so that grids are cut straight.
       std::ranges::sort(sorted_[axis], [&](int a, int b) {
         for (std::size_t k = 0; k < 3; ++k) {
           const double x = coordinate(a, (axis + k) % 3), y = coordinate(b, (axis + k) % 3);
@@ -50,7 +50,7 @@ class AxisCuts {
     std::size_t axis = 0, place = 0;
     double badness = std::numeric_limits<double>::infinity();  // rows over the product of the points on both sides
   };
-  /// A row's points in a sweep: those met, and all of them; 0 where a cut has parted it.
+  /// The points of a row during a sweep: those met, and all of them; `points` is 0 if a cut has parted the row.
   struct Open {
     int met = 0, points = 0;
   };
@@ -93,7 +93,7 @@ class AxisCuts {
     return best;
   }
 
-  /// Tries all places across an axis that leave a third of the points on each side.
+  /// Tries all places across an axis that leave at least a third of the points on each side.
   void sweep(std::size_t begin, std::size_t end, std::size_t axis, Cut* best) {
     const auto count = static_cast<double>(end - begin);
     std::size_t num_parted = 0;
@@ -113,7 +113,7 @@ class AxisCuts {
     }
   }
 
-  /// Sorts each axis's points anew: those of the first half, then those of the second.
+  /// Sorts the points of each axis anew: those of the first half, then those of the second.
   void move_apart(std::size_t begin, std::size_t end, const Cut& cut) {
     for (std::size_t k = begin; k < end; ++k)
       is_first_[static_cast<std::size_t>(sorted_[cut.axis][k])] = k < cut.place ? 1 : 0;
@@ -148,7 +148,7 @@ class AxisCuts {
   const Groups<int> rows_of_point_;
   std::array<std::vector<int>, 3> sorted_;  // [axis] points along it, half by half
   std::vector<Open> open_;                  // [row]
-  std::vector<char> is_first_;              // [point] of the last cut
+  std::vector<char> is_first_;              // [point] true in the first half of the last cut
   std::vector<int> second_half_;            // scratch
   std::vector<int> node_of_row_;
   int num_nodes_ = 0;

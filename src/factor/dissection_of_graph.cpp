@@ -12,10 +12,10 @@ namespace tanor {
 namespace {
 
 constexpr std::size_t most_points_of_part = 8;
-/// A half may have so many thousandths more of the points than its share: cuts with fewer rows are found then.
+/// A half may have this many thousandths more of the points than its share, so that cuts with fewer rows are found.
 constexpr int imbalance = 100;
 
-/// [point] those that a row joins it to.
+/// Returns for each point the points that a row joins it to.
 Groups<int> list_neighbours(const RowsInSpace& rows) {
   const Groups<int> rows_of_point = list_rows_of_points(rows);
   Groups<int> neighbours;
@@ -32,7 +32,7 @@ Groups<int> list_neighbours(const RowsInSpace& rows) {
   return neighbours;
 }
 
-/// Halves of halves: [point] its part, whose first bit tells the first half from the second, and so on.
+/// Bisects `depth` times. Returns [point] its part, whose first bit tells the first half from the second, and so on.
 std::vector<int> bisect(const RowsInSpace& rows, int depth) {
   std::vector<int> part(rows.num_points(), 0);
   if (depth == 0) return part;
@@ -49,14 +49,16 @@ std::vector<int> bisect(const RowsInSpace& rows, int depth) {
   return part;
 }
 
-/// Number of a node of a full binary tree, children before parents: that `height` above the leaves which has `leaf`.
+/// Returns the number of a node of a full binary tree, children before parents: the ancestor of `leaf` that is `height`
+/// above the leaves.
 int number_of_node(int leaf, int height) {
-  // All trees that end with the node's last leaf and before are complete: as many nodes as leaves twice, but one each.
+  // All trees that end at or before the node's last leaf are complete. A complete tree has twice as many nodes as
+  // leaves, less one.
   const auto end = static_cast<unsigned>(((leaf >> height) + 1) << height);
   return 2 * static_cast<int>(end) - std::popcount(end) - 1 - (std::countr_zero(end) - height);
 }
 
-/// How many cuts back all points of a row are in one part.
+/// Returns how many cuts have to be undone until all points of a row are in one part.
 int height_of(std::span<const int> points, const std::vector<int>& part) {
   unsigned difference = 0;
   const auto part_of = [&](int point) { return static_cast<unsigned>(part[static_cast<std::size_t>(point)]); };

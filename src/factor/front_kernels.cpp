@@ -14,25 +14,25 @@ namespace {
 static_assert(front_width == num_lanes);
 
 constexpr std::size_t tile = 4;      // columns that are worked on at once
-constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
-constexpr std::size_t height = 512;  // … with so many rows
+constexpr std::size_t depth = 64;    // terms of a product whose factors stay in the second cache
+constexpr std::size_t height = 512;  // rows of such a product
 
 constexpr std::size_t line = 8;          // numbers of a cache line
 constexpr std::size_t long_column = 48;  // rows from which a search for whole lanes pays when they are added
 
-/// Fetches what a pass over columns reads next. Panels are too small, and follow each other too quickly, for the
-/// machine to read ahead by itself: a solve of a net takes 0.6 times as long.
+/// Prefetches what a pass over columns reads next. Panels are too small, and follow each other too quickly, for the
+/// hardware prefetcher: with this call, a solve of a net takes 0.6 times as long.
 [[gnu::always_inline]] inline void fetch(const double* from, std::size_t count) {
   for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k, 0, 2);
 }
 
-/// The lanes that hold row i.
+/// Returns the first row of the lanes that hold row i.
 constexpr std::size_t lanes_of(std::size_t i) {
   return i / front_width * front_width;
 }
 
-/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns; c = -… where it is fresh. The sums stay
-/// in registers: where there are too few, one part is done after the other.
+/// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
+/// sums stay in registers; if there are too few, the tile is split and its parts are done one after the other.
 template <class Lanes, std::size_t lanes, std::size_t columns, bool fresh>
 [[gnu::always_inline]] inline void subtract_tile(std::size_t terms, const double* a, const double* b,
                                                  std::size_t stride, double* c, std::size_t c_stride) {
@@ -63,7 +63,7 @@ template <class Lanes, std::size_t lanes, std::size_t columns, bool fresh>
   }
 }
 
-/// The same of the rows [first, end), whole lanes.
+/// Does the same for the rows [first, end) in whole lanes.
 template <class Lanes, std::size_t columns, bool fresh = false>
 [[gnu::always_inline]] inline void subtract_rows(std::size_t first, std::size_t end, std::size_t terms, const double* a,
                                                  const double* b, std::size_t stride, double* c, std::size_t c_stride) {
@@ -73,7 +73,7 @@ template <class Lanes, std::size_t columns, bool fresh = false>
   if (i < end) subtract_tile<Lanes, 1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
 }
 
-/// Calls body with the number of columns, 1 … tile, as a constant of the compiler.
+/// Calls body with the number of columns, 1 … tile, as a compile-time constant.
 template <class Body>
 [[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
   if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
@@ -82,7 +82,7 @@ template <class Body>
   body(std::integral_constant<std::size_t, 1>{});
 }
 
-/// y -= C x of neighbouring columns, rows [first, end) in whole lanes.
+/// Computes y -= C x for neighbouring columns and the rows [first, end) in whole lanes.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void subtract_columns(const double* c, std::size_t stride, std::size_t first,
                                                     std::size_t end, const double* x, double* y) {
@@ -93,7 +93,7 @@ template <class Lanes, std::size_t columns>
   }
 }
 
-/// The first or the second half of eight numbers.
+/// Returns the first or the second half of eight numbers.
 template <std::size_t width>
 [[gnu::always_inline]] inline Four half_of(const EightIn<width>& all, std::size_t half) {
   if constexpr (width == 8)
@@ -105,7 +105,7 @@ template <std::size_t width>
     return __builtin_shufflevector(all.parts[2 * half], all.parts[2 * half + 1], 0, 1, 2, 3);
 }
 
-/// The four sums of the lanes of each, in the order of EightIn::sum.
+/// Returns the sums of the lanes of four packs, added in the order of EightIn::sum.
 template <class Lanes>
 [[gnu::always_inline]] inline Four add_lanes(const Lanes (&all)[4]) {
   const auto add_neighbours = [](const Four& a, const Four& b) __attribute__((always_inline)) {
@@ -119,7 +119,7 @@ template <class Lanes>
   return add_half(0) + add_half(1);
 }
 
-/// sums = C'y of the same.
+/// Computes sums = C'y for the same columns and rows.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
                                                     std::size_t end, const double* y, double* sums) {
@@ -134,7 +134,7 @@ template <class Lanes, std::size_t columns>
     for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
-/// Calls work(j, count) for columns [j, j + count) of a panel, some at a time, while it fetches those after the next.
+/// Calls work(j, count) for columns [j, j + count) of a panel, a few at a time, and prefetches those after the next.
 template <class Work>
 [[gnu::always_inline]] inline void for_columns_of(const double* panel, std::size_t columns, std::size_t rows,
                                                   std::size_t stride, const Work& work) {
@@ -147,7 +147,7 @@ template <class Work>
   }
 }
 
-/// c -= a a' in the first columns of a lower triangle, of `some` terms.
+/// Computes c -= a a' with `some` terms in the first columns of a lower triangle.
 template <class Lanes, bool fresh>
 [[gnu::always_inline]] inline void subtract_terms(std::size_t rows, std::size_t columns, std::size_t some,
                                                   const double* a, std::size_t stride, double* c,
@@ -165,7 +165,7 @@ template <class Lanes, bool fresh>
   }
 }
 
-/// The same, `wide` columns at once: c -= a b' of whole lanes of rows, 24 of them in the first cache.
+/// Computes c -= a b' for whole lanes of rows, `wide` columns at once; 24 rows at a time stay in the first cache.
 template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
 [[gnu::always_inline]] inline void subtract_slices(const FrontBlock& block, std::size_t terms, const double* a,
                                                    const double* b, std::size_t stride, double* c, std::size_t c_stride,
@@ -187,7 +187,7 @@ template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
   }
 }
 
-/// x := x l'^-1, `count` rows, whole lanes.
+/// Computes x := x l'^-1 for `count` rows in whole lanes.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t count,
                                                std::size_t stride, double* rows) {
@@ -204,7 +204,7 @@ template <class Lanes, std::size_t columns>
   }
 }
 
-/// Calls work(j, column j) for columns of a triangle. Within a block they stand a stride apart.
+/// Calls work(j, column j) for columns of a triangle. Within a block the columns stand a stride apart.
 template <class Work>
 [[gnu::always_inline]] inline void for_columns_of(const Triangle& triangle, std::size_t first, std::size_t end,
                                                   const Work& work) {
@@ -214,7 +214,7 @@ template <class Work>
   }
 }
 
-/// Adds the rows of column j, of long columns whole lanes where they follow each other.
+/// Adds the rows of column j. Long columns are added in whole lanes where their rows follow each other in the parent.
 template <class Lanes>
 [[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
                                               const double* column, double* sum) {
@@ -263,7 +263,7 @@ template <class Lanes>
 }
 
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
-/// false where a pivot is not positive, with its number in `failed`.
+/// false if a pivot is not positive, with its column in `failed`.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
                                                   std::size_t* failed) {

@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_panels_tried = 16;  // an update that finds no room in so many finds none at all
+constexpr std::size_t most_panels_tried = 16;  // an update that finds no room in this many seldom finds any
 
 std::size_t round_up(std::size_t count) {
   constexpr std::size_t width = kernels::front_width;
@@ -22,11 +22,11 @@ std::size_t num_tiles(std::size_t count) {
   return (count + FrontTree::tile - 1) / FrontTree::tile;
 }
 
-/// Flops of a front, with what else takes as long: adding updates, and entering it.
+/// Returns the flops of a front, with the equivalent of the time to add updates and to enter the front.
 double cost_of(const Front& front) {
   const auto rows = static_cast<double>(front.rows), columns = static_cast<double>(front.columns);
   const double below = rows - columns;
-  // sum over the columns of the square of the rows from the diagonal on
+  // The flops are the sum over the columns of the square of the rows from the diagonal on.
   return (rows * (rows + 1.0) * (2.0 * rows + 1.0) - below * (below + 1.0) * (2.0 * below + 1.0)) / 6.0 +
          12.0 * rows * rows + 5000.0;
 }
@@ -44,14 +44,14 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     const auto r = static_cast<double>(front.rows);
     front.is_tiled = r * r * static_cast<double>(front.columns) > plan::products_of_tiled_front;
     front.update_stride = round_up(front.below());
-    // Tiles of an update are whole lanes of the panel.
+    // Tiles of an update have to be whole lanes of the panel.
     front.stride = round_up(front.is_tiled ? front.columns + front.update_stride : front.rows);
     largest_stride = std::max(largest_stride, front.stride);
     fronts.push_back(front);
   }
   find_parents(supernodes);
   const std::vector<int> all = depth_first();
-  for (const int s : all) {  // as they are passed through
+  for (const int s : all) {  // in the order in which they are passed through
     Front& front = fronts[static_cast<std::size_t>(s)];
     front.panel = std::exchange(panels_size, panels_size + front.stride * front.columns);
   }
@@ -63,7 +63,7 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
   add_tasks(all, false);
 }
 
-/// Finds the parent: the front whose columns hold the first row below.
+/// Finds the parent of each front: the front whose columns hold the first row below.
 void FrontTree::find_parents(const Supernodes& supernodes) {
   std::vector<int> front_of(static_cast<std::size_t>(supernodes.first_column.back()));
   for (std::size_t s = 0; s < fronts.size(); ++s)
@@ -77,7 +77,7 @@ void FrontTree::find_parents(const Supernodes& supernodes) {
     const auto end = below + static_cast<std::ptrdiff_t>(front.below());
     front.rows_in_panel = static_cast<std::size_t>(
         std::lower_bound(below, end, static_cast<int>(parent.first_column + parent.columns)) - below);
-    front.depth = parent.depth + 1;  // parents come later, and are met first here
+    front.depth = parent.depth + 1;  // parents come later and are met first here
     front.next_sibling = parent.first_child;
     parent.first_child = static_cast<int>(s);
   }
@@ -140,7 +140,7 @@ void FrontTree::cut(const std::vector<int>& all) {
   close();
 }
 
-/// Places updates inside sequences on two stacks: a front's is never in that of its children.
+/// Places the updates inside sequences on two stacks. The update of a front is never on the stack of its children's.
 void FrontTree::place_on_stacks() {
   for (std::size_t q = 0; q + 1 < sequence_start.size(); ++q) {
     std::size_t top[2] = {0, 0};
@@ -151,7 +151,7 @@ void FrontTree::place_on_stacks() {
         front.update = std::exchange(top[here], top[here] + front.update_size());
         stack_size[here] = std::max(stack_size[here], top[here]);
       }
-      // The updates of the children go; the one that was placed first stands lowest.
+      // The updates of the children are released. The one that was placed first stands lowest.
       for_children(front,
                    [&](std::size_t, const Front& child) { top[1 - here] = std::min(top[1 - here], child.update); });
     }
@@ -160,11 +160,11 @@ void FrontTree::place_on_stacks() {
 
 namespace {
 
-/// Updates that have a place in one array.
+/// The updates that share one array.
 class Room {
  public:
-  /// The first place for `size` numbers that none of those takes of which `meets(front)` says that they may be there at
-  /// the same time; beyond `capacity` - size: there is none.
+  /// Returns the first place for `size` numbers that overlaps no update for which `meets(front)` says that both may be
+  /// there at the same time. A result beyond `capacity` - size means that there is no such place.
   template <class Meets>
   std::size_t first_gap(std::size_t size, std::size_t capacity, const Meets& meets) const {
     std::size_t result = 0;
@@ -188,10 +188,10 @@ class Room {
 
 }  // namespace
 
-/// Places updates that pass between tasks. An update is there from when its front is factorized until its parent has
-/// read it. So it never meets that of a front two or more generations above or below, nor the panel of one two or more
-/// above, which is written later. From the roots down, large ones first: those near the roots have the fewest panels to
-/// choose from.
+/// Places updates that pass between tasks. An update exists from the factorization of its front until its parent has
+/// read it. So it never meets the update of a front two or more generations above or below, nor the panel of a front
+/// two or more generations above, which is written later. Updates are placed from the roots down, large ones first,
+/// because those near the roots have the fewest panels to choose from.
 void FrontTree::place_shared_updates(const std::vector<int>& all) {
   std::vector<std::size_t> place(fronts.size()), first_below(fronts.size());  // in `all`, where subtrees are ranges
   std::vector<std::size_t> shared;
@@ -241,7 +241,7 @@ void FrontTree::place_vectors(const std::vector<int>& all) {
     if (!front.is_shared() && !front.is_top) continue;
     front.vector = vectors_size;
     vectors_size += front.stride;
-    // of tiles: the sums of each
+    // A tiled front also has room for the sums of each tile.
     if (front.is_tiled) vectors_size += tile * num_tiles(front.stride) * num_tiles(front.columns);
   }
 }
@@ -288,8 +288,9 @@ void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
   graph.finish();
 }
 
-/// Adds the tiles of a front: of its panel, column by column, then of its update. A tile of L waits for that on its
-/// left and for the diagonal one of its columns, and so for all that it takes. Returns what waits for all.
+/// Adds the tiles of a front: those of its panel, column by column, then those of its update. A tile of L waits for the
+/// tile on its left and for the diagonal tile of its columns, and so for all that it reads. Returns the task that waits
+/// for all tiles, or -1 if the front has no rows below.
 int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,
                          TaskGraph* graph) const {
   const Front& front = fronts[s];

@@ -9,20 +9,20 @@
 
 namespace tanor {
 
-/// A dense lower triangle of the rows of a supernode.
+/// A dense lower triangle with the rows of a supernode.
 struct Front {
-  std::size_t first_column, columns, rows, stride;  // stride: of its panel [rows, columns]
+  std::size_t first_column, columns, rows, stride;  // stride: that of its panel [rows, columns]
   std::size_t panel = 0;                            // its place among the panels
   std::size_t update = 0, update_stride;            // its place, see `home`
-  std::size_t vector = 0;  // of a shared front: its place among the vectors [stride] of a solve
+  std::size_t vector = 0;                           // place of a shared front among the vectors [stride] of a solve
   std::size_t depth = 0;
-  std::size_t rows_in_panel = 0;  // rows of its update that are among the columns of its parent
+  std::size_t rows_in_panel = 0;  // rows of its update that are among its parent's columns
   int parent = -1, first_child = -1, next_sibling = -1;
-  /// Where its update stands: on a stack of the thread's, by depth % 2, or, where another task reads it than the one
-  /// that writes it, among the panels or in the arena.
+  /// The place of its update. It is a stack of the thread, chosen by depth % 2; if one task writes the update and
+  /// another one reads it, it is the panels or the arena.
   enum class Home { Stack, Panels, Arena } home = Home::Stack;
-  bool is_top = false;    // a task of its own, or many
-  bool is_tiled = false;  // many
+  bool is_top = false;    // true if it is a task of its own, or many
+  bool is_tiled = false;  // true if it is many tasks
 
   bool is_shared() const { return home != Home::Stack; }
   std::size_t below() const { return rows - columns; }
@@ -33,30 +33,30 @@ struct Front {
 struct FrontTask {
   enum class Kind { Sequence, Whole, PanelTile, UpdateTile, Join };
   Kind kind;
-  int front;                        // of a sequence: its number
-  std::size_t row = 0, column = 0;  // of a tile
+  int front;                        // the front, or the number of a sequence
+  std::size_t row = 0, column = 0;  // position of a tile
 };
 
-/// Fronts in the order of elimination, tasks over them, and the places of their numbers. All follow from the pattern
-/// alone, and so do the operations and their order, whatever the number of threads.
+/// Fronts in the order of elimination, tasks over them, and the places of their numbers. All of it follows from the
+/// pattern alone, and so do the operations and their order, whatever the number of threads.
 ///
-/// A front whose subtree costs more than a share of all is a task, of tiles where it is big. What is below these is
-/// cut into sequences: subtrees side by side whose updates stand on two stacks that each thread has. Updates that pass
-/// from task to task stand in panels that are not written yet: a front's, in that of any front from its grandparent on
-/// upwards. What finds no room there stands in the arena.
+/// A front whose subtree costs more than a share of the total is a task, or many tiles if it is large. The fronts below
+/// are cut into sequences: subtrees side by side whose updates stand on two stacks that each thread has. Updates that
+/// pass from task to task stand in panels that are not written yet: the update of a front may stand in the panel of any
+/// front from its grandparent on upwards. Updates that find no room there stand in the arena.
 struct FrontTree {
   static constexpr std::size_t tile = 192;  ///< rows and columns; a multiple of the kernels' 24 rows and 8 columns
 
   explicit FrontTree(const Supernodes& supernodes);
 
   std::vector<Front> fronts;                ///< [supernode]
-  std::vector<int> order;                   ///< those of sequences, children before parents
+  std::vector<int> order;                   ///< fronts of the sequences, children before parents
   std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
   std::vector<FrontTask> factor_tasks, solve_tasks;
   TaskGraph factor_graph, solve_graph;
   std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
-  std::size_t most_children = 0;  ///< of a front
-  double cost = 0.0;              ///< of a factorization, in flops
+  std::size_t most_children = 0;  ///< largest number of children of a front
+  double cost = 0.0;              ///< cost of a factorization in flops
 
   template <class Visit>
   void for_children(const Front& front, const Visit& visit) const {

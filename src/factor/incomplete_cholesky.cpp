@@ -14,7 +14,7 @@ IncompleteCholesky::IncompleteCholesky(TrianglePattern upper) : pattern_(std::mo
   terms_start_.reserve(num_slots + 1);
   for (std::size_t j = 0; j < n; ++j) {
     for (int slot = start[j]; slot < start[j + 1]; ++slot) {
-      // u_ij takes the rows k < i that both columns have.
+      // u_ij needs the rows k < i that both columns have.
       const auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(slot)]);
       for (int left = start[i], right = start[j]; i != j && left < start[i + 1] - 1 && right < slot;) {
         const int row_left = rows[static_cast<std::size_t>(left)], row_right = rows[static_cast<std::size_t>(right)];
@@ -35,9 +35,9 @@ bool IncompleteCholesky::factorize() {
   return false;
 }
 
-/// d_i u_ij = s_ij - sum_k u_ki d_k u_kj,   d_j = s_jj (1 + raise) - sum_k d_k u_kj^2
+/// Computes d_i u_ij = s_ij - sum_k u_ki d_k u_kj and d_j = s_jj (1 + raise) - sum_k d_k u_kj^2.
 bool IncompleteCholesky::try_factorize(double raise) {
-  constexpr double lowest_pivot = 1e-8;  // of the diagonal; less is a sign of indefiniteness
+  constexpr double lowest_pivot = 1e-8;  // relative to the diagonal; less is a sign of indefiniteness
   const int* const start = pattern_.start.data();
   const int* const rows = pattern_.rows.data();
   for (std::size_t j = 0; j < pattern_.size(); ++j) {

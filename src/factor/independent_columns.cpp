@@ -28,11 +28,11 @@ SingularPair find_smallest_singular_pair(const TriangularFactor& R) {
   SingularPair smallest{std::numeric_limits<double>::infinity(), std::vector<double>(R.rank())};
   std::vector<double>& v = smallest.vector;
   if (v.empty()) return smallest;
-  // A start vector that no structure of a scene is orthogonal to.
+  // The start vector is fixed, and no structure of a scene is orthogonal to it.
   for (std::size_t k = 0; k < v.size(); ++k) v[k] = 1.0 + std::sin(12.9898 * static_cast<double>(k + 1));
   normalize(&v);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    // |R^-T v| <= 1/sigma
+    // v := R^-T v, and |R^-T v| <= 1/sigma.
     R.solve_transposed(v.data());
     const double value = 1.0 / norm(v);
     R.solve(v.data());
@@ -76,7 +76,7 @@ IndependentColumns find_independent_columns(const SparseColumns& C, double toler
   while (true) {
     const SingularPair smallest = find_smallest_singular_pair(found.factor);
     found.smallest_singular_value = smallest.value;
-    // a number that is not finite ends it, too
+    // A number that is not finite ends the loop, too.
     if (!(smallest.value < tolerance)) break;
     left_out.push_back(found.factor.independent[find_largest(smallest.vector)]);
     std::ranges::sort(left_out);

@@ -16,15 +16,15 @@ struct RowFront {
   std::vector<int> columns;  // increasing
   std::vector<double> rows;  // row by row, columns.size() each
   std::size_t num_rows = 0;
-  int next = -1;  // another one that waits at the same column
+  int next = -1;  // the next front that waits at the same column, or -1
 };
 
-/// Fronts that wait at columns. The memory of one is reused by the next.
+/// Fronts that wait at columns. The memory of a released front is used again.
 class WaitingRoom {
  public:
   explicit WaitingRoom(std::size_t num_columns) : first_(num_columns, -1) {}
 
-  /// An empty front that waits at `column`.
+  /// Adds an empty front that waits at `column`.
   RowFront& add(std::size_t column) {
     if (free_ < 0) {
       free_ = static_cast<int>(fronts_.size());
@@ -65,7 +65,7 @@ struct EntryPlace {
   int column, entry;
 };
 
-/// Where each point's entries are in C, by increasing column.
+/// Lists the entries of C at each point, by increasing column.
 Groups<EntryPlace> group_by_point(const PointColumns& C) {
   return {static_cast<std::size_t>(C.num_points), [&](const auto& add) {
             for (std::size_t j = 0; j < C.num_columns(); ++j) {
@@ -75,8 +75,8 @@ Groups<EntryPlace> group_by_point(const PointColumns& C) {
           }};
 }
 
-/// Householder's reflection of `rows` [num_rows x width] from row `first` on, which takes all of column c into that
-/// row. Returns false, and does nothing, where the column is no longer than `tolerance` there.
+/// Applies the Householder reflection to `rows` [num_rows x width], from row `first` on, that takes all of column c
+/// into row `first`. Returns false and does nothing if the column is no longer than `tolerance` there.
 bool reflect(double* rows, std::size_t num_rows, std::size_t width, std::size_t first, std::size_t c,
              double tolerance) {
   double square = 0.0;
@@ -181,7 +181,7 @@ class RowMerger {
     }
   }
 
-  /// Reduces the front to a trapezoid: at most one row begins at each column. Column j is left out where it is short.
+  /// Reduces the front to a trapezoid: at most one row begins at each column. Column j is left out if it is short.
   void reduce_front(std::size_t j, std::size_t num_rows) {
     const std::size_t width = columns_.size();
     const bool is_independent = reflect(front_.data(), num_rows, width, 0, 0, tolerance_);
@@ -198,7 +198,7 @@ class RowMerger {
     } else {
       R_.dependent.push_back(static_cast<int>(j));
     }
-    // What is left, of a dependent column's rows too, belongs to the other columns.
+    // The rows that are left, also those of a dependent column, belong to the other columns.
     if (end == first_left) return;
     RowFront& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
     rest.columns.assign(columns_.begin() + 1, columns_.end());
@@ -214,8 +214,8 @@ class RowMerger {
   WaitingRoom waiting_;
   TriangularFactor R_;
   TriangularRows rows_;
-  std::vector<int> columns_, place_;  // of the front at hand; column -> its place there, -1: it has none
-  std::vector<int> own_;              // points whose rows begin at the column at hand
+  std::vector<int> columns_, place_;  // columns of the current front; column -> its place there, or -1
+  std::vector<int> own_;              // points whose rows begin at the current column
   std::vector<double> front_;         // [num_rows x columns]
 };
 

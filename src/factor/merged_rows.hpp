@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-/// Sparse matrix by columns whose rows come in threes, one three a point: entries of column j are start[j] …
+/// Sparse matrix by columns whose rows come in triples, one triple a point. The entries of column j are start[j] …
 /// start[j + 1] - 1, each point once.
 struct PointColumns {
   struct Entry {
@@ -22,13 +22,13 @@ struct PointColumns {
   SparseColumns expand() const;
 };
 
-/// QR factorization of C in the order in which its columns stand, column by column, by reflections of the rows that
-/// begin there. It is meant for orders that make no fill (chains, trees), where factorize_by_fronts, which looks for an
-/// order and for supernodes first, takes five times as long. A column that is less than `tolerance` away from those
-/// before it is left out.
+/// Computes the QR factorization of C in the given order of its columns, column by column, by reflections of the rows
+/// that begin there. It is meant for orders that make no fill (chains, trees). There it is five times as fast as
+/// factorize_by_fronts, which first looks for an order and for supernodes. A column that is less than `tolerance` away
+/// from those before it is left out.
 ///
-/// Rows that a column leaves over wait, as a trapezoid, where they begin (A. George, M. T. Heath 1980; J. W. H. Liu
-/// 1986).
+/// The rows that a column leaves over wait, as a trapezoid, at the column where they begin (A. George, M. T. Heath
+/// 1980; J. W. H. Liu 1986).
 TriangularFactor merge_rows(const PointColumns& C, double tolerance);
 
 }  // namespace tanor

@@ -100,7 +100,7 @@ void Multifrontal::take_entries(const Front& front, const Entries& entries, cons
   }
 }
 
-/// The same with the updates of its children.
+/// Fills a tile of a front's columns with the columns of S and the updates of its children.
 void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
   take_entries(front, entries, tile);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
@@ -124,8 +124,8 @@ void Multifrontal::keep_pivots(const Front& front, std::size_t first, std::size_
   }
 }
 
-/// Keeps the first of all columns that fail. What follows it in the order of elimination is left out, the rest is not:
-/// so it does not depend on what other threads have found.
+/// Keeps the first of all columns that fail. Later columns in the order of elimination are skipped, earlier ones are
+/// not, so the result does not depend on what other threads have found.
 void Multifrontal::fail(std::size_t column) {
   std::size_t first = failed_.load(std::memory_order_relaxed);
   while (column < first && !failed_.compare_exchange_weak(first, column, std::memory_order_relaxed)) {
@@ -149,7 +149,7 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   keep_pivots(front, 0, front.columns);
 }
 
-/// L of a tile: what stands there, minus the products of the tiles on its left, divided by the diagonal one.
+/// Computes a tile of L: the entries there, minus the products of the tiles on its left, divided by the diagonal tile.
 void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace) {
   const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
   const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
@@ -171,7 +171,7 @@ void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries,
   keep_pivots(front, first_column, first_column + tile.columns);
 }
 
-/// U of a tile: -L21 L21', and the updates of the children.
+/// Computes a tile of U: -L21 L21' plus the updates of the children.
 void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
   const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
   if (failed_.load(std::memory_order_relaxed) < front.first_column + front.columns) return;
@@ -181,7 +181,7 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
   const double* const below = panels_.data() + front.panel + front.columns;
   const kernels::Triangle rest = update(front, workspace);
   for (std::size_t j = first_column; j < end_column; j += kernels::Triangle::width) {
-    const std::size_t from = task.row == task.column ? j : first_row;  // no row above the block's diagonal stands there
+    const std::size_t from = task.row == task.column ? j : first_row;  // rows above the block's diagonal are not stored
     const std::size_t columns = std::min(kernels::Triangle::width, end_column - j);
     kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
                             below + j, front.stride, rest.column(j) + from, rest.stride_of(j));

@@ -11,17 +11,17 @@
 
 namespace tanor {
 
-/// L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense lower triangle
-/// of its rows,
+/// Factorizes L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense
+/// lower triangle of its rows,
 ///
 ///   [ L11    ]   its columns, from S and the updates of its children
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
 ///
 /// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
-/// small block. That is three quarters of its time on nets.
+/// small block. This takes three quarters of its time on nets.
 ///
-/// Any number of threads gives the same bits: what is computed, and in which order children are added, follows from the
-/// pattern (FrontTree). The first call with more threads than before takes memory for them.
+/// Any number of threads gives the same bits, because the pattern (FrontTree) decides what is computed and in which
+/// order children are added. The first call with more threads than before allocates memory for them.
 class Multifrontal {
  public:
   /// `lower` is the lower triangle of S in the order of elimination.
@@ -33,38 +33,38 @@ class Multifrontal {
   /// Factorizes the values that stand beside the pattern's rows. Returns the first column whose pivot is not positive,
   /// or n.
   std::size_t factorize(const TrianglePattern& lower, const double* values, int threads = 1);
-  /// Diagonal of L, [n].
+  /// Returns the diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }
-  /// x := S^-1 x, [n]; nothing is kept.
+  /// Solves in place: x := S^-1 x, [n]. No rows are kept.
   void solve(double* x, int threads = 1) {
     eliminate(x, threads);
     substitute(x, threads);
   }
-  /// The same of many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]: each number of
-  /// L is fetched once for all of them. Different threads may do this at the same time.
+  /// Solves for many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]. Each number of L
+  /// is fetched once for all of them. Different threads may do this at the same time.
   void solve_eights(double* x, std::size_t groups) const;
-  /// Both halves of a solve, one after the other: L y = x from the leaves to the roots, which leaves in the kept rows
-  /// of x what the others make of them; L' x = y back, from the kept rows of x.
+  /// The two halves of a solve, called one after the other. `eliminate` solves L y = x from the leaves to the roots and
+  /// leaves the reduced right side in the kept rows of x. `substitute` solves L' x = y back, from the kept rows of x.
   void eliminate(double* x, int threads = 1);
   void substitute(double* x, int threads = 1);
 
-  /// The lower triangle of what the others make of the kept rows: column j stands at `kept_column(j)`, from row j on.
+  /// Returns column j, from row j on, of the lower triangle of the Schur complement in the kept rows.
   const double* kept_column(std::size_t j) const {
     const Front& front = tree_.fronts.back();
     return panels_.data() + front.panel + j * (front.stride + 1);
   }
 
-  /// Numbers of L as it is stored, and of the updates that stand beside it.
+  /// Returns how many numbers are stored for L; `num_beside` counts those of updates and vectors beside it.
   std::size_t num_stored() const { return panels_.size(); }
   std::size_t num_beside() const;
 
  private:
-  /// What a thread has for itself.
+  /// The scratch memory of one thread.
   struct Workspace {
     LargeArray<double> stacks[2], y;
     std::vector<kernels::ChildUpdate> children;  // of the front that is worked on
   };
-  /// Part of a lower triangle in tiles.
+  /// A tile of a lower triangle.
   struct Tile {
     std::size_t first_row, rows, first_column, columns;
   };
@@ -113,10 +113,10 @@ class Multifrontal {
   std::size_t num_kept_;
   FrontTree tree_;
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
-  std::vector<int> places_;                      // likewise: of a sequence's rows in `z_`
+  std::vector<int> places_;                      // likewise: places of a sequence's rows in `z_`
   std::vector<int> entry_row_;                   // [entry of S] its row in the front
-  LargeArray<double> panels_;                    // L, and before that updates of fronts further down
-  LargeArray<double> arena_;                     // updates that find no room there
+  LargeArray<double> panels_;                    // L; before that, updates of fronts further down
+  LargeArray<double> arena_;                     // updates that find no room in the panels
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
   std::vector<double> z_;                        // x, then the vectors of shared fronts

@@ -22,7 +22,7 @@ struct RowEntry {
   double value;
 };
 
-/// C row by row, columns in the order of elimination. An empty order: as they stand.
+/// Returns C row by row, with columns in the order of elimination. An empty order keeps the columns as they stand.
 Groups<RowEntry> group_by_row(const SparseColumns& C, std::span<const int> order) {
   return {static_cast<std::size_t>(C.num_rows), [&](const auto& add) {
             for (std::size_t k = 0; k < C.num_columns(); ++k) {
@@ -45,8 +45,8 @@ std::vector<int> find_order(const SparseColumns& C) {
   return order_columns(C.num_columns(), by_row.start, columns);
 }
 
-/// A pattern whose factor is that of C'C in the order of elimination, with fewer entries: a row of C joins the column
-/// at which it begins with its others, and the elimination of that one joins those.
+/// Returns a pattern whose factor is that of C'C in the order of elimination, but which has fewer entries. Each row of
+/// C joins only its first column with its other columns; the elimination of the first column joins the others.
 TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntry>& by_row) {
   Groups<int> below(num_columns, [&](const auto& add) {
     for (std::size_t row = 0; row < by_row.size(); ++row) {
@@ -67,13 +67,14 @@ TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntr
   return pattern;
 }
 
-/// Which columns and which rows of C meet in which front, and in which order: all that its pattern says.
+/// Says which columns and which rows of C meet in which front, and in which order. All of it follows from the pattern
+/// of C.
 struct FrontPlan {
   std::size_t num_columns;
   std::vector<int> order;  // [place in the elimination] -> column of C
   Groups<RowEntry> by_row;
   Supernodes supernodes;
-  Groups<int> by_first_column;    // rows of C
+  Groups<int> by_first_column;    // the rows of C that begin at each column
   std::vector<int> supernode_of;  // [place in the elimination]
 
   explicit FrontPlan(const SparseColumns& C)
@@ -93,7 +94,7 @@ struct FrontPlan {
                 supernode_of.begin() + supernodes.first_column[s + 1], static_cast<int>(s));
   }
 
-  /// The front's own columns, then those that its rows have besides.
+  /// Returns the front's own columns, then the other columns that its rows have.
   std::span<const int> columns(std::size_t s) const {
     const std::size_t first = supernodes.rows_start[s];
     return std::span(supernodes.rows).subspan(first, supernodes.rows_start[s + 1] - first);
@@ -104,9 +105,9 @@ struct FrontPlan {
   std::span<const int> columns_of_rest(std::size_t s) const { return columns(s).subspan(num_own(s)); }
 };
 
-/// Rows that a front leaves over: a trapezoid over its columns behind its own ones.
+/// The rows that a front leaves over, as a trapezoid over the columns behind its own ones.
 struct Rest {
-  std::vector<std::size_t> first;  // [row] the column at which it begins, among those of the rest; increasing
+  std::vector<std::size_t> first;  // [row] first column among those of the rest; increasing
   std::vector<double> values;      // column by column, first.size() each
 };
 
@@ -133,12 +134,12 @@ class Rests {
   std::vector<Rest> rests_;                      // [supernode]
 };
 
-/// The front at hand: rows of C and of rests, gathered and reduced. It keeps its memory from one to the next.
+/// The current front: rows of C and of rests, gathered and reduced. Its memory is used again for the next front.
 class GatheredFront {
  public:
   explicit GatheredFront(const FrontPlan& plan) : plan_(plan), place_(plan.num_columns) {}
 
-  /// Takes the rests of its children.
+  /// Gathers the rows of front s. It takes the rests of its children.
   void fill(std::size_t s, Rests* rests) {
     columns_ = plan_.columns(s);
     own_ = plan_.num_own(s);
@@ -151,7 +152,7 @@ class GatheredFront {
     rests->for_each_child(s, [&](std::size_t child) { fill_rest(plan_.columns_of_rest(child), rests->take(child)); });
   }
 
-  /// Makes it a trapezoid. Returns the row after its last one.
+  /// Reduces the front to a trapezoid. Returns the row after its last one.
   std::size_t reduce(double tolerance) {
     scratch_.resize(4 * front_.stride);
     row_at_.resize(columns_.size());
@@ -178,7 +179,7 @@ class GatheredFront {
     return rank;
   }
 
-  /// Rows [rank, end), which begin behind its own columns.
+  /// Returns the rows [rank, end), which begin behind the front's own columns.
   Rest rest(std::size_t rank, std::size_t end) const {
     Rest rest;
     for (std::size_t c = own_; c < columns_.size(); ++c) {
@@ -188,7 +189,7 @@ class GatheredFront {
     }
     return rest;
   }
-  /// The front that takes it.
+  /// Returns the front that takes the rest.
   int parent() const { return plan_.supernode_of[static_cast<std::size_t>(columns_[own_])]; }
 
  private:
@@ -239,7 +240,7 @@ class GatheredFront {
 
   const FrontPlan& plan_;
   std::span<const int> columns_;
-  std::size_t own_ = 0;             // the first columns
+  std::size_t own_ = 0;             // number of own columns, which come first
   std::vector<std::size_t> place_;  // place in the elimination -> column of the front
   kernels::RowFront front_;
   std::vector<double> values_, scratch_;

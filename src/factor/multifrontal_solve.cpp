@@ -4,12 +4,12 @@
 #include "factor/multifrontal.hpp"
 #include "plan/thresholds.hpp"
 
-/// \file L y = x from the leaves to the roots, L' x = y back. What a task leaves for its parents' is a vector of its
-/// own: sums do not depend on which task comes first.
+/// \file The substitutions L y = x from the leaves to the roots and L' x = y back. A task leaves what its parents' task
+/// needs in a vector of its own, so that sums do not depend on which task comes first.
 namespace tanor {
 
-/// Finds where a sequence's rows stand while it is solved: its own columns in `z_`, what is above in its roots'
-/// vectors.
+/// Finds where the rows of a sequence stand while it is solved: its own columns in `z_`, the rows above in the vectors
+/// of its roots.
 void Multifrontal::find_places() {
   const std::size_t n = pivots_.size();
   places_ = supernodes_.rows;
@@ -30,7 +30,7 @@ void Multifrontal::find_places() {
   }
 }
 
-/// y of a front: x of its columns, and what its children leave for it.
+/// Sets y of a front to x of its columns, plus what its children leave for it.
 void Multifrontal::start_vector(const Front& front, const double* x) {
   const double* const vectors = z_.data() + pivots_.size();
   double* const y = z_.data() + pivots_.size() + front.vector;
@@ -43,7 +43,7 @@ void Multifrontal::start_vector(const Front& front, const double* x) {
   });
 }
 
-/// Reads what a front's rows below its columns have become.
+/// Copies the values that a front's rows below its columns have got from above.
 void Multifrontal::fetch_from_above(std::size_t s) {
   const Front& front = tree_.fronts[s];
   double* const y = z_.data() + pivots_.size() + front.vector;
@@ -93,7 +93,7 @@ void Multifrontal::backwards_in_sequence(std::size_t sequence, double* x, Worksp
   }
 }
 
-/// Where the products of a tile stand until the diagonal one of its columns adds them.
+/// Returns where the products of a tile stand until the diagonal tile of its columns adds them.
 double* Multifrontal::partial_sums(const Front& front, std::size_t row, std::size_t column) {
   const std::size_t rows = (front.stride + FrontTree::tile - 1) / FrontTree::tile;
   return z_.data() + pivots_.size() + front.vector + front.stride + FrontTree::tile * (column * rows + row);
@@ -158,7 +158,7 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   keep(first, columns);
 }
 
-/// Threads that a solve is worth.
+/// Returns how many threads a solve is worth.
 int Multifrontal::threads_of_solve(int threads) {
   if (static_cast<double>(panels_.size()) < plan::numbers_worth_threads) threads = 1;
   reserve(threads);
@@ -182,7 +182,7 @@ void Multifrontal::substitute(double* x, int threads) {
 }
 
 void Multifrontal::solve_eights(double* x, std::size_t groups) const {
-  // Columns stand in the order of elimination: children before parents.
+  // Columns stand in the order of elimination, children before parents.
   const std::size_t size = kernels::front_width * pivots_.size();
   const auto for_groups = [&](const auto& substitute, std::size_t s) {
     const Front& front = tree_.fronts[s];

@@ -10,8 +10,8 @@ namespace tanor {
 
 namespace {
 
-/// Makes one supernode of the last rows. One that holds columns on both sides is cut: its rows are those of its first
-/// columns anyway.
+/// Makes one supernode of the last rows. A supernode that holds columns on both sides is cut, since its rows are those
+/// of its first columns anyway.
 Supernodes keep_last_rows(const Supernodes& all, std::size_t num_kept) {
   const auto n = static_cast<std::size_t>(all.first_column.back());
   const auto first_kept = static_cast<int>(n - num_kept);

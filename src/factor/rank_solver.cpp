@@ -63,7 +63,7 @@ void RankSolver::find_dependences() {
   std::ranges::sort(dependences_, {}, &Dependence::column);
 }
 
-/// The columns of a group and the rows that they have. `row_name`: -1 before and after.
+/// Returns the columns of a group, with only the rows that they have. `row_name` is -1 before and after.
 SparseColumns RankSolver::take_group(const std::vector<int>& group, std::vector<int>* row_name) const {
   SparseColumns own = columns_of(C_, group);
   std::vector<int> rows;
@@ -94,7 +94,7 @@ double RankSolver::smallest_singular_value() {
   return *smallest_singular_value_;
 }
 
-/// Z = D [-X; 1] with unit columns, and its QR.
+/// Computes Z = D [-X; 1] with unit columns, and its QR.
 void RankSolver::span_null_space() {
   null_space_.num_rows = static_cast<int>(num_columns());
   for (const Dependence& dependence : dependences_) {
@@ -110,7 +110,7 @@ void RankSolver::span_null_space() {
   null_factor_ = factorize_(null_space_, -1.0);
 }
 
-/// X is known to eps/sigma_min, so a coefficient near that may be a zero. The largest terms come first.
+/// Drops coefficients near eps/sigma_min, to which X is known, since they may be zeros. Sorts the largest terms first.
 void RankSolver::drop_rounding() {
   const double least = 1e3 * eps / sigma_in_question_;
   for (Dependence& dependence : dependences_) {
@@ -149,7 +149,7 @@ void RankSolver::solve(double* x) {
 }
 
 void RankSolver::minimize_norm(double* x) const {
-  // The second pass takes away the rounding of the first.
+  // The second pass removes the rounding of the first.
   for (int pass = 0; pass < 2; ++pass) {
     // x -= Z (Z'Z)^-1 Z' x
     std::vector<double> y;
@@ -163,7 +163,7 @@ void RankSolver::minimize_norm(double* x) const {
 std::vector<RankSolver::Contradiction> RankSolver::contradictions(std::span<const double> b) const {
   std::vector<Contradiction> result;
   for (std::size_t k = 0; k < dependences_.size(); ++k) {
-    // b is in the range of C' if Z' b = 0
+    // b is in the range of C' if Z' b = 0.
     Contradiction contradiction{dependences_[k].column, 0.0, 0.0};
     double own = 1.0;  // coefficient of the dependent column
     for_each_entry(null_space_, static_cast<int>(k), [&](int column, double coefficient) {

@@ -13,11 +13,11 @@ namespace {
 
 static_assert(rows_read_beyond == num_lanes);
 
-constexpr std::size_t most = 4;  // reflections at once
+constexpr std::size_t most = 4;  // reflections applied at once
 
-/// H_0 H_1 … = 1 - V T V', T upper triangular.
+/// A product of reflections H_0 H_1 … = 1 - V T V' with T upper triangular.
 struct Block {
-  std::size_t count = 0, length = 0, stride = 0;  // length: whole lanes
+  std::size_t count = 0, length = 0, stride = 0;  // length: in whole lanes
   double* v = nullptr;                            // [count][stride]
   double t[most][most] = {};
 
@@ -31,7 +31,7 @@ template <class Lanes>
   return sum.sum();
 }
 
-/// x := (1 - V T' V') x
+/// Computes x := (1 - V T' V') x.
 template <class Lanes, std::size_t count>
 [[gnu::always_inline]] inline void apply(const Block& block, double* x) {
   Lanes sum[count]{};
@@ -76,7 +76,7 @@ template <class Lanes>
   v[at] = 1.0;
   std::fill(x + at, x + block->length, 0.0);
   x[at] = -signed_length;
-  // T's next column: -tau T V'v, tau
+  // The next column of T is -tau T V'v, tau.
   const std::size_t k = block->count;
   const double tau = u / signed_length;
   double y[most];

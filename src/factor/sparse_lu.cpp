@@ -13,7 +13,8 @@ namespace tanor {
 template <class T>
 struct SparseLu<T>::Implementation {
   static constexpr bool is_complex = !std::is_same_v<T, double>;
-  /// The pivots of another matrix serve while no column of U grows further than this beyond the column of A.
+  /// The pivots of another matrix serve while the reciprocal pivot growth, the least max |a|/max |u| of a column, is
+  /// above this.
   static constexpr double least_growth = 1e-8;
 
   SquarePattern pattern;
@@ -86,7 +87,7 @@ struct SparseLu<T>::Implementation {
       klu_z_rcond(symbolic, numeric, &common);
     else
       klu_rcond(symbolic, numeric, &common);
-    return common.rcond > 0.0;  // NaN: no
+    return common.rcond > 0.0;  // false for NaN
   }
 };
 

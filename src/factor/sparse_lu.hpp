@@ -7,7 +7,8 @@
 
 namespace tanor {
 
-/// Pattern of a square sparse matrix by columns: entries of column j are start[j] … start[j + 1] - 1, rows increasing.
+/// Pattern of a square sparse matrix by columns. The entries of column j are start[j] … start[j + 1] - 1, rows
+/// increasing.
 struct SquarePattern {
   std::vector<int> start{0};
   std::vector<int> rows;
@@ -16,10 +17,10 @@ struct SquarePattern {
 };
 
 /// Factorizes P A Q = L U of a general square matrix, T = double or std::complex<double>. The symbolic analysis is made
-/// once, the numeric factorization many times. This class is the door to KLU.
+/// once, the numeric factorization many times. This class is the interface to KLU.
 ///
 /// The first factorization chooses the pivots. The next ones keep them as long as they serve, and then allocate
-/// nothing; where a pivot is too small, all are chosen anew.
+/// nothing. If a pivot is too small, all are chosen anew.
 template <class T>
 class SparseLu {
  public:
@@ -32,15 +33,15 @@ class SparseLu {
   const SquarePattern& pattern() const;
   T* values();  ///< beside pattern().rows; to be filled before `factorize`
 
-  /// False: A is singular, or holds numbers that are not finite; there is no factor then.
+  /// Factorizes the values. Returns false, without a factor, if A is singular or holds numbers that are not finite.
   [[nodiscard]] bool factorize();
-  /// Forgets the pivots: the next factorization chooses them anew.
+  /// Forgets the pivots, so that the next factorization chooses them anew.
   void forget_pivots();
 
-  /// x := A^-1 x, [n].
+  /// Solves in place: x := A^-1 x, [n].
   void solve(T* x);
 
-  /// Factorizations that chose their pivots so far.
+  /// Returns the number of factorizations so far that chose their pivots.
   std::size_t num_pivotings() const;
 
  private:

@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-/// SuiteSparseQR works with long indices only, and so with a cholmod_common of its own.
+/// SuiteSparseQR works with long indices only and so needs a cholmod_common of its own.
 struct LongCommon {
   cholmod_common c;
 
@@ -23,7 +23,7 @@ struct LongCommon {
   LongCommon& operator=(const LongCommon&) = delete;
 };
 
-/// An object that SuiteSparseQR hands out, freed with this one.
+/// The objects that SuiteSparseQR returns; they are freed with this one.
 struct Result {
   LongCommon common;
   cholmod_sparse* R = nullptr;
@@ -67,8 +67,8 @@ TriangularFactor factorize_with_suitesparse(const SparseColumns& C, double toler
   if (status == CHOLMOD_OUT_OF_MEMORY || status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
   ensure(rank >= 0 && status >= CHOLMOD_OK, "SuiteSparseQR takes the matrices that we build");
 
-  // Column k of R belongs to column order[k] of C (no order: to column k). It is independent where it reaches one row
-  // further down than those before it.
+  // Column k of R belongs to column order[k] of C, or to column k without an order. It is independent if it reaches one
+  // row further down than those before it.
   const auto* r_start = static_cast<const SuiteSparse_long*>(result.R->p);
   const auto* r_rows = static_cast<const SuiteSparse_long*>(result.R->i);
   const auto* r_values = static_cast<const double*>(result.R->x);

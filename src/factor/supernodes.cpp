@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-/// What is left of the diagonal, row by row.
+/// Returns the columns left of the diagonal, row by row.
 Groups<int> columns_by_row(const TrianglePattern& lower) {
   return {lower.size(), [&](const auto& add) {
             for (std::size_t j = 0; j < lower.size(); ++j) {
@@ -23,8 +23,8 @@ Groups<int> columns_by_row(const TrianglePattern& lower) {
           }};
 }
 
-/// Visits the nodes of each row's subtree in a forest: those of its columns, and all between them and the row's own
-/// node.
+/// Visits the nodes of each row's subtree in a forest: the nodes of its columns and all nodes between them and the
+/// row's own node.
 template <class Visit>
 void visit_row_subtrees(const Groups<int>& by_row, const std::vector<int>& node_of, const std::vector<int>& parent,
                         const Visit& visit) {
@@ -43,11 +43,11 @@ void visit_row_subtrees(const Groups<int>& by_row, const std::vector<int>& node_
 }
 
 struct Columns {
-  std::vector<int> parent;         // in the elimination tree: the first row below the diagonal; -1: none
+  std::vector<int> parent;         // in the elimination tree: the first row below the diagonal, or -1
   std::vector<std::size_t> count;  // entries of L's columns, with the diagonal
 };
 
-/// The root above `node` in a forest; the nodes passed are hung onto it.
+/// Returns the root above `node` in a forest and hangs the nodes passed onto it.
 int find_root(int node, std::vector<int>* above) {
   int root = node;
   while ((*above)[static_cast<std::size_t>(root)] != root) root = (*above)[static_cast<std::size_t>(root)];
@@ -68,11 +68,11 @@ std::vector<int> find_parents(const Groups<int>& by_row) {
   return parent;
 }
 
-/// A forest's nodes, children before parents and each subtree together.
+/// The nodes of a forest, children before parents and each subtree together.
 struct Postorder {
   std::vector<int> nodes;             // [place]
   std::vector<std::ptrdiff_t> start;  // [node] the place of the first node of its subtree
-  std::vector<std::ptrdiff_t> size;   // [node] of its subtree
+  std::vector<std::ptrdiff_t> size;   // [node] size of its subtree
 };
 
 Postorder make_postorder(const std::vector<int>& parent) {
@@ -90,9 +90,10 @@ Postorder make_postorder(const std::vector<int>& parent) {
   return order;
 }
 
-/// A row's subtree has a leaf where a column of S lies in none of the subtrees before it. Each leaf adds 1 to the
-/// counts on its way up, the node where two ways meet takes 1 away again, and so does the row's own node, whose
-/// diagonal is counted at its leaves: nothing is visited a second time, and L may be as large as it likes.
+/// Finds the elimination tree and counts the entries of L's columns. A row's subtree has a leaf where a column of S
+/// lies in none of the subtrees before it. Each leaf adds 1 to the counts on its way up. The node where two ways meet
+/// takes 1 away again, and so does the row's own node, whose diagonal is counted at its leaves. No node is visited
+/// twice, so the time does not depend on the size of L.
 Columns analyze_columns(const TrianglePattern& lower, const Groups<int>& by_row) {
   const std::size_t n = lower.size();
   Columns columns{find_parents(by_row), std::vector<std::size_t>(n)};
@@ -127,14 +128,15 @@ double entries_of_trapezoid(std::size_t columns, std::size_t rows) {
   return n * (static_cast<double>(rows) - 0.5 * (n - 1.0));
 }
 
-/// Columns that follow each other, stored as one trapezoid.
+/// Consecutive columns, stored as one trapezoid.
 struct Run {
   std::size_t first, columns, rows;
-  double entries;  // of L
+  double entries;  // entries of L in these columns
 
   double stored() const { return entries_of_trapezoid(columns, rows); }
-  /// Few columns are worth any zeros, many hardly any. The numbers are those that CHOLMOD documents (nrelax and zrelax
-  /// in cholmod.h); its fronts of nets, lattices and proteins are the same.
+  /// Returns true if the zeros in the trapezoid are worth it: with few columns any number of zeros, with many columns
+  /// hardly any. The numbers are those that CHOLMOD documents (nrelax and zrelax in cholmod.h). Its fronts of nets,
+  /// lattices and proteins are the same.
   bool is_full_enough() const {
     if (columns <= 4) return true;
     const double zeros = 1.0 - entries / stored();
@@ -142,7 +144,7 @@ struct Run {
   }
 };
 
-/// Runs of columns whose patterns are the same below the run.
+/// Returns the runs of columns whose patterns are the same below the run.
 std::vector<Run> find_equal_columns(const Columns& columns) {
   std::vector<Run> runs;
   for (std::size_t j = 0; j < columns.count.size(); ++j) {

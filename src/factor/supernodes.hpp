@@ -7,23 +7,23 @@
 
 namespace tanor {
 
-/// Columns of L that have (almost) the same pattern, and their rows.
+/// Groups of columns of L that have (almost) the same pattern, and their rows.
 struct Supernodes {
   std::vector<int> first_column;        ///< [supernode], and the number of columns at the end
   std::vector<std::size_t> rows_start;  ///< [supernode + 1] into `rows`
-  std::vector<int> rows;                ///< of each supernode, increasing: its own columns first
+  std::vector<int> rows;                ///< rows of each supernode, increasing, its own columns first
 
   std::size_t size() const { return first_column.size() - 1; }
   double num_stored() const;  ///< numbers that stand in the trapezoids of L
 };
 
-/// Supernodes of the factor L of a pattern (lower triangle) whose rows stand in the order of elimination.
+/// Finds the supernodes of the factor L of a pattern (lower triangle) whose rows stand in the order of elimination.
 ///
 /// The elimination tree comes from the subtrees of L's rows (J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11, 1990), the
 /// counts of L's columns from the leaves of those (J. R. Gilbert, E. G. Ng, B. W. Peyton, SIAM J. Matrix Anal. Appl.
 /// 15, 1994), in a time that hardly depends on L. L may have more than 2^31 entries; S and the rows of supernodes may
-/// not. A supernode is merged with the one that follows it where that is its parent and L gets few zeros to store (C.
-/// Ashcraft and R. Grimes, ACM TOMS 15, 1989): small fronts cost more than zeros do.
+/// not. A supernode is merged with the one that follows it if that is its parent and L gets few zeros to store (C.
+/// Ashcraft and R. Grimes, ACM TOMS 15, 1989), because small fronts cost more than zeros do.
 Supernodes find_supernodes(const TrianglePattern& lower);
 
 }  // namespace tanor

@@ -15,7 +15,7 @@ void TriangularRows::write_columns(std::size_t num_columns_of_C, TriangularFacto
   R->rows.resize(static_cast<std::size_t>(R->start.back()));
   R->values.resize(R->rows.size());
   std::vector<int> next(R->start.begin(), R->start.end() - 1);
-  // Rows come in order, so that the diagonal is the last of its column.
+  // Rows come in order, so the diagonal entry is the last one of its column.
   for (std::size_t row = 0; row < R->rank(); ++row) {
     for (int entry = start[row]; entry < start[row + 1]; ++entry) {
       const int k = place[static_cast<std::size_t>(columns[static_cast<std::size_t>(entry)])];

@@ -85,7 +85,7 @@ void scatter_rows(const Eight* from, const Index* rows, std::size_t count, doubl
 
 namespace {
 
-/// Where the numbers of four lanes are.
+/// The addresses of the numbers of four lanes.
 template <class Number>
 struct FourSequences {
   Number *a, *b, *c, *d;
@@ -100,7 +100,7 @@ struct FourSequences {
   }
 };
 
-/// tile(k): four numbers of each lane from the k-th on; the last tile overlaps where that is needed.
+/// Calls tile(k) for four numbers of each lane from the k-th on. The last tile overlaps the one before it if needed.
 template <class Tile>
 [[gnu::always_inline]] inline void for_each_tile(std::size_t count, const Tile& tile) {
   for (std::size_t k = 0; k + 4 <= count; k += 4) tile(k);
@@ -202,7 +202,7 @@ void add(Vec3 value, std::size_t count, Eight3* to) {
 
 namespace {
 
-/// r_j - r_i + offset of rod a
+/// Returns r_j - r_i + offset of rod a.
 [[gnu::always_inline]] inline Eight3 distance(const IslandTopology& topology, std::size_t a, const Eight3* r,
                                               const Eight3* offsets) {
   const auto [i, j] = topology.rods[a];
@@ -296,13 +296,14 @@ void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, c
     for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
     for (const auto& [slot, a, b, point, sign] : schedule.products)
       factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
-    Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
+    Eight largest_inverse = nothing + 1.0;  // largest inverse of a scaled pivot
     for (const auto& [row, first, end, first_target] : schedule.columns) {
       const auto [i, j] = topology.rods[row];
-      // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
+      // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
+      // subtracted.
       const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
       const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
-      // a pivot of 0, below 0 or NaN ends it
+      // A pivot that is 0, negative or NaN makes the smallest one 0.
       const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
       largest_inverse = checked > largest_inverse ? checked : largest_inverse;
       factor[first] = inverse;

@@ -83,7 +83,7 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
-/// These prefetch what the next batch will read or write.
+/// The following functions prefetch what the next batch will read or write.
 [[gnu::always_inline]] inline void call_for_points(const Batch& batch, const double* array) {
   call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
 }
@@ -94,7 +94,7 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
   if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
 }
 
-/// Of a batch, an island a lane.
+/// Includes the residuals of a batch, which has an island in each lane.
 void include_residuals(const Largest& right_side, const Largest& residual, BatchSolver::Found* found) {
   const Eight b = right_side.value + right_side.zero, left = residual.value + residual.zero;
   found->right_side.see(b);
@@ -106,7 +106,7 @@ void include_residuals(const Largest& right_side, const Largest& residual, Batch
 
 // ---- batch by batch ----
 
-/// visit(batch, work), with the workspaces cleared before: each thread has one.
+/// Calls visit(batch, work) for all batches. Each thread has a workspace, which is cleared before.
 template <class Visit>
 void BatchSolver::for_each_batch(const Parallel& parallel, const Visit& visit) {
   for (Workspace& work : workspaces_) {
@@ -146,7 +146,7 @@ Projection BatchSolver::reached() const {
   return result;
 }
 
-/// Of the lengths that move, the others have 0; null where none does.
+/// Returns `number` of the lengths that move, and 0 for the others; null if no length moves.
 const Eight* BatchSolver::moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work) {
   if (batch.moving_lengths == nullptr) return nullptr;
   Eight* const result = work->lengths.data();
@@ -244,7 +244,8 @@ Elimination BatchSolver::linearise(const Parallel& parallel, const double* r, co
   return found();
 }
 
-/// evaluate(what violates the rows) and move(along the answer), until nothing does or it no longer becomes less.
+/// Calls evaluate(), which finds the violation of the rows, and move() along the solution, until the violation is at
+/// most `target` or no longer becomes much less.
 template <class Evaluate, class Move>
 void BatchSolver::iterate(const Batch& batch, double target, Workspace* work, const Evaluate& evaluate,
                           const Move& move) {

@@ -9,16 +9,15 @@
 namespace tanor {
 
 /// Solves islands of rods of which many have one topology. The elimination is written down once for a topology and runs
-/// over eight islands side by side in the lanes of a vector. Which islands share a vector follows from the system
-/// alone.
+/// over eight islands side by side in the lanes of a vector. The system alone decides which islands share a vector.
 class BatchSolver final : public IslandSolver {
  public:
-  /// Takes islands of rods out of `islands`: those of topologies that many share, or, `eagerly`, all; null where there
-  /// are none.
+  /// Takes islands of rods out of `islands`: those of topologies that many islands share, or all if `eagerly` is true.
+  /// Returns null if there are none.
   static std::unique_ptr<BatchSolver> make(const SchurProblem& problem, int threads, bool eagerly,
                                            std::vector<Index>* islands);
 
-  /// Of all batches that one thread has solved; `own_residual`: of each island, over its own right side.
+  /// The findings in all batches that one thread has solved. `own_residual` is that of each island over its own |b|.
   struct Found {
     Largest right_side, residual, own_residual;
   };
@@ -37,12 +36,12 @@ class BatchSolver final : public IslandSolver {
 
  private:
   using Batch = EqualIslands::Batch;
-  /// What one thread works on, and what it found.
+  /// The arrays of one thread, and its findings.
   struct Workspace {
     std::vector<Eight3> r, v, w, dw, u, directions;
     Eights b, x, sum, lengths;
     Eight smallest;
-    Largest right_side, residual;  // of the batch at hand
+    Largest right_side, residual;  // those of the current batch
     Found found;
     Projection projection;
   };

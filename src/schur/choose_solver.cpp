@@ -41,7 +41,7 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
   return solvers;
 }
 
-/// Sparse factors of the islands that are left over; null where they are too much of the system.
+/// Makes sparse factors of the islands that are left over. Returns null if they are too much of the system.
 std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
   IslandGroup group(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass,
                     left);

@@ -42,9 +42,8 @@ class CompositeSolver final : public SchurSolver {
   Summary summary_;
 };
 
-/// Makes the solvers that serve all rows of a system together. It is empty where the sparse factor of all rows is as
-/// good or better.
-/// Throws InputError where `wanted` does not serve.
+/// Makes the solvers that serve all rows of a system together. The result is empty if the sparse factor of all rows is
+/// as good or better. Throws InputError if the solver in `wanted` does not serve the system.
 CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
 }  // namespace tanor

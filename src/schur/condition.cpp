@@ -17,7 +17,7 @@ double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel
     const Vec3 g = load(blocks, block);
     scale[static_cast<std::size_t>(row)] += problem.inverse_mass[static_cast<std::size_t>(point)] * dot(g, g);
   }
-  for (double& each : scale) each = each > 0.0 ? std::sqrt(each) : 1.0;  // of rows that move nothing
+  for (double& each : scale) each = each > 0.0 ? std::sqrt(each) : 1.0;  // 1 for rows that move nothing
   const auto find_largest = [&](const auto& apply) {
     double eigenvalue = 1.0;
     for (std::size_t a = 0; a < x.size(); ++a) x[a] = irregular(a);

@@ -8,7 +8,7 @@ ConjugateGradients::ConjugateGradients(const GramOperator& S) : S_(S) {
   for (std::vector<double>* array : {&rho_, &z_, &p_, &q_}) array->resize(S.constraints.num_rows(), 0.0);
 }
 
-/// rho = S lambda + b
+/// Computes dw = M^-1 K lambda and rho = S lambda + b.
 void ConjugateGradients::start(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
                                double* dw) {
   std::fill(lambda + S_.num_rows, lambda + rho_.size(), 0.0);
@@ -16,7 +16,7 @@ void ConjugateGradients::start(const Parallel& parallel, const double* blocks, c
   S_.constraints.apply_transposed(parallel, blocks, dw, b, rho_.data());
 }
 
-/// Eight sums beside each other: additions need not wait for those before.
+/// Returns x'y. Eight sums run side by side, so that additions need not wait for those before.
 double ConjugateGradients::dot(const Parallel& parallel, const std::vector<double>& x,
                                const std::vector<double>& y) const {
   constexpr std::size_t width = 8;
@@ -34,7 +34,8 @@ double ConjugateGradients::dot(const Parallel& parallel, const std::vector<doubl
   return result;
 }
 
-/// p = z + beta p,  lambda += alpha p,  rho += alpha S p;  dw is scratch.
+/// Computes p = z + beta p, lambda += alpha p and rho += alpha S p. Returns false if p'S p is not positive. dw is
+/// scratch.
 bool ConjugateGradients::advance(const Parallel& parallel, const double* blocks, double error2, double beta,
                                  double* lambda, double* dw) {
   parallel.for_ranges(S_.num_rows, [&](std::size_t begin, std::size_t end) {

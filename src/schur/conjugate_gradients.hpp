@@ -11,15 +11,15 @@
 
 namespace tanor {
 
-/// S = K'M^-1K without its entries. It is applied by two products with the blocks of K.
+/// The operator S = K'M^-1K without its entries. It is applied by two products with the blocks of K.
 struct GramOperator {
   const Constraints& constraints;
   const ReactionGather& gather;
   const std::vector<double>& inverse_mass;  ///< [point]
-  std::size_t num_moving, num_rows;         ///< rows that take part: the first ones
+  std::size_t num_moving, num_rows;         ///< num_rows: rows that take part, the first ones
 };
 
-/// S lambda = -b by conjugate gradients (M. R. Hestenes, E. Stiefel 1952), preconditioned.
+/// Solves S lambda = -b by preconditioned conjugate gradients (M. R. Hestenes, E. Stiefel 1952).
 class ConjugateGradients {
  public:
   explicit ConjugateGradients(const GramOperator& S);
@@ -28,9 +28,10 @@ class ConjugateGradients {
     bool has_converged = false;
     int iterations = 0;
   };
-  /// `lambda` [d]: a guess, then the solution; dw = M^-1 K lambda [3n]. `precondition(rho, z)`: z = -P^-1 rho, P ~ S.
-  /// Ends where sqrt(rho'P^-1 rho), the error of dw in the M-norm if P were S, is at most `allowed`, or `reduction`
-  /// times what it was. Not converged: after `most_iterations`, or where S or P is not positive definite to rounding.
+  /// The ends of `solve`, which replaces a guess `lambda` [d] by the solution and computes dw = M^-1 K lambda [3n].
+  /// `precondition(rho, z)` computes z = -P^-1 rho with P ~ S. The iteration ends when sqrt(rho'P^-1 rho), which would
+  /// be the error of dw in the M-norm if P were S, is at most `allowed`, or `reduction` times its first value. It does
+  /// not converge after `most_iterations`, or if S or P is not positive definite to rounding.
   struct Target {
     double allowed, reduction;
     int most_iterations;
@@ -49,7 +50,7 @@ class ConjugateGradients {
       if (result.has_converged || !(error2 > 0.0)) break;
       if (!advance(parallel, blocks, error2, result.iterations == 0 ? 0.0 : error2 / before, lambda, dw)) break;
       before = error2;
-      // Whether the error, which falls as |rho| does, needs no further look.
+      // The error falls as |rho| does. If it is surely small enough, the preconditioner is not needed once more.
       const double rho2_before = std::exchange(rho2, dot(parallel, rho_, rho_));
       result.has_converged = rho2 / rho2_before * error2 <= surely * allowed2;
     }

@@ -25,7 +25,7 @@ std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numb
       result.rods.push_back({row, high, low});
       continue;
     }
-    // Each point but the root has one rod towards it: its row is the first one with this point as the lower one.
+    // In a tree, each point but the root has one rod towards the root: the only row with this point as its lower one.
     if (low <= before) return std::nullopt;
     before = low;
     ++num_between;
@@ -38,14 +38,14 @@ std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numb
 
 namespace {
 
-/// The branches of a tree, by their roots; points are counted from the tree's first one.
+/// The branches of a tree, each named by its root. Points are counted from the tree's first one.
 struct Branches {
-  std::vector<Index> parent, row;  // [point] of the rod towards the root; -1: it is the root
+  std::vector<Index> parent, row;  // [point] for the rod towards the root; -1 at the root
   std::vector<Index> first;        // [point] the lowest point of its branch
-  std::vector<int> shape;          // [point] -1: it cannot be eliminated in lanes
+  std::vector<int> shape;          // [point] -1 if it cannot be eliminated in lanes
 };
 
-/// Numbers shapes: a shape is that of the branches that hang on its root, in their order.
+/// Numbers the shapes. A shape is given by the shapes of the branches that hang on its root, in their order.
 class Shapes {
  public:
   int number_of(const std::vector<int>& branches) {
@@ -63,7 +63,7 @@ Branches list_branches(const RodTree& tree, Shapes* shapes) {
   result.row.assign(num_points, -1);
   result.first.resize(num_points);
   result.shape.assign(num_points, -1);
-  std::vector<char> is_held(num_points, 0);  // by a support
+  std::vector<char> is_held(num_points, 0);  // true if a support holds the point
   std::vector<int> num_children(num_points, 0);
   for (const auto& [row, child, parent] : tree.rods) {
     const auto to = static_cast<std::size_t>(parent - tree.first_point);
@@ -76,10 +76,10 @@ Branches list_branches(const RodTree& tree, Shapes* shapes) {
     result.row[from] = row;
     ++num_children[to];
   }
-  std::vector<std::size_t> open;  // points whose parents have not come
+  std::vector<std::size_t> open;  // points whose parents are still to come
   std::vector<int> own;
   for (std::size_t point = 0; point < num_points; ++point) {
-    // Branches of a point follow one another up to it, as their rows do.
+    // The branches of a point stand one after the other right before the point, and so do their rows.
     bool is_whole = true;
     std::size_t first = point;
     own.clear();

@@ -17,7 +17,7 @@ struct Island {
   std::vector<char> is_reversed;
 };
 
-/// The rods in [first_row, end_row) as a topology; false where one of them is none.
+/// Reads the rods in [first_row, end_row) as a topology. Returns false if one of the rows is no rod.
 bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_moving, IslandTopology* topology,
                  Island* island) {
   *topology = {};
@@ -35,7 +35,7 @@ bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_
     }
   }
   topology->num_points = last_point - island->first_point + 1;
-  // By their points, wherever the user put them; a support is numbered after every point that moves.
+  // Rods are sorted by their points, wherever the user put them. A support is numbered after every moving point.
   const auto ends = [&](Index row) {
     const auto [i, j] = rods.ends[static_cast<std::size_t>(row)];
     return std::array{std::min(i, j), std::min(std::max(i, j), num_moving)};
@@ -55,7 +55,7 @@ bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_
   return true;
 }
 
-/// From a free end or a support to the other one.
+/// Returns true if the rods form one path, from a free end or a support to another one.
 bool is_path(const IslandTopology& topology) {
   std::vector<int> num_rods(static_cast<std::size_t>(topology.num_points + topology.num_supports), 0);
   for (const auto& [i, j] : topology.rods) {
@@ -65,7 +65,7 @@ bool is_path(const IslandTopology& topology) {
   return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
 }
 
-/// Writes the numbers of islands of one topology into the lanes of their batches; lanes that are left over repeat the
+/// Writes the numbers of islands of one topology into the lanes of their batches. Lanes that are left over repeat the
 /// last island.
 class BatchWriter {
  public:
@@ -80,8 +80,8 @@ class BatchWriter {
     result_.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
   }
 
-  /// First points, rows and blocks: those of the first rod alone where the others follow it in every island. One batch
-  /// more than there are tells what comes after the last one.
+  /// Writes first points, rows and blocks. Only those of the first rod are written if the others follow it in every
+  /// island. One batch more than there are tells what comes after the last one.
   void write_numbers() {
     const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
     const auto block = [&](const Island& island, std::size_t a) {
@@ -138,7 +138,7 @@ class BatchWriter {
  private:
   const Island& in_lane(std::size_t k) const { return islands_[std::min(k, islands_.size() - 1)]; }
 
-  /// Whether number(island, rod) counts up from rod to rod in every island.
+  /// Returns true if number(island, rod) counts up from rod to rod in every island.
   template <class Number>
   bool follow(const Number& number) const {
     return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {

@@ -22,9 +22,9 @@ struct EqualIslands {
     std::size_t num_points, num_supports, num_rods;
     const Index *first_point, *supports, *rows, *blocks;
     const Eight* inverse_mass;
-    const Eight3* offsets;                      // null: none
-    const Eight* lengths;                       // constant ones
-    const MovingScalar* const* moving_lengths;  // null: none
+    const Eight3* offsets;                      // null if there are none
+    const Eight* lengths;                       // the constant ones
+    const MovingScalar* const* moving_lengths;  // null if there are none
     Eight* factor;
 
     Structure structure() const { return {of.topology, of.schedule}; }
@@ -37,20 +37,21 @@ struct EqualIslands {
   IslandSchedule schedule;
   std::size_t num_islands = 0, num_batches = 0;
   // Points that move follow one another in each island; rows and blocks of most islands do.
-  std::vector<Index> first_point;   // [batch][lane], and once more for what comes after the last batch
+  std::vector<Index> first_point;   // [batch][lane], and one batch more after the last one
   std::vector<Index> supports;      // [batch][support][lane]
-  bool rows_follow = false;         // then `rows` are the first ones, [batch][lane], and once more
-  double block_sign = 0.0;          // not 0: the same of `blocks`, which all have this sign
-  std::vector<Index> rows, blocks;  // [batch][rod][lane]; ~block where the rod is given the other way
-  Eights inverse_mass;              // [batch][place]: points that move, then supports; likewise once more
-  std::vector<Eight3> offsets;      // [batch][rod]; empty: none
+  bool rows_follow = false;         // if true, `rows` has only the first ones, [batch][lane], and likewise more
+  double block_sign = 0.0;          // if not 0, the same for `blocks`, which all have this sign
+  std::vector<Index> rows, blocks;  // [batch][rod][lane]; ~block if the rod is given the other way
+  Eights inverse_mass;              // [batch][place]: moving points, then supports; likewise one batch more
+  std::vector<Eight3> offsets;      // [batch][rod]; empty if there are none
   Eights lengths;                   // [batch][rod]
-  std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null: constant; empty: all are
+  std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null if constant; empty if all are
   Eights factor;                                    // [batch][slot]
 };
 
-/// Islands of rods by their topologies, out of `islands`: those with at most `most_rods` rods, of topologies that fill
-/// half of their lanes or more (long paths: nearly all). `eagerly`: all that are made of rods.
+/// Takes islands of rods out of `islands` and groups them by their topologies. It takes islands of at most
+/// `plan::most_rods_of_batch` rods if their topology has little fill and fills half of its lanes or more (long paths:
+/// nearly all). If `eagerly` is true, it takes all islands of rods.
 std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, const Numbering& numbering,
                                              std::span<const double> inverse_mass, bool eagerly,
                                              std::vector<Index>* islands);

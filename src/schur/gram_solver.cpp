@@ -16,7 +16,7 @@ void add_new(Value value, std::vector<Value>* list) {
   if (std::find(list->begin(), list->end(), value) == list->end()) list->push_back(value);
 }
 
-/// The incidences that make products, grouped by point, split into the parts of their rows.
+/// Returns the incidences that make products, grouped by point and split into the parts of their rows.
 std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidence> incidences,
                                                         std::span<const double> weights,
                                                         std::span<const Index> part_start) {
@@ -28,12 +28,12 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
   return result;
 }
 
-/// The points of rows from `first_row` on; `incidences` are theirs, grouped by point.
+/// Returns the points of the rows from `first_row` on; `incidences` are theirs, grouped by point.
 RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, Index end_row,
                         const PointPlaces& places) {
   if (places.positions.empty()) return {};
   RowsInSpace result;
-  std::vector<int> number(incidences.size());  // of the incidence's point
+  std::vector<int> number(incidences.size());  // number of the incidence's point
   for (std::size_t k = 0; k < incidences.size(); ++k) {
     const Index point = incidences[k].point;
     if (k == 0 || point != incidences[k - 1].point) {
@@ -98,7 +98,8 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   summary_.pattern_nonzeros += plan.rows().size();
   summary_.factor_nonzeros += analysis.factor_nonzeros;
   summary_.flops += analysis.flops;
-  // Measured on nets of 24 to 300 and lattices of 6 to 20 points a side: dense fronts run ten in the time of one.
+  // Dense fronts do ten multiplications in the time of one, measured on nets of 24 to 300 and lattices of 6 to 20
+  // points a side.
   const double products_a_flop = analysis.supernodal ? 0.1 : 1.0;
   const double part_products = 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
                                6.0 * analysis.factor_nonzeros;
@@ -192,7 +193,7 @@ GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
     part.quality = {quality.positive_definite, static_cast<std::size_t>(part.first_row) + row,
                     quality.reciprocal_condition};
   });
-  // A failed part before a weak one, the weakest before others.
+  // A failed part counts before a weak one, the weakest part before the others.
   const auto badness = [](const Quality& q) { return q.positive_definite ? q.reciprocal_condition : -1.0; };
   Quality worst;
   for (const Part& part : parts_) {
@@ -207,7 +208,7 @@ double GramSolver::estimate_reciprocal_condition() {
   for (Part& part : parts_) {
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
     const double* const values = part.values();
-    // |S|_1 from one triangle: the other one mirrors it
+    // |S|_1 is found from one triangle, since the other one mirrors it.
     std::vector<double> column_sum(part.x.size(), 0.0);
     for (std::size_t column = 0; column < part.x.size(); ++column) {
       for (int k = start[column]; k < start[column + 1]; ++k) {
@@ -225,7 +226,7 @@ double GramSolver::estimate_reciprocal_condition() {
 
 void GramSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
   std::fill(x + first_idle_row_, x + num_rows_, 0.0);
-  // S = D^-1 (scaled S) D^-1 with D = diag(scale): x = D (scaled S)^-1 D b, in the order of elimination.
+  // S = D^-1 (scaled S) D^-1 with D = diag(scale), so x = D (scaled S)^-1 D b, in the order of elimination.
   for_parts(parallel, [&](Part& part, int threads) {
     const double* const b_rows = b + part.first_row;
     double* const x_rows = x + part.first_row;

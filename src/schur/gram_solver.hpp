@@ -25,16 +25,16 @@ struct RowIslands {
 };
 
 /// Solves X'WX x = b for a basis X in blocks and diagonal weights W. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are
-/// the paper's four such matrices. It works part by part, a part being a group of islands. A part is assembled and
-/// factorized by CHOLMOD, or solved in closed form where it is diagonal or belongs to a single point. The symbolic work
-/// is done once, in the constructor; `factorize` and `solve` only fill numbers.
+/// the paper's four such matrices. The solver works part by part; a part is a group of islands. A part is assembled and
+/// factorized (Cholesky), or solved in closed form if it is diagonal or belongs to a single point. The symbolic work is
+/// done once, in the constructor; `factorize` and `solve_negative` only compute numbers.
 class GramSolver {
  public:
-  /// `incidences` of all points, `weights` [point]: 0 where it takes no part (supports). `squared_norms` [block] as
-  /// GatherPlan takes them. The order of elimination may follow from `places`.
+  /// Takes the incidences of all points and the weights [point], which are 0 for points that take no part (supports).
+  /// `squared_norms` [block] is as GatherPlan takes it. The order of elimination may follow from `places`.
   GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
              Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places = {});
-  /// From the products themselves, sorted by their rows' islands.
+  /// Takes the products themselves, sorted by the islands of their rows.
   GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering);
 
   struct Quality {
@@ -42,19 +42,20 @@ class GramSolver {
     std::size_t weakest_row = 0;        ///< inner row of the smallest pivot, or of the failed one
     double reciprocal_condition = 1.0;  ///< smallest over the parts
   };
-  /// Below this the scaled matrix counts as singular: CHOLMOD may call an exactly singular matrix fine (measured).
+  /// Below this the scaled matrix counts as singular, since CHOLMOD may accept an exactly singular matrix (measured).
   static constexpr double singular_below = 3e-14;
 
-  /// From the next `assemble` on: rows that take part; an inactive one is a unit row of the same pattern, its x is 0.
-  /// [row]; empty: all of them.
+  /// Sets the rows [row] that take part from the next `assemble` on, all of them if `active` is empty. An inactive row
+  /// becomes a unit row of the same pattern, and its x is 0.
   void set_active(std::span<const char> active);
 
-  /// Rows from `first` on (in the user's numbers of `user_row` [row]) whose gradient may be 0: they are unit rows then.
+  /// Allows rows from `first` on (in the user's numbers, `user_row` [row]) to have gradient 0; they then become unit
+  /// rows.
   void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
 
-  /// From the next `assemble` on: 1 + compliance on the scaled diagonal of those rows where they take part. They may
-  /// then depend on others: refined solutions of what is consistent still satisfy S x = b, with the least x there.
-  /// `weights` [row from `first` on] of each; empty: 1.
+  /// Sets the scaled diagonal of those rows, where they take part, to 1 + compliance from the next `assemble` on. The
+  /// rows may then depend on others: refined solutions of consistent equations still satisfy S x = b, with the least x
+  /// in these rows. `weights` [row from `first` on] multiply the compliance; they are 1 if empty.
   void set_compliance(double compliance, std::vector<double> weights = {}) {
     compliance_ = compliance;
     compliance_weights_ = std::move(weights);
@@ -62,31 +63,33 @@ class GramSolver {
 
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
-  /// 1/cond of the scaled matrix by a few inverse iterations with the last factor: closer than what `factorize` says,
-  /// which is the cheap bound from above. For certificates.
+  /// Estimates 1/cond of the scaled matrix by a few inverse iterations with the last factor, for certificates. It is
+  /// closer than the estimate of `factorize`, which is a cheap bound from above.
   double estimate_reciprocal_condition();
-  /// Rows [first, end) of each part that the last factorization found singular, or worse than `reciprocal_condition`.
+  /// Returns the rows [first, end) of each part that the last factorization found singular, or worse than
+  /// `reciprocal_condition`.
   std::vector<std::pair<Index, Index>> weak_parts(double reciprocal_condition) const;
 
-  /// x = -(X'WX)^-1 b with the last factor: the sign that (31) and every projection want. x may be b. Idle rows get 0.
+  /// Computes x = -(X'WX)^-1 b with the last factor. (31) and every projection want this sign. x may be b. Idle rows
+  /// get 0.
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
   struct Summary {
     std::size_t parts = 0, pattern_nonzeros = 0;
     double factor_nonzeros = 0.0, flops = 0.0;
-    /// Of assembly, factorization and a solve: the multiplications, done one by one, that take as long.
+    /// The multiplications, done one by one, that take as long as assembly, factorization and a solve.
     double products = 0.0;
-    std::vector<Ordering> orderings;  ///< of its parts, each once
+    std::vector<Ordering> orderings;  ///< orderings of its parts, each once
     std::vector<Factorization> factorizations;
   };
   const Summary& summary() const { return summary_; }
 
  private:
-  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  friend struct Tampering;  // lets the tests corrupt numbers; every corruption must be caught
 
   struct Part {
     Index first_row;
-    std::vector<int> permutation;  // [place] -> row of the part; empty: as it is
+    std::vector<int> permutation;  // [place] -> row of the part; empty if the order stays
     GatherPlan plan;
     std::variant<ClosedForm, Cholesky> factor;
     std::vector<double> x;  // right-hand side in the order of elimination
@@ -104,14 +107,14 @@ class GramSolver {
     }
     double products = 0.0;                                     // as in Summary
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
-    std::vector<int> may_be_zero;                              // diagonal slots …
-    std::vector<std::size_t> row_that_may_be_zero;             // … and their rows, from the first such one on
+    std::vector<int> may_be_zero;                              // diagonal slots of rows that may be 0
+    std::vector<std::size_t> row_that_may_be_zero;             // these rows, from the first such one on
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
                 std::span<const double> squared_norms, const FindPoints& find_points);
 
-  /// Calls body(part, threads): parts that would keep the others waiting one after the other with all threads, the
+  /// Calls body(part, threads). Parts that would keep the others waiting come one after the other with all threads, the
   /// rest side by side.
   template <class Body>
   void for_parts(const Parallel& parallel, const Body& body) {

@@ -10,11 +10,11 @@
 
 namespace tanor {
 
-/// Some islands of a system with all that is theirs. Each function reads and writes the rows and the moving points of
-/// these islands alone.
+/// Some islands of a system with all that belongs to them. Each function reads and writes only the rows and the moving
+/// points of these islands.
 struct IslandGroup {
-  /// `gather` of K lambda, `incidences` of K; all but `numbering`, `islands` and `incidences` are kept as they are
-  /// given.
+  /// Takes `gather` of K lambda and `incidences` of K. The group keeps references to all arguments except `numbering`,
+  /// `islands` and `incidences`.
   IslandGroup(const Constraints& constraints, const ReactionGather& gather, std::span<const Incidence> incidences,
               const Numbering& numbering, std::span<const double> inverse_mass, std::span<const Index> islands);
 
@@ -22,16 +22,16 @@ struct IslandGroup {
   const ReactionGather& gather;
   std::span<const double> inverse_mass;  ///< [point]
   Runs rows, points;
-  std::vector<Index> island_start;  ///< first row of each island, counted in `rows`, then how many there are
+  std::vector<Index> island_start;  ///< first row of each island, counted in `rows`, then their number
   Constraints::Selection members;
 
   std::size_t num_islands() const { return island_start.size() - 1; }
 
-  /// points += M^-1 K lambda [3n]
+  /// Computes points += M^-1 K lambda [3n].
   void add_reactions(const Parallel& parallel, const double* blocks, const double* lambda, double* to) const {
     gather.add_scaled(parallel, blocks, lambda, inverse_mass.data(), points, to);
   }
-  /// y += x [d]
+  /// Computes y += x [d].
   void add_rows(const Parallel& parallel, const double* x, double* y) const {
     rows.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (std::size_t a = begin; a < end; ++a) y[a] += x[a];

@@ -7,7 +7,7 @@ namespace tanor {
 
 namespace {
 
-using Neighbours = std::vector<std::set<int>>;  // [row] the others that it has a product with
+using Neighbours = std::vector<std::set<int>>;  // [row] the other rows with which it has a product
 
 std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
   std::vector<std::vector<int>> result(static_cast<std::size_t>(topology.num_points));
@@ -19,7 +19,7 @@ std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
   return result;
 }
 
-/// The rows that each row has a product with: those of the rods at its points.
+/// Returns for each row the rows with which it has a product: those of the rods at its points.
 Neighbours find_neighbours(const std::vector<std::vector<int>>& by_point, std::size_t num_rods) {
   Neighbours result(num_rods);
   for (const auto& rods : by_point) {
@@ -50,7 +50,7 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
   }
 
   for (std::size_t p = 0; p < by_point.size(); ++p) {
-    // u points from the lower end to the higher one
+    // u points from the lower end to the higher one.
     const auto sign = [&](int a) {
       return topology.rods[static_cast<std::size_t>(a)][1] == static_cast<int>(p) ? 1.0 : -1.0;
     };
@@ -68,7 +68,7 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
   }
 }
 
-/// Chooses the order of elimination by minimum degree. What is left of a row's neighbours when its turn comes is its
+/// Chooses the order of elimination by minimum degree. The neighbours that a row still has when its turn comes form its
 /// column.
 IslandSchedule::Slots IslandSchedule::eliminate(std::vector<std::set<int>> neighbours) {
   const std::size_t num_rods = neighbours.size();

@@ -9,8 +9,8 @@
 
 namespace tanor {
 
-/// How the rods of one island join its points. Moving points are 0 … num_points - 1; each end at a support is a place
-/// of its own, num_points and above. Rods are sorted, each from its lower end to its higher one.
+/// Says how the rods of one island join its points. Moving points are 0 … num_points - 1. Each end at a support is a
+/// place of its own, num_points and above. Rods are sorted, each from its lower end to its higher one.
 struct IslandTopology {
   int num_points = 0, num_supports = 0;
   std::vector<std::array<int, 2>> rods;
@@ -19,15 +19,15 @@ struct IslandTopology {
 };
 
 /// The elimination of S = K'M^-1K of one island, written down once for all islands of its topology: S = L D L' in an
-/// order of little fill, each column's numbers in place, the diagonal first.
+/// order of little fill. The numbers of a column stand together, the diagonal first.
 ///
-/// Among rows of equal degree, the one that waits for the fewest others goes first. So a path is eliminated from both
-/// ends at once.
+/// Among rows of equal degree, the one that waits for the fewest others goes first, so that a path is eliminated from
+/// both ends at once.
 class IslandSchedule {
  public:
   explicit IslandSchedule(const IslandTopology& topology);
 
-  /// A product of two rods that share a moving point: S += sign/m of that point, times u_a.u_b.
+  /// A product of two rods that share a moving point of mass m: S += sign/m u_a.u_b.
   struct Product {
     int slot, a, b, point;
     double sign;
@@ -43,13 +43,13 @@ class IslandSchedule {
   std::vector<int> slot_row;      ///< [slot] the rod of the entry
   std::vector<int> targets;       ///< slot of the product of entries e >= f of a column: for each f, for each e
   int num_slots = 0;
-  std::size_t num_fill_slots = 0;  ///< without a product
+  std::size_t num_fill_slots = 0;  ///< slots without a product
 
-  /// Multiplications of one factorization and solve.
+  /// Returns the number of multiplications of one factorization and solve.
   double flops() const { return 2.0 * static_cast<double>(targets.size()) + 4.0 * num_slots; }
 
  private:
-  using Slots = std::map<std::array<int, 2>, int>;  // of {row eliminated later, earlier}
+  using Slots = std::map<std::array<int, 2>, int>;  // the key is {row eliminated later, earlier}
   Slots eliminate(std::vector<std::set<int>> neighbours);
 };
 

@@ -32,7 +32,7 @@ double IslandSolver::evaluate_rates(const Parallel& parallel, const double* r, c
   return group_->constraints.evaluate_rates(parallel, group_->members, r, v, rates);
 }
 
-/// evaluate(rows := what violates them) -> the largest; points += M^-1 K S^-1 (-rows).
+/// Iterates with evaluate(rows := violations), which returns the largest one, and points += M^-1 K S^-1 (-rows).
 template <class Evaluate>
 Projection IslandSolver::iterate(const Parallel& parallel, const double* blocks, double target,
                                  const Evaluate& evaluate, double* points, double* sum) {

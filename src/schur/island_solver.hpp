@@ -9,8 +9,8 @@
 
 namespace tanor {
 
-/// A solver of some islands, complete but for its factor: values, rates and gradients come from the families of
-/// constraints, projections are chord iterations with the last factor. Each solver overrides what it does faster.
+/// A solver of some islands, complete but for its factor. Values, rates and gradients come from the families of
+/// constraints. Projections are chord iterations with the last factor. Each solver overrides what it does faster.
 class IslandSolver : public SchurSolver {
  public:
   Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
@@ -28,11 +28,11 @@ class IslandSolver : public SchurSolver {
   IslandSolver() = default;
   explicit IslandSolver(IslandGroup group) : group_(std::move(group)), rows_(group_->constraints.num_rows()) {}
 
-  /// Serves the islands of `before` that are no longer among those that are `left`.
+  /// Serves the islands of `before` that are no longer in `left`.
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
   const IslandGroup& group() const { return *group_; }
   double* scratch_rows() { return rows_.data(); }  // [d]
-  /// Brings all points of its islands at once. Null: they are there.
+  /// Brings all points of its islands at once. Does nothing if `source` is null, since the points are there then.
   void bring_points(const Parallel& parallel, const PointSource* source) const {
     if (source == nullptr) return;
     group_->points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) { source->bring(begin, end - begin); });

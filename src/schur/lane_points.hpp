@@ -19,7 +19,7 @@ class LanePoints {
  public:
   using Vector = Pack3<width>;
 
-  /// [points a lane][width] as RodLanes has them; -1: not there.
+  /// Takes the points [points a lane][width] as RodLanes has them, -1 where there is none.
   explicit LanePoints(std::vector<Index> points) : points_(std::move(points)) {
     const std::size_t length = points_.size() / width;
     if (width != eight || length < eight) return;
@@ -35,8 +35,8 @@ class LanePoints {
     }
   }
 
-  /// Backwards along the lanes: the eight points from `first` on, where they are a block that reaches no end. `at(i)`:
-  /// point i of all lanes.
+  /// Stores the eight points from `first` on if they are a block that reaches no end. The caller goes backwards along
+  /// the lanes. `at(i)` returns point i of all lanes.
   template <class At>
   [[gnu::always_inline]] void store_inner(std::size_t first, double* to, const At& at) const {
     if constexpr (width == eight) {
@@ -44,7 +44,7 @@ class LanePoints {
       if (first % eight == 0 && block > 0 && block + 1 < blocks_.size()) store_block(blocks_[block], to, at);
     }
   }
-  /// The rest.
+  /// Stores the points that store_inner leaves out.
   template <class At>
   [[gnu::always_inline]] void store_ends(double* to, const At& at) const {
     if constexpr (width == eight) {
@@ -61,7 +61,7 @@ class LanePoints {
     }
   }
 
-  /// What is not there becomes 0.
+  /// Loads all points. A point that is not there becomes 0.
   template <class At>
   [[gnu::always_inline]] void load_from(const double* from, const At& at) const {
     if constexpr (width == eight) {
@@ -82,17 +82,18 @@ class LanePoints {
 
  private:
   static constexpr std::size_t eight = 8, numbers = 3 * eight;
-  using Numbers = std::array<double, numbers>;  // of eight points of a lane
+  using Numbers = std::array<double, numbers>;  // numbers of eight points of a lane
   struct Block {
-    std::size_t first;                 // point of a lane
-    std::array<Index, eight> start{};  // [lane] where its points follow one another in the array; -1: they do not
+    std::size_t first;                 // first point in a lane
+    std::array<Index, eight> start{};  // [lane] first point in the array if its points are consecutive, else -1
   };
 
   Index point(const Block& block, std::size_t i, std::size_t lane) const {
     return points_[(block.first + i) * width + lane];
   }
 
-  // x, y, z of eight points are 24 lanes; each eight of them, transposed, are eight numbers in a row of each lane.
+  // The x, y, z of eight points are 24 lanes. Each eight of these, transposed, are eight consecutive numbers of each
+  // lane.
   template <class At>
   [[gnu::always_inline]] void store_block(const Block& block, double* to, const At& at) const {
     std::array<Numbers, eight> apart;  // NOLINT: filled where needed
@@ -137,7 +138,7 @@ class LanePoints {
   }
 
   std::vector<Index> points_;
-  std::vector<Block> blocks_;  // empty: point by point
+  std::vector<Block> blocks_;  // empty if points are moved one by one
 };
 
 }  // namespace tanor

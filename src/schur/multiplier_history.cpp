@@ -10,7 +10,7 @@ MultiplierHistory::MultiplierHistory(std::size_t num_rows) {
 }
 
 void MultiplierHistory::add(double t, const std::vector<double>& lambda) {
-  // One of the same time makes room for this one.
+  // A solution at the same time is replaced.
   const auto end = solutions_.begin() + static_cast<std::ptrdiff_t>(size_);
   auto place = std::find_if(solutions_.begin(), end, [&](const Solution& each) { return each.t == t; });
   if (place == end) {
@@ -22,7 +22,8 @@ void MultiplierHistory::add(double t, const std::vector<double>& lambda) {
   std::copy(lambda.begin(), lambda.end(), solutions_.front().lambda.begin());
 }
 
-/// lambda(t) = sum_j lambda_j prod_(k != j) (t - t_k)/(t_j - t_k), of as many as do not magnify their errors too much.
+/// Computes lambda(t) = sum_j lambda_j prod_(k != j) (t - t_k)/(t_j - t_k) from as many solutions as do not magnify
+/// their errors too much.
 void MultiplierHistory::extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const {
   constexpr double most_magnified = 20.0;
   std::array<double, most> weights{};
@@ -54,7 +55,7 @@ void MultiplierHistory::exchange_memory(Memory& memory) {
   memory.exchange(size_);
   for (Solution& solution : solutions_) memory.exchange(solution.t, solution.lambda);
   if (size_ > most) memory.refuse();
-  // Two of one time would divide by 0.
+  // Two solutions at one time would divide by 0.
   for (std::size_t k = 1; k < std::min(size_, most); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
       if (solutions_[j].t == solutions_[k].t) memory.refuse();

@@ -16,7 +16,7 @@ class MultiplierHistory {
 
   void forget() { size_ = 0; }
   void add(double t, const std::vector<double>& lambda);
-  /// Writes the guess into lambda, which stays as it is where nothing is known.
+  /// Writes the guess into lambda, which stays as it is if there is no solution yet.
   void extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const;
 
   void exchange_memory(Memory& memory);

@@ -7,9 +7,9 @@
 
 namespace tanor {
 
-/// Cuts the islands into at most 16 parts of similar size, whole islands each: parts are factorized and solved side by
-/// side. The cut does not depend on the number of threads, so neither do the results.
-/// `island_start`: first row of each island, then d. Returns the first row of each part, then d.
+/// Cuts the islands into at most 16 parts of similar size, of whole islands each. Parts are factorized and solved side
+/// by side. The cut does not depend on the number of threads, so neither do the results. `island_start` holds the first
+/// row of each island, then d. Returns the first row of each part, then d.
 std::vector<Index> partition_islands(std::span<const Index> island_start);
 
 }  // namespace tanor

@@ -38,7 +38,7 @@ void PathEquations::take_rows(const RodPath& path, paths::Half* half) const {
     }
     paths::load_directions(from, &rows.sign[first], &chunk);
   } else {
-    // Rods between moving points side by side, those to supports one by one.
+    // Rods between moving points are evaluated side by side, those to supports one by one.
     const std::size_t begin = first + (from_support ? 1 : 0), rods_end = end - (to_support ? 1 : 0);
     const FreeMotion& at = *motion;
     double* const own_blocks = rows.blocks_follow_rows() ? blocks + 3 * (rows.first_block + begin) : scattered.data();

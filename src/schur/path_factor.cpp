@@ -4,8 +4,8 @@
 
 #include "plan/thresholds.hpp"
 
-/// \file The two passes over the halves of one path, some rods at a time: what a chunk needs lies in the first cache
-/// from its evaluation to its last number. What closes a ring is in path_rings.cpp.
+/// \file The two passes over the halves of one path, some rods at a time, so that the numbers of a chunk stay in the
+/// first cache from its evaluation to its last operation. The row that closes a ring is in path_rings.cpp.
 namespace tanor {
 
 using paths::chunk_size, paths::Towards;
@@ -96,7 +96,7 @@ void PathFactor::eliminate_halves(std::size_t p, const PathEquations& equations,
   if (includes(halves, paths::Halves::Right)) work->right_end = right.end;
 }
 
-/// d = S_aa - S_ab^2/d_b - S_ac^2/d_c with its neighbours b and c.
+/// Computes the pivot d = S_aa - S_ab^2/d_b - S_ac^2/d_c of the middle row a with its neighbours b and c.
 void PathFactor::eliminate_middle(std::size_t p, const PathEquations& equations, paths::PathWork* work) {
   const paths::Eliminated &left = work->left_end, &right = work->right_end;
   const RodPath& path = rows_.paths[p];
@@ -123,8 +123,8 @@ void PathFactor::eliminate_middle(std::size_t p, const PathEquations& equations,
 
 // ---- back again ----
 
-/// From the middle outwards: the next rods' lambda, w of the points between them and the rods before, and what K'dw + b
-/// leaves over. Row `row` of a path joins the points that dw_left and dw_right belong to.
+/// Goes from the middle outwards. Each step finds lambda of the next rods, w of the points between them and the rods
+/// before, and the residual K'dw + b. Row `row` of a path joins the points of dw_left and dw_right.
 void PathFactor::substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda,
                                            paths::Halves halves, paths::PathWork* work) const {
   const RodPath& path = rows_.paths[p];
@@ -134,7 +134,7 @@ void PathFactor::substitute_and_accelerate(std::size_t p, const PathReactions& r
   paths::BackSubstitution to_left{{}, {}, {}, 0, f[middle], reactions.lambda[middle]};
   paths::BackSubstitution to_right{{}, {}, {}, 0, right_factor_[p], reactions.lambda[middle]};
   paths::Accelerated of_left, of_right;
-  Vec3 dw_left{}, dw_right{};                    // of the outermost points so far
+  Vec3 dw_left{}, dw_right{};                    // dw of the outermost points so far
   std::size_t begin = middle, end = middle + 1;  // rows [begin, end) are done
   const std::size_t first = goes_left ? path.first : middle, last = goes_right ? path.end : middle + 1;
   paths::Upcoming upcoming;
@@ -214,7 +214,7 @@ void PathFactor::substitute_middle(std::size_t p, const double* b, double* y, co
   begin_outwards(p, y);
 }
 
-/// The closing row is the first one that is known; y := y + spike lambda of it is what the path is left with.
+/// The multiplier of the closing row is found first. The path is left with y := y + spike times this multiplier.
 void PathFactor::begin_outwards(std::size_t p, double* y) const {
   const RodPath& path = rows_.paths[p];
   const std::size_t middle = path.middle();

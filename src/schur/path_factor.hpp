@@ -8,11 +8,11 @@
 
 namespace tanor {
 
-/// S of paths, which is tridiagonal, eliminated from both ends at once (a twisted factorization) up to the row in the
-/// middle. The row that closes a ring is eliminated last of all; its couplings e with the first and the last row of the
-/// path spread inwards to a spike, L^-1 e.
+/// The factor of S of paths. S is tridiagonal and is eliminated from both ends at once (a twisted factorization) up to
+/// the row in the middle. The row that closes a ring is eliminated last of all. Its couplings e with the first and the
+/// last row of the path spread inwards to a spike, L^-1 e.
 ///
-/// Halves of one path may be worked on by two threads, each with its own side of the work.
+/// Two threads may work on the halves of one path, each with its own side of the work.
 class PathFactor {
  public:
   explicit PathFactor(const PathRows& rows);
@@ -20,7 +20,7 @@ class PathFactor {
   // ---- the factor, and y = L^-1 b beside it ----
 
   void eliminate_halves(std::size_t p, const PathEquations& equations, paths::Halves halves, paths::PathWork* work);
-  /// Eliminates the middle row, and the one that closes a ring.
+  /// Eliminates the middle row, and the row that closes a ring.
   void eliminate_middle(std::size_t p, const PathEquations& equations, paths::PathWork* work);
 
   // ---- y = L^-1 b of one more right side; y may be b ----
@@ -31,16 +31,15 @@ class PathFactor {
 
   // ---- lambda in y's place ----
 
-  /// Finds lambda of the row that closes a ring and of the middle one.
+  /// Finds lambda of the row that closes a ring and of the middle row.
   void begin_outwards(std::size_t p, double* y) const;
   void substitute_halves_outwards(std::size_t p, paths::Halves halves, double* y) const;
-  /// Does the same, and what the multipliers do to the points.
+  /// Does the same, and applies the multipliers to the points.
   void substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda, paths::Halves halves,
                                  paths::PathWork* work) const;
 
  private:
-  /// Lists what the elimination of rows [first, first + count) will read and write, and what their back substitution
-  /// will.
+  /// Lists what the elimination of rows [first, first + count), or their back substitution, will read and write.
   void list_upcoming(const RodPath& path, const PathEquations& equations, std::size_t first, std::size_t count,
                      paths::Upcoming* upcoming) const;
   void list_upcoming(const RodPath& path, const PathReactions& reactions, std::size_t first, std::size_t count,
@@ -50,9 +49,9 @@ class PathFactor {
   void substitute_closing_row(const RodPath& path, const double* b, double* y, const paths::PathWork& work) const;
 
   const PathRows& rows_;
-  std::vector<double> inverse_pivot_, factor_;  // [row]; of a middle row: with its left one …
-  std::vector<double> right_factor_;            // … and with its right one [path]
-  std::vector<double> spike_;                   // [row]; empty: no path is a ring
+  std::vector<double> inverse_pivot_, factor_;  // [row]; the factor of a middle row is that with its left one
+  std::vector<double> right_factor_;            // [path] factor of the middle row with its right one
+  std::vector<double> spike_;                   // [row]; empty if no path is a ring
 };
 
 }  // namespace tanor

@@ -5,7 +5,7 @@
 #include "schur/path_kernels.hpp"
 #include "schur/schur_solver.hpp"
 
-/// \file What is known of the halves of a path on the way to its middle row and back.
+/// \file The state of the halves of a path on the way to its middle row and back.
 namespace tanor::paths {
 
 /// The half of a path from its left end to its middle row, the half from its right end, or both.
@@ -14,11 +14,11 @@ inline bool includes(Halves halves, Halves one) {
   return halves == Halves::Both || halves == one;
 }
 
-/// This was found in some rows.
+/// The findings in some rows.
 struct Findings {
   double smallest_ratio = 1.0, largest_ratio = 1.0;  ///< S_aa/pivot
   double right_side = 0.0, residual = 0.0;           ///< largest |b| and |K'dw + b|
-  double own_residual = 0.0;                         ///< the largest of any path over its own |b|
+  double own_residual = 0.0;                         ///< largest residual of any path over its own |b|
 
   void include(const Findings& other) {
     smallest_ratio = std::min(smallest_ratio, other.smallest_ratio);
@@ -27,45 +27,45 @@ struct Findings {
     residual = larger(residual, other.residual);
     own_residual = larger(own_residual, other.own_residual);
   }
-  /// Scaled to a unit diagonal, pivots lie between 1/largest_ratio and 1.
+  /// Returns an estimate: scaled to a unit diagonal, pivots lie between 1/largest_ratio and 1.
   double reciprocal_condition() const {
     return smallest_ratio > 0.0 && largest_ratio > 0.0 ? 1.0 / largest_ratio : 0.0;
   }
 };
 
-/// What a half hands to the row in the middle. An empty half hands it nothing.
+/// The numbers that a half hands to the row in the middle. An empty half hands it zeros.
 struct Eliminated {
   Vec3 g{};
   double inverse_pivot = 0.0, y = 0.0, spike = 0.0;
-  double closing_pivot = 0.0, closing_y = 0.0;  ///< what its rows take from those of the closing row
+  double closing_pivot = 0.0, closing_y = 0.0;  ///< what its rows subtract from those of the closing row
   Findings findings;
 };
-/// What a half leaves beside the middle row and beside the closing one: dw of the points there. And the residual of its
+/// The results of a half: dw of the points beside the middle row and beside the closing row, and the residual of its
 /// own rows.
 struct Accelerated {
   Vec3 dw{}, end_dw{};
   double residual = 0.0;
 };
 
-/// What a thread knows of the path at hand.
+/// The state of a thread in the current path.
 struct PathWork {
   Eliminated left_end, right_end;
   Accelerated left, right;
   Findings findings;
-  Projection projection;  ///< of all paths of a group
+  Projection projection;  ///< that of all paths of a group
 };
 
 /// One of the two halves of a path on its way to the middle.
 struct Half {
   Towards towards;
   std::size_t next, rows_left;  ///< the right half counts down: its next chunk ends at `next`
-  std::size_t first = 0;        ///< row of the chunk
+  std::size_t first = 0;        ///< first row of the chunk
   Chunk chunk;
   Determinants determinants{};
   PivotRange pivots{};
   double largest = 0.0;
-  Eliminated end{};       ///< of the last row so far
-  double coupling = 0.0;  ///< of the outermost row with the one that closes a ring
+  Eliminated end{};       ///< numbers of the last row so far
+  double coupling = 0.0;  ///< coupling of the outermost row with the one that closes a ring
 
   Half(Towards direction, std::size_t start, std::size_t rows) : towards(direction), next(start), rows_left(rows) {}
 
@@ -75,12 +75,12 @@ struct Half {
     rows_left -= chunk.count;
     first = is_rightwards() ? next : next - chunk.count;
     next = is_rightwards() ? next + chunk.count : first;
-    // The row eliminated before lies beside the chunk.
+    // The row that was eliminated before lies beside the chunk.
     const std::size_t slot = is_rightwards() ? 0 : chunk.count + 1;
     chunk.set_direction(slot, end.g);
     chunk.inverse_pivot[slot] = end.inverse_pivot;
   }
-  /// Rows of the chunk after this one.
+  /// Returns the number of rows of the next chunk.
   std::size_t next_count() const { return std::min(rows_left, chunk_size); }
   std::size_t next_first() const { return is_rightwards() ? next : next - next_count(); }
   void remember_last_row() {

@@ -17,26 +17,26 @@ namespace {
   return result;
 }
 
-/// x of the next point minus x of this one, [3 count].
+/// Computes x of the next point minus x of this one, [3 count].
 [[gnu::always_inline]] inline void subtract_neighbours(const double* __restrict x, std::size_t count,
                                                        double* __restrict difference) {
   for (std::size_t i = 0; i < 3 * count; ++i) difference[i] = x[i + 3] - x[i];
 }
 
-/// As numbers, [count].
+/// Converts signs to numbers, [count].
 [[gnu::always_inline]] inline void widen(const signed char* __restrict signs, std::size_t count,
                                          double* __restrict numbers) {
   for (std::size_t k = 0; k < count; ++k) numbers[k] = signs[k];
 }
 
-/// a of each rod, [3 count].
+/// Computes a = r_{i+1} - r_i + offset of each rod, [3 count].
 [[gnu::always_inline]] inline void subtract_places(const Rods& rods, double* __restrict a) {
   subtract_neighbours(rods.r, rods.count, a);
   if (rods.offset == nullptr) return;
   for (std::size_t i = 0; i < 3 * rods.count; ++i) a[i] += rods.offset[i];
 }
 
-/// Directions, or b, or both.
+/// Evaluates directions, or b, or both.
 template <bool WantsDirections, bool WantsRightSide, bool HasField>
 [[gnu::always_inline]] inline void evaluate_rods(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks_out,
                                                  double* b_out) {
@@ -75,7 +75,7 @@ template <bool WantsDirections, bool WantsRightSide, bool HasField>
   }
 }
 
-/// One step of the recurrence.
+/// Does one step of the recurrence of determinants.
 [[gnu::always_inline]] inline void step(Chunk& chunk, std::size_t k, Determinants& d) {
   const double next = chunk.diagonal[k] * d.last - chunk.coupling[k] * chunk.coupling[k] * d.before;
   chunk.numerator[k] = d.last;
@@ -153,7 +153,7 @@ void load_directions(const double* __restrict blocks, const signed char* signs, 
 
 void assemble(Towards towards, Chunk* chunk) {
   dispatch([=] {
-    // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, S_ab = -g_a.g_b/m of the point between
+    // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, and S_ab = -g_a.g_b/m of the point between.
     const std::size_t beside = towards == Towards::Right ? 0 : 2, shared = towards == Towards::Right ? 0 : 1;
     const double* const w = chunk->inverse_mass;
     for (std::size_t k = 0; k < chunk->count; ++k) {
@@ -349,7 +349,7 @@ void add(double factor, const double* __restrict x, std::size_t count, double* _
 double largest_magnitude(const double* x, std::size_t count, double so_far) {
   return dispatch([=] {
     Eight largest = so_far - Eight{};
-    double nothing = 0.0;  // or NaN, where some number is no number
+    double nothing = 0.0;  // 0, or NaN if some number is not finite
     std::size_t k = 0;
     Eight lost{};
     for (; k + 8 <= count; k += 8) {

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// The numbers of paths in lanes, of which a thread needs as many as its longest paths have.
+/// The numbers of paths in lanes. A thread needs as many of them as its longest paths have.
 template <std::size_t lanes>
 struct PathNumbers {
   using Lane = Pack<lanes>;
@@ -17,18 +17,18 @@ struct PathNumbers {
 
   struct Known {
     Vector force;      // sum of a_j mu_{k-j}
-    Lane half_square;  // of a.a
+    Lane half_square;  // half the known part of a.a
   };
   struct Rod {
     Vector u;                       // a_0/|a_0|; 0 where there is no rod
     Lane inverse_length, is_there;  // 1/|a_0|; 1 or 0
     Lane inverse_pivot, l, spike;   // S = L D L': 1/D; L of the next row, and of the separator before
-    Lane half_square, x;            // of the order under work: of a.a, where it is refined; the unknown
-    Known next;                     // of the order after it
+    Lane half_square, x;            // of the current order: half of a.a, if it is refined; the unknown
+    Known next;                     // that of the next order
   };
   struct Point {
     Lane inverse_mass;
-    Vector r;  // of the order under work
+    Vector r;  // that of the current order
   };
   struct Coefficient {
     Vector a;
@@ -36,8 +36,8 @@ struct PathNumbers {
   };
 };
 
-/// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
-/// joined by the last rod of each, the separators.
+/// Paths in lanes and their series; see PathSeries and RodLanes. If `is_cut` is true, the lanes are pieces of one path,
+/// which are joined by the last rod of each, the separators.
 template <std::size_t lanes, bool is_cut>
 struct PathLanes {
   static constexpr std::size_t width = lanes;
@@ -52,10 +52,10 @@ struct PathLanes {
   std::size_t length;                      // rods a lane
   std::size_t stride;                      // coefficients a rod
   Rod* rods;                               // [length]
-  Point* points;                           // [length + 1]; where cut, the last one is the first of the next lane
+  Point* points;                           // [length + 1]; if cut, the last one is the first of the next lane
   Coefficient* series;                     // [length][stride]
-  const Vector* offsets;                   // [length] of a_0; null: none
-  std::array<double, width>* separator_l;  // of the tridiagonal system of the separators
+  const Vector* offsets;                   // [length] part of a_0; null if there are none
+  std::array<double, width>* separator_l;  // L of the tridiagonal system of the separators
   std::array<double, width>* separator_inverse_pivot;
 
   [[gnu::always_inline]] static Lane from_before(const Lane& x) {  // lane s gets that of s - 1
@@ -78,14 +78,14 @@ struct PathLanes {
   [[gnu::always_inline]] static Vector from_next(const Vector& a) {
     return {from_next(a.x), from_next(a.y), from_next(a.z)};
   }
-  /// 1 where the last point is not the next lane's first.
+  /// Returns 1 in lanes whose last point is not the first one of the next lane, else 0.
   [[gnu::always_inline]] static Lane ends() {
     Lane result = Lane{} + 1.0;
     for (std::size_t s = 0; is_cut && s + 1 < width; ++s) result[s] = 0.0;
     return result;
   }
 
-  /// a_k of the points' r.
+  /// Computes a_k from the points' r.
   [[gnu::always_inline]] void take_coefficient(std::size_t k) const {
     for (std::size_t i = 0; i < length; ++i) {
       Vector a = points[i + 1].r - points[i].r;
@@ -94,7 +94,7 @@ struct PathLanes {
     }
   }
 
-  /// From a_0 and lambda_0 in the place of mu_0: u, mu_0 = lambda_0/|a_0|, and S = L D L'.
+  /// Computes u, mu_0 = lambda_0/|a_0| and S = L D L' from a_0 and from lambda_0 in the place of mu_0.
   [[gnu::always_inline]] void begin() const {
     for (std::size_t i = 0; i < length; ++i) {
       Rod& rod = rods[i];
@@ -115,7 +115,7 @@ struct PathLanes {
     const Rod& last = rods[length - 1];
     // S_ab of neighbours = -u_a.u_b/m of the point between them
     Lane e = -dot(from_before(last.u), rods[0].u) * from_before(points[length].inverse_mass);
-    Lane taken{}, below{}, l{};  // from the separator before; S and L of the row before
+    Lane taken{}, below{}, l{};  // subtracted from the separator before; S and L of the row before
     for (std::size_t i = 0; i < length; ++i) {
       Rod& rod = rods[i];
       Lane pivot = points[i].inverse_mass + points[i + 1].inverse_mass + (1.0 - rod.is_there) - l * below;
@@ -148,15 +148,15 @@ struct PathLanes {
     for (std::size_t s = 0; s < width; ++s) (*x)[s] = y[s];
   }
 
-  /// What is known of order k: sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a without
-  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second
-  /// time.
+  /// Returns the known terms of order k: the sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a
+  /// without a_{k+2}. If k is odd, it also finds those of order k + 1, but for a_1 mu_k and a_1.a_{k+2}, so that the
+  /// series are read only every second time.
   [[gnu::always_inline]] static Known multiply(const Coefficient* c, int k, Rod* rod) {
     if (k % 2 == 0) {
       const Vector a = c[1].a;
       return {rod->next.force + c[k - 1].mu * a, rod->next.half_square + dot(a, c[k + 1].a)};
     }
-    // Each product of two a once; the newest coefficients last, or all would wait for them.
+    // Each product of two a is formed once. The newest coefficients come last, since otherwise all would wait for them.
     const int middle = (k + 1) / 2;
     Known now{}, next{};
     Vector now_squares{}, next_squares{};
@@ -185,8 +185,8 @@ struct PathLanes {
     return {now.force + mu * c[1].a, (now_squares + c[1].a * newest).sum()};
   }
 
-  /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
-  /// Points between the ends of the lanes are `done(i)` from the last to the first.
+  /// Computes r_{k+2} into the points, and a_{k+2} and mu_k into the series. `passes` above 1 refine where S is
+  /// ill-conditioned. Calls done(i) for the points between the ends of the lanes from the last to the first.
   template <class Done>
   [[gnu::always_inline]] void advance(int k, int passes, const Done& done) const {
     const double inverse_factor = (k + 1.0) * (k + 2.0);
@@ -197,7 +197,8 @@ struct PathLanes {
     }
   }
 
-  /// factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k; with it forwards through
+  /// Computes factor M^-1 (force of the rod before - force of the rod behind), which is r_{k+2} without the part of
+  /// mu_k, and eliminates forwards in
   ///
   ///   S x = -(half_square/|a_0| + u.(r_{i+1} - r_i))
   [[gnu::always_inline]] void begin_order(int k, double factor, bool keeps_squares) const {
@@ -240,7 +241,7 @@ struct PathLanes {
       eliminate(i, rods[i].half_square, points[i + 1].r - points[i].r, &forwards);
     finish(forwards);
   }
-  /// x of the last rods.
+  /// Computes x of the last rods.
   [[gnu::always_inline]] void finish(const Forwards& forwards) const {
     Rod& last = rods[length - 1];
     if constexpr (is_cut) {
@@ -251,7 +252,7 @@ struct PathLanes {
     }
   }
 
-  /// Backwards: x = factor lambda_k, r += M^-1 K x, mu_k and a_{k+2}.
+  /// Substitutes backwards: x = factor lambda_k, r += M^-1 K x, mu_k and a_{k+2}.
   template <class Done>
   [[gnu::always_inline]] void substitute(int k, double inverse_factor, bool refines, const Done& done) const {
     const auto row = static_cast<std::size_t>(k);

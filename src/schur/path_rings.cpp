@@ -3,15 +3,16 @@
 
 #include "schur/path_factor.hpp"
 
-/// \file The row that closes a ring. With S = [T e; e' s], T = L D L' of the path and the spike L^-1 e,
+/// \file The elimination of the row that closes a ring. With S = [T e; e' s], T = L D L' of the path and the spike L^-1
+/// e, it is
 ///
 ///   sigma = s - sum of spike^2/d,  y = b_c - sum of spike y/d,  lambda_c = -y/sigma,
 ///
 /// and the path is left with the right side b + e lambda_c.
 namespace tanor {
 
-/// The spike in the next rows, and what they take from the closing row. It fades as rods bend; what is far below
-/// rounding is cut off, since numbers that underflow are slow.
+/// Computes the spike in the next rows, and what they subtract from the closing row. The spike fades as rods bend.
+/// Entries far below rounding are cut off, since numbers that underflow are slow.
 void PathFactor::spread_spikes(const RodPath& path, const PathEquations& equations, paths::Half* left,
                                paths::Half* right) {
   constexpr double negligible = 1e-100;
@@ -23,7 +24,7 @@ void PathFactor::spread_spikes(const RodPath& path, const PathEquations& equatio
     if (k >= half->chunk.count) return;
     const std::size_t row = path.closing_row();
     const Vec3 g = equations.direction(path, row);
-    // e = -g.g_c/m of the point between
+    // e = -g.g_c/m of the point between the two rods.
     (*e)[k] = half->coupling = -half->chunk.inverse_mass[rightwards ? k : k + 1] * dot(g, half->chunk.direction(k + 1));
   };
   enter(left, &of_left);
@@ -45,13 +46,13 @@ void PathFactor::spread_spikes(const RodPath& path, const PathEquations& equatio
   }
 }
 
-/// After the middle row.
+/// Eliminates the closing row after the middle row.
 void PathFactor::eliminate_closing_row(std::size_t p, const PathEquations& equations, paths::PathWork* work) {
   const paths::Eliminated &left = work->left_end, &right = work->right_end;
   const RodPath& path = rows_.paths[p];
   const std::size_t row = path.closing_row(), middle = path.middle(), point = path.left_point(row);
   const Vec3 g = equations.evaluate_row(path, row);
-  // A path of two rows ends with its middle.
+  // In a path of two rows the middle row is the last one.
   const double coupling = middle + 1 == path.end
                               ? -rows_.inverse_mass[point] * dot(g, rows_.direction(equations.given_blocks, middle))
                               : 0.0;

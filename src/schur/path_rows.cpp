@@ -73,7 +73,7 @@ void PathRows::subtract_moving(std::size_t begin, std::size_t end, double Moving
 
 // ---- all rows ----
 
-/// The largest one of what `between(path, begin, end)` and `alone(path, row)` return.
+/// Returns the largest value of `between(path, begin, end)` and `alone(path, row)` over the rows of a range.
 template <class Between, class Alone>
 double PathRows::largest_of_rows(std::size_t range_begin, std::size_t range_end, const Between& between,
                                  const Alone& alone) const {

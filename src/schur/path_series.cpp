@@ -16,7 +16,7 @@ using Pieces = PathLanes<RodLanes::most, true>;
 using Paths = PathLanes<RodLanes::most, false>;
 using FewPaths = PathLanes<RodLanes::few, false>;
 
-/// Points of a group in and out of the system's arrays.
+/// Moves the points of a group into and out of the system's arrays.
 template <class Lanes>
 using Places = LanePoints<Lanes::width>;
 
@@ -45,7 +45,7 @@ void advance(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
   });
 }
 
-/// What a thread works with: the caches keep it from one group to the next.
+/// The arrays of a thread. The caches keep them from one group to the next.
 template <std::size_t width>
 struct Room {
   using Numbers = PathNumbers<width>;
@@ -62,7 +62,7 @@ struct Room {
   std::array<double, width> separator_l{}, separator_inverse_pivot{};
 };
 
-/// What the lanes of one PathLanes hold.
+/// The contents of the lanes of one PathLanes.
 template <std::size_t lanes_wide, bool is_cut>
 class Group {
  public:
@@ -124,7 +124,7 @@ class Group {
   LanePoints<width> places_;
   std::vector<double> is_there_;      // [rod][lane] 1 or 0
   std::vector<double> inverse_mass_;  // [point][lane]
-  std::vector<Vector> offsets_;       // [rod] of a_0; empty where there are none
+  std::vector<Vector> offsets_;       // [rod] part of a_0; empty if there are none
 };
 
 }  // namespace
@@ -189,7 +189,7 @@ PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> off
 void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
                         int passes) {
   const std::size_t stride =
-      coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of caches
+      coefficients.size() | 1;  // with a power of 2, rods would meet in the same few lines of the caches
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
   const auto with_room = [&](Rooms* rooms, const AnyGroup& any, const auto& visit) {
     std::visit(

@@ -4,7 +4,7 @@
 
 #include "plan/thresholds.hpp"
 
-/// \file Which thread takes which path; the passes themselves are in path_factor.cpp.
+/// \file The distribution of paths to threads. The passes themselves are in path_factor.cpp.
 namespace tanor {
 
 using paths::Halves, paths::PathWork;
@@ -48,8 +48,8 @@ void PathSolver::summarize() {
 
 // ---- what all calls have in common: inwards over both halves, the row in the middle, and outwards again ----
 
-/// Groups of paths, or the halves of a few long ones, go to the threads. `inwards(p, halves, work)`, `middle(p, work)`,
-/// `outwards(p, halves, work)` and `finish(p, work)` of each path, in this order.
+/// Runs the passes: groups of paths, or the halves of a few long ones, go to the threads. For each path it calls
+/// `inwards(p, halves, work)`, `middle(p, work)`, `outwards(p, halves, work)` and `finish(p, work)`, in this order.
 template <class Inwards, class Middle, class Outwards, class Finish>
 paths::Findings PathSolver::run(const Parallel& parallel, const Inwards& inwards, const Middle& middle,
                                 const Outwards& outwards, const Finish& finish) {
@@ -123,7 +123,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
   return {.largest_right_side = largest, .residual = found.residual, .own_residual = cannot_tell};
 }
 
-/// The row that closes a ring is seen by both halves: where there are rings all points are brought before.
+/// Returns the source for the halves. Both see the row that closes a ring, so with rings all points are brought here.
 const PointSource* PathSolver::source_of_halves(const Parallel& parallel, const FreeMotion& motion) const {
   if (rows_.num_rings == 0) return motion.source;
   bring_points(parallel, motion.source);
@@ -149,7 +149,7 @@ Elimination PathSolver::eliminate(const Parallel& parallel, const PathEquations&
   return {.reciprocal_condition = found.reciprocal_condition()};
 }
 
-/// x = -S^-1 b up to the middle rows, then `outwards(p, halves, work)`.
+/// Computes x = -S^-1 b up to the middle rows, then calls `outwards(p, halves, work)`.
 template <class Outwards>
 void PathSolver::substitute(const Parallel& parallel, const double* b, double* x, const Outwards& outwards) {
   (void)run(
@@ -183,12 +183,13 @@ double PathSolver::evaluate_rates(const Parallel& parallel, const double* r, con
 
 // ---- projections: many paths one by one, each of which stays in the cache from its first iteration to its last ----
 
-/// Threads may have to share each of them.
+/// Returns true if there are so few paths that threads may have to share each of them.
 bool PathSolver::are_few() const {
   return rows_.paths.size() <= plan::few_paths;
 }
 
-/// begin(path), then evaluate(path, rows := what violates it) -> the largest, points += M^-1 K S^-1 (-rows).
+/// Calls begin(path), then iterates with evaluate(path, rows := violations), which returns the largest one, and points
+/// += M^-1 K S^-1 (-rows).
 template <class Begin, class Evaluate>
 Projection PathSolver::project(const Parallel& parallel, double target, const Begin& begin, const Evaluate& evaluate,
                                const double* blocks, double* points, double* sum) {

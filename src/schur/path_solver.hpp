@@ -9,12 +9,13 @@
 
 namespace tanor {
 
-/// Islands that are paths of rods: point after point and rod after rod in the inner numbering, a support at either end
-/// or none. Or rings: paths whose free ends one rod more joins. Both are eliminated from both ends at once (see
-/// PathFactor): two chains of dependent operations in place of one, and two halves for two threads.
+/// Solves islands that are paths of rods, point after point and rod after rod in the inner numbering, with or without a
+/// support at either end. Also solves rings: paths whose free ends one rod more joins. Both are eliminated from both
+/// ends at once (see PathFactor), which gives two chains of dependent operations in place of one, and two halves for
+/// two threads.
 class PathSolver final : public IslandSolver {
  public:
-  /// Takes the islands that are such paths out of `islands`; null where none is.
+  /// Takes the islands that are such paths or rings out of `islands`. Returns null if there are none.
   static std::unique_ptr<PathSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
@@ -49,7 +50,7 @@ class PathSolver final : public IslandSolver {
 
   PathRows rows_;
   PathFactor factor_;
-  std::vector<std::size_t> group_start_;  // paths that one thread takes
+  std::vector<std::size_t> group_start_;  // first paths of the groups that go to threads
   std::vector<paths::PathWork> work_;     // [group, or path where they are few]
 };
 

@@ -12,7 +12,7 @@ namespace {
   *w = {nothing + uniform->x, nothing + uniform->y, nothing + uniform->z};
 }
 
-/// Eight points from their guides' centers, and how they move.
+/// Positions of eight points relative to the centers of their guides, and their velocities.
 struct Apart {
   Eight3 a, v;
 };
@@ -24,7 +24,7 @@ struct Apart {
   a = a - center;
 }
 
-/// u = a/|a|, phi = (v.v - (u.v)^2)/|a|
+/// Evaluates u = a/|a| and phi = (v.v - (u.v)^2)/|a|.
 [[gnu::always_inline]] inline void evaluate_distance(Apart* apart, Eight3* gradient, Eight* phi) {
   auto& [a, v] = *apart;
   Eight inverse;
@@ -54,7 +54,7 @@ void evaluate_circles(std::size_t count, const double* r, const double* v, const
     for (std::size_t k = 0; k < count; ++k) {
       Apart apart;
       load_apart(r, v, centers[k], k, &apart);
-      // In the plane: a - (n.a) n, and its derivative
+      // The part of a in the plane is a - (n.a) n, and likewise for v.
       const Eight3& n = normals[k];
       apart.a = apart.a - dot(n, apart.a) * n;
       apart.v = apart.v - dot(n, apart.v) * n;
@@ -164,7 +164,7 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
 void scale_by_mass(int num_rows, std::size_t count, const double* inverse_mass, Eight* x) {
   dispatch([=]() mutable {
     for (int m = 0; m < num_rows; ++m, x += count) {
-      // nearly always m itself
+      // The quotient is nearly always m itself.
       for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / eight_at(inverse_mass + num_lanes * k);
     }
   });
@@ -180,7 +180,7 @@ void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* 
       Eight3 free;
       load_free(w0, uniform, k, &free);
       const Eight b = phi[k] + dot(g, free);
-      // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding
+      // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding.
       const Eight answer = -b * (2.0 - dot(g, g));
       const Eight3 dw = answer * g;
       const Eight left = b + dot(g, dw);

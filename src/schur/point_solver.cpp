@@ -8,7 +8,7 @@ namespace tanor {
 
 // ---- set-up ----
 
-/// [first row of each]
+/// Lists the members of points on guides, each at its first row.
 std::vector<PointSolver::Member> PointSolver::read_members(const Constraints& constraints, std::size_t num_rows) {
   std::vector<Member> result(num_rows);
   const auto read = [&]<class Kernel>(Guide guide, const Family<Kernel>& family) {
@@ -30,7 +30,8 @@ std::vector<PointSolver::Member> PointSolver::read_members(const Constraints& co
   return result;
 }
 
-/// One more point, with all its rows from `first_row` on; it continues the last run if it can.
+/// Appends a point with all its rows from `first_row` on; it continues the last run if it can. Returns false if a row
+/// belongs to no guide.
 bool PointSolver::append_point(std::span<const Member> rows, Index first_row) {
   Run run{.first = rows[0].point, .end = rows[0].point + 1, .first_row = first_row};
   for (std::size_t a = 0; a < rows.size(); a += static_cast<std::size_t>(rows[a].num_rows)) {
@@ -76,7 +77,7 @@ std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std:
   std::erase_if(*islands, [&](Index island) {
     const Index first = numbering.island_start[static_cast<std::size_t>(island)];
     const auto count = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(island) + 1] - first);
-    // An island of more than one point has a row that is none of ours.
+    // An island of more than one point has a row that belongs to no guide.
     const std::span members = std::span(rows).subspan(static_cast<std::size_t>(first), count);
     if (count > most_rows || !result->append_point(members, first)) return false;
     has_factors = has_factors || count > 1;
@@ -97,22 +98,22 @@ std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std:
 
 // ---- every step ----
 
-/// Some groups of one run, on their way.
+/// Some groups of one run, with their numbers.
 struct PointSolver::Chunk {
   static constexpr std::size_t most_groups = 8;
   static constexpr std::size_t most_points = most_groups * num_lanes;
 
   const Run& run;
-  std::size_t first_group, count;  // in all, groups
+  std::size_t first_group, count;  // first among all groups, number of groups
   std::size_t first_point, num_points;
   Index indices[most_points];  // scratch: rows, blocks, members
   Eight3 place[most_groups], normal[most_groups];
   Eight3 gradients[most_rows * most_groups];
-  PointFactor factors[most_groups];  // where points have one row: nobody needs them again
+  PointFactor factors[most_groups];  // used if points have one row, since nobody needs them again
   Eight b[most_rows * most_groups], x[most_rows * most_groups];
   Eight smallest = Eight{} + 1.0;
   Largest right_side, residual;
-  double copies[4][3 * most_points];  // of what does not fill the last group
+  double copies[4][3 * most_points];  // for a last group that is not full
 
   Chunk(const Run& of, std::size_t group, std::size_t num_groups)
       : run(of),
@@ -123,7 +124,8 @@ struct PointSolver::Chunk {
   int num_rows() const { return static_cast<int>(run.num_rows); }
   bool is_full() const { return num_points == count * num_lanes; }
 
-  /// Numbers of the points, `width` each; copied where the last group is not full, whose lanes repeat the last point.
+  /// Returns the numbers of the points, `width` each. They are copied if the last group is not full; its lanes then
+  /// repeat the last point.
   const double* read(const double* from, std::size_t width, double* copy) const {
     const double* const own = from + width * first_point;
     if (is_full()) return own;
@@ -133,19 +135,19 @@ struct PointSolver::Chunk {
     return copy;
   }
   const double* read_masses(const double* inverse_mass) { return read(inverse_mass, 1, copies[3]); }
-  /// Where results of kernels go, `width` for each of the system's numbers from `first` on; then they are `put`.
+  /// Returns where kernels write results, `width` for each of the system's numbers from `first` on. `put` completes it.
   double* room(double* to, std::size_t width, std::size_t first, double* copy) const {
     return is_full() ? to + width * first : copy;
   }
   void put(const double* copy, std::size_t width, std::size_t first, double* to) const {
     if (!is_full()) std::copy(copy, copy + width * num_points, to + width * first);
   }
-  /// The row of the first point, of points that have one.
+  /// Returns the row of the first point, for points of one row.
   std::size_t first_row() const {
     return static_cast<std::size_t>(run.first_row) + first_point - static_cast<std::size_t>(run.first);
   }
 
-  /// first + stride (place in the run), of each point
+  /// Lists first + stride (place in the run) for each point.
   const Index* list(Index first, Index stride) {
     const auto last = static_cast<Index>(num_points) - 1;
     first += stride * (static_cast<Index>(first_point) - run.first);
@@ -154,7 +156,7 @@ struct PointSolver::Chunk {
   }
   const Index* rows(std::size_t row) { return list(run.first_row + static_cast<Index>(row), run.num_rows); }
   const Index* members(std::size_t member) { return list(run.members[member].number, run.stride[member]); }
-  /// Block m of each point's member
+  /// Lists block m of each point's member.
   const Index* blocks(std::size_t member, Index m) {
     const Member& first = run.members[member];
     return list(first.first_block + m, run.stride[member] * first.num_rows);
@@ -176,7 +178,7 @@ struct PointSolver::Chunk {
   }
 };
 
-/// work(chunk), many at once.
+/// Calls work(chunk) for all chunks, many at once.
 template <class Work>
 Elimination PointSolver::for_each_chunk(const Parallel& parallel, const Work& work) const {
   constexpr std::size_t most_shares = 64;
@@ -210,7 +212,7 @@ PointFactor* PointSolver::factors_of(Chunk* chunk) {
   return chunk->run.num_rows == 1 ? chunk->factors : factors_.data() + chunk->first_group;
 }
 
-/// One point after the other.
+/// Evaluates guides that move, one point after the other.
 template <class Kernel>
 void PointSolver::evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row,
                                   Chunk* chunk) const {
@@ -227,18 +229,18 @@ void PointSolver::evaluate_moving(const Family<Kernel>& family, const FreeMotion
 /// The guides that one member of each point of a chunk lies on.
 struct PointSolver::Guides {
   const Chunk& chunk;
-  bool is_one;           // for all points
-  Index one_slot;        // its number where it is one
-  const Index* numbers;  // [point] else
+  bool is_one;           // true if one serves all points
+  Index one_slot;        // its slot, if it is one
+  const Index* numbers;  // [point] otherwise
 
-  /// to [point] := vector(slot) of each point's guide.
+  /// Writes vector(slot) of each point's guide to `to` [point].
   template <class Vector>
   void gather(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
     if (is_one) return fill(to, chunk.count, vector(one_slot));
     for (std::size_t k = 0; k < chunk.count * num_lanes; ++k)
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
   }
-  /// The same where one number serves all.
+  /// Does the same with a single entry if one guide serves all points.
   template <class Vector>
   OfGuides gather_places(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
     if (!is_one) {
@@ -250,7 +252,7 @@ struct PointSolver::Guides {
   }
 };
 
-/// Gradients and phi of one member of each point, whose first row is `row`.
+/// Evaluates gradients and phi of one member of each point, whose first row is `row`.
 void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const {
   const Run& run = chunk->run;
   const auto [guide, number, point, num_rows, first_block, is_still, one_slot] = run.members[member];
@@ -268,7 +270,7 @@ void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::si
   }
 }
 
-/// Planes and lines: where they stand, normals are the gradients, and phi = 0.
+/// Evaluates planes and lines. If they stand still, the normals are the gradients, and phi = 0.
 void PointSolver::evaluate_straight(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
                                     std::size_t row, Chunk* chunk) const {
   Eight3* const gradients = chunk->gradients + row * chunk->count;
@@ -289,7 +291,7 @@ void PointSolver::evaluate_straight(Guide guide, const Guides& guides, bool is_s
   std::fill_n(phi, 2 * chunk->count, Eight{});
 }
 
-/// Spheres and circles: where they stand, their kernels run in lanes.
+/// Evaluates spheres and circles. If they stand still, their kernels run in lanes.
 void PointSolver::evaluate_round(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
                                  std::size_t row, Chunk* chunk) const {
   Eight3* const gradients = chunk->gradients + row * chunk->count;

@@ -11,13 +11,13 @@
 namespace tanor {
 
 /// Solves points on guides of their own (planes, spheres, lines, circles; up to three rows a point) that nothing else
-/// joins. Each is solved by itself in closed form, all in one pass, eight side by side. The gradients G of a point of
-/// mass m have unit columns:
+/// joins. Each point is solved by itself in closed form, all in one pass, eight side by side. The gradients G of a
+/// point of mass m have unit columns:
 ///
 ///   x = -(G'G)^-1 b,   lambda = m x,   w = w0 + G x
 class PointSolver final : public IslandSolver {
  public:
-  /// Takes the islands that are such points out of `islands`; null where none is.
+  /// Takes the islands that are such points out of `islands`. Returns null if there are none.
   static std::unique_ptr<PointSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
@@ -30,15 +30,15 @@ class PointSolver final : public IslandSolver {
   enum class Guide { None, Plane, Sphere, Line, Circle };
   struct Member {
     Guide guide = Guide::None;
-    Index number = -1;  // in its family
+    Index number = -1;  // number in its family
     Index point = -1;
     Index num_rows = 0;
     Index first_block = -1;
-    bool is_still = true;  // its guide does not move
-    Index slot = -1;       // of its guide's geometry
+    bool is_still = true;  // true if its guide does not move
+    Index slot = -1;       // slot of its guide's geometry
   };
-  /// Points [first, end), one after the other, that have guides of the same kinds in the same order; the numbers of
-  /// their members grow by `stride` from point to point. Groups of eight from the first one on.
+  /// Consecutive points [first, end) that have guides of the same kinds in the same order. The numbers of their members
+  /// grow by `stride` from point to point. Groups of eight are counted from the first point on.
   struct Run {
     Index first, end, first_row;
     std::size_t first_group = 0;
@@ -46,7 +46,7 @@ class PointSolver final : public IslandSolver {
     std::size_t num_members = 0;
     std::array<Member, most_rows> members{};
     std::array<Index, most_rows> stride{};
-    std::array<bool, most_rows> has_one_guide{};  // for all points
+    std::array<bool, most_rows> has_one_guide{};  // true if one guide serves all points
 
     std::size_t num_groups() const { return (static_cast<std::size_t>(end - first) + num_lanes - 1) / num_lanes; }
   };
@@ -70,7 +70,7 @@ class PointSolver final : public IslandSolver {
   const Constraints& constraints_;
   std::span<const double> inverse_mass_;
   std::vector<Run> runs_;
-  std::vector<PointFactor> factors_;  // [group]; empty: every point has one row
+  std::vector<PointFactor> factors_;  // [group]; empty if every point has one row
 };
 
 }  // namespace tanor

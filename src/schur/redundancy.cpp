@@ -25,7 +25,7 @@ Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const do
 
 // ---- decisions ----
 
-/// C = M^-1/2 K of an island, or K itself: moving points alone, in the order in which its rows meet them.
+/// Returns C = M^-1/2 K of an island, or K itself, for moving points alone, in the order in which its rows meet them.
 SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scaling) {
   SparseColumns C;
   std::vector<Index> points;
@@ -42,7 +42,7 @@ SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scali
       const double scale = scaling == Scaling::ByMasses ? std::sqrt(inverse_mass_[point]) : 1.0;
       const Vec3 g = incidence.sign * scale * load(blocks, incidence.block);
       const int first = 3 * local_point_[point];
-      // a tuple may name a point twice
+      // A tuple may name a point twice.
       const auto found = std::find(C.rows.begin() + column_begin, C.rows.end(), first);
       const auto place = static_cast<std::size_t>(found - C.rows.begin());
       if (found == C.rows.end()) {
@@ -59,7 +59,8 @@ SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scali
   return C;
 }
 
-/// A contact's row without gradient takes no part: as a unit column of its own it depends on nothing.
+/// Makes each contact row without gradient, which takes no part, a unit column of its own, so that it depends on
+/// nothing.
 void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
   for (std::size_t k = 0; k + 1 < C->start.size(); ++k) {
     const auto begin = C->values.begin() + C->start[k], end = C->values.begin() + C->start[k + 1];
@@ -70,7 +71,7 @@ void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
   }
 }
 
-/// Of the points that an island's rows move.
+/// Returns the mass ratio of the points that an island's rows move.
 double Redundancy::mass_ratio_of(Rows rows) const {
   std::vector<Incidence> own;
   for (Index a = rows.first; a < rows.second; ++a) {
@@ -200,7 +201,7 @@ void Redundancy::mark_unique(std::vector<bool>* is_unique) const {
 std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::span<const double> b,
                                                                         std::span<const double> scale,
                                                                         double allowed) const {
-  constexpr double safety = 1e3;  // what a bound by norms may be short of
+  constexpr double safety = 1e3;  // a bound by norms may be short by this factor
   std::optional<Contradiction> worst;
   double largest = 1.0;
   for (const Island& island : islands_) {

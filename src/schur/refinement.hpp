@@ -5,15 +5,15 @@
 
 namespace tanor {
 
-/// Ends the refinement of a solution: after `most_passes` corrections, or once the residual was `patience` times in a
-/// row no less than half of the least one.
+/// Limits of a refinement. It ends after `most_passes` corrections, or once the residual was `patience` times in a row
+/// no less than half of the least one.
 struct RefinementLimits {
   int most_passes;
   int patience = 1;
 };
 
-/// Iterative refinement: measure() evaluates what is left over and returns its size, correct(pass) solves for it with
-/// the factor at hand and adds the solution. Ends where is_enough(residual) holds. Returns the number of corrections.
+/// Refines a solution iteratively. measure() evaluates the residual and returns its size; correct(pass) solves for it
+/// with the current factor and adds the solution. Ends if is_enough(residual) holds. Returns the number of corrections.
 template <class Measure, class IsEnough, class Correct>
 int refine_solution(const RefinementLimits& limits, const Measure& measure, const IsEnough& is_enough,
                     const Correct& correct) {
@@ -28,7 +28,7 @@ int refine_solution(const RefinementLimits& limits, const Measure& measure, cons
   }
 }
 
-/// The same with a fixed number of corrections, from the residual at hand on.
+/// Does the same with a fixed number of corrections, from the current residual on.
 template <class Measure, class Correct>
 void refine_solution(int passes, const Measure& measure, const Correct& correct) {
   for (int pass = 0; pass < passes; ++pass) {

@@ -17,7 +17,7 @@ GatherPlan plan_in_order_of_rows(const GramOperator& S, std::span<const Incidenc
           S.constraints.squared_gradient_norms()};
 }
 
-/// Of an iteration without its preconditioner: two products with K, and sums of vectors.
+/// Returns the multiplications of an iteration without its preconditioner: two products with K, and sums of vectors.
 double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
   return 9.0 * static_cast<double>(num_incidences) + 5.0 * static_cast<double>(num_rows);
 }
@@ -49,7 +49,7 @@ void Reuse::forget() {
   history_.forget();
 }
 
-/// More would cost more than the factor.
+/// Returns the limit of iterations; more would cost more than the factor.
 int Reuse::most_iterations(const Candidate& candidate) const {
   return 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
 }
@@ -62,8 +62,8 @@ bool Reuse::make_incomplete(const double* blocks) {
 
 bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
                   std::vector<double>* lambda, double* dw) {
-  constexpr double kept_part = 0.75;  // of the mean, beside the new solve
-  constexpr double shrink = 0.998;    // for one that is not used: in time it is tried again
+  constexpr double kept_part = 0.75;  // weight of the mean beside the new solve
+  constexpr double shrink = 0.998;    // for one that is not used, so that in time it is tried again
   const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
   num_iterations_ = 0;
   const Preconditioner cheaper = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;

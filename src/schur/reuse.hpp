@@ -14,40 +14,41 @@
 
 namespace tanor {
 
-/// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients go on
-/// from the last solutions. They are preconditioned by the factor of another configuration, or by an incomplete one in
-/// the order of rows, which runs along rods. Operations and the iterations of earlier solves tell which is cheaper. No
-/// clock is asked, so the bits are the same every time.
+/// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients start
+/// from the last solutions. They are preconditioned by the factor of another configuration, or by an incomplete factor
+/// in the order of rows, which runs along rods. The operations and the iterations of earlier solves tell which one is
+/// cheaper. No clock is asked, so the bits are the same every time.
 class Reuse {
  public:
   /// `kept` has the factor of the other configuration.
   Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept);
 
-  /// Whether a few iterations cost less than a factor of S.
+  /// Returns true if a few iterations cost less than a factor of S.
   static bool pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences);
 
-  /// The incomplete factor is made anew where it is wanted next; it serves as well all over a step.
+  /// Makes the incomplete factor anew when it is next needed. One factor serves equally well all over a step.
   void renew() { is_renewed_ = false; }
 
-  /// lambda [d] and dw = M^-1 K lambda [3n], to an error of dw in the M-norm of about `allowed`. False: for a
-  /// factorization to do, lambda and dw mean nothing.
+  /// Computes lambda [d] and dw = M^-1 K lambda [3n], with an error of dw of about `allowed` in the M-norm. Returns
+  /// false if a factorization has to do it; lambda and dw then mean nothing.
   bool solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
              std::vector<double>* lambda, double* dw);
-  /// Adds a solution that was found otherwise.
+  /// Adds a solution that was found in another way.
   void add(double t, const std::vector<double>& lambda) { history_.add(t, lambda); }
-  /// rows := -S^-1 rows to five digits, dw = M^-1 K rows [3n]; as preconditioned as the last solve. False likewise.
+  /// Computes rows := -S^-1 rows to five digits and dw = M^-1 K rows [3n], preconditioned as the last solve. Returns
+  /// false if that fails.
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* dw);
-  /// Of the last solve or correction.
+  /// Returns the iterations of the last solve or correct.
   std::size_t num_iterations() const { return num_iterations_; }
 
-  /// All solutions and counts.
+  /// Forgets all solutions and counts.
   void forget();
-  /// What the next solve starts from.
+  /// Exchanges what the next solve starts from.
   void exchange_memory(Memory& memory);
 
  private:
   enum Preconditioner { Incomplete, Kept };
-  /// Multiplications of an iteration, and how many iterations solves took: a mean over the last ones.
+  /// Multiplications of an iteration, and iterations of a solve: a mean over the last ones.
   struct Candidate {
     double products, iterations;
   };

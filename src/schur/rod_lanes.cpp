@@ -20,7 +20,7 @@ RodLanes make_lanes(std::size_t width, std::size_t length, bool is_cut) {
 
 using Ends = std::vector<std::array<Index, 2>>;  // [row] inner points of its rod
 
-/// Rods [first, first + length) of a path into a lane, as far as there are any.
+/// Lays the rods [first, first + length) of a path into a lane, as far as there are any.
 void fill_lane(const RodPath& path, const Ends& ends, std::size_t first, std::size_t lane, RodLanes* lanes) {
   const std::size_t width = lanes->width;
   for (std::size_t i = 0; i <= lanes->length && first + i <= path.num_rows(); ++i) {

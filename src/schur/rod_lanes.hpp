@@ -19,16 +19,16 @@ namespace tanor {
 struct RodLanes {
   static constexpr std::size_t most = 8, few = 2;
 
-  std::size_t width = most;   ///< lanes: `most`, or `few` where no more paths are left
+  std::size_t width = most;   ///< number of lanes: `most`, or `few` if no more paths are left
   std::size_t length = 0;     ///< rods a lane
-  bool is_cut = false;        ///< the lanes are pieces of one path
-  std::vector<Index> points;  ///< [length + 1][width] inner; -1: not there. Of pieces, a shared point is in both
-  std::vector<Index> rows;    ///< [length][width] inner row; -1: not there
-  std::vector<char> flipped;  ///< [length][width] the rod runs against the path
+  bool is_cut = false;        ///< true if the lanes are pieces of one path
+  std::vector<Index> points;  ///< [length + 1][width] inner, or -1; pieces have their shared point twice
+  std::vector<Index> rows;    ///< [length][width] inner row, or -1
+  std::vector<char> flipped;  ///< [length][width] 1 if the rod runs against the path
 };
 
-/// Lays all rods of a system over lanes. Returns nothing where an island is no path, or has constraints that are no
-/// rods. Fixed points end a path. `incidences` are those of K.
+/// Lays all rods of a system over lanes. Returns nothing if an island is no path, or has constraints other than rods.
+/// Fixed points end a path. `incidences` are those of K.
 std::optional<std::vector<RodLanes>> lay_rods(const System& system, const Numbering& numbering,
                                               std::span<const Incidence> incidences);
 

@@ -16,11 +16,11 @@ namespace tanor {
 
 /// The rods of a system, row by row in the inner numbering. Solvers that go along rods read them.
 struct RodRows {
-  std::vector<std::array<Index, 2>> ends;                            ///< [row] inner points; {-1, -1}: no rod
+  std::vector<std::array<Index, 2>> ends;                            ///< [row] inner points; {-1, -1} if it is no rod
   std::vector<std::size_t> block;                                    ///< [row]
   std::vector<double> constant_length;                               ///< [row]
-  std::vector<Vec3> offset;                                          ///< [row] as RodKernel; empty: none
-  std::vector<std::pair<std::size_t, const MovingScalar*>> lengths;  ///< that depend on time, by row
+  std::vector<Vec3> offset;                                          ///< [row] as in RodKernel; empty if there are none
+  std::vector<std::pair<std::size_t, const MovingScalar*>> lengths;  ///< lengths that depend on time, by row
 
   RodRows() = default;
   RodRows(const Constraints& constraints, std::size_t num_rows)
@@ -46,7 +46,7 @@ struct RodRows {
     std::sort(lengths.begin(), lengths.end());
   }
 
-  /// Null where the length of a row is constant.
+  /// Returns null if the length of the row is constant.
   const MovingScalar* moving_length(std::size_t row) const {
     const auto length =
         std::lower_bound(lengths.begin(), lengths.end(), std::pair<std::size_t, const MovingScalar*>(row, nullptr));
@@ -55,7 +55,7 @@ struct RodRows {
 };
 
 /// Groups islands so that each thread takes some: few groups, none of them too small. Returns the first island of each
-/// group, then `count`; `rows_of(k)` says how many rows island k has.
+/// group, then `count`. `rows_of(k)` returns how many rows island k has.
 template <class RowsOf>
 std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, const RowsOf& rows_of) {
   const std::size_t least_rows = std::max(plan::rows_worth_a_thread, num_rows / plan::most_groups_of_islands);
@@ -70,21 +70,21 @@ std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, 
   return start;
 }
 
-/// An island of rods that follow one another, point after point and row after row in the inner numbering: of its rows
-/// [first, end), row a joins the points a + shift and a + shift + 1, but a support at an end that has one.
+/// An island of rods that follow one another, point after point and row after row in the inner numbering. Of its rows
+/// [first, end), row a joins the points a + shift and a + shift + 1, except that a support may stand at either end.
 struct RodPath {
   std::size_t first, end;
   std::ptrdiff_t shift;
   Index left_support = -1, right_support = -1;
   bool is_ring = false;  ///< row `end` joins the last point and the first one
 
-  /// Its moving points are these.
+  /// Returns the first of its moving points; `end_point` is the one after the last.
   std::size_t first_point() const { return first + static_cast<std::size_t>(shift) + (left_support >= 0 ? 1 : 0); }
   std::size_t end_point() const { return end + static_cast<std::size_t>(shift) + (right_support >= 0 ? 0 : 1); }
 
   std::size_t closing_row() const { return end; }
   std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
-  /// The row that is eliminated last; the left half is [first, middle), the right one [middle + 1, end).
+  /// Returns the row that is eliminated last. The left half is [first, middle), the right one [middle + 1, end).
   std::size_t middle() const { return first + (end - first) / 2; }
   bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
   bool ends_at_support(std::size_t row) const { return row + 1 == end && right_support >= 0; }
@@ -97,7 +97,7 @@ struct RodPath {
   }
 };
 
-/// `ends` [row]: inner points of the rods. None where the island is no path and no ring.
+/// Returns the path or ring that an island is, or nothing. `ends` [row] are the inner points of the rods.
 std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, const Numbering& numbering, Index island);
 
 }  // namespace tanor

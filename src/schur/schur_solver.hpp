@@ -17,30 +17,29 @@
 
 namespace tanor {
 
-/// Says where points are and how they move without constraints. All arrays are in the inner order, [3n].
+/// Positions of points and their motion without constraints. All arrays are in the inner order, [3n].
 struct FreeMotion {
   const double *r, *v;
-  /// M^-1 f of moving points, the prescribed acceleration of supports.
+  /// The free acceleration: M^-1 f of moving points, the prescribed acceleration of supports.
   const double* w0;
-  /// Not null: w0 of every moving point; the array above then holds supports alone.
+  /// If not null, w0 of every moving point; the array above then holds only that of supports.
   const Vec3* uniform = nullptr;
-  /// Not null: where the points of islands in all these arrays come from. A solver brings its own.
+  /// If not null, the source of the islands' points in all these arrays. A solver brings its own points.
   const PointSource* source = nullptr;
 };
 
-/// Says with which factor of S something is solved: with a new one at its own configuration, or with the last one at
-/// the same configuration.
+/// Says which factor of S is used: a new one, or the last one, which was made at the same configuration.
 enum class FactorUse { Renew, Keep };
 
-/// A solver reports this of its solution.
+/// The report of a solver on its solution.
 struct Elimination {
-  double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
-  double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
-  double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
-  double own_residual = 0.0;  ///< the largest of any island over its own |b|; infinite where a solver cannot tell
-  int refinements = 0;        ///< passes that w took for that
+  double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0 if not positive definite
+  double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN if any number is
+  double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of the resulting w
+  double own_residual = 0.0;          ///< largest one of any island over its own |b|; infinite if a solver cannot tell
+  int refinements = 0;                ///< passes that w took for that
 
-  /// Keeps the worst of both, where other islands were solved beside these.
+  /// Keeps the worst of both, for islands that were solved beside these.
   void include(const Elimination& other) {
     reciprocal_condition = std::min(reciprocal_condition, other.reciprocal_condition);
     largest_right_side = larger(largest_right_side, other.largest_right_side);
@@ -52,19 +51,19 @@ struct Elimination {
 
 constexpr double cannot_tell = std::numeric_limits<double>::infinity();
 
-/// What is left over in one island beside its largest |b|.
+/// Returns the residual of one island over its largest |b|.
 inline double own_residual(double residual, double right_side) {
   return residual > 0.0 ? residual / right_side : 0.0;
 }
 
-/// This is where iterations onto xi = 0 or K'v + xi_t = 0 ended.
+/// The end of an iteration onto xi = 0 or K'v + xi_t = 0.
 struct Projection {
-  double violation = 0.0;  ///< relative, or m/s; NaN where any number is
+  double violation = 0.0;  ///< relative, or m/s; NaN if any number is
   int iterations = 0;
 };
 
-/// Iterates along a chord: evaluate() returns what is violated, move() goes along the slope at hand. It ends where that
-/// is at most `target`, or no longer becomes much less.
+/// Iterates along a chord. evaluate() returns the violation and move() goes along the current slope. Ends if the
+/// violation is at most `target`, or no longer becomes much less.
 template <class Evaluate, class Move>
 Projection iterate_along_chord(double target, const Evaluate& evaluate, const Move& move) {
   constexpr int most_iterations = 20;
@@ -77,72 +76,73 @@ Projection iterate_along_chord(double target, const Evaluate& evaluate, const Mo
   }
 }
 
-/// What S = K'M^-1K consists of. All of it outlives the solvers that are made of it.
+/// The constituents of S = K'M^-1K. They must outlive the solvers that are made of them.
 struct SchurProblem {
   const Constraints& constraints;
-  const ReactionGather& gather;           ///< of K lambda
-  std::span<const Incidence> incidences;  ///< of K
+  const ReactionGather& gather;           ///< for K lambda
+  std::span<const Incidence> incidences;  ///< those of K
   const Numbering& numbering;
   std::span<const double> inverse_mass;  ///< [point], 1/kg; 0 for supports
   std::span<const double> positions;     ///< [3n] at the start, in the user's order
 };
 
-/// A factor of S = K'M^-1K, the Schur complement of the mass matrix (Delassus operator), and what is done with it at
-/// one configuration. Rows [d] and points [3n] are in the inner order; K is in blocks with the places of
-/// Constraints::list_incidences. The results have the same bits for any number of threads; no call allocates.
+/// A factor of S = K'M^-1K, the Schur complement of the mass matrix (Delassus operator), and the operations with it at
+/// one configuration. Rows [d] and points [3n] are in the inner order. K is in blocks with the places of
+/// Constraints::list_incidences. The results have the same bits for any number of threads. No call allocates.
 class SchurFactor {
  public:
   virtual ~SchurFactor() = default;
 
-  /// x := -S^-1 b [d]; x may be b.
+  /// Computes x := -S^-1 b [d]; x may be b.
   virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
-  /// rows := -S^-1 rows [d], points += M^-1 K rows [3n].
+  /// Computes rows := -S^-1 rows [d] and points += M^-1 K rows [3n].
   virtual void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) = 0;
-  /// points += M^-1 K rows
+  /// Computes points += M^-1 K rows.
   virtual void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) = 0;
 
-  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
+  /// Evaluates xi [d]. Returns the largest |xi|/length, or NaN if any number is.
   virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
-  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
+  /// Evaluates K'v + xi_t [d] with K at r. Returns the largest one, m/s, or NaN if any number is.
   virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
 
-  /// Adds the reactions of `sum` [d] to r, the first guess, then iterates along the chord until |xi|/length <= target,
-  /// or as far as that leads; `sum` becomes the sum of all multipliers. Null: there is no guess, and no sum is wanted.
-  /// A factor whose islands do not iterate by themselves returns an infinite violation. `source` as in FreeMotion.
+  /// Adds the reactions of `sum` [d] to r as the first guess, then iterates along the chord until |xi|/length <=
+  /// target, or as far as that leads. `sum` becomes the sum of all multipliers. If it is null, there is no guess and no
+  /// sum is wanted. A factor whose islands do not iterate by themselves returns an infinite violation. `source` is as
+  /// in FreeMotion.
   virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                        const PointSource* source, double* sum) = 0;
-  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess: what `sum` [d] holds grows
-  /// by all multipliers, unless it is null.
+  /// Does the same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess. All multipliers are
+  /// added to `sum` [d], unless it is null.
   virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                         double* v, double* sum) = 0;
 };
 
 /// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K
-/// on. A solver reads and writes the rows and the moving points of its islands alone.
+/// on. A solver reads and writes only the rows and the moving points of its islands.
 ///
-/// Where S is singular or looks so, where rows come and go, and for pivots in another order RankRevealingFactor
-/// answers.
+/// RankRevealingFactor answers if S is singular or looks so, if rows come and go, and if pivots are wanted in another
+/// order.
 class SchurSolver : public SchurFactor {
  public:
-  /// blocks := K at r, S = K'M^-1K factorized, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
-  /// [3n], in one pass or two over the memory. `motion.w0` is w, where supports have what is prescribed and stay.
-  /// Without a factor lambda and w are anything; `scratch` [d]. A factor and blocks that are kept may be made anew
-  /// where that is as cheap.
+  /// Computes blocks := K at r, the factor of S = K'M^-1K, lambda := -S^-1 b [d] with b = phi + K'w0, and w := w0 +
+  /// M^-1 K lambda [3n], in one pass or two over the memory. `motion.w0` is w, in which supports have their prescribed
+  /// acceleration and keep it. Without a factor lambda and w are undefined. `scratch` is [d]. A factor and blocks that
+  /// are kept may be made anew where that is as cheap.
   virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                             double* scratch, double* lambda, double* w) = 0;
 
   /// Factorizes S of given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
-  /// blocks := K at r, and the factor of its S. `source` as in FreeMotion.
+  /// Computes blocks := K at r and the factor of its S. `source` is as in FreeMotion.
   virtual Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                 double* blocks) = 0;
 
   struct Summary {
-    std::vector<LinearSolver> solvers;                   ///< as PlanSummary::linear_solvers
+    std::vector<LinearSolver> solvers;                   ///< as in PlanSummary::linear_solvers
     std::string reason;                                  ///< "every island is a path of rods"
-    std::vector<Ordering> orderings{Ordering::Natural};  ///< of S
+    std::vector<Ordering> orderings{Ordering::Natural};  ///< orderings of S
     std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
-    double flops = 0.0;  ///< of one factorization
+    double flops = 0.0;  ///< flops of one factorization
   };
   virtual const Summary& summary() const = 0;
 };

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-/// Of the group's rows, one after the other.
+/// Makes the solver of the group's rows, which are numbered one after the other.
 GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> incidences, const PointPlaces& places) {
   std::vector<Incidence> own;
   for (Incidence incidence : incidences) {
@@ -48,7 +48,7 @@ SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> inciden
               .flops = of_solver.flops};
 }
 
-/// b = phi + K'w0 with w0 in w, and K unless `blocks` is null.
+/// Evaluates b = phi + K'w0 with w0 in w, and K unless `blocks` is null.
 double SparseSolver::evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                               double* w) {
   if (motion.uniform != nullptr) {
@@ -59,7 +59,7 @@ double SparseSolver::evaluate(const Parallel& parallel, const FreeMotion& motion
   return group().constraints.evaluate_right_side(parallel, group().members, motion.r, motion.v, w, b, blocks);
 }
 
-/// With the last factor.
+/// Computes lambda and w with the last factor.
 void SparseSolver::find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
                                     double* w, Elimination* found) {
   solve_negative(parallel, b, lambda);
@@ -85,8 +85,8 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
   return result;
 }
 
-/// dw = M^-1 K lambda; rho = K'dw + b, lambda -= S^-1 rho where that is more than rounding: the other islands need not
-/// wait for these.
+/// Computes dw = M^-1 K lambda and rho = K'dw + b, and refines by lambda -= S^-1 rho while rho is more than rounding.
+/// The refinement happens here, so that the other islands need not wait for these.
 void SparseSolver::refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
                           Elimination* found) {
   constexpr double good_enough = 1e-12;

@@ -8,11 +8,11 @@
 
 namespace tanor {
 
-/// Solves the islands that no special solver serves, beside others that one does: by assembly and sparse factors of
-/// their own rows alone (see GramSolver).
+/// Solves the islands that no special solver serves, beside others that one does. It assembles and factorizes their own
+/// rows alone (see GramSolver).
 class SparseSolver final : public IslandSolver {
  public:
-  /// `incidences` of K.
+  /// Takes the islands; `incidences` are those of K.
   SparseSolver(IslandGroup group, std::span<const Incidence> incidences, const PointPlaces& places);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
@@ -30,7 +30,7 @@ class SparseSolver final : public IslandSolver {
   GramSolver solver_;  // its rows are the group's, one after the other
   const bool has_constant_gradients_;
   bool is_factorized_ = false;
-  double reciprocal_condition_ = 1.0;  // of the last factor
+  double reciprocal_condition_ = 1.0;  // that of the last factor
   std::vector<double> own_rows_;       // [row of the group] b and x of the solver
   std::vector<double> rows_, dw_;      // [d], [3n] scratch
 };

@@ -11,11 +11,10 @@
 
 namespace tanor {
 
-/// The equal branches of trees, eight side by side in the lanes of a vector: their rods, and the factor and the right
-/// sides of these.
+/// The equal branches of trees, eight side by side in the lanes of a vector: their rods, with factor and right sides.
 class TreeBranches {
  public:
-  /// `inverse_mass` [inner point].
+  /// Reads the rods of the branches. `inverse_mass` is [inner point].
   TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads);
 
   const EqualBranches& plan() const { return plan_; }
@@ -27,15 +26,15 @@ class TreeBranches {
   template <class Work>
   void for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work);
 
-  // What lanes found in each branch since `forget_findings`:
+  // Findings of the lanes in each branch since `forget_findings`:
   void forget_findings();
-  /// The largest |b|, or the largest of what is violated.
+  /// Returns the largest |b|, or the largest violation.
   double right_side(std::size_t batch, std::size_t lane) const { return right_side_[batch * num_lanes + lane]; }
   double residual(std::size_t batch, std::size_t lane) const { return residual_[batch * num_lanes + lane]; }
   trees::LargestInverse largest_inverse() const;
 
  private:
-  /// Of one thread, [point of a branch] or [rod of a branch].
+  /// The arrays of one thread, [point of a branch] or [rod of a branch].
   struct Workspace {
     std::vector<Eight3> r, v, w, s, dw, u;
     std::vector<trees::Mobility<Eight3>> mobility;
@@ -47,14 +46,14 @@ class TreeBranches {
   void prepare_workspaces(int threads);
 
   EqualBranches plan_;
-  std::vector<Index> blocks_;                        // [rod][lane]; ~block where the rod is given the other way
-  std::vector<Eight3> offsets_;                      // [rod]; empty: none
+  std::vector<Index> blocks_;                        // [rod][lane]; ~block if the rod is given the other way
+  std::vector<Eight3> offsets_;                      // [rod]; empty if there are none
   Eights length_;                                    // [rod]
-  std::vector<const MovingScalar*> moving_lengths_;  // [rod][lane]; null: constant; empty: all are
+  std::vector<const MovingScalar*> moving_lengths_;  // [rod][lane], null if constant; empty if all are
   Eights inverse_mass_;                              // [point]
   std::vector<trees::BranchRod> rods_;               // [rod]
   std::vector<trees::BranchRow> rows_;               // [rod]
-  std::vector<double> right_side_, residual_;        // [batch][lane] the largest
+  std::vector<double> right_side_, residual_;        // [batch][lane] the largest ones
   std::vector<Workspace> workspaces_;                // [share of the batches]
 };
 

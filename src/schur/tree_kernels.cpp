@@ -18,7 +18,7 @@ template <class Vector>
           W.xz * u.x + W.yz * u.y + W.zz * u.z};
 }
 
-/// W -= scaled h', symmetric
+/// Computes W -= scaled h', which is symmetric.
 template <class Vector>
 [[gnu::always_inline]] inline void subtract(Mobility<Vector>* W, const Vector& h, const Vector& scaled) {
   W->xx -= scaled.x * h.x;
@@ -39,7 +39,7 @@ namespace {
   return x < 0.0 ? -x : x;
 }
 
-/// From the child to the parent.
+/// Returns the vector from the child to the parent.
 [[gnu::always_inline]] inline Eight3 distance(const Shape& shape, const Eight3* r, const Eight3* offset,
                                               std::size_t k) {
   const Eight3 apart = r[static_cast<std::size_t>(shape.parent[k])] - r[k];
@@ -231,7 +231,7 @@ namespace {
   if (motion.length_second != nullptr) b -= motion.length_second[a];
   if (motion.uniform == nullptr) {
     b += dot(u, load(motion.w0, parent) - load(motion.w0, child));
-  } else if (child >= tree.num_moving) {  // else the same w0 of both drops out
+  } else if (child >= tree.num_moving) {  // otherwise the same w0 of both drops out
     b += dot(u, *motion.uniform - load(motion.w0, child));
   }
   tree.u[a] = u;

@@ -6,7 +6,7 @@
 #include "schur/schur_solver.hpp"
 #include "schur/tree_branches.hpp"
 
-/// \file What TreeSolver does with branches, batch by batch.
+/// \file The operations of TreeSolver on branches, batch by batch.
 namespace tanor {
 
 /// One batch in the lanes of a workspace.
@@ -15,7 +15,7 @@ class TreeBranches::Lanes {
   Lanes(TreeBranches* all, std::size_t batch, TreePoints* joints, Workspace* work)
       : all_(*all), number_(batch), batch_(all->plan_.batches[batch]), joints_(*joints), work_(*work) {}
 
-  /// r, v and w0 of the points, l'' of the rods.
+  /// Reads r, v and w0 of the points and l'' of the rods.
   trees::BranchMotion read_motion(const FreeMotion& motion) {
     read_points(motion.r, &work_.r);
     read_points(motion.v, &work_.v);
@@ -38,7 +38,7 @@ class TreeBranches::Lanes {
     note_right_side(right_side);
   }
   void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
-  /// With what pulls at the roots in their dw's place, which becomes their dw.
+  /// Substitutes down. The forces on the roots stand in the place of their dw and are replaced by it.
   void substitute_down() {
     std::fill_n(work_.dw.begin(), shape_.num_points(), Eight3{});
     Eight3& pull = work_.dw[shape_.num_rods];
@@ -53,13 +53,13 @@ class TreeBranches::Lanes {
     eight_to(&all_.residual_[number_ * num_lanes]) = residual.value + residual.zero;
   }
 
-  /// points += M^-1 K rows
+  /// Computes points += M^-1 K rows.
   void add_reactions(const double* rows, double* points) {
     gather_sequences(rows, batch_.first_row.data(), 1, shape_.num_rods, 1.0, work_.rows.data());
     trees::find_reactions(shape_, masses(), rods(), work_.rows.data(), work_.dw.data());
     add_accelerations(points);
   }
-  /// What is violated at places or velocities that `read` or `add_accelerations` left behind.
+  /// Evaluates the violation at the positions or velocities that `read` or `add_accelerations` left behind.
   void evaluate_values() {
     Largest largest;
     trees::evaluate_values(shape_, work_.dw.data(), offsets(), &all_.length_.data()[batch_.first_rod], rows(),
@@ -96,7 +96,7 @@ class TreeBranches::Lanes {
     for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.rows.data()[k] = rows()[k].z;
     scatter_sequences(work_.rows.data(), batch_.first_row.data(), 1, shape_.num_rods, 1.0, x);
   }
-  /// W and s of the roots, for those who go on from there.
+  /// Hands W of the roots over to the trunks; `hand_over_answers` hands over their s.
   void hand_over_mobilities() {
     const trees::Mobility<Eight3>& W = work_.mobility[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
@@ -107,12 +107,12 @@ class TreeBranches::Lanes {
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       store(joints_.s.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
   }
-  /// w := w0 + dw
+  /// Writes w := w0 + dw.
   void write_accelerations(Vec3 w0, double* w) {
     add(w0, shape_.num_points(), work_.dw.data());
     write_points(w);
   }
-  /// w += dw
+  /// Computes w += dw.
   void add_accelerations(double* w) {
     read_points(w, &work_.w);
     add(work_.w.data(), shape_.num_points(), work_.dw.data());

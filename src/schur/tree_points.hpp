@@ -6,10 +6,10 @@
 
 namespace tanor {
 
-/// How the branches of trees and the trunks that they hang on hear of each other: numbers [inner point] of the points
-/// of trunks and of the roots of branches. Those of other points mean nothing.
+/// The numbers that the branches of trees and the trunks that they hang on exchange: [inner point] for the points of
+/// trunks and the roots of branches. Those of other points mean nothing.
 struct TreePoints {
-  std::vector<trees::Mobility<Vec3>> mobility;  ///< of all that is eliminated
+  std::vector<trees::Mobility<Vec3>> mobility;  ///< mobility after all eliminations so far
   std::vector<double> s;                        ///< [3n] dw that eliminated rods make
   std::vector<double> dw;                       ///< [3n] first K lambda, then M^-1 K lambda
 

@@ -136,7 +136,7 @@ Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks
   return {.reciprocal_condition = found().reciprocal_condition};
 }
 
-/// x := -S^-1 b, and what a task then does with dw of a batch in its lanes.
+/// Computes x := -S^-1 b, then calls finish(lanes) for each batch, with dw in its lanes.
 template <class Finish>
 void TreeSolver::substitute(const Parallel& parallel, const double* b, double* x, const Finish& finish) {
   branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
@@ -169,11 +169,11 @@ void TreeSolver::add_reactions(const Parallel& parallel, const double*, const do
   branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) { lanes.add_reactions(rows, points); });
 }
 
-// ---- projections: an iteration sees each branch once. On the way down its points move, and what they then violate
-// goes up again. ----
+// ---- projections: an iteration sees each branch once. On the way down its points move, and their new violation goes
+// up again. ----
 
-/// evaluate_branches(lanes), evaluate_trunk(trunk, rows, found) -> what is violated at `points`; points += M^-1 K S^-1
-/// (-that).
+/// Calls evaluate_branches(lanes) and evaluate_trunk(trunk, rows, found), which find the violation at `points`, and
+/// computes points += M^-1 K S^-1 (-violation).
 template <class OfBranches, class OfTrunk>
 Projection TreeSolver::project(const Parallel& parallel, double target, const OfBranches& evaluate_branches,
                                const OfTrunk& evaluate_trunk, double* points, double* sum) {
@@ -209,7 +209,7 @@ Projection TreeSolver::project(const Parallel& parallel, double target, const Of
 
 Projection TreeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                          const PointSource* source, double* sum) {
-  // The families know lengths that move.
+  // Only the families of constraints know lengths that move.
   if (has_moving_lengths()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
   bring_points(parallel, source);
   if (sum != nullptr) add_reactions(parallel, blocks, sum, r);

@@ -10,14 +10,14 @@
 
 namespace tanor {
 
-/// Islands of rods that are trees: S without fill, eliminated from the leaves to the root point by point (the
-/// articulated-body method of R. Featherstone 1983, for mobilities in place of inertias, so that supports may stand at
-/// any leaf). Branches of one shape are eliminated eight side by side in the lanes of a vector, then the trunks that
-/// they hang on rod by rod; multipliers come back the other way.
+/// Solves islands of rods that are trees. S has no fill and is eliminated from the leaves to the root point by point
+/// (the articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may
+/// stand at any leaf). Branches of one shape are eliminated eight side by side in the lanes of a vector, then the
+/// trunks that they hang on rod by rod. Multipliers come back the other way.
 class TreeSolver final : public IslandSolver {
  public:
-  /// Takes trees out of `islands` that consist of equal branches for the most part, or, `eagerly`, all; null where
-  /// there are none.
+  /// Takes trees out of `islands`: those that consist of equal branches for the most part, or all if `eagerly` is true.
+  /// Returns null if there are none.
   static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, int threads, bool eagerly,
                                           std::vector<Index>* islands);
 
@@ -51,7 +51,7 @@ class TreeSolver final : public IslandSolver {
   TreeBranches branches_;
   TreeTrunks trunks_;
   TreePoints points_;
-  std::vector<std::size_t> group_start_;  // trunks that one thread takes
+  std::vector<std::size_t> group_start_;  // first trunks of the groups that go to threads
   std::vector<TreeFindings> found_;       // [group]
 };
 

@@ -21,7 +21,7 @@ TreeTrunks::TreeTrunks(std::span<const RodTree> trees, const EqualBranches& bran
   read_rods(given);
 }
 
-/// Rods, points and roots of branches by tree.
+/// Lists rods, points and roots of branches by tree.
 void TreeTrunks::list_trunks(std::span<const RodTree> trees, const EqualBranches& branches) {
   std::vector<Branch> in_order;
   for (std::size_t batch = 0; batch < branches.batches.size(); ++batch) {
@@ -86,7 +86,7 @@ void TreeTrunks::read_directions(std::size_t k, const double* blocks) {
     u_[a] = static_cast<double>(sign_[a]) * load(blocks, block_[a]);
 }
 
-/// No rod of the trunk is eliminated.
+/// Resets the mobility of the trunk's points, as if no rod of the trunk were eliminated.
 void TreeTrunks::forget_rods(const Trunk& trunk, TreePoints* points) const {
   for (std::size_t k = trunk.first_point; k < trunk.end_point; ++k) {
     const auto point = static_cast<std::size_t>(points_[k]);
@@ -194,7 +194,7 @@ void TreeTrunks::add_reactions(std::size_t number, const double* rows, double* p
 
 // ---- what is violated ----
 
-/// From the child to the parent.
+/// Returns the vector from the child to the parent.
 Vec3 TreeTrunks::distance(std::size_t rod, const double* r) const {
   const Vec3 apart = load(r, rods_[rod].parent) - load(r, rods_[rod].child);
   return offset_.empty() ? apart : apart + offset_[rod];

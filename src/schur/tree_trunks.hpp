@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// What a task found in the trees that it went through.
+/// The findings of a task in the trees that it went through.
 struct TreeFindings {
   trees::LargestInverse largest_inverse;
   double right_side = 0.0, residual = 0.0, own_residual = 0.0;
@@ -17,11 +17,11 @@ struct TreeFindings {
   void include(const TreeFindings& other);
 };
 
-/// The trunks of trees: the rods that are in none of the equal branches, and what these hang on. They are eliminated
-/// rod by rod, after the branches, and their multipliers are found before those of the branches.
+/// The trunks of trees: the rods that are in none of the equal branches, on which these hang. They are eliminated rod
+/// by rod, after the branches, and their multipliers are found before those of the branches.
 class TreeTrunks {
  public:
-  /// `inverse_mass` [inner point], kept; points from `num_moving` on are supports.
+  /// Keeps a reference to `inverse_mass` [inner point]. Points from `num_moving` on are supports.
   TreeTrunks(std::span<const RodTree> trees, const EqualBranches& branches, const RodRows& given,
              std::span<const double> inverse_mass, std::size_t num_moving);
 
@@ -38,25 +38,25 @@ class TreeTrunks {
 
   void read_directions(std::size_t trunk, const double* blocks);
   void eliminate(std::size_t trunk, TreePoints* points, TreeFindings* found);
-  /// Finds z [row] of b [row]; z may be b.
+  /// Computes z [row] from b [row]; z may be b.
   void substitute_up(std::size_t trunk, const double* b, TreePoints* points, double* z);
-  /// Finds the directions, `blocks` and b = phi + K'w0. Then it eliminates and substitutes up, or substitutes alone
-  /// where the factor is kept.
+  /// Computes the directions, `blocks` and b = phi + K'w0. Then it eliminates and substitutes up, or only substitutes
+  /// if the factor is kept.
   void solve_up(std::size_t trunk, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                 TreePoints* points, double* z, TreeFindings* found);
-  /// Writes lambda in z's place. In points.dw it leaves what pulls at the roots of branches, and dw of other points.
+  /// Writes lambda in z's place. Leaves in points.dw the forces on the roots of branches, and dw of other points.
   void substitute_down(std::size_t trunk, TreePoints* points, double* z);
 
   // ---- what is done with dw ----
 
-  /// to += dw
+  /// Computes to += dw.
   void move(std::size_t trunk, const TreePoints& points, double* to) const;
-  /// w := w0 + dw; without `uniform` w holds w0.
+  /// Computes w := w0 + dw. Without `uniform`, w holds w0.
   void accelerate(std::size_t trunk, const TreePoints& points, const Vec3* uniform, double* w) const;
-  /// Includes |K'dw + b| of the rods, and what the branches found.
+  /// Includes |K'dw + b| of the rods, and the findings of the branches.
   void find_residual(std::size_t trunk, const TreePoints& points, const double* b, const TreeBranches& branches,
                      TreeFindings* found) const;
-  /// points += M^-1 K rows
+  /// Computes points += M^-1 K rows.
   void add_reactions(std::size_t trunk, const double* rows, double* points) const;
 
   // ---- what is violated, lengths being constant; the branches' largest is included ----
@@ -68,7 +68,7 @@ class TreeTrunks {
   void add_rows(std::size_t trunk, const double* rows, double* sum) const;
 
  private:
-  /// Of a tree, [first, end) of the lists below.
+  /// The ranges [first, end) of a tree in the lists below.
   struct Trunk {
     std::size_t first_rod, end_rod, first_point, end_point, first_root, end_root;
   };
@@ -88,18 +88,18 @@ class TreeTrunks {
   std::span<const double> inverse_mass_;
   Index num_moving_;
   std::vector<Trunk> trunks_;
-  std::vector<Index> points_;  // but the roots of branches
+  std::vector<Index> points_;  // points of trunks but for the roots of branches
   std::vector<Branch> roots_;
 
   // [rod]
   std::vector<trees::Rod> rods_;
-  std::vector<signed char> sign_;  // of its block, from the child to the parent
+  std::vector<signed char> sign_;  // sign of its block, from the child to the parent
   std::vector<std::size_t> block_;
-  std::vector<Vec3> offset_;  // from the child to the parent; empty: none
+  std::vector<Vec3> offset_;  // from the child to the parent; empty if there are none
   std::vector<double> length_;
-  std::vector<double> length_second_;                                        // l''; empty: all 0
-  std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // that depend on time, by rod
-  std::vector<Vec3> u_, h_;                                                  // the factor, as trees::Tree
+  std::vector<double> length_second_;                                        // l''; empty if all are 0
+  std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // lengths that depend on time, by rod
+  std::vector<Vec3> u_, h_;                                                  // the factor, as in trees::Tree
   std::vector<double> inverse_pivot_;
 };
 
