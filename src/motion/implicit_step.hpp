@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// What implicit schemes share: the linearisation and the factor, which are kept from step to step while Newton's
-/// iteration converges, and the end of a step.
+/// The common part of implicit schemes: the linearisation and the factor, which are kept from step to step while
+/// Newton's iteration converges, and the end of a step.
 class ImplicitStep {
  public:
   ImplicitStep(const IntegrationOptions& options, Mechanics& mechanics);

@@ -100,7 +100,7 @@ class SingularConfigurations {
   RankMonitor* const monitor_;  // null if K keeps its rank
   bool follows_;
   MotionReport& report_;
-  /// What is known from the previous steps.
+  /// Knowledge from the previous steps.
   struct Past {
     SingularForecast forecast;
     bool is_extrapolating = false;

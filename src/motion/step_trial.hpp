@@ -30,7 +30,7 @@ struct StepAttempt {
 /// configuration. An attempt ends at the first event. The caller decides whether it is taken.
 class StepTrial {
  public:
-  /// What a motion continues with.
+  /// The objects with which a motion continues.
   struct Motion {
     State& state;
     const std::unique_ptr<Scheme>& scheme;

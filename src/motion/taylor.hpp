@@ -53,7 +53,7 @@ class Taylor final : public Scheme {
   std::vector<double> largest_;          // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // Gauss quadrature on [0, 1], for works
 
-  /// What is known of the last series, and which steps it allows.
+  /// The last series, and which steps it allows.
   struct Expansion {
     bool is_known = false, exists = false;
     double time = 0.0;
