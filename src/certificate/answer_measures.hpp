@@ -64,7 +64,7 @@ class AnswerMeasures {
  private:
   double measure_angles() const;
 
-  double inverse_sine_ = 1.0;  // of angles
+  double inverse_sine_ = 1.0;  // see `measure_angles`
 };
 
 // ---- repeated corrections ----

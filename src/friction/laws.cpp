@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_multipliers = 2;  // of the guides at one point
+constexpr std::size_t most_multipliers = 2;  // multipliers of the guides at one point
 
 }  // namespace
 

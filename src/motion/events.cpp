@@ -296,7 +296,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
       const double secant = (now - last) / (h - last_h);
       if (secant < 0.0 && std::isfinite(secant)) slope = secant;
     }
-    if (now > 0.0 && h >= high) return {};  // these steps do not reach the dip that the dense output saw
+    if (now > 0.0 && h >= high) return {};  // the steps do not reach the dip that the dense output saw
     (now > 0.0 ? low : high) = h;
     if (high - low <= narrow && now <= 0.0) return {};
     last_h = h;

@@ -89,7 +89,7 @@ class Events {
   EventFunctions* const functions_;  // null if the equations never change
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  Sample start_;                 // at the start of the step
+  Sample start_;                 // sample at the start of the step
   std::vector<double> slopes_;   // slopes of the shapes over the previous step
   std::vector<double> shapes_;   // shapes where the functions were evaluated last
   std::vector<Sample> samples_;  // samples of this step, in order

@@ -44,8 +44,9 @@ class Integration {
   /// last.
   void begin();
   void resume(const Snapshot& snapshot);
-  /// Call `return_to_constraints` in place of `linearise` after restoring a state that is being extrapolated past a
-  /// singular configuration: K is unreliable there, so the system is linearised at the state before.
+  /// Returns true if the state is being extrapolated past a singular configuration. After restoring such a state, call
+  /// `return_to_constraints` in place of `linearise`. K is unreliable there, so that the system is linearised at the
+  /// previous state.
   bool is_extrapolating() const { return singular_.is_extrapolating(); }
   Outcome return_to_constraints();
 

@@ -23,7 +23,7 @@ struct Snapshot {
   std::vector<double> memory;        ///< what the method and the solvers keep from step to step
   std::vector<double> drive_memory;  ///< how far functions of time were examined; empty at the start of a motion
   std::vector<double> singular_memory;  ///< what is known of configurations where K loses rank; empty if K keeps it
-  std::vector<double> rounding_memory;  ///< see motion/rounding.hpp; empty if not measured
+  std::vector<double> rounding_memory;  ///< how well accelerations are known, see rounding.hpp; empty if not measured
   std::vector<double> stiff_memory;     ///< whether explicit steps turned out stiff; empty if auto did not choose
   std::vector<double> state_before;     ///< beginning of the last step if it may be extrapolated from; else empty
 };

@@ -26,7 +26,7 @@ class TurnMeter {
   void exchange_memory(Memory& memory) { memory.exchange(fastest_, before_); }
 
  private:
-  Step step_;             // the last one
+  Step step_;             // the last step
   double fastest_ = 0.0;  // largest number of v so far …
   double before_ = 0.0;   // … and without the last step
 };

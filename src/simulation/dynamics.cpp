@@ -73,7 +73,7 @@ struct Dynamics::Implementation {
     work.prescribe_all(at.time, inner_r->data(), inner_v->data());
   }
 
-  /// Requests a solution to rounding that fails if friction has several.
+  /// Requests a solution to rounding, and a failure if friction has several solutions.
   static constexpr Request demanding{.exact = true, .verification = Verification::Always, .refuses_several = true};
 
   /// Finds w and what belongs to it, and eta if `with_reactions` is true.
