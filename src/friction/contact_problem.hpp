@@ -38,8 +38,8 @@ struct ContactProblem {
   /// Returns the largest term that cancels in the accelerations, m/s^2.
   double acceleration_scale(const Eigen::VectorXd& x) const;
 
-  /// Returns how far x is from the law: the largest |x - P(x - a/A_cc)| of all contacts over the largest h, where P is
-  /// the projection onto |x| <= h. It is 0 exactly at solutions.
+  /// Returns how far x is from the law: the largest |x - P(x - a/A_cc)| of all contacts, where P is the projection onto
+  /// |x| <= h, over the largest of |x|, h and |a0|/A_cc. It is 0 exactly at solutions.
   double residual(const Eigen::VectorXd& x) const;
   /// Returns true if two solutions are the same motion.
   bool are_same(const Eigen::VectorXd& x, const Eigen::VectorXd& y) const;
@@ -64,7 +64,7 @@ constexpr std::size_t most_contacts_counted = 10;
 
 /// Finds all motions that obey the law by trying all modes of stick and slip in a ModeSearch. The result is complete
 /// for up to `most_contacts_counted` contacts, unless that takes more than `most_work`, the sum of unknowns^2 of linear
-/// programs. `guess` is tried first.
+/// programs. `guess` is the first start of Newton's method, which is used where a search is not needed or not complete.
 ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, const Eigen::VectorXd& guess);
 
 /// Finds some motion that obeys the law, near `guess`; empty if none was found. A semismooth Newton method is tried
