@@ -60,7 +60,8 @@ double AnswerMeasures::rounding_of_places() const {
   return 1e2 * eps * std::max({1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length, inverse_sine_});
 }
 
-/// 1/sin of the angle that is nearest to straight: across its arms its points are known to so much less.
+/// Returns 1/sin of the angle that is nearest to straight. Across its arms its points are known less exactly by this
+/// factor.
 double AnswerMeasures::measure_angles() const {
   double smallest = 1.0;
   const auto place = [&](Index point) {

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// How errors of an answer are measured: beside which scales, in which order, and how much of them is rounding.
+/// Measures errors of an answer: relative to which scales, in which order, and how much of them is rounding.
 class AnswerMeasures {
  public:
   using Vector = std::vector<double>;
@@ -30,22 +30,23 @@ class AnswerMeasures {
     }
   };
 
-  /// Of the moving points, beside one scale.
+  /// Returns the worst of the moving points, relative to one scale.
   Worst worst_point(const Vector& difference, double scale) const;
-  /// Each point beside the scale of its own neighbourhood: another one, however fast, hides nothing.
+  /// Returns the worst point, each relative to the scale of its own neighbourhood, so that a fast point hides no other.
   Worst worst_point(const Vector& difference, const Vector& scale) const;
-  /// Of M^1/2 times the difference, beside one scale.
+  /// Returns the worst point of M^1/2 times the difference, relative to one scale.
   Worst worst_point_by_M(const Vector& difference, double scale) const;
   double speed_at(std::size_t point) const { return work_.scales.speed(work_.scales.of_point(point)); }
   double at_point(const Vector& scale, std::size_t point) const { return scale[work_.scales.of_point(point)]; }
   Vector to_user(const Vector& inner) const;
-  /// [rows] from the user's [d]; contacts: 0.
+  /// Returns [rows] from the user's [d]; rows of contacts are 0.
   Vector inner_rows(const Vector& user) const;
 
-  /// sum of m x y over the moving points
+  /// Returns the sum of m x y over the moving points.
   double product(const Vector& x, const Vector& y) const;
   double norm_of(const Vector& x) const;
-  /// Directions are differences of places: what their rounding does, eps |r|/L, and across nearly straight angles.
+  /// Returns the rounding of directions, which are differences of positions: eps |r|/L, or more across nearly straight
+  /// angles.
   double rounding_of_places() const;
 
  protected:
@@ -63,12 +64,12 @@ class AnswerMeasures {
  private:
   double measure_angles() const;
 
-  double inverse_sine_ = 1.0;  // of angles
+  double inverse_sine_ = 1.0;  // see `measure_angles`
 };
 
 // ---- repeated corrections ----
 
-/// pass() corrects and returns the size of what it did: on until nothing is gained.
+/// Repeats pass(), which corrects and returns the size of its correction, until nothing is gained.
 template <class Pass>
 void repeat(int most, const Pass& pass) {
   double before = std::numeric_limits<double>::infinity();
@@ -79,16 +80,16 @@ void repeat(int most, const Pass& pass) {
   }
 }
 
-/// What one solve with a matrix of this reciprocal condition may lose.
+/// Returns what one solve with a matrix of this reciprocal condition may lose.
 inline double conditioned(double reciprocal_condition) {
   return std::max(1e-11, 1e3 * eps / reciprocal_condition);
 }
-/// The same after one refinement.
+/// Returns the same after one refinement.
 inline double refined(double reciprocal_condition) {
   return std::max(1e-9, 10.0 * eps / reciprocal_condition);
 }
-/// How often a solve is repeated on what is left over: once where it proves nine digits by itself, else until nothing
-/// is gained (masses that differ by 1e9 leave S without digits of its own, not what refinement makes of it).
+/// Returns how often a solve is repeated on its residual: once if one solve proves nine digits, otherwise until nothing
+/// is gained. Masses that differ by 1e9 leave a solve with S no digits, but refinement recovers them.
 inline int most_passes(double reciprocal_condition) {
   return conditioned(reciprocal_condition) <= 1e-9 ? 1 : 10;
 }

@@ -13,15 +13,15 @@ namespace tanor {
 /// Gamma = K'K over the moving points, and the Euclidean projector K Gamma^-1 K' onto the normal space (15).
 class EuclideanSplit {
  public:
-  /// `second`: a factor of S, which serves where all masses are equal, Gamma = m S (36); null: there is none.
-  /// It, K and the rest outlive the split. `condition`: the reciprocal condition of S.
+  /// `second` is a factor of S, which is used if all masses are equal, Gamma = m S (36), or null. It, K and the rest
+  /// must outlive the split. `condition` is the reciprocal condition of S.
   EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form, SecondWay way,
                  SecondFactor* second, double condition);
 
-  /// Why there is no factor of Gamma, or empty.
+  /// Tells why there is no factor of Gamma; empty if there is one.
   std::string trouble() const { return factor_ == nullptr ? own_->trouble() : ""; }
   double reciprocal_condition() const { return condition_; }
-  /// K Gamma^-1 K'u
+  /// Returns K Gamma^-1 K'u.
   std::vector<double> project_onto_normal(const std::vector<double>& u);
 
  private:
@@ -29,8 +29,8 @@ class EuclideanSplit {
   const Model& model_;
   const std::vector<double>& K_;
   std::optional<SecondFactor> own_;
-  SecondFactor* factor_ = nullptr;  // own_, or that of S
-  std::vector<double> scale_;       // [point] 1; 1/m where the factor is that of S; supports: 0
+  SecondFactor* factor_ = nullptr;  // `own_`, or the factor of S
+  std::vector<double> scale_;       // [point] 1, or 1/m with the factor of S; 0 for supports
   double condition_;
 };
 

@@ -13,7 +13,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_rows_of_qr = 200000;  // with fill: the memory of R
+constexpr std::size_t most_rows_of_qr = 200000;  // limit for systems with fill, by the memory of R
 
 /// An entry of one row of C.
 struct RowEntry {
@@ -30,7 +30,7 @@ Groups<RowEntry> group_by_row(const SparseColumns& C) {
           }};
 }
 
-/// One triangle of C'C, its rows and columns at `place`: column by column, summed over the rows of C.
+/// Returns one triangle of C'C with its rows and columns at `place`, column by column, summed over the rows of C.
 TrianglePattern multiply(const SparseColumns& C, const Groups<RowEntry>& by_row, std::span<const int> order,
                          std::span<const int> place, bool lower, std::vector<double>* values) {
   const std::size_t d = C.num_columns();
@@ -84,7 +84,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   packed_.resize(row_of_.size());
 }
 
-/// C'C by rows of C, in its own order.
+/// Factorizes C'C, which is summed by rows of C, in its own ordering.
 void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
   const std::size_t d = C.num_columns();
   std::vector<int> place(d);
@@ -102,7 +102,8 @@ void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
   if (!L_->factorize().positive_definite) trouble_ = "K'K is singular to rounding, and too large for a QR";
 }
 
-/// Columns of W^1/2 K of the rows that take part, to unit length. Rows of contacts without a gradient have none.
+/// Returns the columns of W^1/2 K, scaled to unit length, of the rows that take part. Contact rows without a gradient
+/// have none.
 PointColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
   const std::size_t d = model.numbering.first_idle_row();
   const auto weight_of = [&](const Incidence& i) { return weights[static_cast<std::size_t>(i.point)]; };

@@ -11,25 +11,26 @@
 
 namespace tanor {
 
-/// How K'WK is factorized a second time. Auto: QR, but Cholesky where R would take too much memory.
+/// The second factorization of K'WK. Auto is QR, or Cholesky if R would take too much memory.
 enum class SecondWay { Auto, Qr, Cholesky };
 
-/// (K'WK)^-1 a second time, by what shares nothing with GramSolver but the blocks of K: C = W^1/2 K with unit columns,
-/// and R of its QR, or its own C'C in another order of elimination.
+/// Solves with K'WK a second time, sharing nothing with GramSolver but the blocks of K: C = W^1/2 K with unit columns
+/// and R of its QR factorization, or its own C'C in another elimination order.
 class SecondFactor {
  public:
-  /// `blocks` of K; `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports; `first_orderings`: of the GramSolver.
+  /// Factorizes K in `blocks` with `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports. `first_orderings` are
+  /// those of the GramSolver.
   SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
                std::span<const Ordering> first_orderings, SecondWay way);
 
-  /// Why there is none; empty where there is one.
+  /// Tells why there is no factor; empty if there is one.
   const std::string& trouble() const { return trouble_; }
   const char* name() const { return is_qr_ ? "QR" : "another Cholesky"; }
-  /// rows := -(K'WK)^-1 rows [d]; rows that depend on others get 0.
+  /// Sets rows := -(K'WK)^-1 rows [rows]; rows that depend on others become 0.
   void solve_negative(double* rows);
-  /// |column of W^1/2 K| of each inner row; 1 where that is 0.
+  /// Returns |column of W^1/2 K| of each inner row; 1 if that is 0.
   const std::vector<double>& lengths() const { return lengths_; }
-  /// Of C'C, by a few inverse iterations.
+  /// Estimates the reciprocal condition of C'C by a few inverse iterations.
   double estimate_reciprocal_condition();
 
  private:
@@ -44,7 +45,7 @@ class SecondFactor {
   std::vector<int> row_of_column_;  // [column of C] -> inner row
   TriangularFactor R_;
   std::optional<Cholesky> L_;
-  double largest_column_sum_ = 0.0;  // of C'C, from above
+  double largest_column_sum_ = 0.0;  // upper bound of that of C'C
 };
 
 }  // namespace tanor

@@ -37,7 +37,7 @@ Certificate Verifier::verify() {
 
 // ---- findings ----
 
-/// Accelerations are measured by the largest of w, M^-1 f, M^-1 tau and M^-1 eta in the neighbourhood.
+/// Finds the scale of accelerations: the largest of w, M^-1 f, M^-1 tau and M^-1 eta in each neighbourhood.
 void Verifier::measure_scale() {
   w0_.assign(n_, 0.0);
   work_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
@@ -69,12 +69,12 @@ void Verifier::add_point(double* figure, const std::string& identity, const Wors
   add(figure, identity, worst.error, allowed, where);
 }
 
-/// Energies of tuples by their second definition. Near rest forces cancel, within a tuple too, and have the digits that
-/// rounding leaves: they are measured by what they change where points move, and by the roundings of the terms that
-/// they are the difference of, as far as these are larger.
+/// Verifies the forces of tuple energies by their second definition. Near rest these forces cancel, within a tuple too,
+/// and have only the digits that rounding leaves. They are then measured by their change when points move, and by the
+/// rounding of the terms that cancel, if these are larger.
 void Verifier::verify_energies() {
-  constexpr double small = 1e-9, digits = 1e-4;       // of the scene; of 1e-10: 1e-14 of df/dr times the scene
-  constexpr double allowed = 1e-10, other_way = 8.0;  // roundings of the kernel beside those of the definition
+  constexpr double small = 1e-9, digits = 1e-4;       // relative to the scene; 1e-14 of df/dr times it
+  constexpr double allowed = 1e-10, other_way = 8.0;  // rounding of the kernel relative to that of the definition
   const auto define_at = [&](const Vector& r) { return find_defined_forces(model_.system, answer_.t, to_user(r)); };
   const auto gather = [&](const Vector& of_user) {
     Vector result(n_);
@@ -97,7 +97,7 @@ void Verifier::verify_energies() {
   add_point(&result_.residual, "f = -dU/dr", worst, allowed + rounding_of_places());
 }
 
-/// Neither constraints nor coordinates: M w = f.
+/// Verifies M w = f if there are neither constraints nor coordinates.
 void Verifier::verify_free() {
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];

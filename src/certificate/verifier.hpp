@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-/// Tries one answer, identity by identity, and writes the certificate.
+/// Verifies one answer, identity by identity, and writes the certificate.
 class Verifier : private AnswerMeasures {
  public:
   Verifier(Forms& forms, const Answer& answer, SecondWay way);
@@ -27,7 +27,7 @@ class Verifier : private AnswerMeasures {
   void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
   void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
   static constexpr double fewest_digits = Certificate::fewest_digits;
-  /// How identities write it: f, with friction f + tau.
+  /// The given force as identities write it: f, with friction f + tau.
   std::string given_force() const { return has_friction_ ? "f + tau" : "f"; }
   std::string minus_given_force() const { return has_friction_ ? "- f - tau" : "- f"; }
 
@@ -44,7 +44,7 @@ class Verifier : private AnswerMeasures {
   Vector project_onto_tangent(const Vector& u);
   void verify_normal_projector(const Definitions& definitions);
   void verify_split();
-  /// max over the rows of |K'u|/|gradient| by the second definition.
+  /// Returns the maximum over the rows of |K'u|/|gradient| by the second definition.
   Worst rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms, double size) const;
 
   // ---- friction, in verify_friction.cpp ----
@@ -75,7 +75,7 @@ class Verifier : private AnswerMeasures {
   const bool has_friction_, something_sticks_;
   Certificate result_;
   RandomVectors random_;
-  Vector K_;   // blocks at the answer, evaluated afresh; without contacts: what holds those that stick is given
+  Vector K_;   // blocks at the answer, evaluated afresh, without contacts: what holds those that stick is given
   Vector w0_;  // M^-1 (f + tau)
   Vector user_r_, row_norms_, phi_;
   Vector other_w_, other_eta_;
@@ -83,7 +83,7 @@ class Verifier : private AnswerMeasures {
   std::optional<EuclideanSplit> euclidean_;
   bool has_both_ = false;
   double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0;
-  Vector acceleration_, scale_;  // [neighbourhood], m/s^2: the largest of w, M^-1 f and M^-1 eta; with phi
+  Vector acceleration_, scale_;  // [neighbourhood], m/s^2: largest of w and M^-1 (f, tau, eta); same with phi
 };
 
 }  // namespace tanor

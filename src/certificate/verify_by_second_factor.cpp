@@ -4,11 +4,11 @@
 #include "certificate/verifier.hpp"
 #include "dynamics/split.hpp"
 
-/// \file What is factorized once more: w and lambda by a second way, and Gamma = K'K for the Euclidean split and the
-/// direct problem.
+/// \file Verifies by additional factorizations: w and lambda by a second way, and Gamma = K'K for the Euclidean split
+/// and the direct problem.
 namespace tanor {
 
-/// w and lambda once more from scratch: C'C of C = M^-1/2 K, refined in w.
+/// Computes w and lambda once more from scratch by the second factor of S, refined in w.
 void Verifier::verify_by_second_factor() {
   second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->orderings(), way_);
   if (!second_->trouble().empty()) {
@@ -20,7 +20,7 @@ void Verifier::verify_by_second_factor() {
   std::copy_n(w0_.begin(), moving_, w.begin());
   Vector change(n_, 0.0);
   repeat(1 + most_passes(rcond_of_S_), [&] {
-    // rho = K'w + phi, with what is prescribed at supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
+    // rho = K'w + phi, with the prescribed motion of supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
     work_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
     second_->solve_negative(rows.data());
     for (std::size_t a = 0; a < num_rows_; ++a) lambda[a] += rows[a];
@@ -30,14 +30,14 @@ void Verifier::verify_by_second_factor() {
     return norm_of(change);
   });
   for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
-  // Both stand on the same rounded places; each is refined in w.
+  // Both solutions have the same rounded positions; each is refined in w.
   add_point(&result_.second_factorization, std::string("w by ") + second_->name() + " = w", worst_point(w, scale_),
             refined(rcond_of_S_) + rounding_of_places());
   compare_multipliers(lambda);
 }
 
-/// What multipliers do is always unique; they themselves may lose what S is conditioned by, in rows where they are
-/// unique.
+/// Compares multipliers. Their effect K lambda is always unique. The multipliers themselves may lose digits by the
+/// condition of S, and are compared in rows where they are unique.
 void Verifier::compare_multipliers(const Vector& lambda) {
   Vector difference(num_rows_, 0.0), dw(n_, 0.0);
   for (std::size_t a = 0; a < num_rows_; ++a) {
@@ -50,7 +50,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
             worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
 
   const std::vector<bool> is_unique = forms_.normal->gradient_rank().report(answer_.r.data(), false).multipliers_unique;
-  const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
+  const Vector& lengths = second_->lengths();  // |M^-1/2 k|; lengths times lambda are accelerations
   Vector size = scale_;
   for (std::size_t a = 0; a < num_rows_; ++a) {
     double& own = size[work_.scales.of_row(a)];
@@ -67,7 +67,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
 
 // ---- the Euclidean split ----
 
-/// (15), (16): u = u_T + u_N.
+/// Verifies u = u_T + u_N (15), (16).
 void Verifier::verify_euclidean(const Definitions& definitions) {
   euclidean_.emplace(work_, K_, *forms_.normal, way_, second_ ? &*second_ : nullptr, rcond_of_S_);
   if (!euclidean_->trouble().empty()) {
@@ -96,7 +96,7 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
   verify_direct_problem(refined(condition) + rounding_of_places());
 }
 
-/// (15): A G^-1 A'u + K Gamma^-1 K'u = u
+/// Verifies A G^-1 A'u + K Gamma^-1 K'u = u (15).
 void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   Vector unit(model_.inverse_mass);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
@@ -119,9 +119,8 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
             worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
 }
 
-/// Forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a control
-/// force.
-/// Measured by the largest force of the neighbourhood.
+/// Verifies the forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a
+/// control force. Errors are relative to the largest force of the neighbourhood.
 void Verifier::verify_direct_problem(double allowed) {
   Vector force(n_, 0.0), left(n_, 0.0);
   Vector largest(work_.scales.size(), 0.0);

@@ -5,7 +5,7 @@
 #include "dynamics/split.hpp"
 #include "system/members.hpp"
 
-/// \file What constraints must satisfy, by their second definition, and the projector of S.
+/// \file Verifies what constraints must satisfy, by their second definition, and the projector of S.
 namespace tanor {
 
 void Verifier::verify_constraints() {
@@ -54,7 +54,7 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
   for (std::size_t i = 0; i < moving_; ++i) {
     rest[i] = answer_.w[i] - w0_[i] - model_.inverse_mass[i / 3] * inner[i];
   }
-  // Where constraints depend on each other their forces are larger than their sum, which rounds by as much.
+  // If constraints depend on each other, their forces are larger than their sum, which rounds accordingly.
   Vector terms(model_.num_points(), 0.0);
   for (const Incidence& incidence : model_.incidences) {
     const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
@@ -73,8 +73,8 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
   verify_power(definitions, user_v, lambda, K_lambda);
 }
 
-/// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
-/// pair carries, K lambda at its point, is taken apart along theirs.
+/// Expresses the pairs of lines that turn by the definitions' unit vectors, which are a convention and may differ. What
+/// a pair carries, K lambda at its point, is decomposed along theirs.
 void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
   std::vector<char> turns(d_, 0);
   std::size_t first = 0;
@@ -104,7 +104,7 @@ void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambd
   }
 }
 
-/// |W^1/2 column of K| of each of the user's rows, W of the points.
+/// Returns |W^1/2 column of K| of each of the user's rows, with the weights W of the points.
 Verifier::Vector Verifier::measure_rows(const Vector& weights) const {
   Vector inner(num_rows_, 0.0), result(d_);
   for (const Incidence& incidence : model_.incidences) {
@@ -116,7 +116,8 @@ Verifier::Vector Verifier::measure_rows(const Vector& weights) const {
   return result;
 }
 
-/// max |phi|/|gradient| of each neighbourhood: phi along r + e v, with what is prescribed at supports.
+/// Returns the maximum of |phi|/|gradient| in each neighbourhood, with phi along r + e v and the prescribed motion of
+/// supports.
 Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
   std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(), given.data() + moving_);
@@ -131,7 +132,7 @@ Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, con
   return worst;
 }
 
-/// eta'v + lambda'xi_t = 0 over all points, supports too.
+/// Verifies eta'v + lambda'xi_t = 0 over all points, including supports.
 void Verifier::verify_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda,
                             const Vector& eta) {
   Vector xi_t(d_, 0.0);
@@ -153,7 +154,7 @@ void Verifier::verify_power(const Definitions& definitions, const Vector& user_v
   add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
 }
 
-/// Q u = u - M^-1 K S^-1 K'u
+/// Returns Q u = u - M^-1 K S^-1 K'u.
 Verifier::Vector Verifier::project_onto_tangent(const Vector& u) {
   Vector rows(num_rows_), change(n_, 0.0), result = u;
   const Vector& K = forms_.normal->linearization().blocks();
@@ -177,7 +178,7 @@ Verifier::Worst Verifier::rows_of(const Definitions& definitions, const Vector& 
   return worst;
 }
 
-/// Q is orthogonal in |M^1/2 .|: measured there, whatever the masses.
+/// Verifies the projector Q, which is orthogonal in the norm |M^1/2 .|. Errors are measured in it, whatever the masses.
 void Verifier::verify_normal_projector(const Definitions& definitions) {
   const double allowed = conditioned(rcond_of_S_) + rounding_of_places();
   const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
@@ -195,7 +196,7 @@ void Verifier::verify_normal_projector(const Definitions& definitions) {
   add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
 }
 
-/// With equal masses w_T lies in T and w_N in N: w_T'M w_N = 0, w_N = -K Gamma^-1 phi, Gamma = m S (36).
+/// With equal masses w_T lies in T and w_N in N: verifies w_T'M w_N = 0 with w_N = -K Gamma^-1 phi, Gamma = m S (36).
 void Verifier::verify_split() {
   if (!has_one_mass(model_)) return;
   if (something_sticks_) {
@@ -208,7 +209,7 @@ void Verifier::verify_split() {
   model_.gather.add_scaled(model_.parallel, forms_.normal->linearization().blocks().data(), x.data(),
                            model_.inverse_mass.data(), model_.num_moving(), w_N.data());
   for (std::size_t i = 0; i < moving_; ++i) w_T[i] = answer_.w[i] - w_N[i];
-  // Where nothing pushes w_T is rounding of w_N: both are measured by the larger of w and M^-1 f.
+  // Without forces w_T is rounding of w_N, so that both are measured by the larger of w and M^-1 f.
   const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
   const double rcond = rcond_of_S_;
   add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,

@@ -3,10 +3,10 @@
 
 #include "certificate/verifier.hpp"
 
-/// \file What coordinates must satisfy, alone and beside constraints.
+/// \file Verifies what coordinates must satisfy, alone and with constraints.
 namespace tanor {
 
-/// A H^-1 A'M u
+/// Returns A H^-1 A'M u.
 Verifier::Vector Verifier::project_by_coordinates(const Vector& u) {
   Vector M_rest(n_, 0.0), x(work_.coordinates.num_coordinates()), change(n_, 0.0), result(n_, 0.0);
   const Vector& A = forms_.tangent->dynamics().blocks();
@@ -26,7 +26,7 @@ void Verifier::verify_coordinates() {
   const double rcond = rcond_of_H_;
   const double allowed = conditioned(rcond);
 
-  // A'(M w - f - tau) = 0, seen as an acceleration: A H^-1 A'(M w - f - tau)
+  // A'(M w - f - tau) = 0, measured as the acceleration A H^-1 A'(M w - f - tau)
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
   add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0",
@@ -43,9 +43,10 @@ void Verifier::verify_coordinates() {
   add(&result_.tangent_identity, "y'M P u = u'M P y", asymmetry, allowed, "");
 }
 
-/// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of
-/// order 8, over a fiftieth of the time in which points cross a length of the scene, or a drive turns their velocity.
-/// All points go along together, so they are measured by the largest acceleration of the scene.
+/// Verifies w = d2 r(q(t), t)/dt2 by differences of positions alone, which share no derivative with A and psi. The
+/// stencil has order 8 and steps of a fiftieth of the time in which points cross a length of the scene, or a drive
+/// turns their velocity. All points move together, so that errors are relative to the largest acceleration of the
+/// scene.
 void Verifier::verify_curve() {
   const double acceleration = *std::max_element(acceleration_.begin(), acceleration_.end());
   const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * work_.velocity_scale);
@@ -60,7 +61,7 @@ void Verifier::verify_curve() {
       for (std::size_t i = 0; i < moving_; ++i) sum[i] += weights[std::abs(k)] * (place[i] - answer_.r[i]);
     }
   } catch (const InputError&) {
-    work_.set_time(answer_.t);  // a table ends here: no curve to try
+    work_.set_time(answer_.t);  // a table ends within the stencil, so that there is no curve
     return;
   }
   work_.set_time(answer_.t);
@@ -69,8 +70,8 @@ void Verifier::verify_curve() {
   add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", worst_point(sum, acceleration), 1e-6 + 1e2 * far);
 }
 
-/// (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u. Both projectors are orthogonal in |M^1/2 .|: measured there, whatever the
-/// masses. On M u, in |M^-1/2 .|, the same numbers say (10) = M (9) M^-1.
+/// Verifies A H^-1 A'M u + M^-1 K S^-1 K'u = u (9). Both projectors are orthogonal in the norm |M^1/2 .|, in which
+/// errors are measured, whatever the masses. For M u, in |M^-1/2 .|, the same numbers verify (10) = M (9) M^-1.
 void Verifier::verify_identity(const std::string& identity, double allowed) {
   const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
   Vector rest = project_by_coordinates(u);
@@ -104,8 +105,8 @@ void Verifier::verify_both() {
   compare_forms();
 }
 
-/// Asks the other form first of all, so that both stand at the answer. Whether the answer is the only one is verified
-/// with the friction of the form that stepped.
+/// Solves by the other form before everything else, so that both are at the answer. Whether the answer is unique is
+/// verified with the friction of the form that stepped.
 void Verifier::solve_other() {
   other_w_.resize(n_);
   other_eta_.resize(n_);

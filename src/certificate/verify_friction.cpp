@@ -7,18 +7,19 @@
 #include "system/contacts.hpp"
 #include "system/friction_magnitude.hpp"
 
-/// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
-/// rest; (43) by its three blocks.
+/// \file Verifies friction: the laws once more, straight from the System, at the answer's own multipliers; that
+/// sticking contacts stay at rest; (43) by its three blocks.
 namespace tanor {
 
 namespace {
 
-/// The law that its own file says: judged are its direction, what it is evaluated at, and that (43) was solved.
+/// Returns the magnitude by the law's own file. For such a law the certificate verifies its direction, its arguments,
+/// and that (43) was solved.
 template <class Law>
 double magnitude_again(const Law& law, double speed, double normal) {
   return magnitude_of(law, speed, normal);
 }
-// Once more, as docs/scene-format.md has them: an error in their files shows here.
+// These laws are written once more as docs/scene-format.md states them, so that an error in their files shows here.
 double magnitude_again(const Coulomb& law, double speed, double normal) {
   const double v0 = law.regularisation.value_or(0.0);
   return law.coefficient * normal * (v0 > 0.0 ? speed / std::sqrt(speed * speed + v0 * v0) : 1.0);
@@ -29,19 +30,19 @@ double magnitude_again(const Viscous& law, double speed, double) {
 
 }  // namespace
 
-/// One contact at the answer, with P = I - K_g Gamma_g^-1 K_g' onto the directions that its guides leave it.
+/// One contact at the answer, with P = I - K_g Gamma_g^-1 K_g' onto the directions that its guides leave free.
 struct Verifier::Sliding {
   const Tangents::Place& place;
   const Friction& friction;
   bool sticks;
   std::array<Vec3, 2> k{};         ///< K_g
-  std::array<double, 2> across{};  ///< c = Gamma_g^-1 K_g'(v - u): how the guide moves across itself
+  std::array<double, 2> across{};  ///< c = Gamma_g^-1 K_g'(v - u), how the guide moves across itself
   Vec3 velocity{};                 ///< P (v - u)
-  Vec3 acceleration{};             ///< its rate P (w - u_dot - K_g_dot c), where it is at rest
+  Vec3 acceleration{};             ///< its rate P (w - u_dot - K_g_dot c) at rest
   Vec3 normal{};                   ///< N
   std::array<double, 2> own{};     ///< lambda of the guides
 
-  /// Gamma_g^-1 K_g'a
+  /// Returns Gamma_g^-1 K_g'a.
   std::array<double, 2> coefficients(Vec3 a) const {
     const double kk = dot(k[0], k[0]), b = dot(k[0], a);
     if (place.num_guides == 1) return {b / kk, 0.0};
@@ -53,18 +54,19 @@ struct Verifier::Sliding {
     return a - c * k[0] - d * k[1];
   }
 
-  /// It sticks or slides: mu |N| against a direction that a slow velocity does not tell, and its limit at rest.
+  /// Returns true if the contact sticks or slides: mu |N| against a direction that a slow velocity does not tell, and
+  /// its limit at rest.
   bool may_stick() const { return law_sticks(friction); }
   double limit() const { return static_coefficient_of(friction) * norm(normal); }
   bool takes_energy() const {
     return !std::visit([]<class Law>(const Law&) { return HasForceOfFriction<Law>; }, friction);
   }
-  /// The magnitude of the friction, for laws that say one.
+  /// Returns the magnitude of the friction, for laws that define one.
   double magnitude(double speed) const {
     return std::visit([&]<class Law>(const Law& law) { return magnitude_again(law, speed, norm(normal)); }, friction);
   }
 
-  /// tau at (t, r).
+  /// Returns tau at (t, r).
   Vec3 law(double t, Vec3 r) const {
     return std::visit(
         [&]<class Law>(const Law& law) -> Vec3 {
@@ -119,7 +121,8 @@ std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& defi
     turns = turns || contact.across != std::array{0.0, 0.0};
   }
 
-  // e_j'K_g_dot c from phi, quadratic in v: (phi(v + s e_j) - phi(v - s e_j))/(4 s), s the speed of the neighbourhood
+  // e_j'K_g_dot c follows from phi, which is quadratic in v: (phi(v + s e_j) - phi(v - s e_j))/(4 s), where s is the
+  // speed of the neighbourhood.
   if (turns) {
     const Vector zero(n_, 0.0);
     Vector shifted, xi(d_), rate(d_), forward(d_), backward(d_);
@@ -144,8 +147,8 @@ std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& defi
   return contacts;
 }
 
-/// tau = tau(r, v, t, lambda) at each point. What sticks, or slides too slowly to have a direction of its own, takes
-/// the rest there: along the guide, and of the size that the law says, or below its limit.
+/// Verifies tau = tau(r, v, t, lambda) at each point. A contact that sticks, or slides too slowly to have a direction
+/// of its own, takes the rest there, along the guide and of the size given by the law, or below its limit.
 void Verifier::verify_law(const std::vector<Sliding>& contacts) {
   const auto has_direction = [&](const Sliding& contact) {
     const double slow = 1e-6 * speed_at(contact.place.point);
@@ -177,7 +180,7 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
     if (has_direction(contact)) {
       tau = contact.law(answer_.t, load(answer_.r.data(), point));
     } else if (open[point] > 1) {
-      // Two surfaces share it in a way of their own: together they may hold so much.
+      // Two surfaces share the rest in some way of their own; together they may hold the sum of their limits.
       store(law.data(), point, load(answer_.tau.data(), point));
       limit[point] += contact.limit();
       tau = {};
@@ -185,7 +188,7 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
       add(contact, tau);
       limit[point] = contact.limit();
     } else {
-      // It slides from now on, or gave way while others hold it: then it bears its limit.
+      // The contact slides from now on, or gave way while others hold it; then it bears its limit.
       const double sliding = contact.magnitude(0.0), limit_of_it = contact.limit();
       const bool is_at_limit = std::abs(norm(tau) - limit_of_it) < std::abs(norm(tau) - sliding);
       tau = (is_at_limit ? limit_of_it : sliding) * to_unit(tau);
@@ -205,7 +208,8 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
   if (something_sticks_) add_point(&result_.friction, "|tau| <= mu_s |N| where it sticks", above, allowed);
 }
 
-/// At rest the law holds on the acceleration level: what sticks has none, and what begins to slide goes against tau.
+/// At rest the law holds for accelerations: a contact that sticks has none, and one that begins to slide moves against
+/// tau.
 void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
   Worst moves, stays, turns;
   bool starts = false;
@@ -228,14 +232,14 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
   if (starts) add_point(&result_.friction, "a_t against tau where sliding begins", turns, 1e-8);
 }
 
-/// What the answer has by the smallest form of (43), by the paper's own three blocks.
+/// Compares the answer, found by the smallest form of (43), with the paper's own three blocks.
 void Verifier::verify_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
   if (answer_.friction.sticking_is_indeterminate) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
   } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
-    // Each way takes a share of its own.
+    // Each way chooses a share of its own.
     blocks.outcome = {Status::NotUnique,
                       "constraints that depend on each other share the reaction of " + contact + " by convention"};
   } else if (rcond_of_S_ <= 10.0 * eps) {

@@ -5,14 +5,15 @@
 #include "friction/contact_problem.hpp"
 #include "friction/mode_search.hpp"
 
-/// \file All motions of a ContactProblem: proven to be one, counted by trying all modes, or some that starts lead to.
+/// \file Finds all motions of a ContactProblem: proves that there is one, counts them by trying all modes, or finds
+/// some from several starts.
 namespace tanor {
 
 namespace {
 
 using Eigen::VectorXd;
 
-/// Adds a solution unless its motion is known. Returns whether it obeys the law.
+/// Adds a solution unless its motion is known. Returns true if it obeys the law.
 bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<VectorXd>* found) {
   if (x.size() != problem.size() || !x.allFinite() || !(problem.residual(x) <= obeys_below)) return false;
   const auto same = [&](const VectorXd& other) { return problem.are_same(x, other); };
@@ -20,7 +21,8 @@ bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<Ve
   return true;
 }
 
-/// What Newton's method finds from `guess`, and from other starts: it may be several motions, and proves nothing.
+/// Adds what Newton's method finds from `guess` and from other starts. There may be several motions, and nothing is
+/// proven.
 void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts, std::vector<VectorXd>* found) {
   const VectorXd rest = -dense::solve_least_squares(problem.A, problem.a0);
   (void)add_motion(problem, find_one(problem, guess), found);

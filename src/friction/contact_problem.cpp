@@ -33,7 +33,7 @@ double ContactProblem::residual(const VectorXd& x) const {
       worst = std::max(worst, std::abs(x(first) - limit));
       continue;
     }
-    // Accelerations below rounding are none.
+    // Accelerations below rounding count as 0.
     VectorXd own_a = a.segment(first, dimension);
     if (own_a.norm() <= 1e-11 * largest_a) own_a.setZero();
     const double own_A = std::max(A.diagonal().segment(first, dimension).maxCoeff(), 1e-12 * largest_A);
@@ -54,7 +54,7 @@ bool ContactProblem::are_same(const VectorXd& x, const VectorXd& y) const {
 
 bool is_monotone(const ContactProblem& problem) {
   constexpr double rounding = 1e-11;
-  std::vector<std::size_t> felt;  // contacts whose reaction changes
+  std::vector<std::size_t> felt;  // contacts whose reaction friction changes
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const double change = problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c)).norm();
     if (problem.contacts[c].mu * change <= rounding) continue;
@@ -62,8 +62,8 @@ bool is_monotone(const ContactProblem& problem) {
     felt.push_back(c);
   }
   if (felt.empty()) return true;
-  // A = L L', y' A y = |z|^2 for z = L'y: the bound is the largest eigenvalue of the sum of
-  // mu (s L_c'L_c + V_c'V_c/s)/2, W = V L', s = |V_c|/|L_c|.
+  // With A = L L' and z = L'y, y'A y = |z|^2. The bound is the largest eigenvalue of the sum of mu (s L_c'L_c +
+  // V_c'V_c/s)/2, where W = V L' and s = |V_c|/|L_c|.
   const Range range(problem.A, rounding);
   const Eigen::Index rank = range.rank();
   const VectorXd root = range.values.cwiseSqrt();

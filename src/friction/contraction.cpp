@@ -6,8 +6,8 @@
 
 namespace tanor {
 
-/// For R >= 0: rho(R) < 1 exactly where I - R is a nonsingular M-matrix, that is, where elimination without exchanges
-/// has positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
+/// For R >= 0, rho(R) < 1 exactly if I - R is a nonsingular M-matrix, that is, if elimination without exchanges has
+/// positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
 double ContractionBound::amplification(const SlidingContacts& contacts) {
   constexpr double unproven = std::numeric_limits<double>::quiet_NaN();
   const std::size_t m = contacts.size();
@@ -35,7 +35,7 @@ double ContractionBound::amplification(const SlidingContacts& contacts) {
     for (std::size_t j = c + 1; j < m; ++j) x_[c] -= A_[c * m + j] * x_[j];
     x_[c] /= A_[c * m + c];
   }
-  // Nearly singular, x has no digits and proves nothing.
+  // If I - R is nearly singular, x has no correct digits and proves nothing.
   double largest = 1.0;
   for (std::size_t c = 0; c < m; ++c) {
     double rest = x_[c] - 1.0;

@@ -6,14 +6,14 @@
 
 namespace tanor {
 
-/// Proves by Theorem B that (43) has one solution; a workspace that is kept, since every step asks.
+/// Proves by contraction (rho(R) < 1) that (43) has one solution. The workspace is kept, since every step asks.
 class ContractionBound {
  public:
-  /// Largest row sum of (I - R)^-1, R_cj = mu_c |W_cj|, where rho(R) < 1; else NaN.
+  /// Returns the largest row sum of (I - R)^-1, R_cj = mu_c |W_cj|, if rho(R) < 1, else NaN.
   double amplification(const SlidingContacts& contacts);
 
  private:
-  std::vector<double> A_, R_, x_;  // [m][m], row by row, I - R and its factors; R; [m]
+  std::vector<double> A_, R_, x_;  // R and I - R with its factors, [m][m] row by row; [m]
 };
 
 }  // namespace tanor

@@ -7,12 +7,12 @@
 
 #include "base/dense.hpp"
 
-/// \file Contacts at rest whose limits stand, by an interior point method (Nocedal and Wright, Numerical Optimization,
-/// sections 19.2 and 19.3). With x_c = h_c u_c and multipliers z_c = h_c |a_c|:
+/// \file Solves for contacts at rest with fixed limits by an interior point method (Nocedal and Wright, Numerical
+/// Optimization, sections 19.2 and 19.3). With x_c = h_c u_c and multipliers z_c = h_c |a_c|:
 ///
 ///   Q u + q + z u = 0,   z_c g_c = mu -> 0,   g_c = (1 - |u_c|^2)/2 > 0
 ///
-/// dz eliminated, a Newton step is (Q + z + (z_c/g_c) u_c u_c') du = -(Q u + q + mu u_c/g_c).
+/// With dz eliminated, a Newton step is (Q + z + (z_c/g_c) u_c u_c') du = -(Q u + q + mu u_c/g_c).
 namespace tanor {
 
 namespace {
@@ -21,15 +21,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 struct Disk {
-  Eigen::Index first, dimension;  // among the unknowns
+  Eigen::Index first, dimension;  // position among the unknowns
 };
 
-/// Largest step <= 1 along du that keeps |u_c| < 1, and a little away from it.
+/// Returns the largest step <= 1 along du that keeps |u_c| < 1, and a little away from it.
 double longest_step(const std::vector<Disk>& disks, const VectorXd& u, const VectorXd& du) {
   constexpr double part = 0.995;
   double step = 1.0;
   for (const auto& [first, dimension] : disks) {
-    // |u + s du|^2 = 1
+    // solves |u + s du|^2 = 1 for s
     const auto own = u.segment(first, dimension), change = du.segment(first, dimension);
     const double a = change.squaredNorm(), b = own.dot(change), c = own.squaredNorm() - 1.0;
     if (a == 0.0) continue;
@@ -39,7 +39,7 @@ double longest_step(const std::vector<Disk>& disks, const VectorXd& u, const Vec
   return step;
 }
 
-/// The problem in units of the limits, and the point where its iterations are.
+/// The problem in units of the limits, and the current point of the iteration.
 class InteriorPoint {
  public:
   InteriorPoint(MatrixXd Q, VectorXd q, std::vector<Disk> disks)
@@ -52,7 +52,7 @@ class InteriorPoint {
         g_(num_),
         dz_(num_) {}
 
-  /// u, as near to the solution as rounding lets it come.
+  /// Returns u, as near to the solution as rounding allows.
   const VectorXd& solve();
 
  private:
@@ -72,7 +72,7 @@ class InteriorPoint {
   const std::vector<Disk> disks_;
   const Eigen::Index num_;
   VectorXd u_, z_, g_, dz_;
-  VectorXd defect_, correction_;  // Q u + q + z u; of second order [disk]
+  VectorXd defect_, correction_;  // Q u + q + z u; second-order term [disk]
   double gap_ = 0.0;              // mean of z g
   dense::Ldlt factor_;
 };
@@ -86,7 +86,7 @@ const VectorXd& InteriorPoint::solve() {
   return u_;
 }
 
-/// Measures the point.
+/// Measures the point and returns true if it is the solution.
 bool InteriorPoint::is_solved() {
   constexpr double least_gap = 1e-17, rounding = 1e-14;
   VectorXd zu(u_.size());
@@ -101,7 +101,7 @@ bool InteriorPoint::is_solved() {
   return gap_ <= least_gap && defect_.lpNorm<Eigen::Infinity>() <= rounding;
 }
 
-/// Q + z + (z_c/g_c) u_c u_c'
+/// Factorizes Q + z + (z_c/g_c) u_c u_c'.
 void InteriorPoint::factorize() {
   MatrixXd J = Q_;
   for (Eigen::Index c = 0; c < num_; ++c) {
@@ -114,7 +114,7 @@ void InteriorPoint::factorize() {
   factor_.compute(J);
 }
 
-/// du and dz with z g + g dz - z u'du = mu - (correction).
+/// Finds du and dz with z g + g dz - z u'du = mu - (correction).
 VectorXd InteriorPoint::find_step(double mu) {
   VectorXd right = -defect_;
   for (Eigen::Index c = 0; c < num_; ++c) {
@@ -129,7 +129,7 @@ VectorXd InteriorPoint::find_step(double mu) {
   return du;
 }
 
-/// Largest step <= 1 that keeps |u_c| < 1 and z > 0, and a little away from both.
+/// Returns the largest step <= 1 that keeps |u_c| < 1 and z > 0, and a little away from both.
 double InteriorPoint::longest(const VectorXd& du) const {
   double step = longest_step(disks_, u_, du);
   for (Eigen::Index c = 0; c < num_; ++c) {
@@ -138,7 +138,7 @@ double InteriorPoint::longest(const VectorXd& du) const {
   return step;
 }
 
-/// What is of second order in the step du, of which the part `reached` can be made (Mehrotra).
+/// Sets the second-order term of the step du, of which the part `reached` can be made (Mehrotra).
 void InteriorPoint::set_correction(double reached, const VectorXd& du) {
   for (Eigen::Index c = 0; c < num_; ++c) {
     const double along = part(u_, c).dot(part(du, c));
@@ -146,9 +146,9 @@ void InteriorPoint::set_correction(double reached, const VectorXd& du) {
   }
 }
 
-/// One step. Returns false where it is no number.
+/// Makes one step. Returns false if it is not finite.
 bool InteriorPoint::advance() {
-  // The step for mu = 0 says how far mu may fall.
+  // The step for mu = 0 tells how far mu may fall.
   correction_ = VectorXd::Zero(num_);
   const VectorXd du = find_step(0.0);
   const double reached = longest(du);

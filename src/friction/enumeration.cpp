@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 /// The directions that the normal force of one contact can take.
 struct Directions {
-  int dimension;  // 1: one line; 2: one plane; 3
+  int dimension;  // 1 for a line, 2 for a plane, 3 for space
   Vector3d first, second;
 };
 
@@ -39,7 +39,7 @@ Directions find_directions(const SlidingContacts& contacts, Eigen::Index c) {
   return {is_zero(1) ? 1 : is_zero(2) ? 2 : 3, U.col(0), U.col(1)};
 }
 
-/// Rows mu_c n_c.[N0, W] for given directions n [3][m].
+/// Writes b = mu_c n_c.N0 and J = I - mu_c n_c.W for given directions n [3][m].
 void project(const SlidingContacts& contacts, const Matrix3Xd& n, VectorXd* b, MatrixXd* J) {
   const auto m = static_cast<Eigen::Index>(contacts.size());
   for (Eigen::Index c = 0; c < m; ++c) {
@@ -68,7 +68,7 @@ void add_new(const VectorXd& s, std::vector<VectorXd>* found) {
   found->push_back(s);
 }
 
-/// Calls visit(n) for each choice of one corner a contact.
+/// Calls visit(n) for each choice of one corner for each contact.
 template <class Visit>
 void for_each_choice(const std::vector<std::vector<Vector3d>>& corners, const Visit& visit) {
   const std::size_t m = corners.size();
@@ -83,7 +83,7 @@ void for_each_choice(const std::vector<std::vector<Vector3d>>& corners, const Vi
   }
 }
 
-/// s = mu |N0 + W s|: (1 - mu^2 |W|^2) s^2 - 2 mu^2 (N0.W) s - mu^2 |N0|^2 = 0, s >= 0.
+/// Solves s = mu |N0 + W s|, that is (1 - mu^2 |W|^2) s^2 - 2 mu^2 (N0.W) s - mu^2 |N0|^2 = 0, s >= 0.
 void solve_quadratic(const SlidingContacts& contacts, SlidingSolutions* result) {
   const double mu2 = contacts.mu[0] * contacts.mu[0];
   const Vector3d N0 = contacts.N0.col(0), W = contacts.W[0].col(0);
@@ -111,7 +111,7 @@ void decide(SlidingSolutions* result) {
   }
 }
 
-/// Directions of normal forces to try, corner by corner.
+/// Directions of normal forces to try, as corners.
 struct Corners {
   std::vector<std::vector<Vector3d>> of_contact;  // both directions of a line, or an octagon around a circle
   bool are_in_planes = true, all_on_lines = true;
@@ -138,7 +138,8 @@ Corners list_corners(const SlidingContacts& contacts) {
   return corners;
 }
 
-/// From the solution of one choice of corners; on circles Newton's method goes on from there. Adds what obeys the law.
+/// Starts from the solution of one choice of corners; on circles Newton's method continues from there. Adds the result
+/// if it obeys the law.
 void follow_choice(const SlidingContacts& contacts, const dense::Lu& lu, bool is_exact, VectorXd* b, MatrixXd* J,
                    std::vector<VectorXd>* found) {
   Matrix3Xd normal;
@@ -156,8 +157,8 @@ void follow_choice(const SlidingContacts& contacts, const dense::Lu& lu, bool is
   if (is_solution || size == 0.0) add_new(s, found);
 }
 
-/// All choices of corners: on lines each has one candidate; on circles one sign of all determinants proves uniqueness,
-/// and boxes look where there are both.
+/// Tries all choices of corners. On lines each choice has one candidate. On circles one sign of all determinants proves
+/// uniqueness; if there are both signs, boxes are searched.
 void try_corners(const SlidingContacts& contacts, const Corners& corners, std::size_t most_boxes,
                  SlidingSolutions* result) {
   const auto m = static_cast<Eigen::Index>(contacts.size());
@@ -211,7 +212,7 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_
 
 void add_by_iteration(const SlidingContacts& contacts, std::vector<VectorXd>* found) {
   constexpr int most_iterations = 10000;
-  constexpr double rounding = 1e-14;  // closer, the last digits may go round in circles
+  constexpr double rounding = 1e-14;  // below this the last digits may cycle
   VectorXd s = VectorXd::Zero(static_cast<Eigen::Index>(contacts.size()));
   Matrix3Xd normal;
   for (int k = 0; k < most_iterations; ++k) {

@@ -27,7 +27,7 @@ double ratio(double part, double whole) {
   return part == 0.0 ? 0.0 : part / std::max(whole, std::numeric_limits<double>::min());
 }
 
-/// max |F - x| (NaN if any is) and max |F|.
+/// max |F - x| (NaN if any number is) and max |F|.
 struct Distance {
   double change, size;
 };
@@ -55,7 +55,7 @@ double dot(const float* a, const float* b, std::size_t size) {
   });
 }
 
-/// dg = (f - x) - (f_last - x_last), df = f - f_last; returns dg.(f - x).
+/// Writes dg = (f - x) - (f_last - x_last) and df = f - f_last; returns dg.(f - x).
 double subtract(const double* f, const double* x, const double* f_last, const double* x_last, std::size_t size,
                 float* dg, float* df) {
   return dispatch([=] {
@@ -71,11 +71,11 @@ double subtract(const double* f, const double* x, const double* f_last, const do
   });
 }
 
-/// y = x - sum of weights_j d_j.
+/// Computes y = x - sum of weights_j d_j.
 void subtract_scaled(const double* x, std::size_t count, const double* weights, const float* const* d, std::size_t size,
                      double* y) {
   dispatch([=] {
-    constexpr std::size_t width = 16;  // that stay in registers
+    constexpr std::size_t width = 16;  // numbers that stay in registers
     std::size_t begin = 0;
     for (; begin + width <= size; begin += width) {
       double sum[width];
@@ -94,20 +94,21 @@ void subtract_scaled(const double* x, std::size_t count, const double* weights, 
 
 }  // namespace
 
-/// Anderson's method: the last differences of g = F(x) - x and of F(x), in a ring, with the products of the former.
-/// They steer, the answer does not rest on them: in single precision, half of what an iteration reads.
+/// Anderson's method keeps the last differences of g = F(x) - x and of F(x) in a ring, with the products of the former.
+/// They are in single precision, which halves what an iteration reads, since they only steer and the answer does not
+/// depend on them.
 class FixedPoint::History {
  public:
   explicit History(std::size_t size) : size_(size), image_(size), x_(size) {}
 
-  /// Forgets all; from now on it looks back `depth` steps.
+  /// Forgets everything and uses the last `depth` steps from now on.
   void start(int depth);
-  /// x := F - dF gamma, gamma the least |g - dG gamma|, at F = `image` (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
-  /// Keeps both arrays, and leaves others in place of them.
+  /// Sets x := F - dF gamma, where gamma minimizes |g - dG gamma|, at F = `image` (Walker and Ni, SIAM J. Numer. Anal.
+  /// 49, 2011). Keeps both arrays and puts others in their place.
   void advance(Parts* image, Parts* x);
 
  private:
-  static constexpr std::size_t chunk = 512;  // of each array at a time: it stays in the nearest cache
+  static constexpr std::size_t chunk = 512;  // numbers of each array at a time, which stay in the nearest cache
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_depth, most_depth>;
   using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_depth, 1>;
   void add(const Parts& image, const Parts& x);
@@ -117,7 +118,7 @@ class FixedPoint::History {
   std::array<std::vector<float>, most_depth> dg_, df_;
   Square products_;  // dG'dG
   Column along_;     // dG'g
-  Parts image_, x_;  // the last ones
+  Parts image_, x_;  // the last image and x
 };
 
 void FixedPoint::History::start(int depth) {
@@ -145,7 +146,7 @@ void FixedPoint::History::add(const Parts& image, const Parts& x) {
                       df_[place].data() + begin);
     for (std::size_t j = 0; j < count_; ++j) products[j] += dot(dg_[j].data() + begin, dg, length);
   }
-  // dG'g, with g moved by dg
+  // dG'g, with g changed by dg
   for (std::size_t j = 0; j < count_; ++j) {
     const auto row = static_cast<Eigen::Index>(place), column = static_cast<Eigen::Index>(j);
     products_(row, column) = products_(column, row) = products[j];
@@ -171,7 +172,7 @@ FixedPoint::FixedPoint(const FrictionLaws& laws, Response& response, std::size_t
     : laws_(laws), response_(response), x_(laws.num_parts()), image_(laws.num_parts()), dlambda_(num_rows) {}
 FixedPoint::~FixedPoint() = default;
 
-/// F(x): what the laws say at the multipliers that x leaves.
+/// Evaluates F(x), the laws at the multipliers that follow from x.
 void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image) {
   if (inverse_unit_.empty()) {
     response_.find_multipliers(x.data(), lambda);
@@ -190,7 +191,7 @@ void FixedPoint::set_groups(const std::vector<Index>& group_of_part, const std::
   plain_.resize(group_of_part_.size());
 }
 
-/// From N to the friction of each group: then one number measures all of them.
+/// Changes the units from N to the friction of each group, so that one number measures all groups.
 void FixedPoint::choose_units(Parts* x, Parts* image) {
   if (group_of_part_.empty()) return;
   units_ = least_;
@@ -208,7 +209,7 @@ void FixedPoint::choose_units(Parts* x, Parts* image) {
 }
 
 FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda, double poor) {
-  constexpr int patience = 12;  // iterations without getting nearer
+  constexpr int patience = 12;  // iterations without progress
   const int most_iterations = depth > 0 ? 100 : 500;
   Parts &x = x_, &image = image_;
   inverse_unit_.clear();
@@ -234,7 +235,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
       break;
     }
     if (result.contraction > poor) break;
-    // Rounding of an ill-conditioned S may keep it from getting nearer.
+    // Rounding of an ill-conditioned S may prevent further progress.
     since_best = distance < 0.9 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
     constexpr double rounding = 1e-9;
@@ -252,7 +253,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   return result;
 }
 
-/// GMRES for one step of Newton's method.
+/// The arrays of GMRES for one step of Newton's method.
 struct FixedPoint::Krylov {
   static constexpr Eigen::Index most = 60;
 
@@ -261,12 +262,12 @@ struct FixedPoint::Krylov {
   Vector defect, step, w;     // [parts]
   std::vector<Vector> basis;  // [parts] each, as many as were needed so far
   Parts image;
-  Eigen::MatrixXd H;                                     // Hessenberg, and R of its H = Q R from above
+  Eigen::MatrixXd H;                                     // Hessenberg matrix, whose upper part becomes R of H = Q R
   std::vector<Eigen::JacobiRotation<double>> rotations;  // Q'
-  Vector solution;                                       // Q' (beta, 0, …); then of R y = that
+  Vector solution;                                       // Q' (beta, 0, …), then the solution y of R y = that
 };
 
-/// F'(x) dx at the multipliers lambda.
+/// Computes F'(x) dx at the multipliers lambda.
 void FixedPoint::apply_derivative(const Parallel& parallel, const double* lambda, const double* dx, Parts* image) {
   if (!inverse_unit_.empty()) {
     for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = dx[p] / inverse_unit_[p];
@@ -277,8 +278,8 @@ void FixedPoint::apply_derivative(const Parallel& parallel, const double* lambda
   for (std::size_t p = 0; p < inverse_unit_.size(); ++p) (*image)[p] *= inverse_unit_[p];
 }
 
-/// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: each F' = -dx/d lambda S^-1 K'M^-1 costs one
-/// solve. Returns what is left of the defect.
+/// Solves (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x. Each product with F' = -dx/d lambda
+/// S^-1 K'M^-1 costs one solve. Returns the remaining part of the defect.
 double FixedPoint::find_newton_step(const Parallel& parallel, const double* lambda) {
   Vector &defect = krylov_->defect, &step = krylov_->step, &w = krylov_->w, &y = krylov_->solution;
   std::vector<Vector>& basis = krylov_->basis;
@@ -323,7 +324,7 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
     }
     direction(k + 1) = w / next;
   }
-  // A direction that the derivative does not see takes no part.
+  // A direction in which the matrix is singular to rounding is left out.
   step.setZero(defect.size());
   const double largest = H.topLeftCorner(k, k).diagonal().lpNorm<Eigen::Infinity>();
   for (Eigen::Index j = k; j-- > 0;) {
@@ -358,7 +359,7 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
       break;
     }
     before = distance;
-    // It may go round in circles between the signs of normal forces.
+    // The iteration may cycle between the signs of normal forces.
     since_best = distance < 0.5 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
     if (since_best > patience) break;

@@ -10,31 +10,31 @@
 
 namespace tanor {
 
-/// Iterations for x = x(lambda(x)), (43) in its smallest form (*) with the sizes of friction as unknowns; a workspace
-/// that is kept.
+/// Solves x = x(lambda(x)) iteratively, which is (43) in its smallest form (*) with the sizes of friction as unknowns.
+/// The workspace is kept.
 class FixedPoint {
  public:
   FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows);
-  /// Parts of different groups [part] do not feel each other: each group is solved to the tolerance of its own
-  /// friction, or of the force `least` [group], N, where that is more: rounding makes forces as well.
+  /// Divides the parts [part] into groups that do not influence each other. Each group is solved to the tolerance of
+  /// its own friction, or of the force `least` [group], N, if that is larger, since rounding makes forces as well.
   void set_groups(const std::vector<Index>& group_of_part, const std::vector<double>& least);
   ~FixedPoint();
 
   struct Result {
     bool has_converged = false;
-    int iterations = 0;        // evaluations of F, one solve each; or steps of Newton's method, which take more
-    double contraction = 0.0;  // largest ratio of two distances that followed each other, while they were plain steps
+    int iterations = 0;        // evaluations of F, one solve each, or Newton steps, which take more
+    double contraction = 0.0;  // largest ratio of two successive distances, of plain steps only
     double change = 0.0;       // last |F(x) - x| over |F(x)|, of the worst group
   };
 
   static constexpr int most_depth = 10;
-  /// `lambda` [rows]: the guess, then the answer; of no use without convergence. `depth` <= most_depth: steps that
-  /// Anderson's method looks back; 0: plain (43).
-  /// Gives up at once where the contraction is worse than `poor`.
+  /// Iterates from `lambda` [rows], which is the guess, then the answer, and of no use without convergence. `depth` <=
+  /// most_depth is the number of steps that Anderson's method uses; 0 means plain (43). Gives up at once if the
+  /// contraction is worse than `poor`.
   Result iterate(const Parallel& parallel, int depth, double* lambda,
                  double poor = std::numeric_limits<double>::infinity());
-  /// Semismooth Newton: (I - F'(x)) dx = F(x) - x by GMRES, one solve for each of its directions, until
-  /// |F(x) - x| <= `wanted` |F(x)|. Its iterations are steps dx.
+  /// Solves by a semismooth Newton method: (I - F'(x)) dx = F(x) - x by GMRES, one solve for each of its directions,
+  /// until |F(x) - x| <= `wanted` |F(x)|. Its iterations are steps dx.
   Result solve_by_newton(const Parallel& parallel, double* lambda, double wanted = tolerance);
 
   static constexpr double tolerance = 1e-12;
@@ -50,10 +50,10 @@ class FixedPoint {
 
   const FrictionLaws& laws_;
   Response& response_;
-  std::unique_ptr<History> history_;  // of Anderson's method, once it was asked
-  std::unique_ptr<Krylov> krylov_;    // of Newton's
-  Parts x_, image_;                   // in units, …
-  Parts inverse_unit_, plain_;        // … of each part; empty: N. And in N, scratch
+  std::unique_ptr<History> history_;  // of Anderson's method, made on first use
+  std::unique_ptr<Krylov> krylov_;    // of Newton's method, made on first use
+  Parts x_, image_;                   // in the units of `inverse_unit_`
+  Parts inverse_unit_, plain_;        // 1/unit of each part, empty for N; scratch in N
   std::vector<Index> group_of_part_;
   std::vector<double> least_, units_;  // [group] N
   std::vector<double> dlambda_;        // [rows]

@@ -7,7 +7,7 @@
 
 #include "system/friction_magnitude.hpp"
 
-/// \file What the laws of friction say in their files, for any list of laws.
+/// \file Evaluates what the files of the laws of friction define, for any list of laws.
 namespace tanor {
 
 enum class LawForm {
@@ -29,7 +29,7 @@ T magnitude(const std::variant<Laws...>& friction, double speed, const T& normal
   return std::visit([&](const auto& law) { return magnitude_of(law, speed, normal); }, friction);
 }
 
-/// Its derivative in |N|.
+/// Returns the derivative of `magnitude` in |N|.
 template <class... Laws>
 double slope_in_normal_force(const std::variant<Laws...>& friction, double speed, double normal) {
   return magnitude(friction, speed, Forward<1>::variable(normal, 0)).d[0];

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_multipliers = 2;  // of the guides at one point
+constexpr std::size_t most_multipliers = 2;  // multipliers of the guides at one point
 
 }  // namespace
 
@@ -34,7 +34,7 @@ FrictionLaws::Contact FrictionLaws::describe(const Friction& friction, Index num
 FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
                            std::span<const Incidence> incidences)
     : tangents_(tangents), laws_(system.friction) {
-  // The rows at each point, for laws that read all of them.
+  // The rows at each point, for laws that read all of them
   std::vector<std::vector<Term>> at_point(numbering.num_points());
   for (const Incidence& i : incidences) {
     const bool is_user = !numbering.is_contact_row(static_cast<std::size_t>(i.row));
@@ -95,7 +95,7 @@ void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r
     }
     e = speed > 0.0 ? (-1.0 / speed) * velocity : Vec3{};
     contact.speed = speed;
-    // Of a proportional law this is mu, which a normal force of 1 N tells.
+    // For a proportional law this is mu, found with a normal force of 1 N.
     factor_[c] = contact.is_at_limit ? contact.static_coefficient : magnitude(law(c), speed, 1.0);
     if (contact.may_stick) e = -sliding_direction(c, velocity);
     if (is_coulomb(c) && !contact.is_full) set_guides(c);
@@ -116,9 +116,9 @@ void FrictionLaws::set_guides(std::size_t c) {
   guides.c = mu * norm(second - along * q);
 }
 
-/// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
-/// stiff, it turns at the rate mu N/(m |v|): below `slow` the part across the last direction is v/slow instead, which
-/// turns towards the same balance no faster than at that speed.
+/// Returns v/|v|, which keeps its sense beyond a stop, since a stop is located on a smooth motion. On a surface the
+/// direction of a slow motion is stiff, as it turns at the rate mu N/(m |v|). Below `slow` the part across the last
+/// direction is v/slow instead, which turns towards the same balance no faster than at that speed.
 Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const {
   const double speed = norm(velocity);
   const auto& [t0, t1] = tangents_.directions(c);
@@ -139,7 +139,8 @@ void FrictionLaws::keep_slip_directions(const double* v) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
     const double speed = norm(velocity);
     if (speed <= contacts_[c].rest || tangents_.sticks(c)) continue;
-    // On a surface a slow direction is a function of v and of one before: another one would make it jump.
+    // On a surface a slow direction depends on v and on the kept direction, so that keeping another one would make it
+    // jump.
     const bool has_slip = dot(contacts_[c].slip, contacts_[c].slip) > 0.0;
     if (tangents_[c].num_guides == 1 && has_slip && speed < contacts_[c].slow) continue;
     contacts_[c].slip = sliding_direction(c, velocity);
@@ -163,7 +164,7 @@ Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const
   return sum;
 }
 
-/// tau of a law that says it; d tau/d lambda [3][terms] unless null.
+/// Returns tau of a law for a force; writes d tau/d lambda [3][terms] unless null.
 Vec3 FrictionLaws::force(std::size_t c, const double* lambda, double* derivative) const {
   const std::span<const Term> all = terms(c);
   std::array<double, most_multipliers> own{};
@@ -184,7 +185,7 @@ Vec3 FrictionLaws::force(std::size_t c, const double* lambda, double* derivative
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
   parallel.for_ranges(guides_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      // |mu R lambda_g|^2, then all roots together
+      // mu R lambda_g|^2, then all square roots together
       const Guides& guides = guides_[c];
       const double second = lambda[guides.second_row];
       const double first = guides.a * lambda[guides.first_row] + guides.b * second;
@@ -233,7 +234,7 @@ void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lamb
           for (std::size_t k = 0; k < 3; ++k) own[k] += dlambda[all[a].row] * derivative[k * all.size() + a];
         }
       } else if (!all.empty()) {
-        // slope N'dN/|N|
+        // dx = slope N'dN/|N|
         const Vec3 normal = normal_force(c, lambda);
         const double size = norm(normal);
         if (!(size > 0.0)) continue;

@@ -11,42 +11,42 @@
 
 namespace tanor {
 
-/// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none but its reference: its friction is
-/// the reference and the multipliers of its own rows.
+/// Evaluates tau(r, v, t, lambda) of all contacts (17), (41). For a contact that sticks this is only its reference; its
+/// friction is the reference and the multipliers of its own rows.
 ///
-/// At one instant tau is a sum of parts along directions that stand, tau = sum of x_p e_p: one of a law that says a
-/// magnitude, e against the sliding, N = sum of lambda_a k_a; three along the axes of a law that says a force. What the
-/// iterations look for are the sizes x [parts], N. The laws themselves stand in include/tanor/kinds/friction; a law
-/// with x = mu |N| is called Coulomb's here, and its mu may depend on the speed.
+/// At one instant tau is a sum of parts along fixed directions, tau = sum of x_p e_p. A law for a magnitude has one
+/// part, with e against the sliding and N = sum of lambda_a k_a; a law for a force has three parts along the axes. The
+/// unknowns of the iterations are the sizes x [parts], N. The laws themselves are in include/tanor/kinds/friction; a
+/// law with x = mu |N| is called Coulomb's here, and its mu may depend on the speed.
 class FrictionLaws {
  public:
   FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
                std::span<const Incidence> incidences);
 
-  /// Some law reads multipliers.
+  /// Returns true if some law reads multipliers.
   bool depend_on_reactions() const { return !terms_.empty(); }
 
-  /// Sliding velocities and directions at (t, r, v), K in `blocks`; `tangents` stand there.
+  /// Sets sliding velocities and directions at (t, r, v), with K in `blocks`; `tangents` must be current there.
   void set_state(const Parallel& parallel, double t, const double* r, const double* v, const double* blocks);
-  /// From now on contacts slip in the direction of v (at the last place), until it is kept anew: within a step a
-  /// contact does not turn back by itself.
+  /// Keeps the direction of v (at the last configuration) as that of sliding until the next call, since a contact does
+  /// not turn back by itself within a step.
   void keep_slip_directions(const double* v);
-  /// A contact slower than `rest` has no direction but rounding; slower than `slow`, its direction on a surface lags
-  /// (m/s).
+  /// Sets the speeds of a contact, m/s. Slower than `rest`, it has no direction but rounding; slower than `slow`, its
+  /// direction on a surface lags.
   void set_speeds(std::size_t contact, double rest, double slow) {
     contacts_[contact].rest = rest;
     contacts_[contact].slow = slow;
   }
-  /// Where a contact slips to that begins to slide at rest, a unit vector; 0: it is not known.
+  /// Sets where a contact slips to that begins to slide from rest, a unit vector; 0 if it is not known.
   void set_slip_direction(std::size_t contact, Vec3 direction) { contacts_[contact].slip = direction; }
   Vec3 slip_direction(std::size_t contact) const { return contacts_[contact].slip; }
-  /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
+  /// Marks a contact that gave way but does not move, since others hold it. Its friction is the static limit.
   void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
   bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
-  /// Friction of a contact while it sticks, N, to which its rows add. Contacts that hold more than can move share their
-  /// load by it; otherwise it changes nothing.
+  /// Sets the friction of a contact while it sticks, N, to which its rows add. Contacts that hold more than can move
+  /// share their load by it; otherwise it changes nothing.
   void set_reference(std::size_t contact, Vec3 force) { contacts_[contact].reference = force; }
-  /// Along T, where it sticks; else 0.
+  /// Returns the reference along T if the contact sticks, else 0.
   Vec3 reference(std::size_t contact) const;
 
   void exchange_memory(Memory& memory) {
@@ -56,31 +56,31 @@ class FrictionLaws {
   std::size_t num_parts() const { return directions_.size(); }
   std::size_t first_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact]); }
   std::size_t end_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact + 1]); }
-  /// e, unit length.
+  /// Returns e, of unit length.
   Vec3 part_direction(std::size_t part) const { return directions_[part]; }
 
-  /// x [parts] at lambda [rows].
+  /// Computes x [parts] at lambda [rows].
   void evaluate(const Parallel& parallel, const double* lambda, double* x) const;
-  /// dx := (dx/d lambda) dlambda at lambda.
+  /// Computes dx := (dx/d lambda) dlambda at lambda.
   void apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda, double* dx) const;
-  /// tau [3 contacts], N, of x.
+  /// Writes tau [3 contacts], N, of x.
   void write_forces(const double* x, double* tau) const;
 
   bool is_coulomb(std::size_t contact) const { return is_coulomb_[contact] != 0; }
-  /// Its friction is a force in any direction.
+  /// Returns true if the friction is a force in any direction.
   bool has_three_parts(std::size_t contact) const { return contacts_[contact].form == LawForm::ThreeParts; }
-  /// Reads no multiplier.
+  /// Returns true if the contact reads no multiplier.
   bool is_given(std::size_t contact) const { return term_start_[contact] == term_start_[contact + 1]; }
-  /// mu of a Coulomb contact, with what a regularisation leaves of it.
+  /// Returns mu of a Coulomb contact, reduced by a regularisation.
   double coefficient(std::size_t contact) const { return factor_[contact]; }
   double coefficient_of_sliding(std::size_t contact) const { return contacts_[contact].coefficient; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
-  /// Where it slides to, unit length.
+  /// Returns the direction of sliding, of unit length.
   Vec3 direction(std::size_t contact) const {
     return has_three_parts(contact) ? Vec3{} : -directions_[first_part(contact)];
   }
   bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
-  /// N of a Coulomb contact.
+  /// Returns N of a Coulomb contact.
   Vec3 normal_force(std::size_t contact, const double* lambda) const;
 
  private:
@@ -96,7 +96,7 @@ class FrictionLaws {
     double rest = 0.0, slow = 0.0, speed = 0.0;  // m/s
     Vec3 slip{};                                 // last direction of sliding that was kept
     Vec3 reference{};                            // N
-    Vec3 position{}, velocity{};                 // at the last place, where it has three parts
+    Vec3 position{}, velocity{};                 // at the last configuration, if it has three parts
   };
   static Contact describe(const Friction& law, Index number);
   void set_guides(std::size_t contact);
@@ -111,22 +111,23 @@ class FrictionLaws {
   }
 
   const Tangents& tangents_;
-  std::vector<Friction> laws_;  // as the system lists them
+  std::vector<Friction> laws_;  // in the order of the system
   std::vector<Contact> contacts_;
   std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
   std::vector<Index> part_start_{0};  // [contact + 1]
-  // What every iteration reads, at the last place: guides' normals K_g = Q R, so mu |N| = |mu R lambda_g|.
+  // What every iteration reads, at the last configuration. The guides' normals are K_g = Q R, so that mu |N| = |mu R
+  // lambda_g|.
   struct Guides {
-    double a = 0.0, b = 0.0, c = 0.0;  // mu R = [a b; 0 c]; 0: it sticks, or its law is no such one
+    double a = 0.0, b = 0.0, c = 0.0;  // mu R = [a b; 0 c]; 0 if the contact sticks or has another law
     Index first_row, second_row;
   };
   std::vector<Guides> guides_;       // [contact]
   std::vector<std::size_t> others_;  // contacts whose law is not Coulomb's, or reads the full reaction
   std::vector<char> is_coulomb_;
-  std::vector<double> factor_;      // [contact] mu of a Coulomb contact; x itself of a given one
+  std::vector<double> factor_;      // [contact] mu of a Coulomb contact; x itself if given
   std::vector<Vec3> directions_;    // [part]
-  const double* blocks_ = nullptr;  // K at the last place
+  const double* blocks_ = nullptr;  // K at the last configuration
   double t_ = 0.0;
   bool threads_are_safe_ = true;
 };

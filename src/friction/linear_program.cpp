@@ -25,7 +25,7 @@ void LinearProgram::add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double 
   g_(count_++) = bound / size;
 }
 
-/// Row `row` of all: those of G, then u_i <= most, then -u_i <= most.
+/// Writes one row of all: those of G, then u_i <= most, then -u_i <= most.
 void LinearProgram::write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> values, double* bound) const {
   const Eigen::Index n = G_.cols();
   if (row < count_) {
@@ -38,7 +38,7 @@ void LinearProgram::write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> v
   *bound = most;
 }
 
-/// The row that is violated most, or the first one; -1: there is none.
+/// Returns the row that is violated most, or the first violated one; -1 if there is none.
 Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first) const {
   const Eigen::Index n = u.size(), count = count_;
   Eigen::Index worst = -1;
@@ -58,8 +58,8 @@ Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first) c
 
 namespace {
 
-/// The place of the basis that keeps lambda above 0 when y enters; the first one, or of equal ones that with the
-/// largest y. -1: there is none.
+/// Returns the place in the basis whose leaving keeps lambda above 0 when y enters: the first one, or among equal ones
+/// that with the largest y. Returns -1 if there is none.
 Eigen::Index find_leaving(const VectorXd& lambda, const VectorXd& y, bool takes_first) {
   const double least_y = 1e-10 * y.lpNorm<Eigen::Infinity>();
   Eigen::Index leaving = -1;
@@ -93,12 +93,12 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
   for (Eigen::Index i = 0; i < n; ++i) enter(i, count_ + (c(i) < 0.0 ? n : 0) + i);
   dense::Lu lu;
   for (int pivot = 0; pivot < most_pivots; ++pivot) {
-    const bool takes_first = pivot > plain_pivots;  // after many pivots, against cycles (Bland)
+    const bool takes_first = pivot > plain_pivots;  // prevents cycles after many pivots (Bland)
     lu.compute(B);
     *u = lu.solve(right);
     const Eigen::Index worst = find_violated(*u, takes_first);
     if (worst < 0) return Status::Optimal;
-    // B'lambda = c, B'y = normal: lambda stays above 0.
+    // With B'lambda = c and B'y = normal, lambda stays above 0.
     double bound = 0.0;
     write_row(worst, values, &bound);
     const VectorXd lambda = lu.solve_transposed(c), y = lu.solve_transposed(values.transpose());

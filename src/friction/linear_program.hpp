@@ -4,7 +4,7 @@
 
 namespace tanor {
 
-/// Rows G u <= g of a small dense linear program. Its variables are bounded, |u_i| <= most.
+/// A small dense linear program with rows G u <= g and bounded variables, |u_i| <= most.
 class LinearProgram {
  public:
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -13,9 +13,10 @@ class LinearProgram {
 
   explicit LinearProgram(Eigen::Index num_variables) : G_(64, num_variables), g_(64) {}
 
-  /// row u <= bound, scaled to unit size. A row of rounding alone says yes or no: then the program is empty for good.
+  /// Adds row u <= bound, scaled to unit size. A row of rounding alone holds or not; if it does not, the program is
+  /// infeasible for good.
   void add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double bound);
-  /// The largest c'u, at u; by the dual simplex method, from a corner of the bounds.
+  /// Finds the u with the largest c'u by the dual simplex method, from a corner of the bounds.
   Status maximize(const Eigen::VectorXd& c, Eigen::VectorXd* u) const;
 
  private:

@@ -4,7 +4,7 @@
 
 #include "friction/mode_search.hpp"
 
-/// \file The law in one node of a ModeSearch, between linear inequalities.
+/// \file Encloses the law in one node of a ModeSearch between linear inequalities.
 namespace tanor {
 
 using Eigen::RowVectorXd;
@@ -18,7 +18,7 @@ void ModeSearch::add(LinearProgram* program, const RowVectorXd& row, double boun
   program->add(all, bound - row.dot(p_));
 }
 
-/// mu |nu_c| lies around size, a linear function of x: n.mu nu <= size <= n.mu nu/cos(half).
+/// Bounds mu |nu_c| around `size`, a linear function of x: n.mu nu <= size <= n.mu nu/cos(half).
 void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size,
                                 LinearProgram* program) const {
   const Contact& contact = contacts_[c];
@@ -38,7 +38,7 @@ void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVector
   }
 }
 
-/// row x + slack t <= mu |nu_c|, in a narrow sector.
+/// Adds row x + slack t <= mu |nu_c|, in a narrow sector.
 void ModeSearch::hold(const Node& node, std::size_t c, const RowVectorXd& row, double slack,
                       LinearProgram* program) const {
   const Sector& sector = node[c].normal;
@@ -46,8 +46,8 @@ void ModeSearch::hold(const Node& node, std::size_t c, const RowVectorXd& row, d
   add(program, row - above.transpose() * contacts_[c].V, above.dot(contacts_[c].nu0), slack);
 }
 
-/// |x_c| <= mu |nu_c| of surfaces begins as a polygon: where x is outside the circle, one more side. Returns whether
-/// there was one.
+/// Refines |x_c| <= mu |nu_c| on surfaces, which begins as a polygon, by one more side for each x outside the circle.
+/// Returns true if a side was added.
 bool ModeSearch::cut_discs(const Node& node, const VectorXd& x, LinearProgram* program) const {
   bool has_cut = false;
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
@@ -64,14 +64,14 @@ bool ModeSearch::cut_discs(const Node& node, const VectorXd& x, LinearProgram* p
   return has_cut;
 }
 
-/// row a + slack t <= 0
+/// Adds row a + slack t <= 0.
 void ModeSearch::bound_acceleration(const RowVectorXd& row, LinearProgram* program, double slack) const {
   RowVectorXd all(E_.cols() + 1);
   all << row * A_E_, slack;
   program->add(all, -row.dot(a_p_));
 }
 
-/// nu in its sector.
+/// Keeps nu in its sector.
 void ModeSearch::keep_normal(const Node& node, std::size_t c, LinearProgram* program) const {
   const Contact& contact = contacts_[c];
   const Sector& sector = node[c].normal;
@@ -107,7 +107,8 @@ void ModeSearch::bound_on_curve(const Node& node, std::size_t c, LinearProgram* 
   if (node[c].normal.is_narrow()) hold(node, c, size, 0.0, program);
 }
 
-/// |x_c| >= -d.x_c for every d; in a sector |x_c| <= -d_middle.x_c/cos(half), and x_c and a_c keep to it.
+/// Bounds sliding on a surface. |x_c| >= -d.x_c for every d; in a sector |x_c| <= -d_middle.x_c/cos(half), and x_c and
+/// a_c stay in it.
 void ModeSearch::bound_on_surface(const Node& node, std::size_t c, LinearProgram* program) const {
   const Contact& contact = contacts_[c];
   const Sector &sector = node[c].normal, &towards = node[c].direction;

@@ -6,8 +6,8 @@
 
 #include "base/dense.hpp"
 
-/// \file The law in one node of a ModeSearch, as equations: their roots, whether they have one at most, and what a root
-/// is worth.
+/// \file Solves the law in one node of a ModeSearch as equations: finds a root, tests whether there is at most one, and
+/// verifies a root.
 namespace tanor {
 
 namespace {
@@ -22,8 +22,8 @@ double cross(const Vector2d& a, const Vector2d& b) {
   return a(0) * b(1) - a(1) * b(0);
 }
 
-/// Differences from a matrix J of no more than D, entry by entry, leave it regular: the spectral radius of |J^-1| D is
-/// below 1 exactly where y = |J^-1| D y + 1 has a positive solution.
+/// Returns true if differences from a matrix J of at most D, entry by entry, leave it regular. The spectral radius of
+/// |J^-1| D is below 1 exactly if y = |J^-1| D y + 1 has a positive solution.
 bool stays_regular(const MatrixXd& J, const MatrixXd& D) {
   const MatrixXd M = dense::Lu(J).inverse().cwiseAbs() * D;
   if (!M.allFinite()) return false;
@@ -34,7 +34,7 @@ bool stays_regular(const MatrixXd& J, const MatrixXd& D) {
 
 }  // namespace
 
-/// Newton's method for |x_c| - mu |nu_c| = 0 and, on surfaces, x_c parallel to a_c; z stays.
+/// Solves |x_c| - mu |nu_c| = 0 and, on surfaces, x_c parallel to a_c by Newton's method; z stays.
 bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
   constexpr int most_steps = 30;
   const auto q = static_cast<Eigen::Index>(free_.size());
@@ -73,14 +73,15 @@ bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
   return false;
 }
 
-/// The equations of sliding have one root in the node at most: between two of them J is one of a mean nu, d, x and a.
+/// Returns true if the equations of sliding have at most one root in the node. Between two roots the mean J is that of
+/// a mean nu, d, x and a.
 bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
   if (motion_needs_share_) return false;
   const auto q = static_cast<Eigen::Index>(free_.size());
   const MatrixXd E = E_.leftCols(q), A = A_E_.leftCols(q);
   MatrixXd J(q, q), D = MatrixXd::Zero(q, q);
   const auto one_program = static_cast<std::size_t>((E_.cols() + 1) * (E_.cols() + 1));
-  // Bounds of x_J where surfaces need them.
+  // Surfaces need bounds of x_J.
   const bool has_surfaces =
       std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
   VectorXd middle = VectorXd::Zero(q), radius = VectorXd::Zero(q);
@@ -109,7 +110,7 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];
     const Sector& sector = node[c].normal;
-    // Means of directions keep as near to the middle one as the ends do; of all directions, within 1 of 0.
+    // Means of directions are as near to the middle one as the ends; means of all directions lie within 1 of 0.
     const Vector2d n = sector.is_any() ? Vector2d(0.0, 0.0) : unit_at(sector.middle);
     const double spread = sector.is_any() ? 1.0 : contact.num_normals == 1 ? 0.0 : 2.0 * std::sin(0.5 * sector.half);
     const RowVectorXd dh = contact.mu * n.transpose() * contact.V * E;

@@ -40,7 +40,8 @@ void ModeSearch::set_contacts() {
   double unit = 0.0;
   for (std::size_t c = 0; c < problem_.contacts.size(); ++c)
     unit = std::max(unit, problem_.contacts[c].mu * problem_.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
-  // The least friction with which all would rest: a point that hardly moves would need more by itself.
+  // The least friction with which all contacts would rest is used, since a point that hardly moves would need more by
+  // itself.
   if (k > 0) {
     const VectorXd all_at_rest = dense::solve_least_squares(problem_.A, problem_.a0, rank_rounding);
     unit = std::max(unit, all_at_rest.lpNorm<Eigen::Infinity>());
@@ -48,7 +49,7 @@ void ModeSearch::set_contacts() {
   unit_ = unit > 0.0 ? unit : 1.0;
   const double largest = std::max(problem_.a0.lpNorm<Eigen::Infinity>(), unit_ * problem_.A.lpNorm<Eigen::Infinity>());
   const double scale = largest > 0.0 ? largest : 1.0;
-  // What is rounding in A would move points where forces are large.
+  // Rounding in A would move points if forces are large, so that it is removed.
   const Range range(problem_.A * (unit_ / scale), rank_rounding);
   A_ = range.vectors * range.values.asDiagonal() * range.vectors.transpose();
   a0_ = problem_.a0 / scale;
@@ -86,7 +87,7 @@ void ModeSearch::run() {
   }
 }
 
-/// Eliminates what sticks. Returns false where others are then at rest, too, or nothing lets these rest.
+/// Eliminates the contacts that stick. Returns false if others are then at rest, too, or if nothing lets these rest.
 bool ModeSearch::stick(std::size_t subset) {
   const Eigen::Index k = problem_.size();
   stick_.clear();
@@ -134,7 +135,7 @@ bool ModeSearch::stick(std::size_t subset) {
   return true;
 }
 
-/// x of u = (x_J, z).
+/// Returns x of u = (x_J, z).
 VectorXd ModeSearch::complete(const VectorXd& u) const {
   return p_ + E_ * u.head(E_.cols());
 }
@@ -150,7 +151,7 @@ void ModeSearch::search() {
 }
 
 void ModeSearch::visit(const Node& node) {
-  // Accelerations that slide, or else what rest has to spare, as large as possible: t, the last unknown.
+  // The last unknown t is maximized: the accelerations of sliding, or else what contacts at rest have to spare.
   LinearProgram program = make_program(node);
   VectorXd u;
   const VectorXd objective = VectorXd::Unit(E_.cols() + 1, E_.cols());
@@ -165,7 +166,7 @@ void ModeSearch::visit(const Node& node) {
       std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
   const double t = u(E_.cols());
   if ((something_begins && t < equal) || (slide_.empty() && t < -equal)) return;
-  // Senses first.
+  // Senses are chosen first.
   for (const std::size_t c : slide_) {
     if (contacts_[c].moves || contacts_[c].dimension > 1 || node[c].sense != 0) continue;
     for (const int sense : {1, -1}) {
@@ -177,7 +178,7 @@ void ModeSearch::visit(const Node& node) {
   }
   VectorXd x = complete(u);
   if (slide_.empty()) {
-    // Any share will do.
+    // Any share is sufficient.
     if (verify(node, p_) == Verdict::Obeys) x = p_;
     if (verify(node, x) == Verdict::Obeys) {
       found.push_back(unit_ * come_near(node, x));
@@ -204,8 +205,8 @@ void ModeSearch::visit(const Node& node) {
   if (!branch(node, x)) reason = "two modes of stick and slip are too near to be told apart";
 }
 
-/// From a share of a load that obeys the law to one that is near the least, and still has something to spare. |nu| >=
-/// n.nu, with equality at x: what obeys these limits obeys the law.
+/// Moves a share of a load that obeys the law near the least share, with something left to spare. As |nu| >= n.nu, with
+/// equality at x, a share within these limits obeys the law.
 VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
   const Eigen::Index n = E_.cols() - static_cast<Eigen::Index>(free_.size());
   if (n == 0) return x;
@@ -221,7 +222,7 @@ VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
                        least.segment(contacts_[c].first, contacts_[c].dimension).norm()});
       slack = std::min(slack, limit - x.segment(contacts_[c].first, contacts_[c].dimension).norm());
     }
-    // The least sum of |z| among those whose signs are as here.
+    // Minimizes the sum of |z| among shares whose signs are as here.
     LinearProgram program(n);
     VectorXd objective(n);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -254,7 +255,7 @@ VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
 
 // ---- branching ----
 
-/// Cuts the sector in which x misses the law most, or the widest one. Returns false where all are too small.
+/// Cuts the sector in which x misses the law most, or the widest one. Returns false if all are too small.
 bool ModeSearch::branch(const Node& node, const VectorXd& x) {
   const VectorXd a = a0_ + A_ * x;
   struct Cut {
@@ -276,7 +277,7 @@ bool ModeSearch::branch(const Node& node, const VectorXd& x) {
     const double size = own.norm(), limit = contact.mu * reaction(c, x).norm();
     const bool sticks = std::find(stick_.begin(), stick_.end(), c) != stick_.end();
     const double missed = (sticks ? std::max(0.0, size - limit) : std::abs(size - limit)) / (size + limit + 1e-3);
-    // Where the law is met, what slides may still have another root.
+    // If the law is met, sliding contacts may still have another root.
     const double by_width = 1e-3 * rounding;
     if (missed > rounding || !sticks) see(std::max(missed, by_width * width(node[c].normal)), c, false);
     if (sticks || contact.dimension == 1) continue;

@@ -11,51 +11,51 @@
 
 namespace tanor {
 
-/// All motions of a ContactProblem by branch and bound.
+/// Finds all motions of a ContactProblem by branch and bound.
 ///
-/// A subset S of the contacts sticks, a = 0, and the others slide. What sticks is eliminated, x = p + Q x_J + F z,
-/// where z tells how a load is shared. A node of the search leaves each contact a sector of directions that its
-/// reaction nu may have, and each one that slides a sense (on a curve) or a sector of directions (on a surface). In a
+/// A subset S of the contacts sticks, a = 0, and the others slide. The sticking contacts are eliminated, x = p + Q x_J
+/// + F z, where z tells how a load is shared. A node of the search assigns to each contact a sector of directions of
+/// its reaction nu, and to each one that slides a sense (on a curve) or a sector of directions (on a surface). In a
 /// node the law
 ///
 ///   slides: |x_c| = mu |nu_c|, a_c against x_c;     sticks: |x_c| <= mu |nu_c|
 ///
-/// lies between linear inequalities, for n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. Where these have no
-/// solution, the law has none. Where the equations of sliding are regular in the whole sector, they have one solution
-/// at most, and Newton's method finds it. Otherwise a sector is cut in two.
+/// lies between linear inequalities, since n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. If the inequalities have
+/// no solution, the law has none. If the equations of sliding are regular in the whole sector, they have at most one
+/// solution, and Newton's method finds it. Otherwise a sector is cut in two.
 class ModeSearch {
  public:
   ModeSearch(const ContactProblem& problem, std::size_t most_work);
 
-  /// Looks everywhere; afterwards `found` holds a solution x of each motion, and perhaps the same one again.
+  /// Searches everything. Afterwards `found` holds a solution x of each motion, perhaps with repetitions.
   void run();
 
   std::vector<Eigen::VectorXd> found;
-  std::string reason;    ///< why there may be others; empty: there are none
+  std::string reason;    ///< why there may be others; empty if there are none
   std::size_t work = 0;  ///< unknowns^2 of all linear programs
 
  private:
-  /// Directions at most `half` from `middle`, rad; half < 0: any.
+  /// Directions at most `half` from `middle`, rad; half < 0 means any direction.
   struct Sector {
     double middle = 0.0, half = -1.0;
     bool is_any() const { return half < 0.0; }
-    bool is_narrow() const;  // the bound from above is worth something
+    bool is_narrow() const;  // true if the bound from above is useful
     bool has(const Eigen::Vector2d& direction) const;
   };
   struct Piece {
-    int sense = 0;             // of the acceleration, on a curve; 0: either
-    Sector normal, direction;  // of nu; of the acceleration, on a surface
+    int sense = 0;             // sense of the acceleration, on a curve; 0 for either
+    Sector normal, direction;  // sectors of nu, and of the acceleration on a surface
   };
   using Node = std::vector<Piece>;  // [contact]
   struct Contact {
     Eigen::Index first, dimension;
     bool moves, is_rough;
     double mu;
-    int num_normals;  // 1: nu keeps to a line, 2: to a plane
+    int num_normals;  // 1 if nu keeps to a line, 2 if to a plane
     Eigen::Vector2d nu0;
     Eigen::Matrix2Xd V;  // nu = nu0 + V x
   };
-  static constexpr double equal = 1e-9;  // in units: less is 0
+  static constexpr double equal = 1e-9;  // in scaled units; less counts as 0
   static Eigen::Vector2d unit_at(double angle) { return {std::cos(angle), std::sin(angle)}; }
   enum class Verdict { Obeys, SlidesWrongly, HoldsTooMuch };
 
@@ -102,9 +102,9 @@ class ModeSearch {
   Eigen::VectorXd a0_;
   std::vector<Contact> contacts_;
   bool turns_in_space_ = false;
-  // The subset that is looked at.
+  // The present subset.
   std::vector<std::size_t> stick_, slide_;
-  std::vector<Eigen::Index> free_;  // components of those that slide
+  std::vector<Eigen::Index> free_;  // components of the contacts that slide
   Eigen::VectorXd p_;
   Eigen::MatrixXd E_;    // [Q F]
   Eigen::VectorXd a_p_;  // a = a_p + A_E u

@@ -5,7 +5,7 @@
 #include "friction/contact_problem.hpp"
 #include "friction/convex_law.hpp"
 
-/// \file Some motion of a ContactProblem with many contacts.
+/// \file Finds some motion of a ContactProblem with many contacts.
 namespace tanor {
 
 namespace {
@@ -13,11 +13,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The law as equations: of a contact at rest x - P(x - rho a) for P the projection onto |x| <= h, rho = 1/A_cc; of one
-/// that moves x - h (Alart and Curnier 1991).
+/// The law as equations: x - P(x - rho a) for a contact at rest, where P is the projection onto |x| <= h and rho =
+/// 1/A_cc, and x - h for one that moves (Alart and Curnier 1991).
 class Equations {
  public:
-  /// `limits`: h [contacts] that stand; null: h = mu |N(x)|.
+  /// Uses the fixed `limits` h [contacts]; if they are null, h = mu |N(x)|.
   Equations(const ContactProblem& problem, const VectorXd* limits) : problem_(problem), limits_(limits) {
     const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
     for (const auto& contact : problem.contacts) {
@@ -26,7 +26,7 @@ class Equations {
     }
   }
 
-  /// The defect at x, and its derivative unless null.
+  /// Returns the defect at x, and writes its derivative unless null.
   VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
   double limit(std::size_t c, const VectorXd& x) const {
     return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c))
@@ -41,7 +41,7 @@ class Equations {
 };
 
 VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
-  // Where contacts share a load, the nearest share: a little of x itself stands in the derivative.
+  // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
   constexpr double share = 1e-7;
   const VectorXd a = problem_.accelerations(x);
   VectorXd F(x.size());
@@ -82,7 +82,7 @@ VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
   return F;
 }
 
-/// Newton's method with shorter steps where a whole one leads away. Returns whether it converged.
+/// Solves by Newton's method, with shorter steps if a whole one leads away. Returns true if it converged.
 bool solve_by_newton(const Equations& equations, VectorXd* x) {
   constexpr int most_steps = 40, patience = 8;
   MatrixXd J;
@@ -111,7 +111,7 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
   return size <= 1e-10 * x->norm();
 }
 
-/// Limits stand: a convex problem, which always has a solution.
+/// Solves the convex problem for fixed limits, which always has a solution.
 void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorXd* x) {
   const Equations equations(problem, &limits);
   VectorXd trial = *x;

@@ -6,8 +6,8 @@
 #include "friction/contact_problem.hpp"
 #include "friction/range.hpp"
 
-/// \file How contacts at rest that hold more than can move share their load: at the analytic centre of all that obeys
-/// the law (Boyd and Vandenberghe, Convex Optimization, sections 8.5 and 9.6).
+/// \file Shares a load among contacts at rest that hold more than can move, at the analytic centre of everything that
+/// obeys the law (Boyd and Vandenberghe, Convex Optimization, sections 8.5 and 9.6).
 namespace tanor {
 
 namespace {
@@ -16,20 +16,20 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// All x = x0 + Z y, and limits that are linear in x: a share may press contacts together.
+/// All shares x = x0 + Z y, and limits that are linear in x, since a share may press contacts together.
 struct Shares {
   struct Contact {
     Eigen::Index first, dimension;
-    double base, unit;  // the limit is base + slope x; at the share that is given `unit`
+    double base, unit;  // the limit is base + slope x, which is `unit` at the given share
     RowVectorXd slope, slope_by_y;
 
     double limit(const VectorXd& x) const { return base + slope.dot(x); }
     double size(const VectorXd& x) const { return x.segment(first, dimension).norm(); }
-    /// Of the contact alone; 1: it is at its limit.
+    /// Returns the load of this contact; 1 if it is at its limit.
     double load(const VectorXd& x) const { return 1.0 + (size(x) - limit(x)) / unit; }
-    /// u = limit + (level - 1) unit: the limit that is raised to a level.
+    /// Returns u = limit + (level - 1) unit, the limit that is raised to a level.
     double raised(double level, const VectorXd& x) const { return limit(x) + (level - 1.0) * unit; }
-    /// q = u^2 - |x_c|^2
+    /// Returns q = u^2 - |x_c|^2.
     double spare(double level, const VectorXd& x) const {
       const double u = raised(level, x), own = size(x);
       return (u - own) * (u + own);
@@ -37,8 +37,8 @@ struct Shares {
   };
   std::vector<Contact> contacts;
   MatrixXd Z;  // orthonormal
-  // Where limits grow with the share it may be of any size. A curb keeps it and its reactions near those that are
-  // given: F = F0 + C x, both over their size there.
+  // If limits grow with the share, it may be of any size. A curb F = F0 + C x keeps the share and its reactions near
+  // the given ones; both are relative to their given size.
   MatrixXd C, C_by_y;
   VectorXd F0;
 
@@ -47,13 +47,14 @@ struct Shares {
     for (const Contact& contact : contacts) worst = std::max(worst, contact.load(x));
     return worst;
   }
-  /// Least price level - sum of log(q_c) + |F|^2/2 from (x, level) inside, by damped Newton steps. Without a price
-  /// the level stands.
+  /// Minimizes price level - sum of log(q_c) + |F|^2/2 by damped Newton steps from (x, level) inside. Without a price
+  /// the level is fixed.
   void center(double price, double* level, VectorXd* x) const;
-  /// From x on; returns the level there.
+  /// Moves x to the centre and returns the level there.
   double find_centre(VectorXd* x) const;
-  /// |N| >= n.N with equality at x [components of the problem]: another share obeys the law if it obeys these limits.
-  /// `rows`: the components of those that share. Returns whether limits depend on the share.
+  /// Sets the limits at x [components of the problem]. As |N| >= n.N, with equality at x, another share obeys the law
+  /// if it obeys these limits. `rows` are the components of the contacts that share. Returns true if limits depend on
+  /// the share.
   bool set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
                   const std::vector<Eigen::Index>& rows, const VectorXd& x);
   void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x);
@@ -71,7 +72,8 @@ void Shares::center(double price, double* level, VectorXd* x) const {
     if (size > n) g(n) = price;
     Eigen::Index next = 0;
     for (const Contact& contact : contacts) {
-      // -log q = -log s - log p, s = u - |x_c|, p = u + |x_c|: the Hessian is (ds/s)^2 + (dp/p)^2, and 2/q across x_c
+      // With s = u - |x_c| and p = u + |x_c|, -log q = -log s - log p. The Hessian is (ds/s)^2 + (dp/p)^2, and 2/q
+      // across x_c.
       const Eigen::Index rows = 1 + contact.dimension;
       const VectorXd own = x->segment(contact.first, contact.dimension);
       const double u = contact.raised(*level, *x), length = own.norm(), s = u - length, p = u + length;
@@ -99,7 +101,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
     const VectorXd change = dense::Ldlt(H).solve(g);
     const double decrement = std::sqrt(std::max(0.0, g.dot(change)));
     if (!change.allFinite()) return;
-    // The function is self-concordant: such a step stays inside and lowers it.
+    // The function is self-concordant, so that such a step stays inside and lowers it.
     const double factor = decrement > 0.25 ? 1.0 / (1.0 + decrement) : 1.0;
     *x -= factor * (Z * change.head(n));
     if (size > n) *level -= factor * change(n);
@@ -108,7 +110,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
 }
 
 double Shares::find_centre(VectorXd* x) const {
-  // Levels fall until there is something to spare, or to the least that any share has: 2 m/price is the gap.
+  // Levels fall until there is something to spare, or to the least of any share; the gap is 2 m/price.
   constexpr double spared = 1e-8, smallest_gap = 1e-8;
   const VectorXd given = *x;
   const auto num_terms = 2.0 * static_cast<double>(contacts.size());
@@ -154,11 +156,11 @@ void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::In
   C_by_y = C * Z;
 }
 
-/// Contacts at rest that share: all their shares are own + Z y.
+/// The contacts at rest that share a load. All their shares are own + Z y.
 struct Sharing {
   std::vector<std::size_t> members, others;
   std::vector<Eigen::Index> rows;  // components of the members
-  VectorXd own;                    // of x, with A x = b to rounding
+  VectorXd own;                    // their part of x, with A x = b to rounding
 };
 
 constexpr double rounding_of_shares = 1e-10;
@@ -174,8 +176,8 @@ Sharing list_members(const ContactProblem& problem, const std::vector<char>& sha
   return sharing;
 }
 
-/// Those at rest: A x = b, of which U'x = g is all that there is to say. Puts x onto it; Z: what is left free. Returns
-/// false where nothing is.
+/// Finds the free shares. For the members A x = b, which is equivalent to U'x = g. Projects x onto it; Z spans what is
+/// left free. Returns false if nothing is free.
 bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd* x, MatrixXd* Z) {
   const auto& rows = sharing->rows;
   if (rows.empty()) return false;
@@ -183,7 +185,7 @@ bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd*
   if (range.is_whole()) return false;
   const MatrixXd& U = range.vectors;
   *Z = range.null;
-  // A share that changes the reactions of others would be another motion: theirs is not touched.
+  // A share that changes the reactions of others would be another motion, so that these reactions are kept.
   for (const std::size_t c : sharing->others) {
     const double mu = problem.contacts[c].mu;
     const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * *Z;
@@ -199,7 +201,7 @@ bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd*
   return true;
 }
 
-/// The least share, and the largest of its loads.
+/// Writes the least share and returns the largest of its loads.
 double find_least(const ContactProblem& problem, const Sharing& sharing, const MatrixXd& Z, VectorXd* x) {
   (*x)(sharing.rows) = sharing.own - Z * (Z.transpose() * sharing.own);
   double load = 0.0;
@@ -210,7 +212,7 @@ double find_least(const ContactProblem& problem, const Sharing& sharing, const M
   return load;
 }
 
-/// Changes are the least in the norm of the Hessian: they follow the centre.
+/// Sets the weights to those of the Hessian, in whose norm the least changes follow the centre.
 void set_weights(const Shares& shares, const Sharing& sharing, double level, VectorXd* weights) {
   double largest = 0.0;
   for (std::size_t k = 0; k < sharing.members.size(); ++k) {
@@ -243,7 +245,7 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
     }
   }
 
-  // Where reactions turn with the share, their directions are taken anew.
+  // If reactions turn with the share, their directions are updated.
   double level = 1.0;
   constexpr int most_turns = 3;
   for (int turn = 0; turn < most_turns; ++turn) {

@@ -6,8 +6,9 @@
 
 #include "base/dense.hpp"
 
-/// \file All solutions of s_c = mu_c |N0_c + sum_j W_cj s_j|, s >= 0, by boxes that are cut until each holds none, or
-/// one that Newton's method finds (Krawczyk's test; Neumaier, Interval Methods for Systems of Equations, 1990).
+/// \file Finds all solutions of s_c = mu_c |N0_c + sum_j W_cj s_j|, s >= 0, by boxes that are cut until each holds
+/// none, or one that Newton's method finds (Krawczyk's test; Neumaier, Interval Methods for Systems of Equations,
+/// 1990).
 namespace tanor {
 
 namespace {
@@ -17,15 +18,15 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Homogeneous: s = unit y/theta, z = (theta, y), y_c = mu_c |G_c z|. Each solution has one z whose largest number
-/// is 1.
+/// The homogeneous form with s = unit y/theta, z = (theta, y), y_c = mu_c |G_c z|. Each solution has one z whose
+/// largest number is 1.
 struct Homogeneous {
   std::vector<double> mu;
   std::vector<Matrix3Xd> G;  // [contact]: [3][contacts + 1]
 };
 
 struct Box {
-  VectorXd middle, radius;  // [contacts + 1]; radius 0 of the number that is 1
+  VectorXd middle, radius;  // [contacts + 1]; the radius of the number that is 1 is 0
   Eigen::Index fixed;
 };
 
@@ -57,7 +58,7 @@ VectorXd Search::defect(const VectorXd& z) const {
   return result;
 }
 
-/// In all of z.
+/// Returns the derivative of the defect by all of z.
 MatrixXd Search::jacobian(const VectorXd& z) const {
   MatrixXd J = MatrixXd::Zero(m_, m_ + 1);
   for (Eigen::Index c = 0; c < m_; ++c) {
@@ -70,7 +71,8 @@ MatrixXd Search::jacobian(const VectorXd& z) const {
   return J;
 }
 
-/// y_c lies between mu times the least and the largest |G_c z| of the box. Returns false where nothing is left.
+/// Narrows the box, as y_c lies between mu times the least and the largest |G_c z| of the box. Returns false if nothing
+/// is left.
 bool Search::narrow(Box* box) const {
   for (Eigen::Index c = 0; c < m_; ++c) {
     const auto k = static_cast<std::size_t>(c);
@@ -107,7 +109,7 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
   for (int pass = 0; pass < 3; ++pass) {
     if (!narrow(box)) return Verdict::Empty;
   }
-  // A little larger, so that no solution lies on the border.
+  // The box is taken a little larger, so that no solution lies on its border.
   VectorXd radius = (1.1 * box->radius).array() + 1e-11;
   radius(box->fixed) = 0.0;
   const MatrixXd all = jacobian(box->middle);
@@ -117,7 +119,7 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
     J.col(k) = all.col(variable(k, box->fixed));
     own(k) = radius(variable(k, box->fixed));
   }
-  // Directions of N in the box differ by at most sqrt(2) sin of the angle to the middle one.
+  // Directions of N in the box differ from the middle one by at most sqrt(2) times the sine of the angle.
   for (Eigen::Index c = 0; c < m_; ++c) {
     const auto i = static_cast<std::size_t>(c);
     const double size = (problem_.G[i] * box->middle).norm(), wide = problem_.G[i].colwise().norm() * radius;
@@ -172,7 +174,7 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes
       case Verdict::Empty:
         break;
       case Verdict::Solved:
-        // theta = 0: at infinity
+        // theta = 0 is a solution at infinity
         if (z(0) > 1e-12 && z.minCoeff() > -1e-9) found->push_back(unit / z(0) * z.tail(m).cwiseMax(0.0));
         break;
       case Verdict::Cut: {

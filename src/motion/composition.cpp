@@ -2,14 +2,14 @@
 
 namespace tanor {
 
-/// Suzuki 1990: 1/(4 - 4^(1/3)), twice at each end (GNI, II.4.5).
+/// Suzuki (1990). The fraction 1/(4 - 4^(1/3)) stands twice at each end (GNI, II.4.5).
 std::span<const double> suzuki_fractions() {
   static constexpr double outer = 0.41449077179437573714;
   static constexpr std::array fractions{outer, outer, 1.0 - 4.0 * outer, outer, outer};
   return fractions;
 }
 
-/// Kahan & Li 1997, nine stages (GNI, V.3.2).
+/// Kahan & Li (1997), nine stages (GNI, V.3.2).
 std::span<const double> kahan_li_fractions() {
   static constexpr double g1 = 0.39216144400731413928, g2 = 0.33259913678935943860, g3 = -0.70624617255763935981,
                           g4 = 0.082213596293550800230, g5 = 0.79854399093482996340;

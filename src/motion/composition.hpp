@@ -7,13 +7,14 @@
 
 namespace tanor {
 
-/// Fractions of the step, forwards and backwards; symmetric, of sum 1.
+/// Fractions of the step, some of them negative; symmetric, of sum 1.
 std::span<const double> suzuki_fractions();    ///< order 4
 std::span<const double> kahan_li_fractions();  ///< order 6
 
-/// RATTLE with steps gamma_1 h, …, gamma_s h (Hairer, Lubich, Wanner, Geometric Numerical Integration, V.3.2): of
-/// higher order, and as it is symplectic and symmetric where forces have a potential. Steps backwards in between go
-/// against friction and drag: these methods are meant for conservative motions.
+/// Composes RATTLE steps of lengths gamma_1 h, …, gamma_s h (Hairer, Lubich, Wanner, Geometric Numerical Integration,
+/// V.3.2). The composition is of higher order than RATTLE and, as RATTLE is, symplectic and symmetric for forces with a
+/// potential. Some of its steps go backwards, which friction and drag do not allow, so that these methods are meant for
+/// conservative motions.
 class Composition final : public Scheme {
  public:
   Composition(int order, std::span<const double> fractions, Mechanics& mechanics);

@@ -4,15 +4,16 @@
 
 namespace tanor {
 
-/// The inside of the last step of a scheme, as it interpolates there. The two states and what the scheme keeps have to
-/// stay as they are.
+/// Interpolates inside the last step of a scheme. The two states and what the scheme keeps of the step have to stay as
+/// they are.
 class DenseOutput {
  public:
-  /// `by_ends`: interpolate from what both ends know only, whoever made the step. The mechanics then stays where it is.
+  /// If `by_ends` is true, interpolates from the two end states only, whichever scheme made the step. The mechanics
+  /// then stays where it is.
   DenseOutput(Scheme& scheme, const State& from, const State& to, bool by_ends = false)
       : scheme_(scheme), from_(from), to_(to), by_ends_(by_ends) {}
 
-  /// The mechanics may not be where it was.
+  /// Returns true if the mechanics may have been moved.
   bool has_moved() const { return is_prepared_; }
   double time(double fraction) const { return from_.t + fraction * (to_.t - from_.t); }
 

@@ -2,8 +2,8 @@
 
 namespace tanor {
 
-/// Dormand & Prince 8(5,3) with the dense output of order 7, in its three stages more (Hairer, Norsett, Wanner I, II.5
-/// and II.6; numbers of their code DOP853). Stage 13 stands at the new point.
+/// Dormand & Prince 8(5,3) with the dense output of order 7 and its three additional stages (Hairer, Norsett, Wanner I,
+/// II.5 and II.6; coefficients of their code DOP853). Stage 13 stands at the new point.
 Tableau dop853_tableau() {
   Tableau tableau{
       .order = 8,
@@ -58,7 +58,7 @@ Tableau dop853_tableau() {
                357.63911791061412378, 93.405324183624310004, -37.458323136451633157, 104.09964950896230045,
                29.840293426660503123, -43.533456590011143754, 96.324553959188282948, -39.177261675615439165,
                -149.72683625798562581}}}};
-  // The second estimate: against a method of order 3 on stages 1, 9 and 12
+  // The second estimate compares with a method of order 3 on stages 1, 9 and 12.
   tableau.e3 = tableau.b;
   tableau.e3[0] -= 0.24409448818897637795;
   tableau.e3[8] -= 0.73384668828161185734;

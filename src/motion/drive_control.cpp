@@ -11,7 +11,8 @@ namespace {
 
 constexpr int high_degree = 20;
 
-/// Returns how much longer a stretch of time may be for an error of 1, where the error falls with its power of length.
+/// Returns the factor that makes the error of an interval 1, if the error grows with the power degree + 2 of its
+/// length.
 double scale_for(double error, int degree) {
   return 0.9 * std::pow(std::max(error, 1e-30), -1.0 / (degree + 2));
 }
@@ -36,7 +37,7 @@ void DriveControl::begin(double t) {
 
 void DriveControl::advance(double t, double t_end) {
   constexpr double samples = 4096.0;
-  if (t_end == end_ && spacing_ > 0.0) return;  // an advance that was stopped on its way goes on
+  if (t_end == end_ && spacing_ > 0.0) return;  // an advance that was stopped before its end continues
   spacing_ = std::max(t_end - t, t - begin_) / samples;
   end_ = t_end;
 }
@@ -46,7 +47,7 @@ void DriveControl::look(const State& from, double h, int degree) {
       {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
 }
 
-/// Says whether no function acts, or an earlier look serves.
+/// Returns true if no function of time acts or if an earlier look covers this step.
 bool DriveControl::has_seen(const State& from, double h) {
   report_ = {};
   const bool has_seen = monitor_ == nullptr || (from.t + h <= seen_until_ && h <= longest_seen_);
@@ -58,7 +59,7 @@ void DriveControl::remember(const State& from, double length, double longest_ste
   seen_until_ = from.t + length;
   longest_seen_ = longest_step;
   length_ = length;
-  // Functions of the state, too, are looked at no further ahead than needed.
+  // Functions that depend on the state too are looked at no further ahead than needed.
   next_length_ = report_.is_of_time_alone ? length * std::clamp(scale_for(report_.error, high_degree), 1.0, 4.0) : 0.0;
   pieces_ = report_.pieces;
 }
@@ -67,7 +68,8 @@ void DriveControl::set_pieces(double h) {
   step_pieces_ = length_ > 0.0 ? static_cast<int>(std::ceil(pieces_ * std::min(1.0, h / length_))) : 1;
 }
 
-/// Looks as far ahead as the last look advises, or half as far, …, while that serves steps of length h.
+/// Looks as far ahead as the last look advises and halves that distance until a look serves steps of length h. Returns
+/// false if none does.
 template <class Sees>
 bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
   const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
@@ -81,8 +83,8 @@ bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
   return false;
 }
 
-/// The error says how much shorter a step has to be where it falls with its power of h. Where something is hidden, half
-/// of the step is looked at.
+/// The error tells how much shorter the step has to be if it falls with its power of h. If a function hides something
+/// in the step, the next look covers half of it.
 double DriveControl::shorten(const State& from, double h, double shortest) {
   if (has_seen(from, h)) return h;
   if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {

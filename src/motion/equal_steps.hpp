@@ -5,8 +5,8 @@
 
 namespace tanor {
 
-/// The way from `begin` to `end` in equal steps, the fewest that are no longer than `step`; the last one ends at `end`
-/// itself.
+/// Divides the time from `begin` to `end` into equal steps, the fewest that are no longer than `step`. The last one
+/// ends exactly at `end`.
 class EqualSteps {
  public:
   EqualSteps(double begin, double end, double step)
@@ -15,9 +15,9 @@ class EqualSteps {
   double begin() const { return begin_; }
   double count() const { return count_; }
   double length() const { return (end_ - begin_) / count_; }
-  /// After k steps.
+  /// Returns the time after k steps.
   double time(double k) const { return k == count_ ? end_ : begin_ + k * length(); }
-  /// The k whose time is nearest to t.
+  /// Returns the k whose time is nearest to t.
   double nearest(double t) const { return std::round((t - begin_) / length()); }
 
  private:

@@ -12,23 +12,24 @@ namespace tanor {
 
 namespace {
 
-// All thresholds of events. Values are measured by the largest magnitude of their function in the step.
+// All thresholds of events. A value is measured relative to the largest magnitude of its function in the step.
 
-constexpr double rounding = 1e-13;  // A value nearer to 0 is 0.
-/// What is below this where another function vanishes vanishes with it, and what starts below this starts at 0.
+constexpr double rounding = 1e-13;  // A value nearer to 0 counts as 0.
+/// A function below this where another one vanishes vanishes with it, and a function that starts below this starts at
+/// 0.
 constexpr double vanishing = 1e-10;
-/// The step is looked into where its ends hint at a dip below this part of the smaller of them.
+/// The inside of a step is sampled if its ends hint at a dip below this part of the smaller end value.
 constexpr double hint = 0.5;
-/// What comes so near to 0 inside is looked at, since shapes are parabolas in short pieces alone.
+/// A predicted minimum below this is sampled, since shapes are parabolas in short pieces alone.
 constexpr double near = 0.05;
-/// The root is narrowed to this part of the step on the dense output. The secants of the steps made again do the rest.
+/// The dense output narrows the root to this part of the step. Secants over repeated steps do the rest.
 constexpr double dense_tolerance = 1e-7;
-/// Steps made again are 2 to 4 where functions are smooth. Bisection takes over after `most_secants`, where they jump.
+/// A step is repeated 2 to 4 times if functions are smooth. Bisection takes over after `most_secants`, as for jumps.
 constexpr int most_passes = 60, most_secants = 15;
-constexpr int most_probes = 12;  // of a rise from 0, down to 1/8^12 of the step
-constexpr int most_dips = 6;     // that are looked at, and one for every piece of a step
+constexpr int most_probes = 12;  // probes for a rise from 0, down to 1/8^12 of the step
+constexpr int most_dips = 6;     // dips that are sampled, plus one for each piece of a step
 constexpr std::size_t usual_samples = 8;
-constexpr std::size_t most_switches = 50;  // without progress of time
+constexpr std::size_t most_switches = 50;  // switches without progress of time
 
 bool are_positive(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double f) { return f > 0.0; });
@@ -64,7 +65,7 @@ void Events::exchange_memory(Memory& memory) {
   memory.exchange(knows_start_, start_.values, start_.shapes, repeated_, series_begin_);
 }
 
-/// Evaluates all functions where accelerations were found.
+/// Evaluates all functions at a state whose accelerations were found.
 Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, double* values) {
   functions_->evaluate_events(at, reactions, values);
   functions_->shape_events(reactions, values, shapes_.data());
@@ -102,7 +103,7 @@ Outcome Events::start(const State& state) {
   return found;
 }
 
-/// Brings the mechanics back to where a step ends, from where the step was looked at.
+/// Returns the mechanics to the end of a step after the inside of the step was sampled.
 Outcome Events::return_to(State* state) {
   mechanics_.prescribe(state->t, state->x.data(), state->v.data());
   return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate),
@@ -120,7 +121,7 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
   return found;
 }
 
-/// Adds a sample in its place among the others.
+/// Adds a sample and keeps the samples in order.
 Outcome Events::add_sample(DenseOutput* dense, double fraction) {
   if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_), std::vector<double>(num_)});
   Sample& sample = samples_[num_samples_++];
@@ -133,7 +134,8 @@ Outcome Events::add_sample(DenseOutput* dense, double fraction) {
   return found;
 }
 
-/// f(s) = f0 + m h s + c s^2 through both ends, with the slope m of the step before, has its minimum f0 - (m h)^2/(4c).
+/// The parabola f(s) = f0 + m h s + c s^2 through both ends, with the slope m of the previous step, has its minimum f0
+/// - (m h)^2/(4c).
 bool Events::may_dip(double h) const {
   if (slopes_.size() != num_) return true;
   const std::vector<double>&first = samples_[0].shapes, &last = samples_[num_samples_ - 1].shapes;
@@ -146,8 +148,9 @@ bool Events::may_dip(double h) const {
   return false;
 }
 
-/// Takes the parabolas through each inner sample of a shape and its neighbours, ahead of what is not positive already.
-/// Returns where the lowest of those is least that fall below `margin`, over the largest shape; 0 where none does.
+/// Fits a parabola through each inner sample of a shape and its neighbours, up to the first sample that is not
+/// positive. Returns the fraction at which the lowest minimum lies, each relative to the largest magnitude of its
+/// shape, or 0 if none is below `margin`.
 double Events::find_dip(double margin) const {
   double lowest = margin, place = 0.0;
   const std::size_t end = first_not_positive();
@@ -155,7 +158,7 @@ double Events::find_dip(double margin) const {
     double scale = std::numeric_limits<double>::min();
     for (std::size_t i = 0; i < num_samples_; ++i) scale = std::max(scale, std::abs(samples_[i].shapes[k]));
     for (std::size_t i = 1; i + 1 < end; ++i) {
-      // f(s) = f + m s + c s^2, s from the middle one
+      // f(s) = f + m s + c s^2, where s counts from the middle sample
       const double f = samples_[i].shapes[k];
       const double left = samples_[i - 1].fraction - samples_[i].fraction;
       const double right = samples_[i + 1].fraction - samples_[i].fraction;
@@ -165,7 +168,7 @@ double Events::find_dip(double margin) const {
       const double slope = from_right - curvature * right;
       if (!(curvature > 0.0)) continue;
       const double s = -0.5 * slope / curvature, value = f + 0.5 * slope * s;
-      const bool is_found = value > 0.9 * f;  // the sample is the place, and positive
+      const bool is_found = value > 0.9 * f;  // the sample is at the minimum already, and positive
       if (value / scale < lowest && !is_found && s > left && s < right && s != 0.0) {
         lowest = value / scale;
         place = samples_[i].fraction + s;
@@ -182,7 +185,7 @@ std::size_t Events::first_not_positive() const {
   return i;
 }
 
-/// Takes samples inside the step where a function may dip. The values of both ends are there.
+/// Takes samples inside the step if a function may dip there. The values at both ends are known.
 Outcome Events::take_samples(DenseOutput* dense, int pieces, double h) {
   if (pieces < 2 && !may_dip(h)) return {};
   const int places = std::max(pieces, 4);
@@ -205,8 +208,8 @@ void Events::measure_scales() {
   }
 }
 
-/// Says whether a function is 0 at the start of the step, as after a switch. What happens to it then says whether it
-/// counts.
+/// Returns true if a function is 0 at the start of the step, as after a switch. Such a function counts only if it
+/// falls.
 bool Events::is_at_zero(std::size_t k) const {
   return samples_[0].values[k] <= vanishing * scales_[k];
 }
@@ -218,7 +221,7 @@ bool Events::falls_from_zero(std::span<const double> values) const {
   return false;
 }
 
-/// Returns the least of the watched values over their scales. It falls through 0 where the first of them does.
+/// Returns the least of the watched values over their scales. It falls through 0 with the first of the functions.
 double Events::least(std::span<const double> values) const {
   double result = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < num_; ++k) {
@@ -227,7 +230,7 @@ double Events::least(std::span<const double> values) const {
   return result;
 }
 
-/// Finds the first interval at whose end something is not positive.
+/// Finds the first interval at whose end a function is not positive.
 Outcome Events::bracket(DenseOutput* dense, Root* root) {
   *root = Root::None;
   const std::size_t i = first_not_positive();
@@ -236,7 +239,7 @@ Outcome Events::bracket(DenseOutput* dense, Root* root) {
   bracket_.low = samples_[i - 1].fraction;
   bracket_.high = samples_[i].fraction;
   std::span<double> at_low = samples_[i - 1].values, at_high = samples_[i].values;
-  // What is 0 at the start may rise first. Its rise is looked for ever nearer to the start.
+  // A function that is 0 at the start may rise before it falls. Probes look for that rise ever nearer to the start.
   for (int probe = 0; i == 1 && probe < most_probes && falls_from_zero(at_high); ++probe) {
     const double fraction = bracket_.high / 8.0;
     if (Outcome found = evaluate_inside(dense, fraction, values_.data()); !found.ok()) return found;
@@ -263,8 +266,8 @@ Outcome Events::bracket(DenseOutput* dense, Root* root) {
   return {};
 }
 
-/// Makes steps from `from` and corrects their length by secants until the least function vanishes where they end.
-/// Leaves the functions there in `values_`.
+/// Repeats the step from `from` and corrects its length by secants until the least function vanishes at its end. Leaves
+/// the functions there in `values_`.
 Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step) {
   RootBracket inside(bracket_.low, bracket_.least_low, bracket_.high, bracket_.least_high, dense_tolerance);
   while (!inside.is_narrow()) {
@@ -273,7 +276,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     inside.narrow(fraction, least(values_));
   }
   const double end = to->t, whole = end - from.t, finest = time_resolution(from.t, whole);
-  const double narrow = 1.5 * finest;  // instants round
+  const double narrow = 1.5 * finest;  // instants are rounded
   double slope = inside.slope() / whole, h = inside.root() * whole;
   double low = 0.0, high = std::max(finest, bracket_.high * whole);
   double last_h = 0.0, last = 0.0;
@@ -293,7 +296,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
       const double secant = (now - last) / (h - last_h);
       if (secant < 0.0 && std::isfinite(secant)) slope = secant;
     }
-    if (now > 0.0 && h >= high) return {};  // these steps do not reach the dip that the dense output saw
+    if (now > 0.0 && h >= high) return {};  // the steps do not reach the dip that the dense output saw
     (now > 0.0 ? low : high) = h;
     if (high - low <= narrow && now <= 0.0) return {};
     last_h = h;
@@ -302,14 +305,14 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     if (high - low <= narrow)
       h = high;
     else if (pass >= most_secants)
-      h = 0.5 * (low + high);  // where another function is the least one beyond a kink, one end stands
+      h = 0.5 * (low + high);  // beyond a kink another function is the least, and secants do not move one end
     else if (!(h > low && h < high) || (std::abs(h - last_h) < 0.5 * finest && std::abs(now) > vanishing))
-      h = 0.5 * (low + high);  // where a function jumps the secant stands still
+      h = 0.5 * (low + high);  // the secant stalls at a jump of a function
   }
   return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
 }
 
-/// Chooses the functions that vanish with the least one.
+/// Collects the functions that vanish together with the least one.
 void Events::choose_vanishing(std::span<const double> values) {
   which_.clear();
   const double bound = std::max(vanishing, least(values));
@@ -318,7 +321,7 @@ void Events::choose_vanishing(std::span<const double> values) {
   }
 }
 
-/// A switch that fails leaves the equations as they were.
+/// Leaves the equations as they were if the switch fails.
 Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
   const std::vector<int> before = functions_->discrete_state();

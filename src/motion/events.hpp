@@ -9,16 +9,17 @@
 
 namespace tanor {
 
-/// Ends steps where the equations of a mechanics change, and switches them there.
+/// Ends steps where the equations of a mechanics change, and switches the equations there.
 ///
-/// A function that is positive at the start of a step and not at its end is always met. One that vanishes twice inside
-/// a step is met where something hints at it: the step is the first one after a switch, or a parabola with the slope of
-/// the step before falls, inside, below half of both end values. Then the function is evaluated at three places inside
-/// and where parabolas through them fall below 0. A dip without such a hint, or narrower than a quarter of the step and
-/// far from a parabola, is missed: only a smaller step or tolerance finds it.
-/// A step that extrapolates past a singular configuration is not looked into: an event on its way is met at its end.
+/// A function that is positive at the start of a step and not at its end is always met. A function that vanishes twice
+/// inside a step is met only if something hints at it: the step is the first one after a switch, or a parabola with the
+/// slope of the previous step falls, inside, below half of both end values. The functions are then evaluated at three
+/// places inside the step and where parabolas through them fall below 0. A dip without such a hint, or one that is
+/// narrower than a quarter of the step and far from a parabola, is missed; only a smaller step or tolerance finds it.
+/// The inside of a step that extrapolates past a singular configuration is not sampled: an event in it is met at its
+/// end.
 ///
-/// Allocates nothing, except where the number of functions or of variables grows.
+/// Allocates nothing unless the number of functions or of variables grows.
 class Events {
  public:
   Events(const IntegrationOptions& options, Mechanics& mechanics)
@@ -31,28 +32,31 @@ class Events {
 
   /// Evaluates the functions at `state` before a step from there, unless they are known from the last step.
   Outcome start(const State& state);
-  /// The next step does not start where the last one ended.
+  /// Forgets the last step; call this if the next step does not start where the last one ended.
   void forget();
 
-  /// Looks at an accepted step from `from` to `to`. Where a function vanishes on the way, the step is made again so
-  /// that it ends at the first such instant, and asks for a switch there. `to` and `step` are then those of the shorter
-  /// step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is meaningless. Functions
-  /// are evaluated at the ends of so many `pieces` of the step; 1: where something hints at a dip.
+  /// Examines an accepted step from `from` to `to`. If a function vanishes on the way, the step is repeated so that it
+  /// ends at the first such instant, and the result asks for a switch there. `to` and `step` are then those of the
+  /// shorter step, whose length is 0 if a function falls from 0 at once. On a failed outcome `to` is meaningless. The
+  /// functions are evaluated at the ends of `pieces` equal parts of the step; if `pieces` is 1, the inside is sampled
+  /// only on a hint at a dip.
   Meeting meet(Scheme& scheme, const State& from, int pieces, State* to, StepResult* step);
-  /// Switches the equations where `meet` asked for it. The next step has to start from `to`. Where the switch fails, no
+  /// Switches the equations where `meet` asked for it. The next step has to start from `to`. If the switch fails, no
   /// other step helps.
   Outcome switch_equations(Scheme& scheme, const State& from, State* to);
 
   std::size_t count() const { return count_; }
-  double last_time() const { return last_time_; }  ///< s, of the last one
+  double last_time() const { return last_time_; }  ///< s, of the last event
 
-  /// Slopes of the functions over the last step, 1/s, on which the next one depends beside the state; empty: unknown.
+  /// Slopes of the functions over the last step, 1/s, on which the next step depends besides the state; empty if
+  /// unknown.
   const std::vector<double>& slopes() const { return slopes_; }
   void restore(std::size_t count, double last_time, std::span<const double> slopes);
-  /// Of the mechanics; empty where equations never change. Throws InputError where the state does not fit.
+  /// Returns the discrete state of the mechanics, which is empty if its equations never change.
   std::vector<int> discrete_state() const;
   void restore_discrete_state(std::span<const int> state);
-  /// The functions at the present state, as they were found there, and the watch for switches without progress.
+  /// Exchanges the functions' values at the present state, as they were found there, and the count of switches without
+  /// progress.
   void exchange_memory(Memory& memory);
 
  private:
@@ -82,27 +86,27 @@ class Events {
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  EventFunctions* const functions_;  // null: equations never change
+  EventFunctions* const functions_;  // null if the equations never change
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  Sample start_;                 // at the start of the step
-  std::vector<double> slopes_;   // of the shapes, over the step before
-  std::vector<double> shapes_;   // where functions were evaluated last
-  std::vector<Sample> samples_;  // of this step, in order
+  Sample start_;                 // sample at the start of the step
+  std::vector<double> slopes_;   // slopes of the shapes over the previous step
+  std::vector<double> shapes_;   // shapes where the functions were evaluated last
+  std::vector<Sample> samples_;  // samples of this step, in order
   std::size_t num_samples_ = 0;
   std::vector<double> scales_;    // largest magnitude of each function over the samples
-  std::vector<char> is_watched_;  // not one that has just left 0 upwards
+  std::vector<char> is_watched_;  // 0 for a function that has just left 0 upwards
   struct {
-    double low = 0.0, high = 0.0;              // fractions between which the first root lies …
-    double least_low = 0.0, least_high = 0.0;  // … with the least value, over its scale, there
+    double low = 0.0, high = 0.0;              // fractions between which the first root lies, …
+    double least_low = 0.0, least_high = 0.0;  // … and the least values there, over their scales
   } bracket_;
   std::vector<double> values_;  // scratch
   std::vector<std::size_t> which_;
   struct {
     std::vector<double> x, v, a;
     Reactions reactions;
-  } inside_;                              // the step
-  std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_`, without progress
+  } inside_;                              // a state inside the step
+  std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_` without progress
   double last_time_ = 0.0, series_begin_ = 0.0;
 };
 

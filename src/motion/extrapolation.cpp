@@ -7,7 +7,7 @@ namespace tanor {
 
 namespace {
 
-/// x(t0 + u p) = x + p v u + b2 u^2 + … + b5 u^5 of one number; p: time between the two states.
+/// The polynomial x(t0 + u p) = x + p v u + b2 u^2 + … + b5 u^5 of one variable; p is the time between the two states.
 struct Polynomial {
   double b2, b3, b4, b5;
 
@@ -23,7 +23,7 @@ void Extrapolation::follow(const State& before, const State& from, bool follows_
   const double p = from.t - before.t, h = to->t - from.t, u = h / p;
   for (std::vector<double>* array : {&x_error_, &v_error_, &kept_}) array->resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    // What the first terms leave over at u = -1
+    // The remainders of the first terms at u = -1
     const double b2 = 0.5 * p * p * from.a[i];
     const double v = p * (before.v[i] - from.v[i]) + 2.0 * b2;
     Polynomial best, other;
@@ -44,7 +44,7 @@ void Extrapolation::follow(const State& before, const State& from, bool follows_
   }
 }
 
-/// The velocity that the constraints allow is not the one that was expected.
+/// Returns true if the velocity that the constraints allow differs from the expected one.
 bool Extrapolation::turns_away(Mechanics& mechanics, const std::vector<double>& found) const {
   double difference = 0.0, size = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -54,7 +54,7 @@ bool Extrapolation::turns_away(Mechanics& mechanics, const std::vector<double>& 
   return mechanics.sum(difference) > singular::turn * singular::turn * mechanics.sum(size);
 }
 
-/// Puts the end onto the constraints, whose K says again where the motion goes.
+/// Projects the end onto the constraints, whose K determines the motion again.
 StepResult Extrapolation::stabilize_end(Mechanics& mechanics, const IntegrationOptions& options, const State& from,
                                         State* to) {
   StepResult result;
@@ -76,7 +76,7 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
   if (how.ends_at_singularity) {
     mechanics.prescribe(to->t, to->x.data(), to->v.data());
     if (options.stabilisation == Stabilisation::Projection) {
-      // K of `from` leads back what the polynomial missed, and moves little along the direction that vanishes here.
+      // The K of `from` corrects what the polynomial missed, and moves little along the direction that vanishes here.
       kept_ = to->x;
       const ProjectionReport positions = mechanics.project_positions(to->t, to->x.data(), Turn::Small);
       if (!positions.outcome.ok()) to->x = kept_;
@@ -93,7 +93,7 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
   const StepErrors errors{x_error_.data(), v_error_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()};
   result.error = larger(result.error, mechanics.error_ratios(from.t, errors, options.atol, options.rtol).largest());
 
-  // The parabola through the powers at u = -1, at 0 and at the end
+  // Weights of the parabola through the powers at u = -1, at 0 and at the end
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),
                w_to = (2.0 * h + 3.0 * p) / (6.0 * (p + h));
   to->work = from.work;

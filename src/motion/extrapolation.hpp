@@ -6,17 +6,18 @@
 
 namespace tanor {
 
-/// Steps past a singular configuration. K no longer says there on which branch the motion goes on, but its velocity
-/// does: such a step follows the polynomial through the last two states instead of accelerations. Its end is put onto
-/// the constraints. A step that ends at the singular configuration puts its positions alone there, with the K of
-/// `from`.
+/// Steps past a singular configuration. K no longer tells there on which branch the motion continues, but the velocity
+/// does: such a step follows the polynomial through the last two states instead of accelerations. The end of the step
+/// is projected onto the constraints. A step that ends at the singular configuration projects only its positions, with
+/// the K of `from`.
 ///
-/// The error is of order 5 (3 by the cubic) and is estimated by the polynomial of one degree less. Workspaces are kept.
+/// The error is of order 5 (3 for the cubic) and is estimated by the polynomial of one degree less. Workspaces are
+/// kept.
 class Extrapolation {
  public:
   struct How {
-    /// The quintic goes through x, v and a of both states. The cubic leaves out x and a of the first one: they are not
-    /// known, or as coarse as a scheme of order 2, where the quintic's differences would multiply what they miss.
+    /// The quintic goes through x, v and a of both states. The cubic leaves out x and a of the first state. They may be
+    /// unknown, or as coarse as those of a scheme of order 2, whose errors the quintic's differences would amplify.
     bool follows_quintic = true;
     bool ends_at_singularity = false;
   };
@@ -29,7 +30,7 @@ class Extrapolation {
   bool turns_away(Mechanics& mechanics, const std::vector<double>& found) const;
 
   std::vector<double> x_error_, v_error_;
-  std::vector<double> kept_;  // positions that a projection may lose, or the velocity that was expected
+  std::vector<double> kept_;  // positions before a projection that may fail, or the expected velocity
 };
 
 }  // namespace tanor

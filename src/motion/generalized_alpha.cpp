@@ -31,7 +31,7 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
     own_ = from.a;
     equations_.write_multipliers(from.reactions, from.x.data(), from.v.data(), lambda_.data());
   }
-  // b_1 begins as b_0.
+  // The first guess of b_1 is b_0.
   for (std::size_t k = 0; k < to->x.size(); ++k) to->x[k] = from.x[k] + h * (from.v[k] + 0.5 * h * own_[k]);
   to->v = from.v;
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
@@ -54,8 +54,7 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   return result;
 }
 
-/// Iterates with the matrix that is there. Where that stalls, a new one is made at the state that the iteration came
-/// to.
+/// Iterates with the present matrix. If that stalls, makes a new matrix at the state that the iteration reached.
 Outcome GeneralizedAlpha::solve_step(const State& from, double h, State* to) {
   constexpr int most_renewals = 2;
   for (int renewals = 0;; ++renewals) {
@@ -109,8 +108,8 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
   }
 }
 
-/// Returns the size of increments that are rounding of x and do not shrink, over the tolerance: a few eps |x|, and
-/// gamma/(beta h) of it in v.
+/// Returns the size, over the tolerance, of increments that are only rounding of x and do not shrink: a few eps |x|,
+/// and gamma/(beta h) times as much in v.
 double GeneralizedAlpha::measure_rounding(const State& from, double h, const State& to) {
   constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
   for (std::size_t k = 0; k < to.x.size(); ++k) {

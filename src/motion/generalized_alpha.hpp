@@ -6,14 +6,14 @@
 
 namespace tanor {
 
-/// Generalized-alpha (Chung & Hulbert 1993; on constraints Arnold & Bruels 2007): order 2, one Newton iteration with
-/// one real matrix a step, the fastest oscillations damped by `spectral_radius` a step. With an acceleration b of its
-/// own
+/// Generalized-alpha method of order 2 (Chung & Hulbert 1993; for constraints Arnold & Bruels 2007). A step takes one
+/// Newton iteration with one real matrix and damps the fastest oscillations by the factor `spectral_radius`. The method
+/// has an acceleration b of its own:
 ///
 ///   r_1 = r_0 + h v_0 + h^2 ((1/2 - beta) b_0 + beta b_1),   v_1 = v_0 + h ((1 - gamma) b_0 + gamma b_1)
 ///   (1 - alpha_m) b_1 + alpha_m b_0 = (1 - alpha_f) w_1 + alpha_f w_0,   M w_1 = f_1 + K_1 lambda,   xi(r_1, t_1) = 0
 ///
-/// and v_1 is put onto K'v + xi_t = 0 at the end.
+/// At the end v_1 is projected onto K'v + xi_t = 0.
 class GeneralizedAlpha final : public Scheme {
  public:
   GeneralizedAlpha(const IntegrationOptions& options, Mechanics& mechanics);

@@ -33,7 +33,7 @@ void ImplicitStep::linearise(double t, const double* x, const double* v, const d
 }
 
 bool ImplicitStep::wants_factors(double h) {
-  constexpr double same = 0.01;  // as good as the same length
+  constexpr double same = 0.01;  // relative difference up to which lengths count as equal
   const bool wants = !(std::abs(factorized_for_ - h) <= same * h);
   if (wants) factorized_for_ = h;
   newton.begin(!wants);
@@ -51,7 +51,7 @@ StepResult ImplicitStep::finish(State* to, MovedVelocity moved_velocity) {
   return stabilize(mechanics, options_, to, moved_velocity);
 }
 
-/// Makes chord iterations N dx = K mu, K'dx = -xi with the K of the linearisation.
+/// Projects positions by chord iterations N dx = K mu, K'dx = -xi, with the K of the linearisation.
 void ImplicitStep::put_onto_positions(State* to) {
   constexpr double target = 1e-13;
   constexpr int most_iterations = 10;

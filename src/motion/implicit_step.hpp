@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// What implicit schemes share: the linearisation and factor that are kept from step to step while Newton's iteration
-/// converges, and the end of a step.
+/// The common part of implicit schemes: the linearisation and the factor, which are kept from step to step while
+/// Newton's iteration converges, and the end of a step.
 class ImplicitStep {
  public:
   ImplicitStep(const IntegrationOptions& options, Mechanics& mechanics);
@@ -18,19 +18,19 @@ class ImplicitStep {
   const std::unique_ptr<ImplicitEquations> equations;
   NewtonIteration newton;
 
-  /// The matrices stand at a state of the step that is tried, or at one of an earlier step. Where there is none, or one
-  /// that served badly, they want a new one.
+  /// Returns true if the matrices have to be linearised anew, since there is no linearisation yet or the last one
+  /// served badly. It stands at a state of the present step or of an earlier one.
   bool wants_linearisation() const { return renew_; }
   void linearise(double t, const double* x, const double* v, const double* lambda);
-  /// Returns whether they have to be factorized for steps of length h, which is noted.
+  /// Returns true if the matrices have to be factorized for steps of length h, which it remembers.
   bool wants_factors(double h);
   void forget_factors() { factorized_for_ = 0.0; }
   void renew() { renew_ = true; }
 
-  /// Newton's iteration of a step converged. A slow one wants a new linearisation for the next step.
+  /// Takes note that Newton's iteration of a step converged. A slow one asks for a new linearisation for the next step.
   void note_convergence();
 
-  /// Ends a step whose x and v are found. They are put onto xi = 0 in the norm of Newton's matrix, which leaves stiff
+  /// Ends a step whose x and v are found. Projects them onto xi = 0 in the norm of Newton's matrix, which leaves stiff
   /// springs as they are; `stabilize` does the rest.
   StepResult finish(State* to, MovedVelocity moved_velocity);
 
@@ -44,7 +44,7 @@ class ImplicitStep {
   void put_onto_positions(State* to);
 
   IntegrationOptions options_;
-  double factorized_for_ = 0.0;  // s; 0: there is no factor
+  double factorized_for_ = 0.0;  // s; 0 if there is no factor
   bool renew_ = true;
   std::vector<double> moves_, rows_;  // scratch
 };

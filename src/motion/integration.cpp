@@ -15,13 +15,13 @@ namespace {
 
 // All thresholds of step control.
 
-/// A fixed step that fails is halved so often.
+/// A fixed step that fails is halved at most so often.
 constexpr int most_splits = 8;
-/// A step that comes so near to the end of an advance ends there.
+/// A step that covers this part of what is left of an advance ends at its end.
 constexpr double nearly_all = 0.99;
-/// A step longer than this part of what is left is made half of it: no tiny step is left over.
+/// A step longer than this part of the time left is shortened to half of that time, so that no tiny step is left over.
 constexpr double nearly_half = 0.51;
-/// An advance that makes so many steps in a row, each of such a part of what is left, would never end.
+/// An advance fails after so many steps in a row that each cover less than this part of the time left.
 constexpr double tiny = 1e-8;
 constexpr int most_tiny_steps = 20000;
 /// Fixed steps may pass over velocities up to this part of the largest speed without a warning.
@@ -56,7 +56,7 @@ void Integration::begin() {
 Outcome Integration::return_to_constraints() {
   Outcome found = mechanics_.linearise(trial_.state.t, trial_.state.x.data());
   if (found.ok()) {
-    // The acceleration is known, but the mechanics has to know it.
+    // The acceleration is known to the state but not to the mechanics.
     found = mechanics_.accelerations(trial_.state.at(), options_.request(Gradients::Keep),
                                      trial_.state.output_without_power());
   }
@@ -76,12 +76,12 @@ Outcome Integration::advance(double t_end, const Taken& taken, const Observer& o
 }
 
 double Integration::turn() const {
-  // Other variables may stand in charts that have moved, and accelerations jump where equations change.
+  // Other variables may belong to charts that have moved, and accelerations jump where equations change.
   if (!mechanics_.keeps_variables() || !trial_.is_before) return 0.0;
   return turns_.angle(mechanics_, trial_.state, state, knows_acceleration());
 }
 
-/// Takes an attempt that was accepted. Its length is 0 where equations were switched before it.
+/// Takes over an accepted attempt. Its length is 0 if equations were switched at its start.
 void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   const double h = trial_.state.t - state.t;
   std::swap(state, trial_.state);
@@ -102,7 +102,7 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   keep_memory();
 }
 
-/// Makes a fixed step, in pieces where events lie on the way. A step that fails is tried again in halves.
+/// Makes a fixed step, in pieces if events lie on the way. A step that fails is tried again in halves.
 Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken) {
   while (state.t < t && !has_stopped_) {
     const double h = t - state.t;
@@ -138,8 +138,9 @@ Outcome Integration::step_too_small(double resolution, Outcome reason) {
                                     (reason.ok() ? "" : ": " + reason.what)};
 }
 
-/// Steps that get shorter and shorter may lead to where forces end (a bond at its limit): a little ahead, along the
-/// velocities, these are not finite. The advance is over: what the mechanics knows of the state is lost.
+/// Looks a little ahead, along the velocities, for a place where forces are not finite, as for a bond at its limit.
+/// Steps that get ever shorter may lead there. The mechanics loses what it knows of the state, since the advance is
+/// over.
 Outcome Integration::find_end_ahead(double resolution) {
   constexpr double nearest = 10.0, farthest = 1e7;
   std::vector<double> x(state.x.size()), v(state.v.size()), a(state.a.size());
@@ -150,14 +151,15 @@ Outcome Integration::find_end_ahead(double resolution) {
       mechanics_.prescribe(state.t + ahead, x.data(), v.data());
       Outcome found = mechanics_.accelerations({state.t + ahead, x.data(), v.data()}, {}, a.data());
       if (found.status == Status::NotFinite) return found;
-    } catch (const InputError&) {  // a table ends here
+    } catch (const InputError&) {  // a table ends there
       return {};
     }
   }
   return find_collision(farthest * resolution);
 }
 
-/// Where the law of a pair has no bound, forces are finite up to the very place.
+/// Names two points that collide within so many seconds. Forces of a pair whose law has no bound are finite up to the
+/// point of collision.
 Outcome Integration::find_collision(double within) {
   ForcePassages* const forces = mechanics_.force_passages();
   if (forces == nullptr) return {};
@@ -167,8 +169,8 @@ Outcome Integration::find_collision(double within) {
   return found.empty() ? Outcome{} : Outcome{Status::NotFinite, std::move(found)};
 }
 
-/// Makes steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes
-/// on with its own steps.
+/// Makes steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way to t_end
+/// continues with its own steps.
 Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer) {
   const double length = std::min(options_.step, longest_step());
   EqualSteps steps(last_advance_.begin, t_end, length);
@@ -195,7 +197,7 @@ void Integration::take_scheme(Method method, double first_step) {
   report_.method = method;
 }
 
-/// Goes from steps that stability holds short to implicit ones, and back where these get shorter.
+/// Changes from steps that stability keeps short to implicit ones, and back if the implicit ones get shorter.
 Outcome Integration::look_for_stiffness(double t_end) {
   if (stiff_steps_.gives_up(next_step)) {
     take_scheme(method_, next_step);
@@ -234,7 +236,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
   return {};
 }
 
-/// Tries a step past a singular configuration. Where that fails, `next_step` is the length to try instead.
+/// Tries a step past a singular configuration. If that fails, `next_step` is the length to try instead.
 Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   const auto end_of = [&](double h) { return h >= nearly_all * (t_end - state.t) ? t_end : state.t + h; };
   const double wanted = std::min(singular_.extrapolation_length(trial_.state.t, state.t), longest_step());
@@ -246,8 +248,8 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
       control_.limit = next_step = singular_.half_way(state.t);
       return mechanics_.linearise(state.t, state.x.data());
     }
-    // Nearer the error only grows. The scheme's own step passes what is no singular configuration, the polynomial what
-    // is one.
+    // Coming nearer would only increase the error. The scheme's own step passes a configuration that only seems
+    // singular, the polynomial one that is singular.
     if (!singular_.is_extrapolating() && !singular_.lies_near_end(state.t, end_of(wanted)))
       attempt = trial_.pass(end_of(wanted));
     if (attempt.has_switched && !attempt.is_good()) return attempt.step.outcome;
@@ -266,7 +268,7 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   return step_adaptively(t_end, taken);
 }
 
-/// Tries a step once. `next_step` is then the length to try next.
+/// Tries a step once. Afterwards `next_step` is the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = trial_.events.start(state); !found.ok()) return found;
   if (Outcome found = rounding_.measure(state); !found.ok()) return found;
@@ -287,8 +289,9 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const StepAttempt attempt = trial_.step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
-    // A step cut short by t_end says little about the next one, and one cut short by an event nothing. The whole step
-    // does, but not that the next one may be longer. The same holds for a step that functions of time cut short.
+    // A step cut short by t_end, or by functions of time, tells little about the next one, so that the next length
+    // stays as planned, up to 5 times what this step allows. The error of a step cut short by an event is that of the
+    // whole step, but does not show that the next step may be longer.
     next_step = last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
     rounding_.note_step(state);

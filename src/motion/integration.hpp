@@ -17,33 +17,36 @@
 
 namespace tanor {
 
-/// A state on its way through time: a scheme, the lengths of its steps, and the events and singular configurations on
-/// the way.
+/// Advances a state through time: a scheme, the lengths of its steps, and the events and singular configurations on the
+/// way.
 class Integration {
  public:
-  /// Writes into `report`: rejected steps, events, rank changes, singular configurations and the length of the last
-  /// step. `method` is not Auto.
+  /// Writes rejected steps, events, rank changes, singular configurations and the length of the last step into
+  /// `report`. `method` is not Auto.
   Integration(Method method, const IntegrationOptions& options, Mechanics& mechanics, MotionReport* report);
 
-  /// After every step, whose end is `state`.
+  /// Called after every step, whose end is `state`.
   using Taken = std::function<void(const StepResult&)>;
-  /// After every step, for the user; false: stop there. A fixed step that was split or met events is one step here.
+  /// Called for the user after every step; returns false to stop there. A fixed step that was split or met events
+  /// counts as one step here.
   using Observer = std::function<bool(const MotionReport&)>;
 
   const Scheme& scheme() const { return *scheme_; }
-  /// How this motion asks for accelerations.
+  /// Returns how this motion asks for accelerations.
   Request request(Gradients gradients) const { return options_.request(gradients); }
-  /// Steps turned out stiff on the way, and another method took over for a reason.
+  /// Returns true if steps turned out stiff and another method took over; `explain_stiffness` tells why.
   bool is_stiff() const { return stiff_steps_.is_stiff(); }
   std::string explain_stiffness() const { return stiff_steps_.explain(); }
-  /// `state` has its acceleration. It comes from a scheme that leaves one, or was extrapolated.
+  /// Returns true if `state` has its acceleration, from a scheme that leaves one or from extrapolation.
   bool knows_acceleration() const { return trial_.knows_acceleration(); }
 
-  /// Call one of these when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
+  /// Begins a motion, or resumes one. Call one of these when `state` is complete and the mechanics has solved there
+  /// last.
   void begin();
   void resume(const Snapshot& snapshot);
-  /// Call `return_to_constraints` in place of `linearise` after restoring a state that is being extrapolated past a
-  /// singular configuration: K is unreliable there, so the system is linearised at the state before.
+  /// Returns true if the state is being extrapolated past a singular configuration. After restoring such a state, call
+  /// `return_to_constraints` in place of `linearise`. K is unreliable there, so that the system is linearised at the
+  /// previous state.
   bool is_extrapolating() const { return singular_.is_extrapolating(); }
   Outcome return_to_constraints();
 
@@ -51,31 +54,31 @@ class Integration {
   Watch& watch() { return trial_.watch; }
   const Watch& watch() const { return trial_.watch; }
 
-  /// Goes from state.t to exactly t_end, or to an event that stops there. On a failure `state` stays at the last good
-  /// step, the mechanics does not. An adaptive scheme needs `next_step` > 0.
+  /// Advances from state.t to exactly t_end, or to an event that stops there. On a failure `state` stays at the last
+  /// good step, but the mechanics does not. An adaptive scheme needs `next_step` > 0.
   Outcome advance(double t_end, const Taken& taken, const Observer& observer);
 
-  /// How far the last fixed step turned the motion, rad; 0: it moved too little to tell.
+  /// Returns how far the last fixed step turned the motion, rad; 0 if that is not known or the step moved too little.
   double turn() const;
 
-  /// A warning that says what fixed steps passed over; empty: nothing to speak of.
+  /// Returns a warning that tells what fixed steps passed over; empty if that is little.
   std::string explain_missed() const;
 
-  /// What the next step depends on beside the state, to and from a snapshot. After `restore` the owner completes the
-  /// state from its points, where the mechanics solves once; `resume` then puts back what that solve may have changed
-  /// in its last bits.
+  /// Writes to a snapshot, or restores from it, what the next step depends on besides the state. After `restore` the
+  /// owner completes the state from its points, for which the mechanics solves once; `resume` then puts back what that
+  /// solve may have changed in its last bits.
   void write(Snapshot* snapshot);
-  /// The part of it that does not depend on how points are spread over processes.
+  /// Writes the part that does not depend on how points are distributed over processes.
   void write_progress(Snapshot* snapshot) const;
   void restore(const Snapshot& snapshot);
-  /// Call this when `state` has its points, before that solve.
+  /// Restores the memory. Call this when `state` has its points, before the solve that completes it.
   void restore_memory(const Snapshot& snapshot);
-  /// Restores what the last good step left behind, after attempts that failed. Call this before the solve that
-  /// completes `state` again, and after it.
+  /// Restores what the last good step left behind, after attempts that failed. Call this both before and after the
+  /// solve that completes `state` again.
   void restore_good_memory();
 
-  State state;             ///< to be completed by the owner before the first step
-  double next_step = 0.0;  ///< s, adaptive schemes: the first one to try; 0: not known yet
+  State state;             ///< completed by the owner before the first step
+  double next_step = 0.0;  ///< s, first length to try (adaptive schemes); 0 if not known yet
 
  private:
   void exchange_memory(Memory& memory);
@@ -101,18 +104,18 @@ class Integration {
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
-  Outcome refusal_;  // why a try since the last step failed, where it did
+  Outcome refusal_;  // reason of the last failed try since the last step
   DriveControl drives_;
   SingularConfigurations singular_;
   Rounding rounding_;
   StiffSteps stiff_steps_;
   StepTrial trial_;
   TurnMeter turns_;
-  bool has_stopped_ = false;         // the advance, before its end
-  std::vector<double> good_memory_;  // at `state`, where contacts switch; else empty
+  bool has_stopped_ = false;         // true if an event stopped the advance before its end
+  std::vector<double> good_memory_;  // memory at `state` if several modes of friction are possible; else empty
   struct {
     double begin = 0.0, end = 0.0;
-  } last_advance_;  // s, in equal steps
+  } last_advance_;  // s, of the last advance in equal steps
 };
 
 }  // namespace tanor

@@ -3,12 +3,12 @@
 #include "base/text.hpp"
 #include "motion/integration.hpp"
 
-/// \file What the next step of Integration depends on beside the state, to and from a snapshot.
+/// \file Exchange of a snapshot with what the next step of Integration depends on besides the state.
 namespace tanor {
 
 namespace {
 
-/// The numbers that a part exchanges.
+/// Returns the numbers that a part exchanges.
 template <class Exchange>
 std::vector<double> write_numbers(const Exchange& exchange) {
   std::vector<double> numbers;
@@ -22,7 +22,8 @@ std::vector<double> numbers_of(Part& part) {
   return write_numbers([&](Memory& memory) { part.exchange_memory(memory); });
 }
 
-/// Gives them back. Throws InputError with that place in the snapshot where they are not as many as the part has.
+/// Gives the numbers back to the part. Throws InputError with the place `where` in the snapshot if their count is not
+/// that of the part.
 template <class Exchange>
 void read_numbers(std::span<const double> numbers, const char* where, const Exchange& exchange) {
   if (const std::size_t wanted = write_numbers(exchange).size(); numbers.size() != wanted)
@@ -62,14 +63,14 @@ void Integration::write(Snapshot* snapshot) {
     snapshot->state_before = write_numbers([&](Memory& memory) { exchange_states(memory, &is_after_rejection); });
 }
 
-/// Exchanges the state before, and what a step from it and the present one knows.
+/// Exchanges the previous state and what a step knows of it and of the present one.
 void Integration::exchange_states(Memory& memory, bool* is_after_rejection) {
   State& before = trial_.state;
   memory.exchange(*is_after_rejection, before.t, before.power.supports, before.power.forces, before.power.friction,
                   before.x, before.v, before.a, state.a);
 }
 
-/// Exchanges all memory but the scheme's: what the solve that completes a restored state may change.
+/// Exchanges all memory except the scheme's; the solve that completes a restored state may change it.
 void Integration::exchange_memory(Memory& memory) {
   mechanics_.exchange_memory(memory);
   if (!mechanics_.keeps_variables()) memory.exchange(state.x, state.v);
@@ -79,7 +80,7 @@ void Integration::exchange_memory(Memory& memory) {
   trial_.events.exchange_memory(memory);
 }
 
-/// Keeps what iterations began with: where several accelerations are near to each other, it decides which one is found.
+/// Keeps what iterations started from. If several accelerations are possible, this decides which one is found.
 void Integration::keep_memory() {
   good_memory_.clear();
   if (state.report.friction.uniqueness != Uniqueness::Several) return;
@@ -94,7 +95,7 @@ void Integration::restore_good_memory() {
 }
 
 void Integration::restore(const Snapshot& snapshot) {
-  // What steps says which memory is theirs.
+  // The stiffness memory comes first, since it determines the scheme and so the memory that belongs to it.
   if (!snapshot.stiff_memory.empty()) give_back(snapshot.stiff_memory, "/snapshot/stiff_memory", &stiff_steps_);
   std::unique_ptr<Scheme> scheme = make_scheme(is_stiff() ? Method::Radau5 : method_, options_, mechanics_);
   if (!snapshot.memory.empty()) {
@@ -105,12 +106,12 @@ void Integration::restore(const Snapshot& snapshot) {
     if (own.size() != snapshot.memory.size()) Memory::refuse();
   }
   singular_.forget();
-  const bool is_whole = !snapshot.memory.empty();  // else only what any division into ranks shares
+  const bool is_whole = !snapshot.memory.empty();  // else it holds only what does not depend on the processes
   if (is_whole) give_back(snapshot.singular_memory, "/snapshot/singular_memory", &singular_);
   if (!snapshot.rounding_memory.empty()) give_back(snapshot.rounding_memory, "/snapshot/rounding_memory", &rounding_);
   if (is_whole) trial_.events.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
-  scheme_ = std::move(scheme);  // which remembers no other motion
+  scheme_ = std::move(scheme);  // the new scheme has no memory of another motion
   drives_.follow(*scheme_);
   last_advance_ = {snapshot.advance_begin, snapshot.advance_end};
   drives_.begin(snapshot.time);

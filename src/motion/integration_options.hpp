@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// What the user asks of a motion, and how its accelerations are asked for.
+/// The user's options of a motion, and how its accelerations are requested.
 struct IntegrationOptions : MotionOptions {
   // NOLINTNEXTLINE(google-explicit-constructor): the user's options are complete as they are.
   IntegrationOptions(const MotionOptions& options = {}, bool is_exact = false)
@@ -14,7 +14,7 @@ struct IntegrationOptions : MotionOptions {
 
   bool exact;  ///< see Request
 
-  /// Whether the friction that is found is the only one is asked where a step ends, and K stands.
+  /// Requests accelerations. Whether friction is unique is verified only at the ends of steps, where K is kept.
   Request request(Gradients gradients) const {
     return {.gradients = gradients,
             .exact = exact,

@@ -32,7 +32,8 @@ std::unique_ptr<Scheme> make_own(const IntegrationOptions& options, Mechanics& m
   return std::make_unique<Own>(options, mechanics);
 }
 
-/// A method is its Scheme, its value of enum Method and one row here (docs/contributing.md, "How to add a method").
+/// A method consists of its Scheme, its value of enum Method and one row here (docs/contributing.md, "How to add a
+/// method").
 struct Row {
   MethodTraits traits;
   MakeScheme make;

@@ -8,8 +8,9 @@
 
 namespace tanor {
 
-/// Decides by its increments whether a simplified Newton iteration inside a step goes on. Each is measured by the
-/// tolerance of the step (Hairer & Wanner II, IV.8): it goes on until what is still to come is a small part of that.
+/// Decides from its increments whether a simplified Newton iteration inside a step goes on. Increments are measured
+/// over the tolerance of the step (Hairer & Wanner II, IV.8). The iteration goes on until the sum of the increments to
+/// come is a small part of the tolerance.
 class NewtonIteration {
  public:
   enum class Verdict { GoOn, Converged, Stalls };
@@ -17,8 +18,8 @@ class NewtonIteration {
   explicit NewtonIteration(double rtol)
       : target_(std::max(10.0 * std::numeric_limits<double>::epsilon() / rtol, std::min(0.03, std::sqrt(rtol)))) {}
 
-  /// Begins the iteration of a step. `same_matrix`: the matrix is that of the last step, whose rate tells what to
-  /// expect.
+  /// Begins the iteration of a step. `same_matrix` tells that the matrix is that of the last step, whose rate then
+  /// tells what to expect.
   void begin(bool same_matrix) {
     if (!same_matrix) to_come_ = 1.0;
     count_ = 0;
@@ -46,19 +47,20 @@ class NewtonIteration {
     return count_ == most_iterations ? Verdict::Stalls : Verdict::GoOn;
   }
 
-  /// The increments shrank, though too slowly.
+  /// Returns true if the increments shrank, though too slowly.
   bool shrinks() const { return count_ > 1 && rate_ < 0.9; }
-  /// The factor by which an iteration of the last step shortened the increment; 0: one iteration was enough.
+  /// Returns the factor by which each iteration of the last step shortened the increment; 0 if one iteration was
+  /// enough.
   double rate() const { return rate_; }
 
   void exchange_memory(Memory& memory) { memory.exchange(to_come_, rate_, last_, last_ratio_, count_); }
 
  private:
   static constexpr int most_iterations = 12;
-  static constexpr double rounding_part = 0.1;  // of the tolerance
+  static constexpr double rounding_part = 0.1;  // part of the tolerance
 
   double target_;
-  double to_come_ = 1.0;  // sum of the increments to come over the last one
+  double to_come_ = 1.0;  // sum of the increments to come, over the last one
   double rate_ = 0.0, last_ = 0.0, last_ratio_ = 0.0;
   int count_ = 0;
 };

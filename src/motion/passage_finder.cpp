@@ -17,7 +17,7 @@ void PassageFinder::find(RankMonitor& monitor, DenseOutput dense, const State& t
   double low = begin;
   for (int k = 1; k <= pieces && found.ok(); ++k) {
     if (k > 1) monitor.remember_gradients();
-    // No symmetry of a motion leads to such a fraction.
+    // The fraction is irregular, so that no symmetry of a motion coincides with it.
     const double high = k < pieces ? begin + (k - 0.1371) * (1.0 - begin) / pieces : 1.0;
     if (found = go_inside(&dense, high); !found.ok()) break;
     if (const double value = monitor.compare_gradients(); value < 0.0) {
@@ -40,9 +40,9 @@ Outcome PassageFinder::go_inside(DenseOutput* dense, double fraction) {
   return mechanics_.linearise(dense->time(fraction), x_.data());
 }
 
-/// Returns the fraction at which a singular value of K vanishes that has other signs at both ends; K at the low one is
-/// remembered. Inverse interpolation (Neville) takes configurations on both sides that come nearer, but never so near
-/// that rows would count as dependent.
+/// Returns the fraction at which a singular value of K vanishes that has different signs at both ends; K at the low end
+/// is remembered. Inverse interpolation (Neville) evaluates nearer configurations on both sides, but never so near that
+/// rows would count as dependent.
 double PassageFinder::narrow(RankMonitor& monitor, DenseOutput* dense, double low, double high, double value_high,
                              double regular) {
   std::array<double, 6> fractions{low, high}, values{1.0, value_high};
@@ -53,7 +53,7 @@ double PassageFinder::narrow(RankMonitor& monitor, DenseOutput* dense, double lo
       for (std::size_t i = 0; i + k < count; ++i)
         at[i] = (values[i + k] * at[i] - values[i] * at[i + 1]) / (values[i + k] - values[i]);
     }
-    return std::isfinite(at[0]) ? std::clamp(at[0], low, high) : 0.5 * (low + high);  // of equal values nothing follows
+    return std::isfinite(at[0]) ? std::clamp(at[0], low, high) : 0.5 * (low + high);  // equal values determine nothing
   };
   const double at_high = mechanics_.reciprocal_condition();
   for (const double distance : {0.05, 1e-3}) {

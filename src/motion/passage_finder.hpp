@@ -8,21 +8,21 @@
 
 namespace tanor {
 
-/// Finds where singular values of K go through 0 inside a step, on the dense output of its scheme.
+/// Finds where singular values of K change sign inside a step, on the dense output of its scheme.
 class PassageFinder {
  public:
   PassageFinder(const IntegrationOptions& options, Mechanics& mechanics) : options_(options), mechanics_(mechanics) {}
 
-  /// What is looked through: the step from the fraction `begin` on, in so many pieces. The ends of a piece have to tell
-  /// whether it holds a passage, and K may have turned too far in the whole step. `regular`: the reciprocal condition
-  /// of S far from singular configurations.
+  /// The stretch to search: the step from the fraction `begin` on, in so many pieces. The two ends of a piece must
+  /// reveal a passage in it, for which K may turn too far in the whole step. `regular` is the reciprocal condition of S
+  /// far from singular configurations.
   struct Stretch {
     double begin;
     int pieces;
     double regular;
   };
-  /// Calls note(t) for each passage, where the mechanics was linearised last beside it. K is remembered at the
-  /// beginning of the step, and the mechanics has solved at `to`, where it stands again afterwards.
+  /// Calls note(t) for each passage while the mechanics is linearised near it. K must be remembered at the beginning of
+  /// the step, and the mechanics must have solved at `to`, where it is again afterwards.
   void find(RankMonitor& monitor, DenseOutput dense, const State& to, const Stretch& stretch,
             const std::function<void(double t)>& note);
 
@@ -32,7 +32,7 @@ class PassageFinder {
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  std::vector<double> x_, v_, a_;  // inside the step
+  std::vector<double> x_, v_, a_;  // state inside the step
 };
 
 }  // namespace tanor

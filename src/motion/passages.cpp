@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-/// The numbers [begin, end) of a step, which are looked at in lanes.
+/// The numbers [begin, end) of a step, which a SIMD loop examines.
 struct Numbers {
   std::size_t begin, end;
   double h, moves_nothing;
@@ -33,7 +33,7 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
   });
 }
 
-/// Fixed steps look at forces that act briefly alone.
+/// Returns the forces to look for; null for fixed steps if no force acts briefly.
 ForcePassages* find_passages(ForcePassages* all, bool adapts) {
   return all != nullptr && (adapts || all->act_briefly()) ? all : nullptr;
 }
@@ -42,15 +42,15 @@ ForcePassages* find_passages(ForcePassages* all, bool adapts) {
 
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
     : mechanics_(mechanics), forces_(find_passages(mechanics.force_passages(), adapts)) {
-  // Fixed steps have no tolerance. A percent of a velocity that nobody saw is worth a warning.
+  // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;
   atol = adapts ? options.atol : 0.0;
   rtol = adapts ? options.rtol : worth_a_warning;
 }
 
-/// The looks of a scheme tell how it integrates what depends on time alone. No scheme has more looks than its order, so
-/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
+/// Computes the weights with which the scheme integrates a function of time alone. No scheme has more looks than its
+/// order, so that they are the weights of the interpolating polynomial, w_i = integral of l_i(s) ds.
 void Passages::weigh_looks() {
   if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
   looks_.assign(looks.begin(), looks.end());
@@ -66,11 +66,11 @@ void Passages::weigh_looks() {
   weights = weights_;
 }
 
-/// Returns how much the cubic misses the quintic in the middle of the step, over what each number moves:
+/// Returns by how much the cubic misses the quintic in the middle of the step, relative to what each number moves:
 ///
 ///   h (v0 - v1)/32 + h^2 (a0 + a1)/64
 double Passages::measure_bend() const {
-  if (!follows_tolerance || !scheme_->knows_acceleration()) return 0.0;  // one cubic serves for a warning
+  if (!follows_tolerance || !scheme_->knows_acceleration()) return 0.0;  // one cubic is enough for a warning
   const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
@@ -79,7 +79,7 @@ double Passages::measure_bend() const {
   });
 }
 
-/// Sets the mechanics' variables at the knots, where the scheme puts them, and the points there.
+/// Sets the mechanics' variables at the knots by interpolation of the scheme, and the points there.
 void Passages::set_knots(std::size_t pieces) {
   const std::size_t n = 3 * forces_->num_points();
   for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
@@ -100,7 +100,7 @@ void Passages::set_knots(std::size_t pieces) {
       std::vector<double>&x = variables_[k], &v = rates_[k];
       x.resize(from_->x.size());
       v.resize(from_->x.size());
-      (void)inside.evaluate(mechanics_.parallel(), s, x.data(), v.data());  // at once: nothing to fail
+      (void)inside.evaluate(mechanics_.parallel(), s, x.data(), v.data());  // cannot fail, as nothing is prepared
       mechanics_.prescribe(time, x.data(), v.data());
       variables[k] = x.data();
       rates[k] = v.data();
@@ -112,7 +112,7 @@ void Passages::set_knots(std::size_t pieces) {
   }
 }
 
-/// Takes so many cubics that they meet the error: a cubic misses by the fourth power of its length.
+/// Takes enough cubics to meet the error, which falls with the fourth power of their length.
 void Passages::refine(double error) {
   constexpr double most_pieces = 64.0;
   const double wanted = std::clamp(std::ceil(std::pow(bend_ / error, 0.25)), 1.0, most_pieces);
@@ -122,7 +122,7 @@ void Passages::refine(double error) {
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
   if (forces_ == nullptr) return 1.0;
-  constexpr double error = 1e-2;  // who needs a better path asks for it
+  constexpr double error = 1e-2;  // forces that need a better path call `refine`
   scheme_ = &scheme;
   from_ = &from;
   to_ = &to;

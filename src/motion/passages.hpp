@@ -8,14 +8,14 @@
 
 namespace tanor {
 
-/// Looks along a step for forces that act between the looks of its scheme alone: a pair that meets and parts there, a
-/// narrow well that is jumped. An error estimate, which is made of the looks, knows nothing of them.
+/// Looks along a step for forces that act only between the looks of its scheme, as of a pair that meets and parts there
+/// or a narrow well that is jumped. An error estimate is made of the looks and cannot see such forces.
 class Passages final : private PointPath {
  public:
   Passages(const IntegrationOptions& options, Mechanics& mechanics, bool follows_tolerance);
 
-  /// Returns the part of the step to make instead; 1: the step passes nothing unseen. The mechanics stays where it is,
-  /// and what is found depends on the two states and on the scheme alone.
+  /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
+  /// the result depends only on the two states and on the scheme.
   double look(Scheme& scheme, const State& from, const State& to);
 
  private:
@@ -25,13 +25,13 @@ class Passages final : private PointPath {
   double measure_bend() const;
 
   Mechanics& mechanics_;
-  ForcePassages* const forces_;  // null: no force acts between the looks alone
-  // Of the step that is looked at.
+  ForcePassages* const forces_;  // null if no force acts only between the looks
+  // The step that is examined.
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;
   double bend_ = 0.0;
   std::vector<double> looks_, weights_;
-  // Workspaces, [knot].
+  // Workspaces [knot].
   std::vector<std::vector<double>> positions_, velocities_, variables_, rates_;
 };
 

@@ -8,7 +8,7 @@ namespace tanor {
 
 namespace {
 
-/// sum_j row_j stages_j[k]
+/// Returns sum_j row_j stages_j[k].
 double combine(const RadauCoefficients::Row& row, const std::array<std::vector<double>, 3>& stages, std::size_t k) {
   return row[0] * stages[0][k] + row[1] * stages[1][k] + row[2] * stages[2][k];
 }
@@ -28,7 +28,7 @@ Radau5::Radau5(const IntegrationOptions& options, Mechanics& mechanics)
   pair_rows_.resize(d);
 }
 
-/// A step that is hardly longer is not worth new factors.
+/// Keeps the last length if the wanted one is hardly longer, which is not worth new factors.
 double Radau5::choose_step(double last, double wanted) const {
   return last <= wanted && wanted <= 1.2 * last ? last : wanted;
 }
@@ -49,7 +49,8 @@ StepResult Radau5::step(const State& from, double h, State* to) {
   return result;
 }
 
-/// Guesses the stages from the polynomials through the last ones: v_0 + moved is of degree 3, lambda of degree 2.
+/// Predicts the stages from the polynomials through the last ones. That of v_0 + moved has degree 3, that of lambda
+/// degree 2.
 void Radau5::predict(const State& from, double h) {
   if (!knows_stages_ || (from.t != end_ && from.t != begin_)) return start_anew(from);
   const double last = end_ - begin_, from_u = (from.t - begin_) / last;
@@ -81,8 +82,7 @@ void Radau5::start_anew(const State& from) {
     equations_.write_multipliers(from.reactions, from.x.data(), from.v.data(), stage.data());
 }
 
-/// Iterates with the matrices that are there. Where that stalls, new ones are made at the state that the iteration came
-/// to.
+/// Iterates with the present matrices. If that stalls, makes new ones at the state that the iteration reached.
 Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
   constexpr int most_renewals = 2;
   knows_stages_ = false;
@@ -130,7 +130,7 @@ Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converg
                                           a_[i].data(), rows_[i].data(), nullptr);
       if (!found.ok()) return found;
     }
-    // M^-1 (f + K lambda) - A^-1 moved/h and the rows, transformed
+    // The residuals M^-1 (f + K lambda) - A^-1 moved/h and the rows, transformed
     for (std::size_t k = 0; k < n; ++k) {
       RadauCoefficients::Row residual;
       for (std::size_t i = 0; i < 3; ++i) residual[i] = a_[i][k] - combine(radau_.a_inverse[i], moved_, k) / h;
@@ -163,7 +163,7 @@ double Radau5::stage_time(const State& from, double h, double t_end, std::size_t
   return i == 2 ? t_end : from.t + radau_.c[i] * h;
 }
 
-/// r_i = r_0 + h c_i v_0 + h sum_j a_ij moved_j, v_i = v_0 + moved_i
+/// Computes r_i = r_0 + h c_i v_0 + h sum_j a_ij moved_j and v_i = v_0 + moved_i.
 void Radau5::place_stage(const State& from, double h, double t_end, std::size_t i) {
   for (std::size_t k = 0; k < from.x.size(); ++k) {
     x_[i][k] = from.x[k] + h * (radau_.c[i] * from.v[k] + combine(radau_.a[i], moved_, k));
@@ -201,12 +201,13 @@ double Radau5::take_increments(const State& from, double h) {
   return largest;
 }
 
-/// With s = gamma/h, rho_r = r_0' + sum e_i (r_i - r_0)/h = sum_j (e'A)_j moved_j and rho_v = w_0 + sum e_i moved_i/h:
+/// Estimates the error over the tolerance. With s = gamma/h, rho_r = r_0' + sum e_i (r_i - r_0)/h = sum_j (e'A)_j
+/// moved_j and rho_v = w_0 + sum e_i moved_i/h, it solves
 ///
 ///   (s M - df/dv - df/dr/s) e_v - K mu = M rho_v + df/dr rho_r/s,   K'e_v = 0,   e_r = (e_v + rho_r)/s
 ///
-/// Where that is too much, the estimate is made once more with w at (r_0 + e_r, v_0 + e_v) for w_0. Without this, what
-/// is stiff and already damped away would count.
+/// If the estimate exceeds the tolerance, it is repeated with w at (r_0 + e_r, v_0 + e_v) in place of w_0. Otherwise
+/// stiff components that are already damped away would count.
 double Radau5::estimate_error(const State& from, double h, const State& to) {
   const double s = radau_.gamma / h;
   RadauCoefficients::Row e_a{};
@@ -242,7 +243,7 @@ double Radau5::estimate_error(const State& from, double h, const State& to) {
   return error;
 }
 
-/// Works are integrated by the stages as the motion is.
+/// Integrates the works by the stages, as the motion is.
 Outcome Radau5::add_work(const State& from, double h, State* to) {
   for (std::size_t i = 0; i < 3; ++i) {
     place_stage(from, h, to->t, i);

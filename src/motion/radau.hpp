@@ -9,12 +9,13 @@
 
 namespace tanor {
 
-/// Radau IIA of order 5 for stiff forces (Hairer & Wanner II, IV.8 and VII.4), stages
+/// Radau IIA of order 5 for stiff forces (Hairer & Wanner II, IV.8 and VII.4), with the stages
 ///
 ///   r_i = r_0 + h sum_j a_ij v_j,   M (v_i - v_0) = h sum_j a_ij (f_j + K_j lambda_j),   K_i'v_i + xi_t = 0
 ///
-/// (index 2: order 5 in r and v), the end put onto xi = 0. Newton's systems have the size of one evaluation, one real
-/// and one complex; a kept factor serves as long as it converges.
+/// The form has index 2 and order 5 in r and v; the end of a step is projected onto xi = 0. Newton's iteration solves
+/// one real and one complex system of the size of one evaluation. A factor is kept as long as the iteration converges
+/// with it.
 class Radau5 final : public Scheme {
  public:
   Radau5(const IntegrationOptions& options, Mechanics& mechanics);
@@ -22,7 +23,7 @@ class Radau5 final : public Scheme {
   int order() const override { return 5; }
   int estimate_order() const override { return 4; }
   bool is_adaptive() const override { return true; }
-  /// The estimate weighs the stages by up to 10, its filter by 0.27, and they round apart from each other.
+  /// The estimate weighs the stages by up to 10 and its filter by 0.27, and the stages round independently.
   RoundingGain rounding_gain() const override { return {.factor = 4.0, .is_damped = true}; }
   double choose_step(double last, double wanted) const override;
   bool knows_acceleration() const override { return true; }
@@ -55,11 +56,11 @@ class Radau5 final : public Scheme {
   ImplicitStep implicit_;
   Mechanics& mechanics_;
   ImplicitEquations& equations_;
-  // Of the last step, from `begin_` to `end_`: v_i - v_0 and lambda_i, from which the next ones are guessed.
+  // v_i - v_0 and lambda_i of the last step, from `begin_` to `end_`, from which the next ones are predicted.
   Stages<double> moved_, lambda_;
   double begin_ = 0.0, end_ = 0.0;
   bool knows_stages_ = false;
-  // Workspaces: stages; residuals, then increments.
+  // Workspaces of the stages, for residuals and then increments.
   Stages<double> x_, v_, a_, rows_;
   std::vector<std::complex<double>> pair_, pair_rows_;
 };

@@ -14,7 +14,7 @@ std::array<T, 3> cross(const std::array<T, 3>& a, const std::array<T, 3>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Columns of the inverse are the cross products of rows over the determinant.
+/// Inverts m. The columns of the inverse are the cross products of rows over the determinant.
 Matrix invert(const Matrix& m) {
   Matrix result;
   for (std::size_t j = 0; j < 3; ++j) {
@@ -25,7 +25,7 @@ Matrix invert(const Matrix& m) {
   return result;
 }
 
-/// Orthogonal to the first two rows of m - mu I, its last number 1.
+/// Returns the eigenvector whose last number is 1; it is orthogonal to the first two rows of m - mu I.
 template <class T>
 std::array<T, 3> find_eigenvector(const Matrix& m, T mu) {
   const std::array<T, 3> first{m[0][0] - mu, m[0][1], m[0][2]}, second{m[1][0], m[1][1] - mu, m[1][2]};

@@ -9,18 +9,18 @@ namespace tanor {
 ///
 ///   A^-1 = T diag(gamma, [alpha -beta; beta alpha]) T^-1
 ///
-/// so that with W = T^-1 Z the system of three stages falls apart into one real and one complex one, the latter in
-/// W_2 + i W_3 with alpha + i beta.
+/// With W = T^-1 Z the system of three stages splits into one real and one complex system, the latter for W_2 + i W_3
+/// with alpha + i beta.
 struct RadauCoefficients {
   using Row = std::array<double, 3>;
   using Matrix = std::array<Row, 3>;
 
-  Row c;  ///< nodes; the last one is 1, and its row of A the weights
+  Row c;  ///< nodes; the last one is 1, and its row of A holds the weights
   Matrix a, a_inverse;
   Matrix t, t_inverse;
   double gamma;
   std::complex<double> alpha_beta;
-  Row e;  ///< of the error estimate: (gamma/h M - J)^-1 (M y' + M sum e_i Z_i/h), of order 3
+  Row e;  ///< weights of the error estimate (gamma/h M - J)^-1 (M y' + M sum e_i Z_i/h), of order 3
 };
 
 RadauCoefficients radau_coefficients();

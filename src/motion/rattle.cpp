@@ -6,7 +6,8 @@ namespace tanor {
 
 namespace {
 
-/// v1/2 = v + h/2 a and x1 = x + h v1/2 in one pass: long arrays cost by their passes. Reads and writes `size` numbers.
+/// Arrays of the first half of a step. `move_freely` computes v1/2 = v + h/2 a and x1 = x + h v1/2 in one pass over
+/// `size` numbers, since the cost of long arrays is their passes through memory.
 struct FirstHalf {
   const double *x, *v, *a;
   double *middle, *x1;
@@ -24,7 +25,7 @@ void move_freely(const Parallel& parallel, std::size_t size, double h, const Fir
   });
 }
 
-/// v1 = v1/2 + h/2 a; the two may be one array.
+/// Computes v1 = v1/2 + h/2 a; `middle` and `v1` may be one array.
 void kick(const Parallel& parallel, double h, const std::vector<double>& a, const std::vector<double>& middle,
           std::vector<double>* v1) {
   parallel.for_ranges(a.size(), [&](std::size_t begin, std::size_t end) {
@@ -46,7 +47,7 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       free_(mechanics.size()),
       middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {}
 
-/// M^-1 f into `free_`, unless that holds it for good.
+/// Writes M^-1 f into `free_`, unless it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
   if (has_constant_ && projector_.is_constant()) return {};
   Outcome outcome = projector_.free_accelerations(at, request, free_.data());
@@ -59,8 +60,8 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   const double t = to->t;
   StepResult result;
 
-  // M^-1 f at the old place; the last step has it where forces do not depend on v.
-  // Fixed steps have no tolerance that would ask for exact accelerations.
+  // M^-1 f at the beginning, which is known from the last step if forces do not depend on v. Fixed steps have no
+  // tolerance that would ask for exact accelerations.
   const Request request = IntegrationOptions().request(Gradients::Keep);
   const bool depends_on_velocity = projector_.depends_on_velocity();
   if (!knows_free_ || free_time_ != from.t || depends_on_velocity) {
@@ -68,7 +69,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   }
   knows_free_ = false;
 
-  // v1/2 = v + h/2 M^-1 f, r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
+  // v1/2 = v + h/2 M^-1 f and r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
   std::vector<double>& middle = depends_on_velocity ? middle_ : to->v;
   move_freely(parallel, from.x.size(), h, {from.x.data(), from.v.data(), free_.data(), middle.data(), to->x.data()});
   to->work = from.work;
@@ -78,7 +79,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
 
-  // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, again with the better v1
+  // v1 = v1/2 + h/2 M^-1 f1, projected onto K(r1)'v1 + xi_t = 0; repeated with the better v1 if f1 depends on v1
   const std::vector<double>* guess = &middle;
   for (int pass = 0; pass < (depends_on_velocity ? passes_ : 1); ++pass) {
     result.outcome = find_free({t, to->x.data(), guess->data()}, request);
@@ -98,7 +99,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
     if (!result.outcome.ok()) return result;
   }
   if (mechanics_.has_work()) {
-    // Trapezoidal rule, of the scheme's order.
+    // The trapezoidal rule has the scheme's order.
     to->work.add(0.5 * h, from.power);
     to->work.add(0.5 * h, to->power);
   }

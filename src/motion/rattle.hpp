@@ -4,14 +4,15 @@
 
 namespace tanor {
 
-/// RATTLE (Andersen 1983; Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4): order 2, symplectic and
-/// symmetric where forces have a potential. Leaves the acceleration to whoever asks for it, unless works or events do.
+/// RATTLE (Andersen 1983; Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4) has order 2 and is
+/// symplectic and symmetric if forces have a potential. A step computes the acceleration at its end only if works or
+/// events need it.
 ///
 ///   v1/2 = v + h/2 M^-1 (f + K(r0) lambda),  r1 = r0 + h v1/2,  xi(r1, t1) = 0
 ///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
 class Rattle final : public Scheme {
  public:
-  /// The second half finds v1 in so many `passes` where forces depend on it. Each is good for one order.
+  /// The second half finds v1 in so many `passes` if forces depend on v. Each pass gains one order.
   explicit Rattle(Mechanics& mechanics, int passes = 2);
 
   int order() const override { return 2; }
@@ -31,11 +32,11 @@ class Rattle final : public Scheme {
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
-  std::vector<double> free_;    // M^-1 f at the last place
-  std::vector<double> middle_;  // v1/2 where forces depend on v; else it becomes v1 where it stands
+  std::vector<double> free_;    // M^-1 f at the last configuration
+  std::vector<double> middle_;  // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   double free_time_ = 0.0;
   bool knows_free_ = false;
-  bool has_constant_ = false;  // `free_` is the same everywhere and always
+  bool has_constant_ = false;  // true if `free_` is the same everywhere and always
 };
 
 }  // namespace tanor

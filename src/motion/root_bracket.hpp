@@ -5,14 +5,16 @@
 
 namespace tanor {
 
-/// A place where a function falls through 0, narrowed by the ITP method (Oliveira & Takahashi, ACM Trans. Math. Softw.
-/// 47, 2020): superlinear where the function is smooth, at most one evaluation more than bisection where it is not.
+/// Brackets a point where a function falls through 0 and narrows it by the ITP method (Oliveira & Takahashi, ACM Trans.
+/// Math. Softw. 47, 2020), which is superlinear for a smooth function and takes at most one evaluation more than
+/// bisection otherwise.
 class RootBracket {
  public:
-  /// value_low > 0 >= value_high, low < high; `tolerance` (absolute): half the width at which it is narrow.
+  /// Requires value_low > 0 >= value_high and low < high. `tolerance` is absolute, half the width at which the bracket
+  /// is narrow.
   RootBracket(double low, double value_low, double high, double value_high, double tolerance)
       : low_(low), high_(high), value_low_(value_low), value_high_(value_high), tolerance_(tolerance) {
-    constexpr double less = 0.999;  // so that rounding does not cost one more
+    constexpr double less = 0.999;  // so that rounding costs no further evaluation
     radius_ = less * tolerance * std::exp2(std::ceil(std::log2(std::max(1.0, (high - low) / (2.0 * tolerance)))) + 1.0);
     stretch_ = 0.2 / (high - low);
   }
@@ -21,12 +23,12 @@ class RootBracket {
   double high() const { return high_; }
   bool is_narrow() const { return high_ - low_ <= 2.0 * tolerance_ || value_high_ == 0.0; }
 
-  /// Slope of the line through both ends; negative.
+  /// Returns the slope of the line through both ends, which is negative.
   double slope() const { return (value_high_ - value_low_) / (high_ - low_); }
-  /// The point where that line vanishes.
+  /// Returns the point where that line vanishes.
   double root() const { return low_ + (high_ - low_) * (value_low_ / (value_low_ - value_high_)); }
 
-  /// The point to evaluate next: the root of the line, moved towards the middle, never far from it for long.
+  /// Returns the point to evaluate next: the root of the line, moved towards the middle and never far from it for long.
   double next() const {
     const double width = high_ - low_, middle = 0.5 * (low_ + high_), line = root();
     const double side = line <= middle ? 1.0 : -1.0;

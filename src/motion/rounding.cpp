@@ -12,7 +12,7 @@ namespace tanor {
 
 namespace {
 
-/// Returns -1 or 1, always the same for the same i, so that no pattern of the system agrees with it.
+/// Returns -1 or 1, always the same for the same i, so that no pattern of the system coincides with it.
 double sign_of(std::size_t i) {
   // The finalizer of splitmix64 (Steele, Lea & Flood 2014)
   std::uint64_t z = (static_cast<std::uint64_t>(i) + 1) * 0x9e3779b97f4a7c15u;
@@ -45,8 +45,8 @@ void Rounding::note_step(const State& from) {
   if (num_groups_ > 0 && num_steps_ - measured_at_ >= steps_between) is_due_ = 1.0;
 }
 
-/// A shorter step whose error did not fall with its order says that rounding is more than was measured, where it is a
-/// good part of the error. One rejection says nothing of rounding where there was little.
+/// Takes note of a rejected step. If the error of a shorter step did not fall with its order, and rounding is a good
+/// part of it, rounding is larger than was measured. One rejection tells nothing about rounding if there was little.
 void Rounding::note_rejection(double h, double error, int order) {
   if (num_groups_ == 0) return;
   if (excess_ > 0.0 || rejected_.h > 0.0) is_due_ = 1.0;
@@ -56,7 +56,7 @@ void Rounding::note_rejection(double h, double error, int order) {
   rejected_ = {h, error};
 }
 
-/// Measures da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x|, |dv| = eps |v|.
+/// Measures da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x| and |dv| = eps |v|.
 Outcome Rounding::measure(const State& from) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
@@ -73,12 +73,12 @@ Outcome Rounding::measure(const State& from) {
       mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data()).ok();
   if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
   if (is_known) take_sample(from);
-  // The mechanics is left as if nobody had asked.
+  // Leaves the mechanics as it was before the measurement.
   return mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), a_.data());
 }
 
-/// Finds the levels from da = a_ - a. What breaks constraints is projected away where a step ends. The part along them
-/// is left of v + s da - v, with an s that makes s da as large as v.
+/// Finds the levels from da = a_ - a. The part of da that breaks constraints is projected away at the end of a step.
+/// The part along them is what the projection leaves of v + s da, less v, where s makes s da as large as v.
 void Rounding::take_sample(const State& from) {
   const std::size_t n = from.x.size();
   double largest = 0.0, fastest = 0.0;
@@ -92,7 +92,7 @@ void Rounding::take_sample(const State& from) {
   const double s = (fastest > 0.0 ? fastest : 1.0) / largest;
   for (std::size_t i = 0; i < n; ++i) v_[i] = from.v[i] + s * (a_[i] - from.a[i]);
   if (!mechanics_.project_velocities(from.t, from.x.data(), v_.data()).outcome.ok()) return;
-  // One sample may be small by chance.
+  // One sample may be small by chance, so that levels fall slowly.
   const auto note = [&](double unit, std::vector<double>* levels) {
     for (std::size_t k = 0; k < num_groups_; ++k) (*levels)[k] = std::max(now_[k] / unit, 0.9 * (*levels)[k]);
   };
@@ -109,7 +109,7 @@ void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
 }
 
 std::string Rounding::explain() const {
-  constexpr double some = 0.05;  // of the steps
+  constexpr double some = 0.05;  // part of the steps
   if (!(num_exceeding_ > some * num_steps_)) return {};
   return "forces round to more than the tolerance from t = " + text(since_) + " on: steps meet rtol " +
          text(options_.rtol * sum_of_excesses_ / num_exceeding_) + ", not " + text(options_.rtol);

@@ -18,7 +18,7 @@ Tableau rk4_tableau() {
           .dense = {}};
 }
 
-/// Dormand & Prince 5(4), the seventh stage at the new point (Hairer, Norsett, Wanner I, table II.5.2).
+/// Dormand & Prince 5(4) with the seventh stage at the new point (Hairer, Norsett, Wanner I, table II.5.2).
 Tableau dopri5_tableau() {
   return {.order = 5,
           .c = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0},
@@ -36,7 +36,7 @@ Tableau dopri5_tableau() {
 
 namespace {
 
-/// y = base + s shift + factor sum_j weights_j terms_j, in pieces that stay in the first cache.
+/// Computes y = base + s shift + factor sum_j weights_j terms_j, in pieces that stay in the first-level cache.
 void combine(const Parallel& parallel, std::size_t n, const double* base, double s, const double* shift,
              std::span<const double> weights, double factor, std::span<const double* const> terms, double* y) {
   constexpr std::size_t piece = 512;
@@ -62,7 +62,7 @@ RungeKutta::RungeKutta(const Tableau& tableau, const IntegrationOptions& options
   for (const std::vector<double>& row : tableau_.a) rows_.push_back(weigh(row));
   rows_.push_back(weigh(tableau_.b));
   for (const std::vector<double>& row : tableau_.dense.a) rows_.push_back(weigh(row));
-  // Stages round independently of each other, each by a little less than a sample shows: 4/5 |b| in the Euclidean norm.
+  // Stages round independently, each by a little less than a sample shows, which gives 4/5 |b| in the Euclidean norm.
   for (const double b : tableau_.b) rounding_gain_ = std::hypot(rounding_gain_, 0.8 * b);
   estimate_ = weigh(tableau_.e);
   estimate3_ = weigh(tableau_.e3);
@@ -85,16 +85,17 @@ RungeKutta::RungeKutta(const Tableau& tableau, const IntegrationOptions& options
   share_out();
 }
 
-/// Errors dw_i of the stages move the end by h sum_i b_i dw_i, and by those of later stages, which answer to theirs:
+/// Shares out the allowed error among the stages. Errors dw_i of the stages move the end of the step by h sum_i b_i
+/// dw_i and also through later stages, which depend on earlier ones:
 ///
 ///   weight_i = max(|b_i|, |e_i|) + answer sum_(j > i) weight_j |a_ji|
 ///
-/// The same part of what is allowed for each stage, over its weight, costs least.
+/// Work is least if each stage may make the same part of the allowed error, over its weight.
 void RungeKutta::share_out() {
-  // Steps are some ten times better than their estimates say: with a hundredth of the tolerance for all stages
-  // together, motions of nets and lattices end with the errors that exact stages leave (bench/reuse).
+  // Steps are about ten times better than their estimates. With a hundredth of the tolerance for all stages together,
+  // motions of nets and lattices end with the errors that exact stages leave (bench/reuse).
   constexpr double for_all = 0.01;
-  constexpr double answer = 0.3;  // dw_j/(h a_ji dw_i): rods turn by so much in a step
+  constexpr double answer = 0.3;  // dw_j/(h a_ji dw_i), by how much rods turn in a step
   constexpr double least = 0.05;
   const std::size_t stages = tableau_.b.size();
   std::vector<double> weights(stages);
@@ -110,7 +111,7 @@ void RungeKutta::share_out() {
   }
 }
 
-/// Returns weights'A, from the rows that are there.
+/// Returns the weights and weights'A, from the rows made so far.
 RungeKutta::Weights RungeKutta::weigh(const std::vector<double>& weights) const {
   Weights result{weights, std::vector<double>(weights.size(), 0.0)};
   for (std::size_t k = 0; k < weights.size(); ++k) {
@@ -120,8 +121,8 @@ RungeKutta::Weights RungeKutta::weigh(const std::vector<double>& weights) const 
   return result;
 }
 
-/// Lists the accelerations of all stages. The first one is where the step begins, the one after the others where it
-/// ends.
+/// Lists the accelerations of all stages. The first stage is at the beginning of the step, the one after the others at
+/// its end.
 RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const State& to) const {
   const std::size_t stages = tableau_.b.size();
   Accelerations a{from.a.data()};
@@ -131,7 +132,8 @@ RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const Sta
   return a;
 }
 
-/// x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j,  v_i = v + h sum_j A_ij a_j: only accelerations need to be kept.
+/// Evaluates a stage at x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j and v_i = v + h sum_j A_ij a_j. Only accelerations
+/// need to be kept.
 Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const Weights& row,
                                    const Accelerations& known, double allowed_error, const AccelerationOutput& to) {
   const std::size_t n = from.x.size();
@@ -164,7 +166,7 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
 Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerations& a, Power* work) {
   const bool has_work = mechanics_.has_work();
   if (has_work) work->add(h * tableau_.b[0], from.power);
-  // Fixed steps have no tolerance. They allow little more than rounding.
+  // Fixed steps have no tolerance and allow little more than rounding.
   constexpr double nearly_rounding = 1e-12;
   constexpr double none = std::numeric_limits<double>::min();
   const double atol = is_adaptive() ? options_.atol : none, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
@@ -181,15 +183,15 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   return {};
 }
 
-/// Returns the error over the tolerance, as the mechanics measures it. Two estimates e, e3 of different order make one
-/// of the method's own: e^2 / sqrt(e^2 + e3^2/100) (Hairer, Norsett, Wanner I, II.10).
+/// Returns the error over the tolerance, as the mechanics measures it. Two estimates e and e3 of different order are
+/// combined to one of the method's own order, e^2 / sqrt(e^2 + e3^2/100) (Hairer, Norsett, Wanner I, II.10).
 double RungeKutta::estimate_error(const State& from, double h, const State& to) {
   const double e = measure(from, h, to, estimate_);
   if (tableau_.e3.empty() || e == 0.0) return e;
   return e * e / std::hypot(e, 0.1 * measure(from, h, to, estimate3_));
 }
 
-/// Returns one estimate over the tolerance. The workspaces of the stages are free again.
+/// Returns one estimate over the tolerance. Uses the workspaces of the stages, which are free again.
 double RungeKutta::measure(const State& from, double h, const State& to, const Weights& estimate) {
   const std::size_t n = from.x.size();
   const Parallel& parallel = mechanics_.parallel();
@@ -214,8 +216,8 @@ Outcome RungeKutta::prepare_inside(const State& from, const State& to) {
   return {};
 }
 
-/// y(s) = y0 + q (y1 - y0) + h (s (1-s)^2 y0' - s^2 (1-s) y1') + h sum_i p_i d_i'y',  q = s^2 (3 - 2s),
-/// p = s^2 (1-s)^2 (1, s, s (1-s), s^2 (1-s)), of y = (x, v).
+/// Evaluates y(s) = y0 + q (y1 - y0) + h (s (1-s)^2 y0' - s^2 (1-s) y1') + h sum_i p_i d_i'y' for y = (x, v), with q =
+/// s^2 (3 - 2s) and p = s^2 (1-s)^2 (1, s, s (1-s), s^2 (1-s)).
 void RungeKutta::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                              double* v) const {
   if (powers_.empty()) return Scheme::interpolate(parallel, from, to, fraction, x, v);

@@ -8,14 +8,15 @@
 
 namespace tanor {
 
-/// An explicit Runge-Kutta method: s stages c, A (strictly lower), weights b; e = b - b^ (empty: no error estimate),
-/// where entry s + 1 belongs to a stage at the new point; e3 the same of a method of lower order (empty: none).
+/// An explicit Runge-Kutta method with s stages: nodes c, strictly lower matrix A, weights b. The error weights are e =
+/// b - b^, whose entry s + 1 belongs to a stage at the new point; e is empty if there is no estimate. e3 is the same
+/// for a method of lower order, or empty.
 struct Tableau {
   int order;
   std::vector<double> c;
   std::vector<std::vector<double>> a;
   std::vector<double> b, e, e3;
-  /// Further stages, after the one at the new point, and d: a row for each power that they add inside the step.
+  /// Additional stages, after the one at the new point, and d, a row for each power that they add inside the step.
   struct Dense {
     std::vector<double> c;
     std::vector<std::vector<double>> a, d;
@@ -26,8 +27,8 @@ Tableau rk4_tableau();
 Tableau dopri5_tableau();
 Tableau dop853_tableau();
 
-/// Integrates x'' = a(t, x, v) by an explicit Runge-Kutta method. The new point is put onto the constraints, and the
-/// acceleration there is the first stage of the next step (and the last one of the error estimate).
+/// Integrates x'' = a(t, x, v) by an explicit Runge-Kutta method. The new point is projected onto the constraints, and
+/// the acceleration there is the first stage of the next step (and the last one of the error estimate).
 class RungeKutta final : public Scheme {
  public:
   RungeKutta(const Tableau& tableau, const IntegrationOptions& options, Mechanics& mechanics);
@@ -49,7 +50,8 @@ class RungeKutta final : public Scheme {
  private:
   static constexpr std::size_t most_stages = 16;
 
-  /// Weights of accelerations in v, and in x: the same times A, since stages of x move with those of v.
+  /// Weights of the accelerations in v, and in x. The latter are the former times A, since stages of x follow those of
+  /// v.
   struct Weights {
     std::vector<double> v, x;
   };
@@ -68,14 +70,14 @@ class RungeKutta final : public Scheme {
   double rounding_gain_ = 0.0;
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  std::vector<Weights> rows_;     // of A: the stages, the new point (b), the stages of the dense output
+  std::vector<Weights> rows_;     // rows of A: the stages, the new point (b), the stages of the dense output
   Weights estimate_, estimate3_;  // e, e3
   std::vector<Weights> powers_;   // d
-  std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
+  std::vector<std::vector<double>> accelerations_;  // of all stages but the first, then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
   std::vector<double> looks_;
-  std::vector<double> shares_;  // of a step's error that each stage's may make
+  std::vector<double> shares_;  // part of a step's error that each stage may make
 };
 
 }  // namespace tanor

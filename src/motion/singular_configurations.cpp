@@ -45,7 +45,7 @@ void SingularConfigurations::note(Scheme& scheme, const State& from, const State
   note_end(to.t);
 }
 
-/// Looks at K where the mechanics stands.
+/// Examines K at the present configuration of the mechanics.
 void SingularConfigurations::note_end(double t) {
   note_nearest(t);
   if (monitor_ == nullptr) return;
@@ -71,7 +71,8 @@ void SingularConfigurations::note_nearest(double t) {
     report_.nearest_to_singular = {report_.last_reciprocal_condition, t};
 }
 
-/// The step ended at a singular configuration: a new one, or nearer to the last one than the step before.
+/// Takes note that the step ended at a singular configuration, which is a new one or nearer to the last one than
+/// before.
 void SingularConfigurations::note_at_one(double t) {
   const double reciprocal_condition = mechanics_.reciprocal_condition();
   if (!memory_.is_at_one) {
@@ -88,11 +89,11 @@ void SingularConfigurations::remember(double t) {
   memory_.remembered = t;
 }
 
-/// Looks into the last step, whose ends tell that there is a passage. A step that began while the state was
-/// extrapolated had a singular configuration right before it, too.
+/// Searches the last step, whose ends reveal a passage. A step that began while the state was extrapolated had a
+/// singular configuration right before it, too.
 void SingularConfigurations::find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated) {
   const double largest = std::max(memory_.forecast.reciprocal_condition(), mechanics_.reciprocal_condition());
-  // A step that is near all the way is short: K turns little in the whole of it.
+  // A step that is near all the way is short, so that K turns little in it.
   constexpr int pieces_of_long_step = 8;
   const int pieces = largest < singular::near * regular_ ? 1 : pieces_of_long_step;
   const double begin = memory_.remembered < from.t ? -0.5 : 0.0;
@@ -103,7 +104,8 @@ void SingularConfigurations::find_passages(Scheme& scheme, const State& from, co
 
 // ---- the report ----
 
-/// At t in a step of length h: a new passage, or the one that was foreseen, or seen at a step's end.
+/// Takes note of a passage at t in a step of length h. It is a new one, or one that was foreseen or seen at a step's
+/// end.
 void SingularConfigurations::note_found(double t, double h) {
   if (memory_.is_foreseen) {
     if (keeps_last_passage()) report_.singular_passages.first.back().time = t;
@@ -112,10 +114,10 @@ void SingularConfigurations::note_found(double t, double h) {
   }
   memory_.last_passage = t;
   memory_.is_foreseen = false;
-  memory_.is_at_one = true;  // should the step's end still be near, it is the same one
+  memory_.is_at_one = true;  // if the step's end is still near, it is the same configuration
 }
 
-/// The list is full before the count ends.
+/// Returns true if the list holds the last passage. The count goes on when the list is full.
 bool SingularConfigurations::keeps_last_passage() const {
   const SingularPassages& passages = report_.singular_passages;
   return !passages.first.empty() && passages.first.size() == passages.count;
@@ -123,11 +125,11 @@ bool SingularConfigurations::keeps_last_passage() const {
 
 void SingularConfigurations::note_passage(double t, double reciprocal_condition) {
   SingularPassages& passages = report_.singular_passages;
-  if (++passages.count == 1) passages.first.reserve(SingularPassages::most_kept);  // here alone
+  if (++passages.count == 1) passages.first.reserve(SingularPassages::most_kept);  // the only allocation
   if (passages.first.size() < SingularPassages::most_kept) passages.first.push_back({t, reciprocal_condition});
 }
 
-/// The last passage was foreseen, and K has not come to it.
+/// Withdraws the last passage, which was foreseen but which K did not reach.
 void SingularConfigurations::withdraw_passage() {
   SingularPassages& passages = report_.singular_passages;
   if (passages.first.size() == passages.count) passages.first.pop_back();
@@ -145,7 +147,8 @@ void SingularConfigurations::note_rank(double t) {
 
 // ---- what comes next ----
 
-/// Beside a regular S: masses that differ make S ill-conditioned though K has its rank.
+/// Returns true at a singular configuration. S is compared with a regular S, since different masses make S
+/// ill-conditioned even if K has full rank.
 bool SingularConfigurations::is_at_one() const {
   return mechanics_.reciprocal_condition() < singular::reached * regular_;
 }
@@ -182,8 +185,8 @@ StepResult SingularConfigurations::extrapolate(Scheme& scheme, const State& befo
   StepResult step =
       by_itself ? scheme.step(from, h, to) : extrapolation_.step(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
-  // What the polynomial misses falls with the fifth power of its length. What the states at hand miss is divided by
-  // sigma, and grows on the way to 0. Where an error falls less than the length it is about the least.
+  // The error of the polynomial falls with the fifth power of its length. The error of the known states is divided by
+  // sigma, and grows as sigma falls to 0. The least error is reached where it falls less than the length.
   const double error = step.error / h;
   const double least = std::max(singular::most_missed, singular::most_missed_of_velocity / options_.rtol);
   const bool is_least = takes_least_error && step.error <= least;
@@ -193,7 +196,7 @@ StepResult SingularConfigurations::extrapolate(Scheme& scheme, const State& befo
     return step;
   }
   step.error = 0.0;
-  // What a step passes by itself is found where it ends.
+  // A passage of the scheme's own step is found at its end.
   if (!by_itself && forecast.time() != memory_.last_passage) {
     note_passage(forecast.time(), forecast.reciprocal_condition());
     memory_.last_passage = forecast.time();

@@ -10,12 +10,12 @@
 
 namespace tanor {
 
-/// Configurations where K loses rank on the way of one motion. They are foreseen, passed by extrapolation, and named in
-/// the report. Without a rank monitor of the mechanics there are none.
+/// Handles configurations where K loses rank during one motion. They are foreseen, passed by extrapolation, and named
+/// in the report. If the mechanics has no rank monitor, there are none.
 class SingularConfigurations {
  public:
-  /// `follows`: K is compared from step to step, as steps that choose their own lengths allow; else past configurations
-  /// that are foreseen.
+  /// If `follows` is true, K is compared from step to step, as for steps that choose their own lengths; otherwise only
+  /// past configurations that are foreseen.
   SingularConfigurations(const IntegrationOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
       : options_(options),
         mechanics_(mechanics),
@@ -24,56 +24,61 @@ class SingularConfigurations {
         report_(*report),
         finder_(options, mechanics) {}
 
-  /// The motion begins at t, where the mechanics has solved.
+  /// Begins a motion at t, where the mechanics has solved.
   void begin(double t);
-  /// The motion goes on from a snapshot; the mechanics has solved where it was on the constraints last.
+  /// Resumes a motion from a snapshot. The mechanics has solved where it was on the constraints last.
   void resume();
-  /// What the next steps depend on; nothing without a rank monitor.
+  /// Exchanges what the next steps depend on; nothing without a rank monitor.
   void exchange_memory(Memory& memory);
-  /// The equations have changed: nothing of the steps before says what comes.
+  /// Forgets the previous steps, which tell nothing any more after the equations have changed.
   void forget() { memory_ = {}; }
-  /// A step was taken. The mechanics is where it ended, and stays there.
+  /// Takes note of an accepted step. The mechanics is at its end, and is there again afterwards.
   void note(Scheme& scheme, const State& from, const State& to, const StepResult& step);
 
   // ---- whether the next step extrapolates ----
 
-  /// The state is extrapolated: it has not come back to the constraints yet.
+  /// Returns true if the state is extrapolated and has not come back to the constraints yet.
   bool is_extrapolating() const { return memory_.is_extrapolating; }
-  /// The next step may extrapolate, as far as is foreseen: it then depends on the state before, too.
+  /// Returns true if the next step may extrapolate, as far as is foreseen. It then depends on the previous state, too.
   bool may_extrapolate() const { return is_extrapolating() || std::isfinite(memory_.forecast.time()); }
-  /// A step of length h from t has to extrapolate.
+  /// Returns true if a step of length h from t has to extrapolate.
   bool disturb(double t, double h) const {
     const bool was_approached = memory_.is_in_the_way && memory_.approaches > 0;
     return is_extrapolating() || (was_approached && memory_.forecast.lies_ahead_of(t)) ||
            memory_.forecast.disturbs(t, memory_.is_in_the_way ? singular::reach * h : h);
   }
-  /// A step from here was rejected. Where a singular configuration lies ahead, a longer step leads beyond it.
+  /// Takes note of a rejected step. If a singular configuration lies ahead, a longer step leads beyond it.
   void note_rejection() { memory_.is_in_the_way = true; }
-  /// The last step came upon a singular configuration that was not foreseen. A shorter step first foresees it.
+  /// Returns true if the last step met a singular configuration that was not foreseen. A shorter step foresees it
+  /// first.
   bool have_surprised() const;
 
   // ---- approaches, each to half the distance ----
 
-  /// The error of the last extrapolation has fallen as its order says: from nearer it will be less. It does not fall
-  /// where the motion only seems to come to a singular configuration, nor where rounding is all that is left.
+  /// Returns true if the error of the last extrapolation has fallen as its order predicts, so that it will be less from
+  /// nearer. It does not fall if the motion only seems to approach a singular configuration, nor if only rounding is
+  /// left.
   bool pays_to_approach() const { return memory_.pays_to_approach; }
-  /// Asks for a shorter step; false where that was asked for often enough.
+  /// Asks for a shorter step. Returns false if that was asked for often enough.
   bool approach() {
-    memory_.is_in_the_way = false;  // until that step was taken
+    memory_.is_in_the_way = false;  // until that step is taken
     return ++memory_.approaches <= singular::most_approaches;
   }
-  /// Why the motion ends at t, after the last approach.
+  /// Tells why the motion ends at t, after the last approach.
   Outcome explain_stop(double t) const;
   double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
 
   // ---- extrapolations ----
 
-  /// Length of a step that extrapolates: half as far beyond the singular configuration as that lies ahead.
+  /// Returns the length of a step that extrapolates, half as far beyond the singular configuration as that lies ahead.
+  /// An extrapolated state goes on by the last step's length, halved with each approach.
   double extrapolation_length(double t_before, double t) const;
-  /// A step that comes back to the constraints had a smaller error when it was twice as long.
+  /// Returns the length to try instead of h. A step that returns to the constraints had a smaller error when it was
+  /// twice as long.
   double longer(double h) const { return is_extrapolating() && memory_.approaches > 0 ? 2.0 * h : h; }
   bool lies_near_end(double t, double t_end) const { return memory_.forecast.lies_near(t_end, t_end - t); }
-  /// Goes on from `from` along `before` and it, to `to`, whose time is given. An error above 1 asks for a shorter step.
+  /// Continues from `from` along `before` and `from` to `to`, whose time is given. An error above 1 asks for a shorter
+  /// step.
   StepResult extrapolate(Scheme& scheme, const State& before, const State& from, bool takes_least_error, State* to);
 
  private:
@@ -92,23 +97,23 @@ class SingularConfigurations {
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  RankMonitor* const monitor_;  // null: K keeps its rank
+  RankMonitor* const monitor_;  // null if K keeps its rank
   bool follows_;
   MotionReport& report_;
-  /// Of the steps before.
+  /// Knowledge from the previous steps.
   struct Past {
     SingularForecast forecast;
     bool is_extrapolating = false;
-    bool is_at_one = false;      // the last step ended at a singular configuration
-    bool is_in_the_way = false;  // a zero ahead stopped a step, or was approached
+    bool is_at_one = false;      // true if the last step ended at a singular configuration
+    bool is_in_the_way = false;  // true if a zero ahead stopped a step, or was approached
     bool pays_to_approach = false;
-    bool is_foreseen = false;                                              // the time of the last passage is a forecast
-    int approaches = 0;                                                    // to the configuration that is foreseen …
+    bool is_foreseen = false;                                              // the last passage's time is a forecast
+    int approaches = 0;                                                    // to the foreseen configuration …
     double extrapolation_error = std::numeric_limits<double>::infinity();  // … and the error from the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();
-    double remembered = std::numeric_limits<double>::quiet_NaN();  // the time of the K to compare with
+    double remembered = std::numeric_limits<double>::quiet_NaN();  // time of the K to compare with
   } memory_;
-  double regular_ = 0.0;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
+  double regular_ = 0.0;  // reciprocal condition of S that masses alone may cause, or the largest one so far
   PassageFinder finder_;
   Extrapolation extrapolation_;
 };

@@ -9,12 +9,12 @@
 
 namespace tanor {
 
-/// Foresees from the steps before when the motion meets a configuration where K loses rank. The smallest singular value
-/// of K goes through 0 there as a straight line, and the reciprocal condition of S is its square.
+/// Foresees from the previous steps when the motion meets a configuration where K loses rank. The smallest singular
+/// value of K goes through 0 there linearly, and the reciprocal condition of S is its square.
 class SingularForecast {
  public:
-  /// A step ended at t on the constraints. S has this reciprocal condition there, and `regular` far from singular
-  /// configurations.
+  /// Takes note of a step that ended at t on the constraints. S has this reciprocal condition there, and `regular` far
+  /// from singular configurations.
   void add(double t, double reciprocal_condition, double regular) {
     const double size = std::sqrt(std::max(0.0, reciprocal_condition));
     const bool falls = t > time_ && size < size_ && reciprocal_condition < singular::near * regular;
@@ -24,22 +24,22 @@ class SingularForecast {
   }
   void forget() { *this = {}; }
 
-  /// Stages of the step from t to t + h, or its end, come so near that K says little.
+  /// Returns true if stages of the step from t to t + h, or its end, come so near that K is unreliable.
   bool disturbs(double t, double h) const {
     return zero_ >= t - singular::margin * h && zero_ <= t + (1.0 + singular::margin) * h;
   }
   bool lies_near(double t, double h) const { return std::abs(t - zero_) < singular::margin * h; }
-  /// s; infinite where none is foreseen.
+  /// Returns the foreseen time, s; infinite if none is foreseen.
   double time() const { return zero_; }
   bool lies_ahead_of(double t) const { return zero_ > t && std::isfinite(zero_); }
-  /// At the end of the last step.
+  /// Returns the reciprocal condition of S at the end of the last step.
   double reciprocal_condition() const { return size_ * size_; }
 
   void exchange_memory(Memory& memory) { memory.exchange(time_, size_, zero_); }
 
  private:
   static constexpr double never = std::numeric_limits<double>::infinity();
-  double time_ = never, size_ = 0.0;  // of the last step
+  double time_ = never, size_ = 0.0;  // end of the last step
   double zero_ = never;
 };
 

@@ -8,9 +8,9 @@ namespace tanor {
 
 namespace {
 
-/// Returns how far the projection moved the velocity, over the tolerance. Positions are put to 1e-13 of a length. Over
-/// the smallest singular value sigma of K that is a distance, over sigma^2 an angle of the tangents: it moves any point
-/// by as much of the fastest one's velocity, and counts as no error.
+/// Returns how far the projection moved the velocity, over the tolerance. Positions are projected to 1e-13 of a length.
+/// Divided by the smallest singular value sigma of K that is a distance, divided by sigma^2 an angle of the tangents.
+/// Such an angle moves the velocity of any point by that part of the fastest one, which counts as no error.
 double measure_moved_velocity(Mechanics& mechanics, const IntegrationOptions& options, const State& state,
                               const std::vector<double>& moved) {
   constexpr double put_to = 1e-13;
@@ -47,7 +47,7 @@ StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, St
   if (result.outcome = mechanics.linearise(t, x); !result.outcome.ok()) return result;
   if (options.stabilisation == Stabilisation::Projection) {
     const bool measures = moved_velocity == MovedVelocity::IsError && mechanics.rank_monitor() != nullptr;
-    std::vector<double>& moved = state->a;  // until it is known
+    std::vector<double>& moved = state->a;  // used until the acceleration is known
     if (measures) moved = state->v;
     const ProjectionReport velocities = mechanics.project_velocities(t, x, v);
     result.velocity_violation = velocities.violation;

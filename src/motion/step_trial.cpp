@@ -17,7 +17,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
       passages_(options, mechanics, motion.scheme->is_adaptive()) {}
 
 void StepTrial::begin() {
-  state = motion_.state;  // what does not move stands in both
+  state = motion_.state;  // what does not move is the same in both
   if (mechanics_.rank_monitor() != nullptr) beyond_ = motion_.state;
   is_before = false;
 }
@@ -42,7 +42,8 @@ StepAttempt StepTrial::step(double t, bool may_surprise) {
   return attempt;
 }
 
-/// Looks for forces between the instants that the scheme looked at. A fixed step stays as it was told, with a warning.
+/// Looks for forces between the instants at which the scheme evaluated them. A fixed step keeps its length, with a
+/// warning.
 void StepTrial::look_between(StepAttempt* attempt) {
   if (motion_.scheme->is_adaptive()) {
     attempt->part = passages_.look(*motion_.scheme, motion_.state, state);
@@ -52,7 +53,7 @@ void StepTrial::look_between(StepAttempt* attempt) {
   }
 }
 
-/// Looks for the user's events on the way of a good attempt, which ends at one that stops.
+/// Looks for the user's events during a good attempt, which ends at one that stops.
 void StepTrial::look_out(StepAttempt* attempt) {
   if (watch.is_empty() || state.t == motion_.state.t) return;
   StepResult& step = attempt->step;

@@ -13,24 +13,24 @@
 
 namespace tanor {
 
-/// The outcome of one attempt to go on.
+/// The outcome of one attempt to continue.
 struct StepAttempt {
   StepResult step;
-  double error = 0.0;          ///< of the whole step, also where an event cut it short
-  double part = 1.0;           ///< below 1: to make instead, since it passes forces unseen
-  bool has_surprised = false;  ///< by a singular configuration
+  double error = 0.0;          ///< error of the whole step, even if an event cut it short
+  double part = 1.0;           ///< part of the step to make instead; below 1 if the step passes forces unseen
+  bool has_surprised = false;  ///< true if a singular configuration was not foreseen
   bool is_extrapolated = false;
-  bool has_stopped = false;   ///< at an event of the user's
-  bool has_switched = false;  ///< equations at its end; on a failed outcome no other step helps
+  bool has_stopped = false;   ///< true if it stopped at an event of the user's
+  bool has_switched = false;  ///< true if equations switched at its end; if the outcome failed, no other step helps
 
   bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !has_surprised; }
 };
 
-/// Attempts to go on from the state of a motion: by its scheme, or along the last two states past a singular
-/// configuration. An attempt ends at the first event on its way; whether it is taken is for others to decide.
+/// Attempts to continue from the state of a motion: by its scheme, or along the last two states past a singular
+/// configuration. An attempt ends at the first event. The caller decides whether it is taken.
 class StepTrial {
  public:
-  /// What a motion goes on with.
+  /// The objects with which a motion continues.
   struct Motion {
     State& state;
     const std::unique_ptr<Scheme>& scheme;
@@ -38,27 +38,28 @@ class StepTrial {
     SingularConfigurations& singular;
   };
 
-  /// All outlive it. Writes into `report` a warning where fixed steps pass a force unseen.
+  /// All arguments outlive the object. Writes a warning into `report` if fixed steps pass a force unseen.
   StepTrial(const IntegrationOptions& options, Mechanics& mechanics, const Motion& motion, MotionReport* report);
 
-  /// A motion begins at its state.
+  /// Begins a motion at its state.
   void begin();
   /// Tries a step of the scheme, to t or to the first event on the way.
   StepAttempt step(double t, bool may_surprise);
-  /// The same. A failed attempt leaves the state before alone where the next step may be extrapolated from it.
+  /// Does the same. A failed attempt preserves the previous state if the next step may be extrapolated from it.
   StepAttempt step_and_remember(double t, bool may_surprise);
-  /// Goes on along the last two states, past a singular configuration or near it. Events on the way are met at the end.
+  /// Continues along the last two states, past a singular configuration or near it. Events on the way are met at the
+  /// end.
   StepAttempt extrapolate(double t, bool takes_least_error = false);
   /// Takes the scheme's own step past a singular configuration that is foreseen.
   StepAttempt pass(double t);
-  /// The motion's state has its acceleration. It comes from a scheme that leaves one, or was extrapolated.
+  /// Returns true if the motion's state has its acceleration, from a scheme that leaves one or from extrapolation.
   bool knows_acceleration() const {
     return motion_.scheme->knows_acceleration() || motion_.singular.is_extrapolating();
   }
 
-  State state;             ///< where the last attempt ended; after a step that was taken: the state before it, if …
-  bool is_before = false;  ///< … no other was tried since
-  Events events;           ///< where equations change
+  State state;             ///< end of the last attempt; after a step that was taken, the state before it if …
+  bool is_before = false;  ///< … no other attempt was made since
+  Events events;           ///< events where equations change
   Watch watch;             ///< the events that the user looks for
 
  private:
@@ -70,7 +71,7 @@ class StepTrial {
   const Motion motion_;
   MotionReport& report_;
   Passages passages_;
-  State beyond_;  // of extrapolations; made by the first of them
+  State beyond_;  // end of an extrapolation; the first one makes it
 };
 
 }  // namespace tanor

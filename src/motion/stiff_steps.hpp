@@ -7,25 +7,26 @@
 
 namespace tanor {
 
-/// Looks, where `auto` chose an explicit method, for steps that stability holds far below what accuracy asks. A step of
-/// radau5, many times as long, then meets the tolerance from where the motion is. Such a step is tried, whatever makes
-/// the system stiff, each time four times as many steps were taken. While few steps are left to come, or were taken,
-/// the trial is not worth its factors.
+/// Detects, if `auto` chose an explicit method, that stability keeps steps far below what accuracy asks for. A step of
+/// radau5, many times as long, then meets the tolerance from the present state. Such a step is tried, whatever makes
+/// the system stiff, each time that four times as many steps were taken. If few steps are left, or were taken, the
+/// trial is not worth its factors.
 class StiffSteps {
  public:
   StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method);
 
   void note_step() { ++num_steps_; }
-  /// Says after a step of length h, with the time `left` to come, whether a look is due.
+  /// Returns true if a trial is due after a step of length h, with the time `left` to come.
   bool is_due(double h, double left) const;
-  /// Returns whether implicit steps are to be taken from here on. The mechanics is then linearised elsewhere.
+  /// Tries an implicit step and returns true if implicit steps are to be taken from here on. The mechanics is then
+  /// linearised elsewhere.
   bool look(const State& from, double h, Rounding* rounding);
-  /// Returns whether implicit steps fall below the explicit ones, which are then taken for good. To be asked with the
+  /// Returns true if implicit steps fall below the explicit ones, which are then taken for good. Call this with the
   /// next step.
   bool gives_up(double next_step);
 
   bool is_stiff() const { return is_stiff_; }
-  /// Length of the step that `look` found, s.
+  /// Returns the length of the step that `look` found, s.
   double implicit_step() const { return factor * explicit_step_; }
   std::string explain() const;
 
@@ -42,7 +43,7 @@ class StiffSteps {
   bool may_look_, is_stiff_ = false;
   double num_steps_ = 0.0, next_look_ = 30.0;
   double since_ = 0.0, explicit_step_ = 0.0;  // s
-  State to_;                                  // of a trial
+  State to_;                                  // end of a trial
 };
 
 }  // namespace tanor

@@ -19,9 +19,9 @@ namespace {
 constexpr int least_order = 6, most_order = 24;
 
 /// Returns the order for a series of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou
-/// 2005): by 0.7 while the series stay in the caches (bench/rivals, chains and nets). In larger systems more terms pay
-/// where each costs little beside the step's factor and projections, and fewer where every term runs through all
-/// memory (bench/taylor_order.py).
+/// 2005), by 0.7 while the series stays in the caches (bench/rivals, chains and nets). In larger systems more terms pay
+/// if each costs little beside the step's factor and projections, and fewer if every term runs through all memory
+/// (bench/taylor_order.py).
 int choose_order(double tolerance, double n, bool has_cheap_terms) {
   constexpr double large = 50000.0;
   const double order = n < large         ? 4.0 - 0.7 * std::log(tolerance)
@@ -30,7 +30,7 @@ int choose_order(double tolerance, double n, bool has_cheap_terms) {
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
-// A template's Eight forgets its alignment, which copies by memcpy do not need.
+// Eight loses its alignment as a template argument; copies by memcpy do not need it.
 #pragma GCC diagnostic ignored "-Wignored-attributes"
 
 /// Sums x, x' and x'' (unless `a` is null) of some numbers at h, with q = c_2 + c_3 h + … and its derivatives by
@@ -40,7 +40,7 @@ int choose_order(double tolerance, double n, bool has_cheap_terms) {
 template <class Number>
 [[gnu::always_inline]] inline void sum_series(std::span<double* const> coefficients, double h, std::size_t at,
                                               double* x, double* v, double* a) {
-  constexpr std::size_t count = std::is_same_v<Number, Eight> ? 4 : 1;  // that stay in registers
+  constexpr std::size_t count = std::is_same_v<Number, Eight> ? 4 : 1;  // number of lanes that stay in registers
   constexpr std::size_t width = sizeof(Number) / sizeof(double);
   const auto load = [at](const double* from, std::size_t i) {
     Number number;
@@ -58,7 +58,7 @@ template <class Number>
       q[i] = h * q[i] + load(coefficients[k], i);
     }
   }
-  // The small terms are summed first.
+  // The small terms are added first.
   for (std::size_t i = 0; i < count; ++i) {
     const Number v0 = load(coefficients[1], i);
     store(load(coefficients[0], i) + h * (v0 + h * q[i]), x, i);
@@ -67,7 +67,7 @@ template <class Number>
   }
 }
 
-/// Sums the numbers [begin, end). The last ones are summed twice where they fill no lanes.
+/// Sums the numbers [begin, end). The last ones are summed twice if they do not fill the lanes.
 void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
                 double* v, double* a) {
   dispatch([=] {
@@ -81,7 +81,7 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
   });
 }
 
-/// Returns the largest |a_i| and |a_i - b_i|. NaNs are not seen.
+/// The largest |a_i| and |a_i - b_i|, which ignore NaNs.
 struct Comparison {
   double size = 0.0, difference = 0.0;
 };
@@ -112,7 +112,7 @@ Comparison compare(const double* a, const double* b, std::size_t n) {
   });
 }
 
-/// Sets b := a - b where this is larger than `noise`, else 0.
+/// Sets b := a - b, and 0 where this is not larger than `noise`.
 void subtract_from(const double* __restrict a, double noise, std::size_t n, double* __restrict b) {
   dispatch([=] {
     for (std::size_t i = 0; i < n; ++i) {
@@ -139,7 +139,7 @@ void subtract_from(const double* a, double part, std::span<const Index> own, std
     subtract_from(a + 3 * i, part * largest[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
 }
 
-/// Finds the nodes and weights of Gauss & Legendre on [0, 1] by Newton's method on the polynomial.
+/// Finds the nodes and weights of Gauss-Legendre quadrature on [0, 1] by Newton's method on the polynomial.
 void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>* weights) {
   for (int i = 0; i < count; ++i) {
     double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1.0;
@@ -210,8 +210,8 @@ void Taylor::expand(const State& from) {
   expansion_.longest = std::min(expansion_.longest, smooth_until - from.t);
 }
 
-/// Chooses all terms, unless rounding has grown above the last ones: near a singular configuration the terms of other
-/// motions that start within the rounding grow faster than those of the motion itself.
+/// Chooses all terms, unless rounding dominates the last ones. Near a singular configuration the terms of other motions
+/// that start within the rounding grow faster than those of the motion itself.
 void Taylor::choose_terms(const State& from) {
   expansion_.terms = order_;
   expansion_.longest = longest_step(from, order_);
@@ -226,10 +226,10 @@ void Taylor::choose_terms(const State& from) {
   }
 }
 
-/// Returns the number of terms that leave least over, for a step that is longer than the series allows.
+/// Returns the number of terms with the least remainder for a step longer than the series allows.
 int Taylor::terms_for(const State& from, double h) {
   if (h <= expansion_.longest || mechanics_.rank_monitor() == nullptr) return expansion_.terms;
-  // log |term| over the tolerance
+  // Logarithm of |term k| over the tolerance
   const auto size = [&](int k) { return k * (std::log(h) - log_of_longest_step(from, k)); };
   int best = expansion_.terms;
   double smallest = std::numeric_limits<double>::infinity();
@@ -248,19 +248,19 @@ double Taylor::longest_step(const State& from, int terms) {
 }
 
 /// Returns the logarithm of the longest h for which term k stays within the tolerance, in positions and velocities. It
-/// is measured once a series.
+/// is computed once a series.
 double Taylor::log_of_longest_step(const State& from, int k) {
   double& log_of_limit = expansion_.log_of_limits[static_cast<std::size_t>(k)];
   if (!std::isnan(log_of_limit)) return log_of_limit;
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
-  // |r_k| h^k and k |r_k| h^{k-1}
+  // The terms of positions and velocities are |r_k| h^k and k |r_k| h^{k-1}.
   log_of_limit = std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
   return log_of_limit;
 }
 
-/// Evaluates x, x' and x'' (unless `a` is null) at h, in pieces that stay in the first cache.
+/// Evaluates x, x' and x'' (unless `a` is null) at h, in pieces that stay in the first-level cache.
 void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   const std::size_t n = coefficients_[0].size();
   constexpr std::size_t piece = 256;
@@ -284,12 +284,12 @@ Power Taylor::integrate_power(const State& from, double h) {
   return sum;
 }
 
-/// Measures the first omitted term by what is missing in the acceleration at the new state:
+/// Measures the first omitted term by what the series misses in the acceleration at the new state:
 ///
 ///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
 double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
-  // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
+  // Accelerations are accurate to about 1e-12 of the largest one, so that smaller differences mean nothing.
   constexpr double noise = 1e-11, most_noise = 1e-6;
   const Comparison here = compare(to.a.data(), inside_.a.data(), to.a.size());
   double* const missing = inside_.a.data();
@@ -304,8 +304,8 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);
   const double largest = mechanics_.largest(here.size), most_missing = mechanics_.largest(here.difference);
-  // Far from the origin, or where S is ill-conditioned, there is more noise. In half a step terms become less than half
-  // as large, and so does what lies behind a kink (of |v| v where a point turns round); noise does not.
+  // There is more noise far from the origin, or if S is ill-conditioned. When a step is halved, its terms become less
+  // than half as large, and so does the effect of a kink (of |v| v where a point turns round); noise does not.
   const bool should_fall = rejected_.missing > 0.0 && h < 0.51 * rejected_.h;
   const bool is_noise = should_fall && most_missing < most_noise * largest && most_missing > 0.6 * rejected_.missing;
   rejected_ = error > 1.0 ? Rejected{h, most_missing, most_missing < most_noise * largest} : Rejected{};
@@ -316,7 +316,7 @@ Outcome Taylor::prepare_inside(const State& from, const State& to) {
   return expansion_.exists ? Outcome{} : other_->prepare_inside(from, to);
 }
 
-/// The series interpolates itself.
+/// Interpolates by the series itself.
 void Taylor::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                          double* v) const {
   if (!expansion_.exists || expansion_.time != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);

@@ -7,18 +7,18 @@
 
 namespace tanor {
 
-/// The motion as a power series in time, of any order: one factorization a step, one solve an order. The order follows
-/// from the tolerance, the step from the last two coefficients (Jorba & Zou 2005); the acceleration that is found at
-/// the new state says how large the first omitted term really is. Where the series does not exist (a force that is not
-/// analytic at rest) a Runge-Kutta step goes on.
+/// Expands the motion in a power series in time, of any order, with one factorization a step and one solve an order.
+/// The order follows from the tolerance, the step from the last two coefficients (Jorba & Zou 2005). The acceleration
+/// at the new state tells how large the first omitted term really is. If the series does not exist (a force that is not
+/// analytic at rest), a Runge-Kutta step is made instead.
 class Taylor final : public Scheme {
  public:
   Taylor(const IntegrationOptions& options, Mechanics& mechanics);
 
-  /// Velocities lose one term.
+  /// Velocities have one term less.
   int order() const override { return order_ - 1; }
   bool is_adaptive() const override { return true; }
-  /// The series rounds alike from step to step. What its terms know less of than this is in the estimate.
+  /// The series rounds alike from step to step. Rounding of its terms beyond this is part of the estimate.
   RoundingGain rounding_gain() const override { return {.factor = 0.2}; }
   double propose_step(const State& from) override;
   bool knows_acceleration() const override { return true; }
@@ -47,31 +47,31 @@ class Taylor final : public Scheme {
   int order_;
   std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
   std::vector<double*> pointers_;
-  std::unique_ptr<Scheme> other_;  // where there is no series
+  std::unique_ptr<Scheme> other_;  // scheme used if there is no series
   struct {
     std::vector<double> x, v, a;
-  } inside_;                             // of the step
-  Reactions found_;                      // where the series begins, if the state does not know them
+  } inside_;                             // state inside the step
+  Reactions found_;                      // reactions at the start of the series, if the state does not know them
   std::vector<double> largest_;          // [neighbourhood] scratch
-  std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
+  std::vector<double> nodes_, weights_;  // Gauss quadrature on [0, 1], for works
 
-  /// What is known of the series that was expanded last, and which steps it allows.
+  /// The last series, and which steps it allows.
   struct Expansion {
     bool is_known = false, exists = false;
     double time = 0.0;
-    int terms = 0;                      // at most `order_`, that allow …
-    double longest = 0.0;               // … steps up to this one, s
-    std::vector<double> log_of_limits;  // of the longest h that each term allows; NaN: not measured
+    int terms = 0;                      // number of terms, at most `order_`, that allows …
+    double longest = 0.0;               // … steps up to this length, s
+    std::vector<double> log_of_limits;  // logarithm of the longest h that each term allows; NaN if not computed
   } expansion_;
-  // Of the last step
-  int terms_ = 0;  // that were summed
-  // Of the last one that was too long
+  // The last step
+  int terms_ = 0;  // number of terms that were summed
+  // The last step that was too long
   struct Rejected {
-    double h = 0.0, missing = 0.0;  // in the acceleration at its end
-    bool may_be_noise = false;      // a step half as long will tell
+    double h = 0.0, missing = 0.0;  // `missing`: largest difference of accelerations at its end
+    bool may_be_noise = false;      // true if only a step half as long can tell
   } rejected_;
   struct {
-    bool is_known = false;  // a step found them at its end, …
+    bool is_known = false;  // true if a step found the acceleration at its end, …
     double time = 0.0;      // … at this instant
   } acceleration_;
 };

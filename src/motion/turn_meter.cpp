@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-/// The largest size that was seen.
+/// The largest magnitude seen so far.
 struct Sizes {
   Eight lanes{};
   double rest = 0.0;
@@ -41,7 +41,7 @@ double largest_change(const double* from, const double* to, std::size_t begin, s
 struct StepEnds {
   const double *x0, *v0, *x1, *v1;
 };
-/// The largest |x1|, |v1| and |x1 - x0 - h (v0 + v1)/2| of these numbers, in one pass.
+/// Finds the largest |x1|, |v1| and |x1 - x0 - h (v0 + v1)/2| of these numbers, in one pass.
 void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end, TurnMeter::Step* step) {
   dispatch([=, &ends] {
     Sizes place, speed, missed;
@@ -80,12 +80,12 @@ void TurnMeter::note(Mechanics& mechanics, const State& from, const State& to) {
   fastest_ = std::max(fastest_, step_.speed);
 }
 
-/// Turned by theta in a step, on a circle:
+/// Computes the angle theta by which a step turns the motion, from two relations that hold on a circle:
 ///
 ///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
 double TurnMeter::angle(Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const {
-  constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
-  // While a motion gathers its speed, as from rest, there is none yet to compare with.
+  constexpr double least_move = 1e-9;  // relative to positions, whose rounding would dominate below
+  // While a motion gains speed, as from rest, there is no speed yet to compare with.
   constexpr double gathering = 1.2;
   if (fastest_ > gathering * before_) return 0.0;
   const double h = to.t - from.t;

@@ -70,7 +70,7 @@ bool Watch::changes_sign() const {
   return false;
 }
 
-/// Narrows a passage between the place before and this one, where the value has another sign than the one that was
+/// Narrows a passage between the previous place and this one, where the value differs in sign from the one that was
 /// kept.
 Outcome Watch::narrow(DenseOutput* dense, const State& from, const State& to, std::size_t k, std::size_t place,
                       double sign, double* fraction) {
@@ -120,7 +120,7 @@ Outcome Watch::look(const State& from, State* to, DenseOutput ends, DenseOutput 
     for (std::size_t k = 0; k < functions_.size(); ++k) signs_[k] = sign_of(samples_[0][k]);
     knows_signs_ = true;
   }
-  // What began at 0 has a sign as soon as it leaves.
+  // A function that began at 0 has a sign as soon as it leaves 0.
   for (std::size_t k = 0; k < functions_.size(); ++k) {
     for (std::size_t i = 1; signs_[k] == 0.0 && i < places.size(); ++i) signs_[k] = sign_of(samples_[i][k]);
   }
@@ -136,7 +136,7 @@ Outcome Watch::look(const State& from, State* to, DenseOutput ends, DenseOutput 
     pending_.resize(i + 1);
   }
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
-  // Variables of other kinds than positions move what they are translated with.
+  // Variables other than positions change what they are converted with.
   if (!dense.has_moved() && mechanics_.keeps_variables()) return {};
   return mechanics_.accelerations(to->at(), options_.request(Gradients::Evaluate), to->output_without_power());
 }

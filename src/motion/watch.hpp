@@ -10,8 +10,8 @@
 
 namespace tanor {
 
-/// Finds where functions of a motion pass through 0. Each keeps the sign that it had last; in a step it is evaluated at
-/// its ends and at three places between, and a change of sign is narrowed on the scheme's dense output to rounding. Two
+/// Finds where functions of a motion pass through 0. Each function keeps its last sign. In a step it is evaluated at
+/// the ends and at three places between, and a change of sign is narrowed to rounding on the scheme's dense output. Two
 /// passages between neighbouring places are missed. A function that begins at 0 does not pass there.
 class Watch {
  public:
@@ -29,14 +29,14 @@ class Watch {
   bool is_empty() const { return functions_.empty(); }
   const std::vector<Passage>& passages() const { return passages_; }
 
-  /// The next step does not start where the last one ended, so that signs are found anew.
+  /// Forgets the signs; call this if the next step does not start where the last one ended.
   void forget() { knows_signs_ = false; }
 
-  /// Looks for passages on the way of a good step, up to the first one that stops, whose time is written (infinite:
-  /// none does). `ends` answers where passages are looked for, `dense` where one is narrowed. The mechanics is at `to`
-  /// again afterwards.
+  /// Looks for passages in a good step, up to the first one that stops, whose time is written to `stop` (infinite if
+  /// none stops). `ends` interpolates where passages are looked for, `dense` where one is narrowed. The mechanics is at
+  /// `to` again afterwards.
   Outcome look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop);
-  /// The step was accepted, and its passages count.
+  /// Accepts the step, so that its passages count.
   void accept();
 
  private:
@@ -46,7 +46,7 @@ class Watch {
   };
 
   Outcome evaluate_inside(DenseOutput* output, double fraction, const State& from, const State& to);
-  /// "event "vertical" is not finite at t = 1.5", or the number of the event where it has no name.
+  /// Returns the failure "event "vertical" is not finite at t = 1.5", with the event's number if it has no name.
   Outcome report_not_finite(std::size_t k, double t) const;
   Outcome sample(DenseOutput* output, const State& from, const State& to);
   bool changes_sign() const;
@@ -57,11 +57,11 @@ class Watch {
   IntegrationOptions options_;
   Mechanics& mechanics_;
   std::vector<Function> functions_;
-  std::vector<double> signs_;  // +1, -1; 0: not known yet
+  std::vector<double> signs_;  // +1, -1; 0 if not known yet
   bool knows_signs_ = false;
-  std::vector<std::vector<double>> samples_;  // of each place inside the step: a value a function
-  std::vector<double> x_, v_;                 // inside the step
-  std::vector<Crossing> pending_;             // of the step that was looked at
+  std::vector<std::vector<double>> samples_;  // [place][function] values in the step
+  std::vector<double> x_, v_;                 // state inside the step
+  std::vector<Crossing> pending_;             // passages of the last step that was examined
   std::vector<Passage> passages_;
 };
 

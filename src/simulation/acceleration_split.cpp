@@ -30,7 +30,7 @@ Outcome AccelerationSplit::find(const SolvedInstant& at, double* w_N, double* f_
 
 Outcome AccelerationSplit::find_by_constraints(const SolvedInstant& at, double* w_N, double* f_N) {
   MultiplierForm& normal = *forms_.normal;
-  // The factor of S knows what sticks, the split does not.
+  // The factor of S includes contacts that stick, the split does not.
   const bool one_mass_serves = has_one_mass(model_) && normal.events() == nullptr;
   if (!normal_space_)
     normal_space_ = std::make_unique<NormalSpace>(work_, one_mass_serves ? &normal.linearization() : nullptr);
@@ -50,7 +50,7 @@ Outcome AccelerationSplit::find_by_constraints(const SolvedInstant& at, double* 
   normal_space_->project(work_.f.data(), f_N, mu.data());
   normal_space_->project(tau_.data(), tau_N_.data(), mu.data());
 
-  // (44): M^-1 K x stays in N?
+  // (44): measures how far M^-1 K x leaves N.
   std::vector<double> u(3 * model_.num_points(), 0.0), u_N(3 * model_.num_points());
   const std::vector<double> any = random_numbers(model_.num_rows());
   model_.gather.add_scaled(model_.parallel, blocks.data(), any.data(), model_.inverse_mass.data(), model_.num_moving(),
@@ -72,9 +72,9 @@ Outcome AccelerationSplit::find_by_coordinates(const SolvedInstant& at, double* 
   };
   normal_part(tangent.dynamics().psi(), w_N);
   normal_part(work_.f, f_N);
-  std::fill(tau_N_.begin(), tau_N_.end(), 0.0);  // coordinates alone name no guides
+  std::fill(tau_N_.begin(), tau_N_.end(), 0.0);  // coordinates alone have no guides
 
-  // (44): M A x stays in T?
+  // (44): measures how far M A x leaves T.
   std::vector<double> u(3 * model_.num_points(), 0.0), u_N(3 * model_.num_points(), 0.0);
   const std::vector<double> any = random_numbers(tangent.size());
   work_.coordinates.apply(model_.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());

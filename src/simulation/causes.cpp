@@ -7,7 +7,7 @@ namespace tanor {
 
 namespace {
 
-/// The terms of a function quadratic in a velocity, phi(v) = quadratic + rest, from phi(v), phi(-v), phi(0).
+/// Separates a function quadratic in a velocity, phi(v) = quadratic + rest, by phi(v), phi(-v) and phi(0).
 struct Terms {
   std::vector<double> quadratic, rest;
 
@@ -65,7 +65,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   return result;
 }
 
-/// S lambda = -b
+/// Solves S lambda = -b for one part of the reaction.
 ReactionPart Causes::find_part(std::string cause, const double* r, const std::vector<double>& b) {
   Linearization& linearization = forms_.normal->linearization();
   const std::size_t size = 3 * model_.num_points();
@@ -82,14 +82,14 @@ ReactionPart Causes::find_part(std::string cause, const double* r, const std::ve
   return part;
 }
 
-/// b = K'M^-1 f
+/// Returns b = K'M^-1 f.
 std::vector<double> Causes::apply_transposed_to_forces(const std::vector<double>& f) {
   std::vector<double> w0(f.size(), 0.0);
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
   return apply_transposed(w0, nullptr);
 }
 
-/// K'w + rest; null: without it.
+/// Returns K'w + rest, or K'w if `rest` is null.
 std::vector<double> Causes::apply_transposed(const std::vector<double>& w, const double* rest) {
   std::vector<double> b(model_.num_rows());
   if (!b.empty()) {
@@ -114,7 +114,7 @@ void Causes::add_inertia_and_drive(const double* r, const double* v, std::vector
   }
   const Terms terms(whole, phi(minus_v.data()), phi(nothing.data()));
   result->push_back(find_part("inertia", r, terms.quadratic));
-  // K_s'a_s
+  // adds K_s'a_s, the accelerations of supports
   std::vector<double> given(nothing);
   std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
@@ -126,7 +126,7 @@ std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r,
   const std::size_t size = 3 * model_.num_points(), moving = 3 * model_.num_moving();
   std::vector<ReactionPart> result;
   std::vector<double> eta(size), force(size, 0.0);
-  // eta = [I - M A H^-1 A'] (M psi - f) (24): what psi has in T takes no part
+  // eta = [I - M A H^-1 A'] (M psi - f) (24); the part of psi in T does not enter.
   const auto add = [&](std::string cause) {
     forms_.tangent->dynamics().completed().find_reactions(force.data(), eta.data());
     ReactionPart part{std::move(cause), {}, std::vector<double>(size)};

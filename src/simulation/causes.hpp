@@ -8,17 +8,18 @@
 
 namespace tanor {
 
-/// The reaction by its causes: the right-hand side phi + K'M^-1 f of (31) is a sum, S has one factor.
+/// Decomposes the reaction by its causes. The right-hand side phi + K'M^-1 f of (31) is a sum, and one factor of S
+/// serves all its terms.
 ///
-/// phi = v'Hess(xi) v + 2 v'grad(xi_t) + xi_tt row by row. *Inertia* is its first term, even in v like the third, and
-/// quadratic: (phi(v) + phi(-v))/2 - phi(0). *Drive* is the rest of phi, with the prescribed accelerations of supports.
-/// Coordinates alone: the same with psi, eta by (24); v is q_dot then.
+/// phi = v'Hess(xi) v + 2 v'grad(xi_t) + xi_tt row by row. *Inertia* is the first term, which is quadratic in v and
+/// found as (phi(v) + phi(-v))/2 - phi(0). *Drive* is the rest of phi, with the prescribed accelerations of supports.
+/// With coordinates alone, psi takes the place of phi, q_dot that of v, and eta follows from (24).
 class Causes {
  public:
   explicit Causes(Forms& forms);
 
-  /// At (t, r, v) [3n], where the forms stand; q, q_dot: the tangent form's own variables (without constraints). In the
-  /// user's order.
+  /// Returns the parts in the user's order at (t, r, v) [3n], for which the forms must be current. q and q_dot are the
+  /// tangent form's own variables (without constraints).
   std::vector<ReactionPart> find(double t, const double* r, const double* v, const double* q, const double* q_dot);
 
  private:
@@ -29,14 +30,14 @@ class Causes {
   void add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result);
   std::vector<ReactionPart> find_by_coordinates(double t, const double* r, const double* v, const double* q,
                                                 const double* q_dot);
-  /// Calls use(name, forces [3n]) for each entry.
+  /// Calls use(name, forces [3n]) for each entry of the system's forces.
   template <class Use>
   void for_each_force(double t, const double* r, const double* v, const Use& use);
 
   Forms& forms_;
   Workspace& work_;
   const Model& model_;
-  std::vector<std::unique_ptr<Forces>> forces_;  // one an entry
+  std::vector<std::unique_ptr<Forces>> forces_;  // one for each entry of the system's forces
 };
 
 }  // namespace tanor

@@ -27,24 +27,24 @@ void check_size(std::span<const double> array, std::size_t wanted, const char* n
 
 }  // namespace
 
-/// Reads and writes the host's arrays once a call.
+/// Implementation of Dynamics. It reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
   Forms forms;
   Workspace& work = forms.work;
   const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   const Form form_wanted;
-  SolvedInstant now;          // the state that was solved last, as the form answered
-  bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
-  // It in the form's own variables, where these are not the points themselves, …
+  SolvedInstant now;          // the state solved last, as the form answered
+  bool stands_there = false;  // True if the forms are current for this state, as no later call changed them.
+  // The state in the form's own variables, if these are not the points themselves, …
   const bool has_own_variables = !form.keeps_variables();
   std::vector<double> x, x_dot, x_ddot;
-  // … as it was given, where the answer may have other points: those of coordinates, and contacts that come to rest …
+  // … as it was given, if the answer may have other points (those of coordinates, and contacts that come to rest) …
   const bool may_move_points = has_own_variables || model.has_friction();
   std::vector<double> given_r, given_v;
-  // … and what the other calls work on.
+  // … and the work arrays of the other calls.
   std::vector<double> y, z, before;
-  // Made when first asked for.
+  // Both are made when first asked for.
   std::unique_ptr<AccelerationSplit> parts;
   std::unique_ptr<Causes> causes;
 
@@ -58,7 +58,7 @@ struct Dynamics::Implementation {
   const Numbering& numbering() const { return model.numbering; }
   std::size_t num_numbers() const { return 3 * model.num_points(); }
 
-  /// Positions and velocities (at rest where there are none), with what is prescribed at supports.
+  /// Gathers positions and velocities (at rest if none are given), with the prescribed motion of supports.
   void gather(const StateView& at, std::vector<double>* inner_r, std::vector<double>* inner_v) {
     if (!std::isfinite(at.time)) throw InputError("", "t = " + text(at.time) + " is not a time");
     check_size(at.positions, num_numbers(), "positions");
@@ -73,12 +73,12 @@ struct Dynamics::Implementation {
     work.prescribe_all(at.time, inner_r->data(), inner_v->data());
   }
 
-  /// One instant is solved to rounding, and asks for other solutions.
+  /// Requests a solution to rounding, and a failure if friction has several solutions.
   static constexpr Request demanding{.exact = true, .verification = Verification::Always, .refuses_several = true};
 
-  /// w, and what is found with it; eta where somebody asks for it.
+  /// Finds w and what belongs to it, and eta if `with_reactions` is true.
   const Outcome& solve(const StateView& at, bool with_reactions = false) {
-    stands_there = false;  // also where a host's callable throws
+    stands_there = false;  // stays false if a host's callable throws
     now.report = {};
     gather(at, &now.r, &now.v);
     now.t = at.time;
@@ -112,7 +112,7 @@ struct Dynamics::Implementation {
     return {};
   }
 
-  /// Solves at this state, unless the forms stand there and, where reactions are wanted, know them.
+  /// Solves at this state, unless the forms are current for it and, if reactions are wanted, know them.
   const Outcome& stand_at(const StateView& at, bool with_reactions = false) {
     gather(at, &y, &z);
     const bool is_there = stands_there && at.time == now.t && y == (may_move_points ? given_r : now.r) &&
@@ -121,7 +121,7 @@ struct Dynamics::Implementation {
     return is_there && is_enough ? now.outcome : solve(at, with_reactions);
   }
 
-  /// At a state that is not the one solved last: r is `y`, v is `z`.
+  /// Moves to a state other than the one solved last, whose r is `y` and v is `z`.
   void leave_for(const StateView& at) {
     stands_there = false;
     gather(at, &y, &z);
@@ -160,7 +160,7 @@ Counters Dynamics::counters() const {
   return live(implementation_, "Dynamics").work.counters;
 }
 
-/// The load that supports carry (K lambda + f there), f and tau, where the forms stand.
+/// Writes the load that supports carry (K lambda + f there), f and tau, for which the forms must be current.
 void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
   if (!wanted.support_forces.empty()) {
     for (std::size_t i = 0; i < model.num_points(); ++i) {
@@ -245,7 +245,7 @@ Solution Dynamics::solution(const StateView& at) {
 RankReport Dynamics::rank(const StateView& at, bool thoroughly) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  // The rank is asked for where the accelerations have no answer, too.
+  // The rank is also defined if the accelerations have no solution.
   if (!self.stand_at(at).ok() && self.forms.normal != nullptr)
     (void)self.forms.normal->linearise(at.time, self.now.r.data());
   return self.forms.rank(self.now.r.data(), thoroughly);
@@ -263,7 +263,7 @@ Split Dynamics::split(const StateView& at) {
     result.outcome = self.parts->find(self.now, w_N.data(), f_N.data());
   }
   if (!result.outcome.ok()) return result;
-  // u_T = u - u_N; supports have no part in either.
+  // u_T = u - u_N; both are 0 at supports.
   const auto write = [&](const std::vector<double>& u, const std::vector<double>& u_N, std::vector<double>* tangent,
                          std::vector<double>* normal) {
     tangent->resize(size);
@@ -305,7 +305,7 @@ Certificate Dynamics::certify(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   if (const Outcome& outcome = self.stand_at(at, true); !outcome.ok()) return make_failed_certificate(outcome);
-  self.stands_there = false;  // the other form, and other times, are tried
+  self.stands_there = false;  // certifying evaluates the other form, and other times
   std::vector<double> tau(self.num_numbers());
   self.form.write_friction(self.now.found, tau.data());
   return tanor::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda, tau,

@@ -26,7 +26,7 @@
 
 namespace tanor {
 
-/// What a Simulation is made of.
+/// The implementation of Simulation.
 struct Simulation::Implementation {
   static constexpr std::uint64_t fingerprint_of_progress = 0;
 
@@ -34,7 +34,7 @@ struct Simulation::Implementation {
   MotionOptions options;
   SolverOptions solver_options;
   Forms forms;
-  std::unique_ptr<SharedMechanics> shared;  // null: all of the system is here
+  std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
   Workspace& work = forms.work;
   const Model& model = forms.model;
   EquationsOfMotion& form = shared != nullptr ? *shared : *forms.main;
@@ -44,7 +44,7 @@ struct Simulation::Implementation {
   Integration integration;
   State& state = integration.state;
   Solution now;                 // the state as the last call left it
-  std::optional<System> given;  // where points held rigid by prestress became supports of `model.system`
+  std::optional<System> given;  // the given system, if points held rigid by prestress became supports of `model.system`
   PointState points;            // the state in the inner order
   std::vector<double> rows;     // [d]
   std::size_t num_events = 0;
@@ -83,13 +83,14 @@ struct Simulation::Implementation {
     publish();
   }
 
-  /// Residuals of 1e-12 would be the noise of such steps. The fixed point of friction leaves as much anyway.
+  /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
+  /// anyway.
   bool wants_exact_accelerations() const {
     constexpr double demanding = 1e-10;
     return !has_fixed_steps(chosen.method) && options.rtol < demanding && !model.has_friction();
   }
 
-  /// Where equations reach from rank to rank they have a form of their own.
+  /// Equations that reach from rank to rank have a form of their own.
   static Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
     if (part.is_whole() || !part.is_cut()) return {};
     return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
@@ -119,7 +120,8 @@ struct Simulation::Implementation {
     return pack(snapshot, fingerprint_of(system()));
   }
 
-  /// All but the points, and but what later numbers depend on to the last bit: of any division into ranks.
+  /// Saves everything except the points and the memory on which later numbers depend in their last bits. The result
+  /// serves any division into ranks.
   std::vector<std::byte> save_progress() {
     Snapshot snapshot;
     snapshot.time = state.t;
@@ -161,11 +163,11 @@ struct Simulation::Implementation {
     outcome = complete_state(snapshot.memory.empty() && model.has_friction() ? nullptr : &snapshot);
     integration.resume(snapshot);
     measures.resume();
-    work.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
+    work.counters = snapshot.report.counters;  // the work of restoring does not count for the motion
     publish();
   }
 
-  /// The state at t from its points, with all that belongs to it: a motion begins, or goes on from a snapshot.
+  /// Completes the state at t from its points, at the beginning of a motion or (with `snapshot`) when one is resumed.
   Outcome complete_state(const Snapshot* snapshot) {
     const bool begins = snapshot == nullptr;
     Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
@@ -187,16 +189,16 @@ struct Simulation::Implementation {
     form.write_points(state.at(), state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
   }
 
-  /// Points held rigid by prestress: they do not move though K alone would let them.
+  /// Finds points held rigid by prestress, which do not move although K alone would let them.
   std::vector<Index> find_prestress_rigid_points() {
     if (part.is_cut()) return {};
-    constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
+    constexpr double rounding = 1e-12;  // a larger correction at the start means another system
     if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     if (forms.normal == nullptr) return {};
     return tanor::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
   }
 
-  /// Whether some rank has such points.
+  /// Returns true if some rank has such points.
   bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
 
   RankReport find_rank() {
@@ -212,7 +214,7 @@ struct Simulation::Implementation {
     report.times = work.times;
   }
 
-  /// The state with what was found with accelerations there, in the user's order.
+  /// Writes the state, in the user's order, with what was found with the accelerations there.
   Outcome write_solution(const Reactions& found, Solution* at) {
     const Numbering& numbering = model.numbering;
     numbering.scatter_points(points.r, at->positions);
@@ -225,15 +227,15 @@ struct Simulation::Implementation {
     Outcome known = forms.reactions({state.at(), points.at(state.t)}, {}, found, rows.data(), points.w.data());
     numbering.scatter_rows(rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
-    // What supports carry: eta + f there
+    // The load of supports is eta + f there.
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
     for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += work.f[i];
     numbering.scatter_points(points.w, at->support_forces);
     return known;
   }
 
-  /// A look at the present state, after which the motion goes on as if there had been none: what later solves start
-  /// from and the counts of work are put back.
+  /// Guards an evaluation at the present state, after which the motion goes on as if there had been none. It restores
+  /// what later solves start from, and the counters.
   class Look {
    public:
     explicit Look(Implementation* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
@@ -256,7 +258,7 @@ struct Simulation::Implementation {
     std::vector<double> kept_;
   };
 
-  /// Inside an observer accelerations may be those of a stage: they are found at the state, which keeps its own.
+  /// Solves at the state inside an observer, where accelerations may be those of a stage. The state keeps its own.
   Solution solve_on_the_way() {
     const Look look(this);
     Solution at = make_solution(model.system, now.coordinates.size());
@@ -316,12 +318,12 @@ struct Simulation::Implementation {
     return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
   }
 
-  /// Accelerations and multipliers at the state itself, after steps that left others behind.
+  /// Finds accelerations and multipliers at the state itself, after steps that left others behind.
   Outcome refresh(Gradients gradients) {
     return form.accelerations(state.at(), integration.request(gradients), state.output_without_power());
   }
 
-  /// A first step from the time in which velocities or positions change by themselves.
+  /// Chooses a first step from the time in which velocities or positions change considerably.
   double first_step(double span) {
     if (options.step > 0.0) return std::min(options.step, span);
     write_points();
@@ -336,7 +338,8 @@ struct Simulation::Implementation {
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }
 
-  /// Its own observers, events and callables look at a step; they cannot make another one.
+  /// Refuses a call from the motion's own observers, events and callables, which may look at a step but not make
+  /// another.
   void refuse_inside_advance(const char* what) const {
     if (is_advancing)
       throw InputError("",
@@ -389,7 +392,7 @@ struct Simulation::Implementation {
     return num_events++;
   }
 
-  /// A step that was accepted.
+  /// Takes over an accepted step.
   void take(const StepResult& step) {
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
     measures.take(step, outcome.ok());

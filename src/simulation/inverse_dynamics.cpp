@@ -30,11 +30,11 @@ void check_time(double t) {
 struct InverseDynamics::Implementation {
   Workspace work;
   const Model& model{work.model()};
-  std::optional<NormalSpace> normal;    // none: coordinates alone are given
-  std::optional<TangentSpace> tangent;  // only where they are
+  std::optional<NormalSpace> normal;    // empty if coordinates alone are given
+  std::optional<TangentSpace> tangent;  // empty otherwise
   std::optional<DirectFriction> friction;
-  std::vector<double> blocks;       // of K or A
-  std::vector<double> row_norms;    // [d] largest |gradient| at one of its points
+  std::vector<double> blocks;       // blocks of K or A
+  std::vector<double> row_norms;    // [rows] largest |gradient| at one of its points
   std::vector<double> r, v, w, w0;  // [3n] inner
   std::vector<double> q, q_dot;     // [s]
 
@@ -60,7 +60,7 @@ struct InverseDynamics::Implementation {
 
   std::string name_point(std::size_t inner) const { return "point " + text(model.numbering.user_point[inner]); }
 
-  /// The violation grows to |x_i - y_i|/scale where that is more, over a range of inner points.
+  /// Raises the violation to |x_i - y_i|/scale if that is larger, over a range of inner points.
   void compare(const std::vector<double>& x, const std::vector<double>& y, double scale, std::size_t begin,
                std::size_t end, Violation* violation) const {
     for (std::size_t i = begin; i < end; ++i) {
@@ -81,7 +81,7 @@ struct InverseDynamics::Implementation {
   Outcome divide_force(double t, MotionForces* result);
 };
 
-/// Supports move as prescribed; the given motion is judged by that.
+/// Places supports as prescribed and measures by how much the given motion differs.
 void InverseDynamics::Implementation::put_supports(double t, MotionForces* result) {
   const std::vector<double> r_given = r, v_given = v, w_given = w;
   work.prescribe_all(t, r.data(), v.data());
@@ -105,7 +105,7 @@ Outcome InverseDynamics::Implementation::measure_constraints(double t, MotionFor
       double& largest = row_norms[static_cast<std::size_t>(incidence.row)];
       largest = std::max(largest, norm(load(blocks.data(), incidence.block)));
     }
-    for (double& length : row_norms) length = length > 0.0 ? length : 1.0;  // of contacts
+    for (double& length : row_norms) length = length > 0.0 ? length : 1.0;  // rows of contacts
     for (std::size_t a = 0; a < acceleration.size(); ++a) acceleration[a] /= row_norms[a];
   }
   compare(position, &result->position);
@@ -114,7 +114,7 @@ Outcome InverseDynamics::Implementation::measure_constraints(double t, MotionFor
   return normal->factorize(t, r.data(), blocks.data());
 }
 
-/// What coordinates say of r, v, w: the nearest r(q, t), A q_dot + r_t, A q_ddot + psi.
+/// Measures how far r, v, w are from what coordinates allow: the nearest r(q, t), A q_dot + r_t and A q_ddot + psi.
 Outcome InverseDynamics::Implementation::measure_coordinates(double t, MotionForces* result) {
   std::vector<double> places = r, rates = v, psi(size()), part(size()), rest(size(), 0.0);
   const std::vector<double> no_rates(q.size(), 0.0);
@@ -134,7 +134,7 @@ Outcome InverseDynamics::Implementation::measure_coordinates(double t, MotionFor
   return {};
 }
 
-/// Mw - f - tau = eta + u_T
+/// Divides the force: Mw - f - tau = eta + u_T.
 Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* result) {
   std::vector<double> force(size(), 0.0), tau(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
   for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - work.f[i];
@@ -169,7 +169,7 @@ Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* re
   }
   model.numbering.scatter_points(eta, result->reactions);
   model.numbering.scatter_points(control, result->control_forces);
-  // What the constraints do there, and f.
+  // The load of supports is the constraints' force and f there.
   std::fill_n(eta.begin(), moving(), 0.0);
   for (std::size_t i = moving(); i < size(); ++i) eta[i] += work.f[i];
   model.numbering.scatter_points(eta, result->support_forces);

@@ -17,7 +17,7 @@ DirectFriction::DirectFriction(Workspace& work, NormalSpace& normal)
       points_(3 * model_.num_points()),
       part_(points_.size()) {}
 
-/// points += sign tau(x)
+/// Adds sign tau(x) to `points`.
 void DirectFriction::add(double sign, const double* x, std::vector<double>* points) {
   laws_.write_forces(x, forces_.data());
   const Tangents& tangents = work_.constraints.tangents();
@@ -25,7 +25,7 @@ void DirectFriction::add(double sign, const double* x, std::vector<double>* poin
     add_to(points->data(), tangents[c].point, sign * load(forces_.data(), c));
 }
 
-/// Gamma^-1 K'(Mw - f - tau)
+/// Finds lambda = Gamma^-1 K'(Mw - f - tau).
 void DirectFriction::find_multipliers(const double* x, double* lambda) {
   points_ = *force_;
   add(-1.0, x, &points_);
@@ -41,7 +41,7 @@ void DirectFriction::find_change(const double* x, double* lambda) {
 Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::vector<double>& v,
                              const std::vector<double>& blocks, const std::vector<double>& force,
                              std::vector<double>* tau) {
-  constexpr double rest = 1e-9;  // over the fastest point: what is left of a velocity that was given as 0
+  constexpr double rest = 1e-9;  // relative to the fastest point, for rounding of a velocity that was given as 0
   Tangents& tangents = work_.constraints.tangents();
   const double fastest = model_.largest_norm(v.data());
   for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -55,7 +55,7 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
   constexpr int depth = 10;
   bool is_found = !laws_.depend_on_reactions();
   if (!is_found) {
-    // Anderson's method from afar, Newton's for the last digits.
+    // Anderson's method starts from afar, Newton's method finds the last digits.
     constexpr double wanted = 1e-15;
     std::vector<double> guess = lambda_;
     is_found = fixed_point_.iterate(model_.parallel, depth, lambda_.data()).has_converged;
@@ -69,7 +69,7 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
   std::vector<double> x(laws_.num_parts());
   laws_.evaluate(model_.parallel, lambda_.data(), x.data());
   add(1.0, x.data(), tau);
-  // What rests has no rows of its own here.
+  // Contacts at rest have no rows of their own here.
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
   if (is_found) return {};
   return {Status::NotConverged, "friction of the given motion at t = " + text(t) + ": no multipliers obey the law"};

@@ -8,14 +8,15 @@
 
 namespace tanor {
 
-/// Friction of a given motion: lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the factor of Gamma
-/// (docs/theory.md). Contacts of exact Coulomb laws at rest have none here: the law gives a bound there, no force.
+/// Finds the friction of a given motion from lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the
+/// factor of Gamma (docs/theory.md). Contacts with an exact Coulomb law have none at rest, since the law gives only a
+/// bound there.
 class DirectFriction final : private Response {
  public:
-  /// Both must outlive it.
+  /// Both arguments must outlive the object.
   DirectFriction(Workspace& work, NormalSpace& normal);
 
-  /// tau [3n] at (t, r, v) for `force` = Mw - f [3n]; `normal` and K in `blocks` stand there.
+  /// Finds tau [3n] at (t, r, v) for `force` = Mw - f [3n]; `normal` and K in `blocks` must be current there.
   Outcome find(double t, const std::vector<double>& r, const std::vector<double>& v, const std::vector<double>& blocks,
                const std::vector<double>& force, std::vector<double>* tau);
 

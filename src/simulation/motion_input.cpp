@@ -46,7 +46,7 @@ void check_options(const MotionOptions& options) {
 
 namespace {
 
-/// "rk4, dopri5 and dop853"
+/// Returns a list such as "rk4, dopri5 and dop853".
 template <class Serves>
 std::string list_methods(const Serves& serves) {
   std::vector<std::string> names;
@@ -58,10 +58,10 @@ std::string list_methods(const Serves& serves) {
   return text;
 }
 
-/// Springs that explicit steps would have to resolve, though the motion does not: with a step their stability decides,
-/// else how many of their swings go into one of the slow motion.
+/// Chooses an implicit method for springs that explicit steps would have to resolve although the motion does not. With
+/// a given step their stability decides, otherwise the number of their swings in one of the slow motion.
 std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& options, const System& system) {
-  constexpr double stable = 2.0;         // radians a step: rattle
+  constexpr double stable = 2.0;         // radians a step, the limit of rattle
   constexpr double worthwhile = 1000.0;  // radians in which the slow motion turns by one
   if (!system.friction.empty()) return {};
   const auto [rate, spring, slow_rate] = measure_stiffness(system);
@@ -70,7 +70,7 @@ std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& option
     return ChosenMethod{Method::GeneralizedAlpha,
                         "stiff: " + spring + " swings by " + text(rate * options.step) + " rad a step"};
   }
-  // Pair forces may be what is stiff, of which Newton's matrix knows nothing: a trial step tells (StiffSteps).
+  // The stiff forces may be pair forces, which Newton's matrix does not contain. A trial step tells (StiffSteps).
   const bool has_pairs =
       std::ranges::any_of(system.forces, [](const Force& force) { return std::holds_alternative<PairForces>(force); });
   if (has_pairs || !(slow_rate > 0.0 && rate > worthwhile * slow_rate)) return {};
@@ -107,7 +107,7 @@ ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamic
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  // Whether there are series in time says the mechanics itself, with the reason.
+  // The mechanics itself tells whether there are series in time, with the reason.
   if (method == Method::Taylor) return solver;
   const MethodTraits& traits = traits_of(method);
   if (!traits.serves_friction && !system.friction.empty()) {

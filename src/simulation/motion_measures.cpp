@@ -52,7 +52,7 @@ void MotionMeasures::resume() {
   warns_of_drift_ = !report_.accuracy_warning.empty() && report_.accuracy_warning == explain_drift();
 }
 
-/// Projections know what they leave; without them it is measured here.
+/// Takes the violations from the projections; without projections they are measured here.
 void MotionMeasures::measure_violations(const StepResult& step) {
   double position = step.position_violation, velocity = step.velocity_violation;
   if (options_.stabilisation == Stabilisation::None || !step.is_stabilized) {
@@ -87,13 +87,13 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   report_.times = work_.times;
 }
 
-/// K'w + phi of the state's accelerations.
+/// Takes over K'w + phi of the state's accelerations.
 void MotionMeasures::measure_acceleration() {
   report_.last_violation.acceleration = state_.report.residual;
   report_.violation.acceleration = std::max(report_.violation.acceleration, state_.report.residual);
 }
 
-/// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.
+/// Returns the energies of a motion through the length and at the speed of each neighbourhood, J.
 double MotionMeasures::energy_of_a_fall() const {
   double sum = 0.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -103,8 +103,8 @@ double MotionMeasures::energy_of_a_fall() const {
   return form_.sum(sum);
 }
 
-/// How much the potential changes where each point is moved by a hundredth of its neighbourhood's length, J: stiff
-/// energies may cancel each other where all is at rest. At the start.
+/// Returns by how much the potential changes at the start if each point is moved by a hundredth of its neighbourhood's
+/// length, J. Stiff energies may cancel each other at rest.
 double MotionMeasures::energy_of_a_move() {
   constexpr double part = 0.01;
   moved_ = points_.r;
@@ -115,8 +115,8 @@ double MotionMeasures::energy_of_a_move() {
   return change_of_potential();
 }
 
-/// From the points to those that are moved, J; 0 where it has no value there. Pairs, whose lists would be made anew,
-/// are soft beside stiff energies: where there are some, this is 0.
+/// Returns the change of the potential from the points to `moved_`, J; 0 if it has no value there. It is also 0 with
+/// pair forces, whose lists would have to be made anew and which are soft beside stiff energies.
 double MotionMeasures::change_of_potential() {
   if (has_pairs_) return 0.0;
   form_.fetch_guests(moved_.data(), nullptr);
@@ -126,7 +126,8 @@ double MotionMeasures::change_of_potential() {
   return std::isfinite(change) ? change : 0.0;
 }
 
-/// In [-1, 1]. It follows from where the point was given, so that it is the same however points are spread over ranks.
+/// Returns a number in [-1, 1] that depends only on where the point was given, so that it is the same for any
+/// distribution of points over ranks.
 double MotionMeasures::direction_of(std::size_t point, std::size_t component) const {
   constexpr std::uint64_t most = std::uint64_t{1} << 24;
   const auto user = static_cast<std::size_t>(model_.numbering.user_point[point]);
@@ -135,7 +136,7 @@ double MotionMeasures::direction_of(std::size_t point, std::size_t component) co
   return irregular(3 * static_cast<std::size_t>(sum.value() % most) + component);
 }
 
-/// An absolute tolerance that leaves a neighbourhood less than four digits.
+/// Warns of an absolute tolerance that leaves a neighbourhood less than four digits.
 void MotionMeasures::warn_of_tolerance() {
   constexpr double coarse = 1e-4;
   if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
@@ -149,8 +150,8 @@ void MotionMeasures::warn_of_tolerance() {
                              " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
 }
 
-/// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves
-/// yet, or all is at rest.
+/// Returns what the energy may miss, J, although all velocities and positions are within some thousand tolerances, as
+/// at the start of a motion or at rest.
 double MotionMeasures::tolerated_energy() {
   constexpr double tolerances = 1e4;
   if (!integration_.scheme().is_adaptive()) return 0.0;
@@ -159,18 +160,18 @@ double MotionMeasures::tolerated_energy() {
   moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double speed = norm(load(points_.v.data(), i)), atol = work_.scales.velocity_tolerance(options_.atol, i);
-    // m v dv + m a dr
+    // The terms are m v dv and m a dr.
     const double of_velocity = (speed + tolerances * atol) * (atol + options_.rtol * speed);
     const double acceleration = work_.scales.accelerations()[i];
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
     for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction_of(i, c);
   }
-  // Where forces balance, dr'W dr/2 of stiff ones.
+  // The change of potential adds dr'W dr/2 of stiff forces, also where forces balance.
   return form_.sum(sum) + change_of_potential();
 }
 
-/// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.
+/// Warns if steps cannot follow the motion, which shows in a fixed step that turns it far or in a drift of the energy.
 void MotionMeasures::watch_accuracy() {
   constexpr double longest_turn = 0.4;
   std::string& warning = report_.accuracy_warning;
@@ -193,7 +194,7 @@ void MotionMeasures::watch_drift(double turn) {
   energy.largest_drift_time = state_.t;
 }
 
-/// Beside all that has flowed so far; empty: it is little.
+/// Compares the drift with all energy that has flowed so far; empty if it is small.
 std::string MotionMeasures::explain_drift() const {
   constexpr double largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
   const bool is_adaptive = integration_.scheme().is_adaptive();
@@ -206,7 +207,7 @@ std::string MotionMeasures::explain_drift() const {
          " of its scale at t = " + text(energy.largest_drift_time);
 }
 
-/// At a step's end; iterations are counted wherever friction was found.
+/// Measures friction at a step's end; iterations are counted wherever friction was found.
 void MotionMeasures::measure_friction(bool is_sound) {
   const FrictionReport& last = state_.report.friction;
   FrictionSummary& all = report_.friction;

@@ -18,11 +18,11 @@ struct PointState {
   Kinematics at(double t) const { return {t, r.data(), v.data()}; }
 };
 
-/// Measures a motion for its report: violations, energy and its drift, friction. Warns where these say that the motion
-/// is less exact than what was asked for.
+/// Measures a motion for its report: violations, energy and its drift, friction. Warns if these show that the motion is
+/// less exact than what was asked for.
 class MotionMeasures {
  public:
-  /// All arguments outlive it. `points` is overwritten with the present state wherever it is needed.
+  /// All arguments must outlive the object. `points` is overwritten with the present state wherever it is needed.
   MotionMeasures(const MotionOptions& options, Workspace& work, EquationsOfMotion& form, Integration& integration,
                  PointState* points, MotionReport* report)
       : options_(options),
@@ -34,15 +34,15 @@ class MotionMeasures {
         points_(*points),
         report_(*report) {}
 
-  /// At the start, whose points are there.
+  /// Begins at the start, whose points are in `points`.
   void begin();
-  /// The report is that of a motion which goes on.
+  /// Resumes a motion from its report.
   void resume();
-  /// After a step; `is_sound`: nothing failed so far.
+  /// Measures after a step; `is_sound` is true if nothing failed so far.
   void take(const StepResult& step, bool is_sound);
-  /// K'w + phi of the state's accelerations.
+  /// Takes over K'w + phi of the state's accelerations.
   void measure_acceleration();
-  /// At a step's end; iterations are counted wherever friction was found.
+  /// Measures friction at a step's end; iterations are counted wherever friction was found.
   void measure_friction(bool is_sound);
 
  private:
@@ -68,8 +68,8 @@ class MotionMeasures {
   PointState& points_;
   MotionReport& report_;
   std::vector<double> moved_;    // [3n] places near the points
-  bool has_pairs_ = false;       ///< some rank has pair forces
-  bool warns_of_drift_ = false;  ///< the accuracy warning is of the drift, which may become small again
+  bool has_pairs_ = false;       ///< true if some rank has pair forces
+  bool warns_of_drift_ = false;  ///< true if the accuracy warning is about drift, which may become small again
 };
 
 }  // namespace tanor

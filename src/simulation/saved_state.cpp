@@ -48,7 +48,7 @@ struct CheckEnum {
   }
 };
 
-/// archive(number …) for everything in a snapshot, in one order for both directions.
+/// Calls archive(number …) for everything in a snapshot, in one order for both directions.
 template <class Archive, class Counters>
 void exchange_counters(Archive& archive, Counters& counters) {
   archive(counters.evaluations, counters.factorizations, counters.solves, counters.iterations,

@@ -9,12 +9,12 @@
 
 namespace tanor {
 
-/// The bytes of a snapshot: "tanor st", the number of the format and of the byte order, the fingerprint of the system,
-/// all numbers of the snapshot, a checksum of everything before.
+/// Returns the bytes of a snapshot: "tanor st", the number of the format and of the byte order, the fingerprint of the
+/// system, all numbers of the snapshot, and a checksum of everything before.
 std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint);
 
-/// The snapshot that these bytes hold. Throws InputError where they are no such bytes, are cut off or damaged, have
-/// another format or belong to another system.
+/// Returns the snapshot that these bytes hold. Throws InputError if they are no such bytes, are cut off or damaged,
+/// have another format or belong to another system.
 Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint);
 
 }  // namespace tanor

@@ -20,7 +20,7 @@ Simulation::Simulation(Spread, System system, const Part& part, const MotionOpti
     System held = implementation_->model.system;
     if (!given) given = held;
     hold_rigid_points(&held, rigid);
-    implementation_.reset();  // two at a time take twice the memory
+    implementation_.reset();  // two at a time would take twice the memory
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, part, t_start);
   }
   if (all.empty()) return;

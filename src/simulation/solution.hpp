@@ -6,8 +6,8 @@
 
 namespace tanor {
 
-/// Room for all arrays of a solution of the system (in so many coordinates), and where the equations of its members
-/// stand.
+/// Makes room for all arrays of a solution of the system (in so many coordinates), and notes where the equations of its
+/// members stand.
 Solution make_solution(const System& system, std::size_t num_coordinates);
 
 }  // namespace tanor

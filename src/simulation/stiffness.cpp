@@ -12,7 +12,7 @@ namespace tanor {
 
 namespace {
 
-/// visit(springs, number of the force)
+/// Calls visit(springs, number of the force) for each group of springs.
 template <class Visit>
 void for_each_springs(const System& system, const Visit& visit) {
   for (std::size_t n = 0; n < system.forces.size(); ++n) {
@@ -35,7 +35,7 @@ double shortest_length(const System& system) {
   return result;
 }
 
-/// sqrt(g/l) and |v|/l with the shortest length l.
+/// Returns the larger of sqrt(g/l) and |v|/l with the shortest length l.
 double slow_rate(const System& system) {
   const double length = shortest_length(system);
   double acceleration = 0.0, speed = 0.0;
@@ -51,8 +51,8 @@ double slow_rate(const System& system) {
 }  // namespace
 
 Stiffness measure_stiffness(const System& system) {
-  // Sums over the springs at a point, over its mass: no eigenvalue is larger than those of a spring's two ends
-  // together.
+  // These are sums over the springs at a point, over its mass. No eigenvalue is larger than those of a spring's two
+  // ends together.
   std::vector<double> stiffness(system.num_points(), 0.0), damping(stiffness);
   for_each_springs(system, [&](const Springs& springs, std::size_t) {
     for (const auto& [i, j] : springs.pairs) {
