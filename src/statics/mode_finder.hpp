@@ -26,7 +26,7 @@ struct ModeSet {
 /// freedoms each island is solved by itself, so that a stiff one takes no digits from a soft one.
 class ModeFinder {
  public:
-  /// Both outlive the finder.
+  /// `equations` and `kkt` must outlive the finder.
   ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
              const std::vector<std::size_t>& dependent = {});
 
@@ -45,10 +45,9 @@ class ModeFinder {
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///
-  /// with -s below the lowest omega^2, and inverse iteration, for which -s moves next to it where that pays. That none
-  /// is missing, one of several equal ones for instance, is proven by the number of negative pivots of a second factor
-  /// (Sylvester's law of inertia); those that are missing are then sought among what is orthogonal to the modes that
-  /// were found.
+  /// with -s below the lowest omega^2, and by inverse iteration, for which -s moves next to that omega^2 if this pays.
+  /// The number of negative pivots of a second factor (Sylvester's law of inertia) proves that none is missing, such as
+  /// one of several equal ones. Missing modes are sought among the vectors M-orthogonal to the modes that were found.
   ModeSet find_lowest(std::size_t count, double tolerance);
   /// Finds some of the lowest modes without counting them, with the current factor, which is of the shift s. It finds
   /// as many copies of a mode as a block has columns, and fewer than `count` modes if Lanczos' method stalls.
