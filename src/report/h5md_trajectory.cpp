@@ -46,7 +46,7 @@ class Handle {
 /// One array over time, with a row of numbers for each frame.
 struct Series {
   Handle data;
-  std::vector<hsize_t> shape;  ///< of one frame: {m, 3}, {R}, {}
+  std::vector<hsize_t> shape;  ///< shape of one frame: {m, 3}, {R}, {}
   bool is_integer = false;
   hsize_t bytes_of_chunk = 0;
 };

@@ -178,7 +178,7 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
   return events;
 }
 
-/// How many there were, of which describe_events lists the first ones.
+/// Returns the total number of events, of which describe_events lists the first ones.
 Json count_events(const MotionReport& report, const Recording& recording) {
   return {{"contact", recording.num_switches()},
           {"rank", report.rank_changes.count},
