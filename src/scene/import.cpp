@@ -27,7 +27,7 @@ constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Forma
                                                            {"gro", Format::Gro},
                                                            {"pdb", Format::Pdb}};
 
-/// That of the file's ending, else lammps-data, which has none of its own.
+/// Returns the format of the file's ending, or lammps-data, which has no ending of its own.
 Format format_of(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   for (const auto& [name, format] : formats)
@@ -52,7 +52,7 @@ Imported read_file(const std::filesystem::path& path, Format format) {
   return read_pdb(name, text);
 }
 
-/// Rods along the bonds of the wanted types; moves atoms so that they are short.
+/// Returns rods along the bonds of the wanted types, and moves atoms so that these are short.
 Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, bool all,
                std::vector<Vector3>* positions) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
@@ -65,7 +65,7 @@ Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, boo
   return rods;
 }
 
-/// Every two rods that meet in a point, for files that list no angles.
+/// Returns the angles of all pairs of rods that meet in a point, for files that list no angles.
 std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_points, const Cursor& wanted) {
   std::vector<std::vector<std::int32_t>> neighbours(num_points);
   for (const auto& [i, j] : rods.pairs) {
@@ -86,13 +86,13 @@ std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_point
   return angles;
 }
 
-/// An angle of a file by its number there, another one by its points.
+/// Names an angle by its number in the file, or else by its points.
 std::string name_angle(const Imported::Angle& angle) {
   if (angle.id > 0) return fmt::to_string(angle.id);
   return fmt::format("{}-{}-{}", angle.atoms[0], angle.atoms[1], angle.atoms[2]);
 }
 
-/// Sine of the angle between two vectors.
+/// Returns the sine of the angle between two vectors.
 double sine(const Vector3& a, const Vector3& b) {
   const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
   return std::hypot(x, y, z) / (std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]));
