@@ -110,7 +110,7 @@ void Canvas::add(const Cone& cone) {
     const auto take = [&](double depth, Vec3 normal) {
       if (depth > 0.0 && (!hit || depth < hit->depth)) hit = Hit{depth, (1.0 / norm(normal)) * normal};
     };
-    // The ends: (p - a).d = 0 or d^2, no farther from the axis than the radius.
+    // The ends satisfy (p - a).d = 0 or d^2, and lie no farther from the axis than the radius.
     const auto try_end = [&](double height, double radius, Vec3 center, Vec3 normal) {
       const double depth = (height - along) / rise;
       if (radius > 0.0 && rise != 0.0 && squared(ray.origin + depth * e - center) <= radius * radius)
@@ -163,7 +163,7 @@ void Canvas::finish(double haze, double radius) {
   }
 }
 
-/// Half the width of a line that is drawn on a surface.
+/// Returns half the width of a line that is drawn on a surface.
 double Canvas::half_line(double depth) const {
   return 0.6 * camera_.pixel(depth) * std::max(1.0, width_ / 1000.0);
 }

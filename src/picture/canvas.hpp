@@ -56,12 +56,13 @@ class Canvas {
 
   void add(const Ball& ball);
   void add(const Cone& cone);
-  /// Shades what is behind an edge, and lets the far part fade into the ground by `haze`, 0 … 1. `radius`: of a bead.
+  /// Shades what is behind an edge, and fades distant parts into the ground by `haze`, 0 … 1. `radius` is that of a
+  /// bead.
   void finish(double haze, double radius);
-  /// After `finish`, since surfaces hide nothing.
+  /// Adds a transparent surface; must be called after `finish`, because surfaces hide nothing.
   void add(const Surface& surface);
   void add(const Triangle& triangle);
-  /// Writes the rows first … last - 1 of a picture, 0xffrrggbb a pixel.
+  /// Writes the rows first … last - 1 of a picture with pixels 0xffrrggbb.
   void resolve(int first, int last, std::uint32_t* picture) const;
 
  private:

@@ -7,7 +7,7 @@
 
 #include "report/json_text.hpp"
 
-/// What the outputs say about friction.
+/// Texts and objects about friction for the outputs.
 namespace tanor::report {
 
 /// Returns the object `friction_report` of `solve`. If the instant was not solved, every member is null.

@@ -15,7 +15,7 @@ namespace tanor::report {
 /// member is null if modes were not found.
 void add_modes(const std::filesystem::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json);
 
-/// What `tanor modes` reports besides the modes.
+/// Facts that `tanor modes` reports besides the modes.
 struct ModesFacts {
   std::string scene, source;  ///< name; origin of the points
   std::size_t points = 0, supports = 0, equations = 0;

@@ -12,10 +12,10 @@ namespace tanor::scene {
 namespace {
 
 constexpr double slack = 0.45, least = 0.4;  // angstrom
-constexpr std::size_t most_partners = 24;    // more is no molecule: lengths in other units, atoms in one place
+constexpr std::size_t most_partners = 24;    // more are no molecule, but wrong units or coinciding atoms
 
-/// Bins of atoms, no narrower than the longest bond, over the cell, or over a box around all atoms that nothing
-/// repeats. Atoms without an element are in none.
+/// Bins of atoms, no narrower than the longest bond, over the cell, or over a box around all atoms in directions
+/// without periods. Atoms without an element are in no bin.
 class Bins {
  public:
   Bins(const Imported& data, double reach) : data_(&data) {

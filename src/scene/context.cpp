@@ -54,7 +54,7 @@ Index Context::point(const Cursor& cursor) const {
 }
 
 void Context::take_room(std::size_t num_more) const {
-  constexpr double bytes_a_member = 100.0;  // of planes, once planned
+  constexpr double bytes_a_member = 100.0;  // for members of plane constraints, once planned
   if (num_named == nullptr) return;
   *num_named += num_more;
   const double needed = bytes_a_member * static_cast<double>(*num_named), there = measure_memory();

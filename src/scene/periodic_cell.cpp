@@ -41,7 +41,7 @@ std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::arr
     neighbours[starts[static_cast<std::size_t>(j) + 1]++] = i;
   }
 
-  // Returns the shift from the image near another atom; nothing is rounded if that image is the atom itself.
+  // Returns the shift from the image of `to` nearest to `from`; it is exactly 0 if `to` is that image.
   const auto excess = [&](const Vector3& from, const Vector3& to) {
     return cell.shift(cell.nearest_images(subtract(to, from)));
   };

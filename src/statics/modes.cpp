@@ -55,7 +55,7 @@ void leave_out_damping(const System& system, bool damped, std::vector<std::strin
   }
 }
 
-/// How many modes are to be found: all by dense matrices, or the lowest ones.
+/// Plan of the search: the number of modes, and whether all are found by dense matrices or the lowest ones.
 struct Plan {
   std::size_t count;
   bool is_dense;
