@@ -88,7 +88,7 @@ export class View {
   readonly scale: number; // N, the end of the colours
   readonly newtonsPerSize: number; // N, force of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
-  tensionStep = 0; // N; tensions within one step count as 0
+  tensionStep = 0; // N, resolution of the packed tensions
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
   private colours: Float32Array; // of tensions from -scale to scale
