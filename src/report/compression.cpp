@@ -19,7 +19,7 @@ namespace {
 constexpr int with_gzip_head = 15 + 16, with_zlib_head = 15;  // window bits of deflateInit2
 constexpr int level = 6;
 
-/// Compresses all bytes. Throws std::bad_alloc, because only memory can run out.
+/// Compresses all bytes. Throws std::bad_alloc if memory runs out; no other failure is expected.
 std::string deflate_all(std::string_view bytes, int window_bits) {
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();

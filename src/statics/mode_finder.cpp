@@ -103,7 +103,7 @@ void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
   for (Rows i = 0; i < mass_.size(); ++i) islands_[0].coordinates.push_back(i);
 }
 
-/// Finds the scale of omega^2, the largest |W_ii| over the mass; 1/s^2 if nothing is stiff.
+/// Finds the scale of omega^2: the largest entry of a diagonal block of W over the mass; 1/s^2 if nothing is stiff.
 void ModeFinder::find_stiffness_scale() {
   const StiffnessMatrix& W = equations_.stiffness();
   double largest = 0.0;

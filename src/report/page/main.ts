@@ -139,7 +139,7 @@ class Page {
     };
   }
 
-  /** Returns the seconds of motion per second of real time at speed "1". This is a round number with which the whole motion takes 6 to 20 seconds or somewhat longer. */
+  /** Returns the seconds of motion per second at speed "1": round, so that the whole motion takes 6 to 20 seconds or somewhat longer. */
   private natural(): number {
     const wanted = (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
     const power = 10 ** Math.floor(Math.log10(wanted));
