@@ -8,7 +8,7 @@ namespace tanor::picture {
 namespace {
 
 constexpr double margin = 1.04;
-constexpr double tan_of_half_angle = 0.24;  // upwards, of the perspective: 27 degrees in all
+constexpr double tan_of_half_angle = 0.24;  // vertical; the perspective spans 27 degrees in all
 
 }  // namespace
 
@@ -16,7 +16,7 @@ Camera::Camera(const Eye& eye, std::span<const Vec3> places, double radius, cons
     : eye_(eye), center_x_(area.left + 0.5 * area.width), center_y_(area.top + 0.5 * area.height) {
   const bool sees_depth = eye.is_perspective;
   const double high = sees_depth ? tan_of_half_angle / margin : 0.0, wide = high * area.width / area.height;
-  // From an eye at (x, y, z) all is inside where |p_x - x| <= wide (z - p_z) and the same of y, high.
+  // From an eye at (x, y, z) a point p is inside if |p_x - x| <= wide (z - p_z), and likewise for y with high.
   double left = -HUGE_VAL, right = -HUGE_VAL, low = -HUGE_VAL, top = -HUGE_VAL, front = -HUGE_VAL, rear = -HUGE_VAL;
   for (const Vec3& place : places) {
     const double x = dot(eye.right, place), y = dot(eye.up, place), z = dot(eye.back, place);
@@ -29,7 +29,7 @@ Camera::Camera(const Eye& eye, std::span<const Vec3> places, double radius, cons
   }
   double distance = front + (front + rear);  // in front of everything
   if (sees_depth) {
-    constexpr double least = 0.3;  // from the eye to what is nearest: nearer, balls are no more round
+    constexpr double least = 0.3;  // from the eye to the nearest ball; nearer ones would not look round
     distance = std::max({front + least, 0.5 * (left + right) / wide, 0.5 * (low + top) / high});
     scale_ = 2.0 * tan_of_half_angle / area.height;
   } else {

@@ -13,10 +13,10 @@ namespace {
 
 constexpr int fine = 3;  // samples along a side of a pixel
 constexpr float nothing = std::numeric_limits<float>::infinity();
-constexpr float sheet = 0.09f, line = 0.28f;  // what of a sample a surface covers, and a line on it
+constexpr float sheet = 0.09f, line = 0.28f;  // part of a sample that a surface covers, and a line on it
 
-/// Light from above and the left. What faces the eye has the colour that it was given, so that colours can be read;
-/// what faces the light is a little whiter.
+/// Shades a colour with light from above and the left. A surface that faces the eye keeps its colour, so that colours
+/// can be read; one that faces the light is a little whiter.
 Rgb light(Rgb colour, Vec3 normal) {
   constexpr Vec3 lamp{-0.34, 0.55, -0.763};  // turned: depth grows away from the eye
   constexpr double ambient = 0.38, straight = 0.763, shine = 0.55;
@@ -27,7 +27,7 @@ Rgb light(Rgb colour, Vec3 normal) {
   return mix(colour, {1.0f, 1.0f, 1.0f}, static_cast<float>(shine * std::min(1.0, towards * towards)));
 }
 
-/// First meeting of a ray with a ball.
+/// Returns the first intersection of a ray with a ball.
 std::optional<double> meet(const Ray& ray, Vec3 center, double radius) {
   // |o + s d - c|^2 = r^2
   const Vec3 from = ray.origin - center;
@@ -37,7 +37,7 @@ std::optional<double> meet(const Ray& ray, Vec3 center, double radius) {
   return (-b - std::sqrt(root)) / a;
 }
 
-/// What is the same for all rays to a cone: axis d = b - a.
+/// Terms that are the same for all rays to a cone: axis d = b - a.
 struct ConeTerms {
   Vec3 d;
   double dd, slope, hy;
@@ -56,10 +56,10 @@ Canvas::Canvas(const Camera& camera, int width, int first_row, int last_row)
       depths_(static_cast<std::size_t>(columns_) * fine * static_cast<std::size_t>(rows_), nothing),
       colours_(depths_.size(), ground) {}
 
-/// Calls `visit(sample, ray)` for the samples inside some bounds.
+/// Calls visit(sample, ray) for the samples inside some bounds.
 template <class Visit>
 void Canvas::visit(const std::array<double, 4>& bounds, const Visit& visit) {
-  // std::fmin and std::fmax take the other number for one that is none: what is nowhere has no samples.
+  // std::fmin and std::fmax ignore NaN, so that shapes at undefined positions have no samples.
   const auto clip = [](double place, int most) {
     return static_cast<int>(std::fmax(0.0, std::fmin(std::floor(place), static_cast<double>(most))));
   };
@@ -73,7 +73,8 @@ void Canvas::visit(const std::array<double, 4>& bounds, const Visit& visit) {
   }
 }
 
-/// `nearest`: no part of the shape is less deep. What is hidden altogether costs little, so near shapes come first.
+/// Paints a shape. No part of it is less deep than `nearest`; hidden samples are skipped at little cost, so near shapes
+/// should come first.
 template <class Intersect>
 void Canvas::paint(const std::array<double, 4>& bounds, double nearest, Rgb colour, const Intersect& intersect) {
   visit(bounds, [&](std::size_t sample, const Ray& ray) {
@@ -109,7 +110,7 @@ void Canvas::add(const Cone& cone) {
     const auto take = [&](double depth, Vec3 normal) {
       if (depth > 0.0 && (!hit || depth < hit->depth)) hit = Hit{depth, (1.0 / norm(normal)) * normal};
     };
-    // The ends: (p - a).d = 0 or d^2, no farther from the axis than the radius.
+    // The ends satisfy (p - a).d = 0 or d^2, and lie no farther from the axis than the radius.
     const auto try_end = [&](double height, double radius, Vec3 center, Vec3 normal) {
       const double depth = (height - along) / rise;
       if (radius > 0.0 && rise != 0.0 && squared(ray.origin + depth * e - center) <= radius * radius)
@@ -117,7 +118,7 @@ void Canvas::add(const Cone& cone) {
     };
     try_end(0.0, cone.radius_a, cone.a, -d);
     try_end(dd, cone.radius_b, cone.b, d);
-    // The side: with y = (p - a).d, d^4 |p - a|^2 - y^2 (d^2 + slope^2) + d^2 r_a (2 slope y - d^2 r_a) = 0.
+    // The side satisfies d^4 |p - a|^2 - y^2 (d^2 + slope^2) + d^2 r_a (2 slope y - d^2 r_a) = 0 with y = (p - a).d.
     const double k2 = dd * dd * squared(e) - rise * rise * hy;
     const double k1 = dd * dd * straight - along * rise * hy + dd * cone.radius_a * slope * rise;
     const double k0 =
@@ -135,14 +136,14 @@ void Canvas::add(const Cone& cone) {
 }
 
 void Canvas::finish(double haze, double radius) {
-  // What lies deeper than its surroundings is darker by the part of them that is in front, as far as a few beads.
+  // Samples deeper than their surroundings are darkened by the part of these that is in front, up to a few beads.
   const int reach = std::max(fine, fine * width_ / 500);
   const std::array<std::array<int, 2>, 8> around{
       {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
   constexpr float dark = 0.5f;
   const auto room = static_cast<float>(6.0 * radius);
   const auto begin = static_cast<float>(camera_.nearest());
-  // Of what is nearly flat nothing fades.
+  // A motion that is nearly flat does not fade.
   const auto depth_of_all = static_cast<float>(std::max(0.5, camera_.farthest() - camera_.nearest()));
   const int rows = fine * rows_;
   for (int row = 0; row < rows; ++row) {
@@ -162,18 +163,19 @@ void Canvas::finish(double haze, double radius) {
   }
 }
 
-/// Half the width of a line that is drawn on a surface.
+/// Returns half the width of a line that is drawn on a surface.
 double Canvas::half_line(double depth) const {
   return 0.6 * camera_.pixel(depth) * std::max(1.0, width_ / 1000.0);
 }
 
-/// How much of a sample a surface covers at a place on it: little, more where a line of it runs.
+/// Returns the part of a sample that a surface covers at a point: little, and more on one of its lines.
 float Canvas::cover(const Surface& surface, Vec3 place, Vec3 direction) const {
-  constexpr double lines = 12.0;  // in a turn, and along a side
+  constexpr double lines = 12.0;  // for a turn and along a side
   const double half_width = half_line(place.z);
   const Vec3 e = (1.0 / norm(direction)) * direction, from = place - surface.center;
   const Vec3 &u = surface.axes[0], &v = surface.axes[1], &w = surface.axes[2];
-  // A line of a coordinate that grows along t is as wide for the eye everywhere: |t - n (e.t)/(e.n)| of it a pixel.
+  // A line of a coordinate that grows along t must have the same apparent width everywhere. A pixel covers |t - n
+  // (e.t)/(e.n)| of the coordinate.
   const auto is_near_line = [&](double turns, double length, Vec3 t, Vec3 n) {
     constexpr double steepest = 5.0;
     const Vec3 seen = t - (dot(e, t) / dot(e, n)) * n;
@@ -213,7 +215,7 @@ void Canvas::add(const Surface& surface) {
       const Vec3 p = from + depth * e;
       if (std::abs(dot(p, u)) <= squared(u) && std::abs(dot(p, v)) <= squared(v)) depths[0] = depth;
     } else {
-      // A ball of radius 1 in the coordinates along the axes.
+      // The surface is a ball of radius 1 in the coordinates along its axes.
       const auto inside = [&](Vec3 p) {
         return Vec3{dot(p, u) / squared(u), dot(p, v) / squared(v), dot(p, w) / squared(w)};
       };

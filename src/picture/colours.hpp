@@ -24,13 +24,13 @@ inline constexpr Rgb ground{1.0f, 1.0f, 1.0f}, ink{0.13f, 0.15f, 0.18f}, bead_co
     guide_colour{0.24f, 0.42f, 0.62f}, unknown_colour{0.85f, 0.85f, 0.85f};
 
 /// Colours of tensions from 0 to the largest one, darker towards it: pulled rods through orange to brown, pushed ones
-/// through blue to navy. They stay apart for every kind of colour-blindness, and in grey their size does.
+/// through blue to navy. They are distinguishable with every kind of colour-blindness, and in grey their size still is.
 inline constexpr std::array<Rgb, 4> pulled{
     {{0.78f, 0.78f, 0.77f}, {0.96f, 0.66f, 0.30f}, {0.83f, 0.33f, 0.05f}, {0.44f, 0.11f, 0.03f}}};
 inline constexpr std::array<Rgb, 4> pushed{
     {{0.78f, 0.78f, 0.77f}, {0.48f, 0.70f, 0.90f}, {0.12f, 0.40f, 0.75f}, {0.04f, 0.13f, 0.38f}}};
 
-/// The colour of a tension, N; `scale`: where the colours end. Tensions that nobody knows are light grey.
+/// Returns the colour of a tension, N; the colours end at `scale`. Unknown tensions are light grey.
 inline Rgb colour_of(double tension, double scale) {
   if (!std::isfinite(tension)) return unknown_colour;
   const std::span<const Rgb> stops = tension < 0.0 ? pushed : pulled;

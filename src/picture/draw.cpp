@@ -20,13 +20,13 @@ namespace {
 
 constexpr int rows_of_a_band = 64;
 
-/// Fading of what is far away: much where a crowd needs depth.
+/// Returns how much distant parts fade. Crowded scenes need more, to show depth.
 double choose_haze(const Picture& picture) {
   constexpr std::size_t crowd = 3000;
   return picture.frame.num_points() > crowd ? 0.75 : 0.3;
 }
 
-/// Draws the rows of a band; rows around it are drawn too, for the shades of edges.
+/// Draws the rows of a band. Rows around it are drawn too, because edges need them for their shades.
 void draw_band(const Picture& picture, const Camera& camera, const Shapes& shapes, double bead, int first,
                std::uint32_t* pixels) {
   const int last = std::min(first + rows_of_a_band, picture.style.height), around = 2 + picture.style.width / 450;
@@ -39,7 +39,7 @@ void draw_band(const Picture& picture, const Camera& camera, const Shapes& shape
   canvas.resolve(first, last, pixels);
 }
 
-/// Band by band, by all threads; the pixels do not depend on their number.
+/// Draws band by band with all threads; the pixels do not depend on the number of threads.
 std::vector<std::uint32_t> draw_motion(const Picture& picture, const Camera& camera, const Shapes& shapes,
                                        double bead) {
   const int height = picture.style.height;
@@ -65,7 +65,7 @@ std::vector<std::uint32_t> draw_motion(const Picture& picture, const Camera& cam
   return pixels;
 }
 
-/// A round force whose arrow is as long as fits beside the picture.
+/// Returns a round force whose arrow fits beside the picture.
 double choose_arrow(double largest) {
   const double unit = std::pow(10.0, std::floor(std::log10(largest)));
   for (const double factor : {5.0, 2.0})

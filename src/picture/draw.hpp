@@ -17,17 +17,17 @@ struct Picture {
 /// A picture as a PNG file, and what its colours and arrows mean.
 struct Drawn {
   std::string png;
-  double tension_scale = 0.0;  ///< N, end of the colours; 0: no rod is shown
-  double arrow = 0.0;          ///< N, of the arrow beside the picture; 0: there is none
-  std::size_t left_out = 0;    ///< guides behind so many others that nothing would be seen
+  double tension_scale = 0.0;  ///< N, end of the colours; 0 if no rod is shown
+  double arrow = 0.0;          ///< N, of the arrow beside the picture; 0 if there is none
+  std::size_t left_out = 0;    ///< guides that are not drawn because too many others cover the picture
 };
 
-/// Throws std::runtime_error where cairo cannot make the picture.
+/// Draws a picture. Throws std::runtime_error if cairo cannot make it.
 ///
-/// It lies in a module of its own (`tanor_picture`), so that runs need not load cairo and what that needs.
+/// This function is in a separate module (`tanor_picture`), so that runs need not load cairo and its dependencies.
 Drawn draw(const Picture& picture);
 
-/// The name by which the program finds the module's function, and its type; `trouble`: why there is no picture.
+/// Name by which the program finds the module's function, and its type; `trouble` says why there is no picture.
 inline constexpr const char* draw_symbol = "tanor_draw_picture";
 using DrawFunction = void(const Picture& picture, Drawn* drawn, std::string* trouble);
 

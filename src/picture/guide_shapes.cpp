@@ -20,13 +20,13 @@ Vec3 unit(Vec3 v) {
   return (1.0 / norm(v)) * v;
 }
 
-/// Two unit vectors orthogonal to a direction and to one another.
+/// Returns two unit vectors orthogonal to a direction and to one another.
 std::array<Vec3, 2> frame_around(Vec3 direction) {
   const auto [e1, e2] = line_frame(Vector3{direction.x, direction.y, direction.z});
   return {make_vec3(e1), make_vec3(e2)};
 }
 
-/// Turns places, m, into those of the picture.
+/// Transforms a position, m, into one of the picture.
 Vec3 turned(const GuideSpace& space, Vec3 place) {
   return space.camera.turn((1.0 / space.size) * (place - space.middle));
 }
@@ -90,7 +90,7 @@ void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shap
   const std::vector<double>& n = guide.numbers;
   const auto at = [&](std::size_t first) { return Vec3{n[first], n[first + 1], n[first + 2]}; };
   if (guide.kind == "plane") {
-    // normal.r = offset, round the foot of the middle
+    // The plane is normal.r = offset; draw it around the projection of the middle.
     const Vec3 normal = at(0);
     const Vec3 foot = space.middle + ((n[3] - dot(normal, space.middle)) / squared(normal)) * normal;
     const double side = 0.38 * space.size;

@@ -4,7 +4,7 @@
 
 namespace tanor::picture {
 
-/// Where guides are drawn: what has no end is drawn round the middle, as far as the size.
+/// The region in which guides are drawn: unbounded ones extend around the middle as far as the size.
 struct GuideSpace {
   Vec3 middle;
   double size;  ///< m

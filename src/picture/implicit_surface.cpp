@@ -11,10 +11,10 @@ namespace {
 
 using Operation = Expression::Operation;
 
-constexpr int parts = 24;           // of a side of the cube
-constexpr int parts_of_a_line = 2;  // of the net that is drawn on the surface
+constexpr int parts = 24;           // along a side of the cube
+constexpr int parts_of_a_line = 2;  // between lines of the net that is drawn on the surface
 
-/// A number that was a small whole one, and may have passed through an interpolation.
+/// Reads a small whole number that may have passed through an interpolation.
 std::optional<int> read_whole(double number, std::size_t bound) {
   const double whole = std::round(number);
   if (!(whole >= 0.0 && whole < static_cast<double>(bound))) return {};
@@ -28,13 +28,14 @@ struct Node {
   double xi;
 };
 
-/// Where the surface crosses the edge between two corners of a tetrahedron.
+/// The intersection of the surface with the edge between two corners of a tetrahedron.
 struct Crossing {
   const Node *inside, *outside;
   Vec3 r;
 };
 
-/// Two crossings span an edge along a line of the net where their corners, three in all, are in one plane of it.
+/// Returns true if two crossings span an edge along a line of the net: their corners, three in all, lie in one of its
+/// planes.
 bool is_on_line(const Crossing& a, const Crossing& b) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int plane = a.inside->place[axis];
@@ -49,8 +50,8 @@ void add_triangle(const Crossing& a, const Crossing& b, const Crossing& c, std::
   surface->push_back({{a.r, b.r, c.r}, {is_on_line(a, b), is_on_line(b, c), is_on_line(c, a)}});
 }
 
-/// Where xi is 0 between two corners, by halving; none where it has a pole there or jumps, and does not come to be
-/// small.
+/// Returns the zero of xi between two corners, found by bisection. Returns nothing if xi does not become small, because
+/// it has a pole there or jumps.
 std::optional<Vec3> find_zero(ImplicitFunction& xi, const Node& inside, const Node& outside) {
   constexpr int halvings = 5;
   Vec3 a = inside.r, b = outside.r;
@@ -66,7 +67,7 @@ std::optional<Vec3> find_zero(ImplicitFunction& xi, const Node& inside, const No
   return a + xi_a / (xi_a - xi_b) * (b - a);
 }
 
-/// The part of the surface in a tetrahedron: nothing, a triangle or two.
+/// Adds the part of the surface in a tetrahedron: nothing, or one or two triangles.
 void cut_tetrahedron(ImplicitFunction& xi, const std::array<const Node*, 4>& corners,
                      std::vector<SurfacePart>* surface) {
   std::array<const Node*, 4> sorted = corners;
@@ -106,7 +107,7 @@ std::optional<ImplicitFunction> ImplicitFunction::read(std::span<const double> n
 bool ImplicitFunction::append(std::span<const double> row) {
   constexpr std::size_t num_operations = static_cast<std::size_t>(Operation::Max) + 1, num_variables = 4;
   const std::optional<int> operation = read_whole(row[0], num_operations);
-  const std::size_t bound = std::max<std::size_t>(steps_.size(), 1);  // operands come first
+  const std::size_t bound = std::max<std::size_t>(steps_.size(), 1);  // operands precede their step
   const std::optional<int> a = read_whole(row[1], bound), b = read_whole(row[2], bound);
   if (!operation || !a || !b) return false;
   steps_.push_back({.operation = static_cast<Operation>(*operation), .a = *a, .b = *b, .constant = row[3]});
@@ -133,7 +134,7 @@ std::vector<SurfacePart> polygonise(ImplicitFunction xi, Vec3 middle, double hal
         const Vec3 r = middle + half_side * Vec3{2.0 * i / parts - 1.0, 2.0 * j / parts - 1.0, 2.0 * k / parts - 1.0};
         grid.push_back({{i, j, k}, r, xi(r)});
       }
-  // Six tetrahedra about the diagonal of a cube; bits of a corner: x, y, z.
+  // Six tetrahedra surround the diagonal of a cube; the bits of a corner are x, y, z.
   constexpr std::array<std::array<int, 4>, 6> tetrahedra{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<SurfacePart> surface;

@@ -11,10 +11,10 @@
 
 namespace tanor::picture {
 
-/// xi(x, y, z) at one time, from the numbers of a guide of kind "formula" (report/guides.hpp).
+/// The function xi(x, y, z) at one time, made from the numbers of a guide of kind "formula" (report/guides.hpp).
 class ImplicitFunction {
  public:
-  /// None where the numbers are no list of operations.
+  /// Returns nothing if the numbers do not describe a list of operations.
   static std::optional<ImplicitFunction> read(std::span<const double> numbers);
 
   double operator()(Vec3 place);
@@ -25,16 +25,16 @@ class ImplicitFunction {
   std::vector<Expression::Instruction> steps_;
   std::size_t result_ = 0;
   double t_ = 0.0;
-  std::vector<double> values_;  // of the steps, at the place at hand
+  std::vector<double> values_;  // of the steps, at the current position
 };
 
-/// A triangle of a surface; an edge that runs along a line of its net is drawn.
+/// A triangle of a surface; its edges along lines of the net are drawn.
 struct SurfacePart {
   std::array<Vec3, 3> corners;
   std::array<bool, 3> is_line;  ///< from each corner to the next
 };
 
-/// The surface xi = 0 in a cube, by marching tetrahedra.
+/// Returns the surface xi = 0 in a cube, found by marching tetrahedra.
 std::vector<SurfacePart> polygonise(ImplicitFunction xi, Vec3 middle, double half_side);
 
 }  // namespace tanor::picture

@@ -14,15 +14,15 @@ namespace tanor::picture {
 
 namespace {
 
-constexpr double bar_columns = 7.0;  // letters wide, beside the motion
-constexpr double head_rows = 2.2;    // letters high, above and below it
+constexpr double bar_columns = 7.0;  // width in letters, beside the motion
+constexpr double head_rows = 2.2;    // height in letters, above and below the motion
 
 struct Destroy {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
 
-/// Four digits at most; a true minus.
+/// Returns a number with at most four digits and a typographic minus sign.
 std::string words(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", std::abs(number));
@@ -38,7 +38,7 @@ void write(cairo_t* c, double x, double y, const std::string& text) {
   cairo_show_text(c, text.c_str());
 }
 
-/// 1, 2 or 5 times a power of ten, so that about four fit.
+/// Returns 1, 2 or 5 times a power of ten, so that about four ticks fit.
 double choose_tick(double range) {
   const double rough = range / 4.0, unit = std::pow(10.0, std::floor(std::log10(rough)));
   for (const double factor : {1.0, 2.0, 5.0})
@@ -72,7 +72,7 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   }
 }
 
-/// Returns where its words end.
+/// Draws an arrow with its words and returns where these end.
 double draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key& key, Rgb colour,
                   const std::string& what) {
   const double font = layout.font, head = std::min(0.6 * font, 0.5 * key.arrow_pixels);
@@ -115,7 +115,7 @@ void require(cairo_status_t status) {
 Layout arrange(const Picture& picture, bool has_colours) {
   const Style& style = picture.style;
   Layout layout;
-  // Small pictures have larger letters in proportion, which stay readable at half of the size.
+  // Small pictures have larger letters in proportion, so that they stay readable at half the size.
   const double side = std::min<double>(style.height, 0.8 * style.width);
   layout.font = std::max({9.0, 0.024 * side, std::min(16.0, 0.042 * side)});
   const double edge = style.shows_legend ? head_rows * layout.font : 0.0;

@@ -9,23 +9,23 @@
 
 namespace tanor::picture {
 
-/// What stands beside the motion, pixels.
+/// The arrangement of the picture, pixels.
 struct Layout {
   double font = 0.0;  ///< size of the letters
   Area motion;
 };
 Layout arrange(const Picture& picture, bool has_colours);
 
-/// What the words say.
+/// The content of the legend.
 struct Key {
-  double tension_scale = 0.0;                    ///< N; 0: no colours
+  double tension_scale = 0.0;                    ///< N; 0 if there are no colours
   double least_tension = 0.0;                    ///< N, of the bar
   double most_tension = 0.0;                     ///< N, of the bar
-  double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0: no arrows
+  double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0 if there are no arrows
   bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
 };
 
-/// Adds time, colour bar and arrow to a picture of 0xffrrggbb a pixel, and returns it as a PNG file.
+/// Adds time, colour bar and arrow to a picture with pixels 0xffrrggbb, and returns it as a PNG file.
 std::string finish_picture(const Picture& picture, const Layout& layout, const Key& key,
                            std::vector<std::uint32_t>* pixels);
 

@@ -17,19 +17,19 @@ Vec3 point(const std::vector<double>& rows, std::size_t k) {
   return load(rows.data(), k);
 }
 
-/// Lengths in parts of the size, places from the middle.
+/// Returns a position relative to the middle in units of the motion's size.
 Vec3 scaled(const Scale& scale, Vec3 place) {
   return (1.0 / scale.size) * (place - scale.middle);
 }
 
-/// Up to three numbers of two digits, so that the ends of colours are round.
+/// Rounds a number up to two digits, so that the ends of the colours are round.
 double round_up(double number) {
   if (!(number > 0.0)) return 0.0;
   const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
   return std::ceil(number / unit * (1.0 - 1e-12)) * unit;
 }
 
-/// The outline grows round the tips of the arrows.
+/// Extends the outline by the tips of the arrows.
 void take_arrows(const Picture& picture, Scale* scale) {
   const report::MotionExtent& extent = picture.extent;
   for (std::size_t k = 0; k < extent.held.size(); ++k) {
@@ -50,7 +50,7 @@ void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, 
   }
 }
 
-/// Of the ball at a point that was turned as the camera sees it.
+/// Returns the radius of the ball at a turned position.
 double find_radius(Vec3 place, bool is_support, const Scale& scale, const Camera& camera) {
   return std::max(scale.bead, camera.pixel(place.z)) * (is_support ? 1.35 : 1.0);
 }
@@ -65,15 +65,15 @@ void add_points(const Picture& picture, const Scale& scale, const Camera& camera
   }
 }
 
-/// An arrow that begins beside a point, so that the ball there hides none of it: a shaft, and a head that is a third of
-/// a short arrow.
+/// Adds an arrow that begins beside a point, so that the ball there hides none of it. It has a shaft and a head, which
+/// takes almost half of a short arrow.
 void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colour, Shapes* shapes) {
   const double length = norm(arrow);
   if (length < least_arrow) return;
   const Vec3 foot = place + (radius / length) * arrow;
   const double head = std::min(3.4 * thickness, 0.45 * length);
   const Vec3 neck = foot + ((length - head) / length) * arrow, tip = foot + arrow;
-  // Short ones are thinner, but not by more than half: they would vanish.
+  // Short arrows are thinner, but at most by half, so that they stay visible.
   const double shaft = 0.32 * thickness * std::max(0.5, head / (3.4 * thickness));
   shapes->cones.push_back({foot, neck, shaft, shaft, colour});
   shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, colour});
@@ -92,7 +92,7 @@ void add_forces(const Picture& picture, const std::vector<double>& forces, Rgb c
   }
 }
 
-/// Part of the picture that is inside bounds (left, right, top, bottom).
+/// Returns the part of the picture inside bounds (left, right, top, bottom).
 double measure_cover(const std::array<double, 4>& bounds, const Style& style) {
   const auto inside = [](double low, double high, double most) {
     return std::fmax(0.0, std::fmin(high, most) - std::fmax(low, 0.0)) / most;
@@ -100,14 +100,15 @@ double measure_cover(const std::array<double, 4>& bounds, const Style& style) {
   return inside(bounds[0], bounds[1], style.width) * inside(bounds[2], bounds[3], style.height);
 }
 
-/// However many they are, curves have so many parts, and guides cover the picture so often, as seconds allow.
+/// Adds the guides. The parts of curves, and the covers of the picture, are bounded so that many guides take seconds
+/// only.
 void add_guides(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
   constexpr double parts_of_all = 2e5, least_parts = 8.0, most_parts = 6000.0;
   constexpr double most_covers = 16.0, weight_of_surface = 4.0;
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
   const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
-  constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is computed thousands of times
+  constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is evaluated thousands of times
   double covers = 0.0;
   std::size_t numbers = 0;
   for (const report::Guide& guide : guides) {
@@ -168,7 +169,7 @@ Eye choose_eye(const Picture& picture) {
   std::optional<std::size_t> thin;
   for (std::size_t k = 3; k-- > 0;)
     if (sides[k] < flat * norm(extent) && !thin) thin = k;
-  // Against gravity; without gravity z, or y where the motion is in the plane of x and y.
+  // Up is against gravity. Without gravity it is z, or y if the motion is in the plane of x and y.
   const Vec3 gravity = make_vec3(picture.frame.gravity);
   Vec3 up = squared(gravity) > 0.0 ? (-1.0 / norm(gravity)) * gravity : thin == 2u ? axes[1] : axes[2];
   const Vec3 sideways = std::abs(up.x) < 0.7 ? axes[0] : axes[1];
@@ -207,7 +208,7 @@ Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& ca
   if (style.shows_normal) add_forces(picture, picture.frame.guide_forces, normal_colour, scale, camera, &shapes);
   if (style.shows_tangent) add_forces(picture, picture.frame.friction_forces, tangent_colour, scale, camera, &shapes);
   if (style.shows_guides) add_guides(picture, scale, camera, &shapes);
-  // From the front to the back; in the order of the scene where two are as near.
+  // Sort from front to back, and in the order of the scene at equal depths.
   std::ranges::stable_sort(shapes.balls, {}, [](const Ball& ball) { return ball.center.z; });
   std::ranges::stable_sort(shapes.cones, {}, [](const Cone& cone) { return cone.a.z + cone.b.z; });
   return shapes;

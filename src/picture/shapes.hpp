@@ -7,12 +7,11 @@
 
 namespace tanor::picture {
 
-/// What the numbers of a motion mean in its pictures. Lengths are in parts of the size of the motion, the diagonal of
-/// its box.
+/// The units of a motion in its pictures. Lengths are relative to the size of the motion, the diagonal of its box.
 struct Scale {
   double size = 1.0;          ///< m
-  Vec3 middle;                ///< m, of the box
-  std::vector<Vec3> outline;  ///< what must be in the picture, from the middle: the arrows too
+  Vec3 middle;                ///< m, middle of the box
+  std::vector<Vec3> outline;  ///< positions that must be in the picture, with the arrows, from the middle
   double tension = 0.0;       ///< N, end of the colours
   double arrow = 0.0;         ///< length of an arrow of 1 N
   double bead = 0.0;          ///< radius
@@ -20,16 +19,16 @@ struct Scale {
 };
 Scale choose_scale(const Picture& picture);
 
-/// From where the motion is seen.
+/// Chooses the direction from which the motion is seen.
 Eye choose_eye(const Picture& picture);
 
-/// All that stands in a picture, turned as the camera sees it.
+/// All shapes of a picture, turned as the camera sees them.
 struct Shapes {
   std::vector<Ball> balls;
   std::vector<Cone> cones;
   std::vector<Surface> surfaces;
   std::vector<Triangle> triangles;
-  std::size_t left_out = 0;  ///< guides: each costs all samples that it covers, however little is seen of it
+  std::size_t left_out = 0;  ///< guides; each costs all samples that it covers, even where it is hidden
 };
 Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& camera);
 

@@ -7,8 +7,8 @@ namespace tanor::picture {
 
 enum class Projection { Auto, Perspective, Orthographic };
 
-/// How an instant is shown. What is not said is chosen: from a corner in perspective; straight and without perspective
-/// where the motion is in a plane.
+/// The style of a picture. Options without a value are chosen: a view from a corner in perspective, or, if the motion
+/// is in a plane, a straight view without perspective.
 struct Style {
   int width = 1600, height = 1000;  ///< pixels
   Projection projection = Projection::Auto;

@@ -33,7 +33,7 @@ std::string first_line() {
   return fmt::format("{}{}\n", first_words, format);
 }
 
-/// visit(name, number) for every number of the head, to write them and to read them back.
+/// Calls visit(name, number) for every number of the head, to write and to read it.
 template <class Checkpoint, class Visit>
 void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("time", checkpoint.time);
@@ -50,13 +50,13 @@ void read_number(const ordered_json& value, const char* name, double& number) {
   if (!std::isfinite(number)) throw InputError("", fmt::format("/{} is {}, not a number", name, in_words(number)));
 }
 
-/// A JSON reader takes -1 and 1.5 for counts, too, and makes something of them.
+/// Reads a count. The JSON library would convert -1 and 1.5 to counts without complaint.
 void read_number(const ordered_json& value, const char* name, std::uint64_t& number) {
   if (!value.is_number_unsigned()) throw InputError("", fmt::format("/{} is {}, not a count", name, value.dump()));
   number = value.get<std::uint64_t>();
 }
 
-/// Numbers that are 0 or more, whatever the run was.
+/// Requires that numbers which are never negative are at least 0.
 void require_sound(const Checkpoint& checkpoint) {
   const WallTimes& wall = checkpoint.wall;
   for (const auto& [name, size] :
@@ -71,7 +71,8 @@ void require_sound(const Checkpoint& checkpoint) {
   }
 }
 
-/// The lines and bytes between the first line and the last. Throws InputError where one byte is not what was written.
+/// Returns the lines and bytes between the first line and the last. Throws InputError if any byte differs from what was
+/// written.
 std::string_view open_content(std::string_view text) {
   std::string_view content;
   switch (open_sealed(text, first_line(), &content)) {
@@ -90,13 +91,13 @@ std::string_view open_content(std::string_view text) {
 
 constexpr std::string_view start_of_points = "the start of its points", options_place = "/motion/";
 
-/// A value without a blank, and what it is of.
+/// Splits a line into a value without blanks and the name of what has this value.
 std::pair<std::string_view, std::string_view> split_line(std::string_view line) {
   const std::size_t end = std::min(line.find(' '), line.size());
   return {line.substr(0, end), line.substr(std::min(end + 1, line.size()))};
 }
 
-/// "net.json, drive.csv": the files of a fingerprint.
+/// Returns the names of the files in a fingerprint: "net.json, drive.csv".
 std::string list_files(std::string_view fingerprint) {
   std::string list;
   for (scene::LineReader lines("", fingerprint); lines.next();) {
@@ -127,7 +128,7 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
   return checkpoint;
 }
 
-/// What a motion begins with: a line for each file and for the start, "<checksum> <name>".
+/// Returns a line "<checksum> <name>" for each file and for the start of a motion.
 std::string describe_sources(std::span<const fs::path> files, const System& system) {
   std::string lines;
   for (const fs::path& file : files) {

@@ -19,7 +19,7 @@ namespace {
 constexpr int with_gzip_head = 15 + 16, with_zlib_head = 15;  // window bits of deflateInit2
 constexpr int level = 6;
 
-/// Throws where memory ends: nothing else can fail.
+/// Compresses all bytes. Throws std::bad_alloc if memory runs out; no other failure is expected.
 std::string deflate_all(std::string_view bytes, int window_bits) {
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
@@ -42,7 +42,7 @@ bool has_compression() {
 }
 
 std::string gzip(std::string_view bytes) {
-  constexpr std::size_t most = std::size_t{1} << 30;  // zlib counts in 32 bits; one member more costs 18 bytes
+  constexpr std::size_t most = std::size_t{1} << 30;  // zlib counts in 32 bits; another member costs 18 bytes
   std::string members;
   do {
     members += deflate_all(bytes.substr(0, most), with_gzip_head);
@@ -53,7 +53,8 @@ std::string gzip(std::string_view bytes) {
 
 std::string compress_for_vtk(std::string_view bytes) {
   constexpr std::size_t block_size = 1 << 20;
-  // Number of blocks, their size, that of the last one where it is shorter, and the compressed size of each.
+  // The header holds the number of blocks, their size, the size of the last one if it is shorter, and the compressed
+  // size of each block.
   std::vector<std::uint64_t> head{0, block_size, bytes.size() % block_size};
   std::string blocks;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(block_size, bytes.size()))) {
@@ -66,7 +67,7 @@ std::string compress_for_vtk(std::string_view bytes) {
 }
 
 std::optional<std::string> decompress_for_vtk(std::string_view bytes, std::size_t size) {
-  std::uint64_t head[3];  // number of blocks, their size, that of the last one where it is shorter
+  std::uint64_t head[3];  // number of blocks, their size, size of the last one if it is shorter
   if (bytes.size() < sizeof head) return {};
   std::memcpy(head, bytes.data(), sizeof head);
   bytes.remove_prefix(sizeof head);

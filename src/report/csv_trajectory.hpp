@@ -5,11 +5,11 @@
 
 namespace tanor::report {
 
-/// A table of few points, for spreadsheets: a row a frame with `t`, of each point i `x<i>,y<i>,z<i>,vx<i>,vy<i>,vz<i>`
-/// and of each rod between shown points i and j `tension<i>_<j>`; all digits.
+/// Writes a table of few points for spreadsheets. Each frame is a row with `t`, with `x<i>,y<i>,z<i>,vx<i>,vy<i>,vz<i>`
+/// for each point i, and with `tension<i>_<j>` for each rod between shown points i and j; all digits.
 class CsvTrajectory : public TextTrajectory {
  public:
-  /// `mark`: 0 for a new file.
+  /// `mark` is 0 for a new file.
   CsvTrajectory(const std::filesystem::path& path, const ShownParts& shown, std::uint64_t mark = 0);
 
  private:

@@ -8,7 +8,7 @@
 namespace tanor::report {
 
 double DigitsRow::won() const {
-  constexpr double most = 16.0;  // of a double
+  constexpr double most = 16.0;  // digits of a double
   if (!outcome.ok() || !(error < 1.0)) return 0.0;
   return error > 0.0 ? std::min(most, -std::log10(error)) : most;
 }

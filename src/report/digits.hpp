@@ -19,7 +19,7 @@ struct DigitsRow {
   double wall_s = 0.0;
   Outcome outcome{};  ///< why there is no answer
 
-  /// Digits of the answer: -log10 of the relative error, 0 … 16. It is 0 where there is no answer.
+  /// Returns the digits of the answer, -log10 of the relative error within 0 … 16, and 0 if there is no answer.
   double won() const;
   bool keeps_promise() const { return outcome.ok() && won() >= promised; }
 };
@@ -27,7 +27,7 @@ struct DigitsRow {
 /// Returns the table as text, one line for each problem.
 std::string format_digits(const std::vector<DigitsRow>& rows);
 
-/// The same as JSON.
+/// Returns the same as JSON.
 Json describe_digits(const std::vector<DigitsRow>& rows);
 
 /// Returns Ok, or names the problems that miss what they promise, with the reasons.

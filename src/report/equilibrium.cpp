@@ -56,7 +56,7 @@ Json describe(const EquilibriumResult& found) {
           {"residuals", found.search.residuals}};
 }
 
-/// visit(name, entry's number, first row, members), group by group.
+/// Calls visit(name, number of the entry, first row, number of members) for each group of constraints.
 template <class Visit>
 void for_each_group(const System& system, const Visit& visit) {
   std::size_t row = 0;
@@ -71,7 +71,7 @@ void for_each_group(const System& system, const Visit& visit) {
   }
 }
 
-/// Of each one-sided group the members that carry.
+/// Returns for each one-sided group the members that carry force.
 Json describe_one_sided(const scene::Scene& scene, const EquilibriumResult& found) {
   Json json = Json::object();
   for_each_group(scene.system, [&](const std::string& name, std::size_t, std::size_t row, std::size_t members) {
@@ -112,7 +112,7 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
   });
 }
 
-/// Files that the scene names stay where they are.
+/// Makes the paths of files in the scene absolute, so that the new scene finds them.
 void make_paths_absolute(const fs::path& directory, Json* json) {
   for (auto& [key, value] : json->items()) {
     if (value.is_structured())
@@ -122,7 +122,7 @@ void make_paths_absolute(const fs::path& directory, Json* json) {
   }
 }
 
-/// A group of bonds, bendings or torsions as an entry of "forces".
+/// Returns a group of bonds, bendings or torsions as an entry of "forces".
 template <HasEnergy Group>
 Json energy_as_json(const Group& group) {
   Json json = {{"name", group.name},
@@ -140,8 +140,9 @@ Json energy_as_json(const Group& group) {
   return json;
 }
 
-/// Supports, rods, angles and energies that came with generated or imported points become the scene's own. Supports and
-/// constraints stand first in the system, energies last. All constraints get the names that they have.
+/// Writes the supports, rods, angles and energies that came with generated or imported points into the scene. In the
+/// system such supports and constraints come first, and energies last. All constraints get the names that they have in
+/// the system.
 void write_what_came_with_points(const System& system, Json* json) {
   const auto own = [&](const char* key, std::size_t all) {
     return all - (json->contains(key) ? (*json)[key].size() : 0);
@@ -175,7 +176,7 @@ void write_what_came_with_points(const System& system, Json* json) {
   }
 }
 
-/// The points of a member where the scene puts them.
+/// The points of a member at the positions that the scene gives.
 struct StartingPlaces {
   const std::vector<double>& positions;
   std::span<const Index> points;
@@ -194,8 +195,8 @@ std::span<const Index> points_of(const Member& member) {
     return member;
 }
 
-/// What "initial" numbers of a constraint or of coordinates are: those of the positions that the scene had, with what
-/// moves by itself where it is at t = 0, as the search takes them.
+/// Returns the values of the "initial" numbers of a constraint or of coordinates. They belong to the positions that the
+/// scene had, and prescribed motions are taken at t = 0, as the search does.
 template <class Group>
 std::vector<double> measure_initial(const System& system, const Group& group) {
   std::vector<double> numbers;
@@ -215,7 +216,7 @@ std::vector<double> distances(const System& system, const std::vector<std::array
   return result;
 }
 
-/// The parameter's name as scene files spell it.
+/// Returns the name of the group's parameter in scene files.
 template <class Group>
 const char* parameter_name() {
   const char* name = nullptr;
@@ -228,7 +229,7 @@ const char* parameter_name() {
   return name;
 }
 
-/// Numbers that the old positions gave stay what they were.
+/// Writes the numbers that the old positions gave, so that they stay as they were.
 void write_initial_numbers(const System& system, Json* json) {
   const auto write_parameter = [&]<class Group>(const Group& group, Json* entry) {
     if constexpr (requires { KindOf<Group>::parameter; }) {
@@ -259,7 +260,7 @@ void write_initial_numbers(const System& system, Json* json) {
   }
 }
 
-/// Coordinates of formulas begin at q of another place: they go, the constraints say the same.
+/// Removes coordinates of formulas, whose q belongs to other positions; the constraints describe the same motion.
 void leave_out_formula_coordinates(const System& system, Json* json) {
   const auto is_formula = [](const Coordinates& each) { return std::holds_alternative<UserCoordinates>(each); };
   if (std::ranges::none_of(system.coordinates, is_formula)) return;
@@ -267,7 +268,7 @@ void leave_out_formula_coordinates(const System& system, Json* json) {
   if (json->contains("solver")) (*json)["solver"].erase("form");
 }
 
-/// An entry of "constraints" with some of its members.
+/// Keeps some of the members of an entry of "constraints".
 template <class Group, class Keep>
 void keep_members(const Group& group, const Keep& keep, Json* entry) {
   const auto& members = group.*KindOf<Group>::members;
@@ -288,7 +289,7 @@ void keep_members(const Group& group, const Keep& keep, Json* entry) {
   (*entry)[list_name<Group>()] = keep_some(members);
 }
 
-/// One-sided constraints that are closed hold both ways from here on; open ones are not there.
+/// Makes the closed one-sided constraints two-sided and removes the open ones.
 void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
   if (found.open.empty()) return;
   Json& options = (*json)["equilibrium"];
@@ -312,13 +313,14 @@ void write_closed_constraints(const System& system, const EquilibriumResult& fou
   (*json)["constraints"] = std::move(constraints);
 }
 
-/// A function of time in an entry of the scene.
+/// Returns true if an entry of the scene contains a function of time.
 bool depends_on_time(const Json& json) {
   return json.is_structured() && (json.contains("formula") || json.contains("table") ||
                                   std::ranges::any_of(json, [](const Json& each) { return depends_on_time(each); }));
 }
 
-/// Its motion starts at the time of the equilibrium. What moves supports and constraints then moves points, too.
+/// Makes the motion start at the time of the equilibrium. Moving supports and constraints give velocities, so the start
+/// is then projected.
 void write_start(double at, Json* json) {
   Json& motion = (*json)["motion"];
   if (at != 0.0) {
@@ -330,7 +332,7 @@ void write_start(double at, Json* json) {
   if (motion.is_null()) json->erase("motion");
 }
 
-/// The scene's own text with other positions. Supports keep those from which their motion is measured.
+/// Writes the scene's own text with the new positions. Supports keep the positions from which their motion is measured.
 void write_scene(const fs::path& path, const scene::Scene& scene, const EquilibriumResult& found) {
   std::ifstream file(scene.file);
   Json json = Json::parse(file);

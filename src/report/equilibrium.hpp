@@ -12,8 +12,8 @@ namespace tanor::report {
 inline constexpr const char* places_at_rest_name = "equilibrium.xyz";
 inline constexpr const char* scene_at_rest_name = "equilibrium.json";
 
-/// summary.json and equilibrium.xyz, and, where an equilibrium was found, equilibrium.json: the scene at rest there,
-/// which `tanor run` accepts. `modes`: about it, where somebody asked for them.
+/// Writes summary.json and equilibrium.xyz and, if an equilibrium was found, equilibrium.json: the scene at rest there,
+/// which `tanor run` accepts. `modes` are those about the equilibrium, if they were requested.
 void write_equilibrium(const std::filesystem::path& directory, const scene::Scene& scene,
                        const EquilibriumResult& found, const std::optional<Modes>& modes = {});
 

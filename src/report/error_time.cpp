@@ -65,14 +65,14 @@ MotionOptions options_of(const scene::Scene& scene, Method method, int level) {
   return options;
 }
 
-/// A run to t_end: its row (without errors and order) and where the points end.
+/// A run to t_end: its row without errors and order, and the final positions of the points.
 struct Run {
   ErrorTimeRow row;
   Outcome outcome;
   std::vector<double> positions;
 };
 
-/// Somebody does not want to wait for the rest.
+/// Thrown if the caller does not want to wait for the rest.
 struct Stopped {};
 
 Run run_once(const scene::Scene& scene, const MotionOptions& options, const std::function<bool()>& goes_on) {
@@ -107,7 +107,7 @@ Run run(const scene::Scene& scene, const MotionOptions& options, const std::func
   return first;
 }
 
-/// Runs of a scene by method and level. Each is made once, when it is asked for.
+/// Runs of a scene by method and level. Each run is made once, when it is first requested.
 class Runs {
  public:
   Runs(const scene::Scene& scene, std::vector<Index> points, const Watcher& watcher)
@@ -121,7 +121,7 @@ class Runs {
     return made;
   }
 
-  /// Says why a method cannot step this scene; empty where it can.
+  /// Returns why a method cannot step this scene; empty if it can.
   const std::string& refusal(Method method) {
     const auto [found, is_new] = refusals_.try_emplace(method);
     if (is_new) {
@@ -135,7 +135,7 @@ class Runs {
     return found->second;
   }
 
-  /// The largest distance among the points that are compared.
+  /// Returns the largest distance among the points that are compared.
   double distance(const std::vector<double>& a, const std::vector<double>& b) const {
     double worst = 0.0;
     for (const Index point : points_) {
@@ -153,14 +153,14 @@ class Runs {
   std::map<Method, std::string> refusals_;
 };
 
-/// A run that others are compared with, and its distance from its own coarser run; infinite where one of them did not
-/// arrive.
+/// A run that others are compared with, and its distance from its own coarser run, which is infinite if one of them did
+/// not reach t_end.
 struct ReferenceRun {
   Method method;
   int level;
   const Run* run;
   double error;
-  Outcome outcome;  ///< of the one that did not
+  Outcome outcome;  ///< of the run that did not reach t_end
 };
 
 ReferenceRun make_reference(Runs* runs, Method method, int level) {
@@ -171,7 +171,7 @@ ReferenceRun make_reference(Runs* runs, Method method, int level) {
   return {method, level, &finer, runs->distance(finer.positions, coarser.positions), {}};
 }
 
-/// The smallest error above 0 that a reference finds among the rows of a method.
+/// Returns the smallest error above 0 that a reference finds among the rows of a method.
 double smallest_error(Runs* runs, Method method, const ReferenceRun& reference) {
   double smallest = HUGE_VAL;
   for (int level = 0; level < rows_per_method; ++level) {
@@ -182,7 +182,7 @@ double smallest_error(Runs* runs, Method method, const ReferenceRun& reference) 
   return smallest;
 }
 
-/// A reference for a method's rows, fine enough for them where rounding permits.
+/// Returns a reference for a method's rows that is fine enough for them, as far as rounding permits.
 ReferenceRun refine_reference(const scene::Scene& scene, Runs* runs, Method method, Method made_by) {
   ReferenceRun reference = make_reference(runs, made_by, first_reference_level);
   for (int k = 0; k < most_refinements && reference.run->outcome.ok(); ++k) {
@@ -197,8 +197,8 @@ ReferenceRun refine_reference(const scene::Scene& scene, Runs* runs, Method meth
   return reference;
 }
 
-/// The first of those that may be the reference of a method, arrives and knows its own error; else why the last one
-/// does not.
+/// Returns the first possible reference of a method that reaches t_end and knows its own error. Otherwise the outcome
+/// says why the last one does not.
 ReferenceRun find_reference(const scene::Scene& scene, Runs* runs, Method method) {
   ReferenceRun reference{};
   for (const Method made_by : reference_methods(method)) {
@@ -219,7 +219,7 @@ std::vector<Index> list_points(const System& system) {
   return points;
 }
 
-/// The rows of a method, and what they are compared with.
+/// Adds the rows of a method and its reference to the table.
 void add_method(const scene::Scene& scene, Method method, const scene::ReferenceState* given, Runs* runs,
                 ErrorTimeTable* table) {
   if (const std::string& refusal = runs->refusal(method); !refusal.empty()) {

@@ -19,13 +19,13 @@ struct ErrorTimeRow {
   double step = 0.0;       ///< s; 0 for adaptive methods
   double tolerance = 0.0;  ///< rtol; 0 for fixed steps
   std::size_t steps = 0, factorizations = 0;
-  double wall_s = 0.0;           ///< of the steps alone, without set-up; short runs: the middle one of three
-  double error = 0.0;            ///< largest distance of a point from the reference at t_end, m; NaN: it did not arrive
-  double reference_error = 0.0;  ///< of the reference itself, m: what the error is uncertain by
-  double order = 0.0;            ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
-  double violation = 0.0;        ///< largest of the run, relative
+  double wall_s = 0.0;  ///< of the steps alone, without set-up; for short runs the median of three
+  double error = 0.0;   ///< largest distance of a point from the reference at t_end, m; NaN if it was not reached
+  double reference_error = 0.0;  ///< error of the reference itself, m: the uncertainty of `error`
+  double order = 0.0;      ///< log2 of the error ratio to the row before (fixed steps are halved); 0 in the first row
+  double violation = 0.0;  ///< largest of the run, relative
   double energy_drift = 0.0;
-  std::string trouble;  ///< why it did not arrive; empty: it did
+  std::string trouble;  ///< why t_end was not reached; empty if it was
 };
 
 /// Error against run time of a scene.
@@ -36,30 +36,31 @@ struct ErrorTimeTable {
   struct Reference {
     Method method;
     std::string setting;            ///< "taylor with rtol 1e-13", "chain10.txt"
-    std::optional<double> error{};  ///< its distance from its own run with 100 times the tolerance, m; none for a file
+    std::optional<double> error{};  ///< distance from its own run with 100 times the tolerance, m; none for a file
   };
   std::vector<Reference> references;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
   std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
-  Outcome outcome;                  ///< why no reference was found for a method; its rows and the next ones are missing
-  std::string scene_checksum = {};  ///< as `make_scene_checksum` makes it
+  Outcome outcome;                    ///< why no reference was found for a method; its rows and later ones are missing
+  std::string scene_checksum = {};    ///< as `make_scene_checksum` makes it
 };
 
-/// Who waits for a table: `say` hears a line after each run; where `goes_on` says no, which is asked after each step,
-/// the table ends with the rows that are there.
+/// Callbacks for the caller who waits for a table. `say` receives a line after each run. `goes_on` is called after each
+/// step; if it returns false, the table ends with the rows that are there.
 struct Watcher {
   std::function<void(const std::string&)> say;
   std::function<bool()> goes_on;
 };
 
-/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or
-/// else against a finer run of *another* method, the reference: dop853 for taylor, taylor for all others; where taylor
-/// refuses the scene, dop853, and dopri5 for dop853. A reference is refined until its own error is a tenth of the
-/// smallest error that it finds, or rounding rules. Throws InputError where the scene refuses all.
+/// Runs each method with four step sizes (halved) or tolerances (divided by 100), and compares the results with the
+/// given file. Without a file the reference is a finer run of *another* method: dop853 for taylor, taylor for all
+/// others. If taylor refuses the scene, dop853 takes its place, and dopri5 for dop853. A reference is refined until its
+/// own error is a tenth of the smallest error that it finds, or until rounding dominates. Throws InputError if the
+/// scene refuses all methods.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
                                   const scene::ReferenceState* given, const Watcher& watcher);
 
-/// "rtol 1e-05", "step 0.005"
+/// Returns "rtol 1e-05" or "step 0.005".
 std::string describe_setting(const ErrorTimeRow& row);
 
 }  // namespace tanor::report

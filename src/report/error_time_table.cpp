@@ -19,7 +19,7 @@ namespace {
 
 constexpr double certain_above = 3.0;  // errors of the reference
 
-/// Within three errors of the reference only a bound is certain.
+/// Describes an error. If it is within three errors of the reference, only a bound is certain.
 std::string describe_error(const ErrorTimeRow& row) {
   const bool is_certain = row.error >= certain_above * row.reference_error;
   return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.reference_error, "{:.2e}");
@@ -40,14 +40,14 @@ std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   return remarks;
 }
 
-/// A field of text as RFC 4180 has it.
+/// Returns a field of text as RFC 4180 specifies it.
 std::string quote(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c == '\n' ? ' ' : c);
   return quoted + "\"";
 }
 
-/// The fields of such a row.
+/// Returns the fields of a row in that format.
 std::vector<std::string> split_row(std::string_view row) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
@@ -64,14 +64,14 @@ std::vector<std::string> split_row(std::string_view row) {
   return fields;
 }
 
-/// null where there is no number.
+/// Returns the number of a field, or null if there is none.
 Json read_field(const std::string& text) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() && !text.empty() ? Json(number) : Json();
 }
 
-/// A field without a number is empty.
+/// Returns a number as a field, which is empty if the number is not finite.
 std::string field(double number) {
   return std::isfinite(number) ? fmt::to_string(number) : "";
 }
@@ -109,7 +109,7 @@ std::string make_markdown(const ErrorTimeTable& table) {
   return text;
 }
 
-/// A line a method, in the order of its settings.
+/// Plots a line for each method, in the order of its settings.
 LogLogPlot make_plot(const ErrorTimeTable& table) {
   LogLogPlot plot{table.scene + ": error against run time", "wall time, s", "largest error at the end, m", {}};
   for (const ErrorTimeRow& row : table.rows) {

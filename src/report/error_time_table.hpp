@@ -8,18 +8,18 @@
 
 namespace tanor::report {
 
-/// The table as text, for a screen.
+/// Returns the table as text for a terminal.
 std::string format_error_time(const ErrorTimeTable& table);
 
-/// The same as JSON, with the names of the columns of `error_time.csv`.
+/// Returns the same as JSON, with the column names of `error_time.csv`.
 Json describe_error_time(const ErrorTimeTable& table);
 
-/// Rows of `directory/error_time.csv` for the page of a run: method, wall_s, error_m; none: there is no such file, or
-/// none that says of which scene it is. Behind the methods of another scene stands that one's name.
+/// Returns the rows of `directory/error_time.csv` for the page of a run: method, wall_s, error_m. Returns none if there
+/// is no such file, or none that tells its scene. Methods of another scene are followed by the name of that scene.
 Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum);
 
-/// `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png` in a
-/// folder. Says why there is no PNG; empty: there is one.
+/// Writes `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png`
+/// into a folder. Returns why there is no PNG, or an empty text if there is one.
 std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table);
 
 }  // namespace tanor::report

@@ -20,28 +20,28 @@ struct Frame {
   std::span<const double> forces{};                           ///< 3m, N: M w
   std::span<const double> reactions{};                        ///< 3m, N: K lambda
   std::span<const double> tensions{};                         ///< R, N: -lambda
-  std::span<const double> guide_forces{};                     ///< 3m, N; empty where no point is held
-  std::span<const double> friction_forces{};                  ///< 3m, N; empty where there is no friction
-  std::vector<Guide> guides{};                                ///< where they stand now
+  std::span<const double> guide_forces{};                     ///< 3m, N; empty if no point is held
+  std::span<const double> friction_forces{};                  ///< 3m, N; empty if there is no friction
+  std::vector<Guide> guides{};                                ///< at their positions in this frame
   Vector3 gravity{};                                          ///< m/s^2
   double energy = 0.0;                                        ///< J, kinetic and potential
   double position_violation = 0.0, velocity_violation = 0.0;  ///< largest so far, relative
 };
 
-/// A file, or several, that frames are appended to.
+/// A file, or several files, to which frames are appended.
 ///
-/// Whenever the program stops, what is there can be read: a frame is in it as a whole, or not at all.
+/// Whenever the program stops, the file can be read: each frame is in it completely or not at all.
 class FrameFile {
  public:
   virtual ~FrameFile() = default;
 
-  /// Throws WriteError; a `cut` to the mark before makes the file what it was.
+  /// Appends a frame. Throws WriteError; a `cut` to the mark before it then restores the file.
   virtual void write(const Frame& frame) = 0;
-  /// How far it is written, in bytes or in frames; not 0 once there is a frame.
+  /// Returns how far the file is written, in bytes or in frames; not 0 once there is a frame.
   virtual std::uint64_t mark() const = 0;
-  /// Takes it back to an earlier mark, that before the last frame.
+  /// Cuts the file back to an earlier mark, the one before the last frame.
   virtual void cut(std::uint64_t mark) = 0;
-  /// Makes all frames outlive the program and, where the format can, the machine. Throws WriteError.
+  /// Ensures that all frames outlive the program and, if the format can, the machine. Throws WriteError.
   virtual void synchronize() = 0;
 };
 

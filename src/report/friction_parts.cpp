@@ -16,7 +16,7 @@ std::size_t count_contacts(const System& system) {
   return count;
 }
 
-/// "coulomb, exact", "coulomb, regularised, full reaction", "viscous"
+/// Returns "coulomb, exact", "coulomb, regularised, full reaction" or "viscous".
 std::string name_law(const Friction& friction) {
   std::string law(kind_name(friction));
   std::visit(
@@ -31,7 +31,7 @@ std::string name_contacts(std::size_t count) {
   return count_in_words(count, "contact");
 }
 
-/// Null where no friction depends on reactions, because nothing was iterated then.
+/// Returns null if no friction depends on reactions, because nothing was iterated then.
 Json name_method(FrictionMethod method) {
   return method == FrictionMethod::Auto ? Json() : Json(name_of(method));
 }

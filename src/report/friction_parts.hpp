@@ -7,24 +7,24 @@
 
 #include "report/json_text.hpp"
 
-/// What the outputs say about friction.
+/// Texts and objects about friction for the outputs.
 namespace tanor::report {
 
-/// The object `friction_report` of `solve`; every member of an instant that was not solved is null.
+/// Returns the object `friction_report` of `solve`. If the instant was not solved, every member is null.
 Json describe_friction_report(const std::optional<FrictionReport>& report);
 
-/// The object `friction` of summary.json; what was not computed, or not proven, is null.
+/// Returns the object `friction` of summary.json. Values that were not computed, or not proven, are null.
 Json describe_friction_summary(const System& system, const FrictionSummary& summary);
 
-/// "rough (coulomb, exact, 3 contacts), oil (viscous, 1 contact)", or "none".
+/// Returns "rough (coulomb, exact, 3 contacts), oil (viscous, 1 contact)", or "none".
 std::string describe_friction(const System& system);
 
-/// "2 contacts, 1 sticks, 4 iterations (anderson), uniqueness proven"
+/// Returns "2 contacts, 1 sticks, 4 iterations (anderson), uniqueness proven".
 std::string describe_friction(const FrictionReport& report);
 
-/// "3.2 iterations an instant, 7 at most (anderson), contraction 0.31, uniqueness proven"
+/// Returns "3.2 iterations an instant, 7 at most (anderson), contraction 0.31, uniqueness proven".
 std::string describe_friction(const FrictionSummary& summary);
-/// Says that the motion was not the only possible one; empty where no other is known.
+/// Says that the motion was not the only possible one; empty if no other is known.
 std::string describe_several(const FrictionSummary& summary);
 
 }  // namespace tanor::report

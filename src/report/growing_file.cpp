@@ -20,7 +20,7 @@ int open_or_throw(const fs::path& path, int flags) {
   return descriptor;
 }
 
-/// Writes all bytes at an offset of a file. Returns false, with the reason in errno, where not all could be written.
+/// Writes all bytes at an offset of a file. Returns false, with the reason in errno, if not all could be written.
 bool write_at(int descriptor, std::uint64_t offset, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
@@ -59,7 +59,7 @@ GrowingFile::~GrowingFile() {
 }
 
 void GrowingFile::append(std::string_view part) {
-  // In one piece, so that nobody sees the part without the tail.
+  // Both are written in one piece, so that nobody sees the part without the tail.
   const bool is_written = tail_.empty() ? write_at(descriptor_, body_size_, part)
                                         : write_at(descriptor_, body_size_, std::string(part) + tail_);
   if (is_written) {

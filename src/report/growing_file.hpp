@@ -7,31 +7,30 @@
 
 namespace tanor::report {
 
-/// A file to whose body parts are appended. The same tail ends it after every part. A part is in the file as a whole or
-/// not at all, also on a full disk. Nothing waits in a buffer, so `body_size` never counts what the system has not
+/// A file to whose body parts are appended, with the same tail after the last part. A part is in the file completely or
+/// not at all, also on a full disk. Nothing waits in a buffer, so that `body_size` only counts what the system has
 /// taken.
 class GrowingFile {
  public:
-  /// A new file, which begins with `head`.
+  /// Creates a new file, which begins with `head`.
   GrowingFile(const std::filesystem::path& path, std::string_view head, std::string_view tail);
-  /// Opens an existing file of at least `body_size` bytes and removes what stands behind them.
+  /// Opens an existing file of at least `body_size` bytes and removes what follows them.
   GrowingFile(const std::filesystem::path& path, std::uint64_t body_size, std::string_view tail);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Throws WriteError; the file is then what it was before.
+  /// Appends a part. Throws WriteError; the file is then what it was before.
   void append(std::string_view part);
-  /// Takes the body back to an earlier size.
+  /// Cuts the body back to an earlier size.
   void cut(std::uint64_t body_size);
-  /// Waits until the disk has all of it. Throws WriteError.
+  /// Waits until the disk has the whole file. Throws WriteError.
   void synchronize();
 
   std::uint64_t body_size() const { return body_size_; }
 
  private:
-  /// Writes the tail behind the body and cuts the file there. Returns false, with the reason in errno, where that
-  /// fails.
+  /// Writes the tail after the body and cuts the file there. Returns false, with the reason in errno, if that fails.
   bool end_body();
 
   std::string name_, tail_;

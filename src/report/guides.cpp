@@ -27,7 +27,7 @@ Vector3 subtract(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
-/// Fields by the names that kinds of constraints and of coordinates share.
+/// Classification of groups by fields whose names constraints and coordinates share.
 template <class Group>
 constexpr bool is_plane = requires(const Group& g) {
   g.normal, g.offset;
@@ -57,7 +57,7 @@ template <class Group>
 constexpr bool is_drawn =
     is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> || is_ellipsoid<Group> || is_helix<Group>;
 
-/// Vectors and points of one time.
+/// Evaluates vectors and points at one time.
 struct Now {
   double t;
   std::span<const double> positions;
@@ -71,7 +71,7 @@ struct Now {
     const double* r = &positions[3 * static_cast<std::size_t>(index)];
     return {r[0], r[1], r[2]};
   }
-  /// The number of a member; none where the start decides it.
+  /// Returns the number of a member, or nothing if the start decides it.
   std::optional<double> number(const Parameter& parameter, std::size_t k) const {
     const auto of = [k](const auto& list) { return list[list.size() == 1 ? 0 : k]; };
     if (!parameter.constants.empty()) return of(parameter.constants);
@@ -80,14 +80,14 @@ struct Now {
   }
 };
 
-/// The angle of a point around the axis of a helix, less the turns of its height.
+/// Returns the angle of a point around the axis of a helix, less the turns of its height.
 double measure_phase(const Vector3& arm, const Vector3& axis, double pitch) {
   const auto [e1, e2] = line_frame(axis);
   const double height = dot(arm, axis) / std::sqrt(dot(axis, axis));
   return std::atan2(dot(arm, e2), dot(arm, e1)) - 2.0 * std::numbers::pi * height / pitch;
 }
 
-/// What the start decides: the offset, radius or phase at which the point is there.
+/// Returns the number that the start decides: the offset, radius or phase at which the point is there.
 template <class Group>
 double measure(const Group& group, const Now& start, std::size_t k) {
   const Vector3 r = start.point(group.points[k]);
@@ -143,7 +143,7 @@ bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) <= rounding * (1.0 + std::abs(x)); });
 }
 
-/// One guide for all points, or one each where their numbers differ at the start.
+/// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
 void add_guides(const Group& group, const Now& now, const Now& start, std::size_t most, std::vector<Guide>* guides) {
   if constexpr (is_drawn<Group>) {
@@ -157,7 +157,7 @@ void add_guides(const Group& group, const Now& now, const Now& start, std::size_
   }
 }
 
-/// A formula of one point is a surface, where its operations are known and not too many for a picture.
+/// Returns true if a formula defines a surface: it has one point, and its operations are known and few enough to draw.
 bool has_surface(const UserConstraints& group) {
   constexpr std::size_t most_steps = 500;
   const std::shared_ptr<const Expression>& expression = group.kernel.expression;

@@ -20,7 +20,7 @@ namespace tanor::report {
 
 namespace {
 
-/// An identifier of HDF5, closed with it.
+/// An identifier of HDF5, which is closed with this object.
 class Handle {
  public:
   Handle() = default;
@@ -34,7 +34,7 @@ class Handle {
   ~Handle() {
     if (id_ >= 0) close_(id_);
   }
-  /// Leaves it open for good.
+  /// Leaves the identifier open for good.
   void abandon() { id_ = -1; }
   operator hid_t() const { return id_; }  // NOLINT: it stands for the identifier wherever HDF5 wants one
 
@@ -43,15 +43,15 @@ class Handle {
   herr_t (*close_)(hid_t) = nullptr;
 };
 
-/// One array over time: rows of `width` numbers a frame.
+/// One array over time, with a row of numbers for each frame.
 struct Series {
   Handle data;
-  std::vector<hsize_t> shape;  ///< of one frame: {m, 3}, {R}, {}
+  std::vector<hsize_t> shape;  ///< shape of one frame: {m, 3}, {R}, {}
   bool is_integer = false;
   hsize_t bytes_of_chunk = 0;
 };
 
-constexpr hsize_t room_for_groups = 1 << 18;  // more than all that is neither a chunk nor an array of the points
+constexpr hsize_t room_for_groups = 1 << 18;  // more than everything except chunks and arrays of the points needs
 constexpr hsize_t bytes_of_a_chunk = 1 << 16;
 constexpr unsigned deflate_level = 4;
 
@@ -68,11 +68,11 @@ struct H5mdTrajectory::File {
 
   explicit File(const std::filesystem::path& path, const ShownParts* the_shown)
       : name(path.string()), shown(the_shown) {
-    H5dont_atexit();                              // what was written is flushed with each frame
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are reported by us
+    H5dont_atexit();                              // each frame is flushed after it was written
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by this class
   }
 
-  /// The reason of the system, where there is one, else that of HDF5.
+  /// Throws with the system's reason if there is one, else with that of HDF5.
   [[noreturn]] void fail() const {
     const int reason = errno;
     std::string text;
@@ -91,7 +91,8 @@ struct H5mdTrajectory::File {
     return {id, close};
   }
 
-  /// Takes room on the disk before HDF5 writes: where the disk is full its own state and the file are lost.
+  /// Reserves room on the disk before HDF5 writes. If the disk were full during a write, HDF5's own state and the file
+  /// would be lost.
   void reserve(hsize_t bytes) const {
     const int descriptor = ::open(name.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) throw WriteError(name);
@@ -107,14 +108,15 @@ struct H5mdTrajectory::File {
       throw WriteError(name, std::strerror(reason));
   }
 
-  /// Room for a new chunk of every series.
+  /// Returns the room for a new chunk of every series.
   hsize_t room_of_a_frame() {
     hsize_t room = room_for_groups;
     for (const Series* each : all_series()) room += each->bytes_of_chunk;
     return room;
   }
 
-  /// After a failure HDF5 must not try again when it closes: it would end the program.
+  /// Abandons all identifiers. After a failure HDF5 must not try again when it closes, because it would end the
+  /// program.
   void abandon() {
     for (Series* each : all_series()) each->data.abandon();
     file.abandon();
@@ -146,7 +148,7 @@ struct H5mdTrajectory::File {
     check(H5Awrite(made, H5T_NATIVE_INT, values.data()));
   }
 
-  /// An array that does not change.
+  /// Adds an array that does not change.
   Handle add_fixed(hid_t group, const char* key, hid_t type_in_file, hid_t type, const std::vector<hsize_t>& shape,
                    const void* values) const {
     const Handle space = check(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
@@ -181,7 +183,7 @@ struct H5mdTrajectory::File {
         shape, is_integer};
   }
 
-  /// {step, time, value} of H5MD; the first one's steps and times are those of all.
+  /// Adds {step, time, value} of H5MD; all elements share the steps and times of the first one.
   Series add_element(hid_t parent, const char* key, const std::vector<hsize_t>& shape, bool is_compressed) {
     const Handle group = make_group(parent, key);
     if (step.data < 0) {
@@ -280,14 +282,14 @@ struct H5mdTrajectory::File {
       add_observables(sample);
     }
     check(H5Fstart_swmr_write(file));
-    check(H5Fflush(file, H5F_SCOPE_LOCAL));  // what does not fit is told now, not when the file closes
+    check(H5Fflush(file, H5F_SCOPE_LOCAL));  // a full disk is reported now, not when the file closes
   }
 
-  /// A file of which we know that it is ours: the groups are where `create` put them.
+  /// Opens a file that is known to be ours, with the groups where `create` put them.
   void open(std::uint64_t frames_before) {
     errno = 0;
     {
-      // A writer that was killed had no time to say that it is gone.
+      // A writer that was killed could not clear its mark.
       const Handle mode = open_mode();
       const hbool_t yes = true;
       check(H5Pset(mode, "clear_status_flags", &yes));
@@ -390,7 +392,7 @@ H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownPar
     : file_(std::make_unique<File>(path, shown)) {
   try {
     file_->create(sample);
-  } catch (const WriteError&) {  // no frame is in it, and no reader would take it
+  } catch (const WriteError&) {  // the file has no frame, and no reader would accept it
     file_->abandon();
     remove_file(path);
     throw;

@@ -18,9 +18,9 @@ namespace tanor::report {
 /// constraint_force (K lambda); `/connectivity/rods`, pairs of rows of `/particles/all`; `/observables`: tension (a
 /// number a rod), total_energy, position_violation, velocity_violation.
 ///
-/// It is written in HDF5's mode for one writer and many readers: each frame is complete before the file counts it, and
-/// h5py opens it with `swmr=True` while the run goes on. A run that was killed leaves a mark in the file that plain
-/// readers refuse; `h5clear -s` and a resumed run take it away.
+/// The file is written in HDF5's mode for a single writer and many readers: each frame is complete before the file
+/// counts it, and h5py opens it with `swmr=True` while the run goes on. A run that was killed leaves a mark in the file
+/// that plain readers refuse; `h5clear -s` or a resumed run removes it.
 class H5mdTrajectory : public FrameFile {
  public:
   struct Sample {
@@ -30,9 +30,9 @@ class H5mdTrajectory : public FrameFile {
     bool is_compressed = false;
   };
 
-  /// A new file; `shown` must outlive it. Throws WriteError.
+  /// Creates a new file; `shown` must outlive this object. Throws WriteError.
   H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, const Sample& sample);
-  /// Goes on behind `frames` of an existing file. Throws InputError where it is not one of ours with as many.
+  /// Continues after `frames` of an existing file. Throws InputError if it is not such a file with as many frames.
   H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, std::uint64_t frames);
   ~H5mdTrajectory() override;
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view place_of_data = "<!--tanor-data-->";
 
-/// JSON that no text of a scene can leave: "<" would begin the end of the element around it.
+/// Returns JSON that no text of a scene can break out of: "<" would begin the end of the element around it.
 std::string escape(const Json& json) {
   std::string text;
   for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
@@ -50,8 +50,8 @@ Range find_range(const std::vector<float>& numbers) {
   return range;
 }
 
-/// Rows of numbers in 16 bits between the ends of the range of each frame, which the page gets with them: one large
-/// force at one time takes no digits of the others.
+/// Packs rows of numbers in 16 bits between the ends of the range of each frame, which the page receives with them. A
+/// large force at one time then takes no digits from others.
 Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames, FrameArray array,
                  PackedBytes* bytes) {
   Json ranges = Json::array();
@@ -65,7 +65,7 @@ Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames
   return ranges;
 }
 
-/// The same in one range for all frames: what moves slowly changes by little, and packs well.
+/// Packs positions in one range for all frames, because numbers that change little from frame to frame pack well.
 Json pack_positions(const std::vector<RecordedFrame>& frames, PackedBytes* bytes) {
   Range range;
   for (const RecordedFrame& frame : frames) {
@@ -102,7 +102,7 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
   return list;
 }
 
-/// Against gravity; z where there is none.
+/// Returns the direction against gravity, or z if there is no gravity.
 Vector3 find_up(const System& system) {
   const Vector3 g = find_gravity(system);
   return g == Vector3{} ? Vector3{0.0, 0.0, 1.0} : Vector3{-g[0], -g[1], -g[2]};
@@ -138,7 +138,7 @@ Json describe_motion(const Simulation& simulation, const Recording& recording, P
   return motion;
 }
 
-/// To nine digits, which a curve does not show: half of the text.
+/// Rounds a number to nine digits. A curve does not show more, and the text is half as long.
 double shorten(double number) {
   return std::isfinite(number) ? std::stod(fmt::format("{:.9g}", number)) : number;
 }
@@ -178,14 +178,14 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
   return events;
 }
 
-/// How many there were, of which describe_events lists the first ones.
+/// Returns the total number of events, of which describe_events lists the first ones.
 Json count_events(const MotionReport& report, const Recording& recording) {
   return {{"contact", recording.num_switches()},
           {"rank", report.rank_changes.count},
           {"singular", report.singular_passages.count}};
 }
 
-/// `text`: the run in words; empty where it goes on.
+/// Returns the facts of a run. `text` describes the run in words and is empty while it goes on.
 Json describe_run(const RunFacts& facts, const Simulation& simulation, const std::string& text) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();

@@ -8,7 +8,7 @@
 
 namespace tanor::report {
 
-/// The page without a run, as src/report/page makes it; empty where the program was built without node.
+/// Returns the page without a run, as src/report/page makes it, or an empty text if the program was built without node.
 std::string_view html_page_template();
 inline bool has_html_page() {
   return !html_page_template().empty();
@@ -16,11 +16,11 @@ inline bool has_html_page() {
 
 inline constexpr const char* html_page_name = "report.html";
 
-/// Writes `directory/report.html`, which needs nothing else: the facts of a run, its motion and its histories. A table
-/// `error_time.csv` that lies there already is shown too.
+/// Writes the self-contained page `directory/report.html`: the facts of a run, its motion and its histories. A table
+/// `error_time.csv` in the folder is shown too.
 void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
                      const Recording& recording);
-/// The same of a run that goes on. It asks the simulation for nothing that is not known yet.
+/// Writes the page of a run that goes on. It requests nothing from the simulation that is not known yet.
 void write_running_page(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
                         const Recording& recording);
 

@@ -10,14 +10,14 @@
 
 #include "report/output_file.hpp"
 
-/// JSON of the results, by nlohmann: members keep their order, doubles read back to the same bits, a number that is not
-/// finite is null, and bytes that are no UTF-8 become U+FFFD. Arrays of numbers are written from where they are, since
-/// a tree of values would cost more than their digits.
+/// JSON of the results, by nlohmann. Members keep their order, doubles read back to the same bits, a number that is not
+/// finite is null, and bytes that are not UTF-8 become U+FFFD. Arrays of numbers are written directly, because a tree
+/// of values would cost more than their digits.
 namespace tanor::report {
 
 using Json = nlohmann::ordered_json;
 
-/// The value, or null where there is none.
+/// Returns the value, or null if there is none.
 template <class Value>
 Json json_or_null(const std::optional<Value>& value) {
   return value ? Json(*value) : Json();
@@ -33,14 +33,14 @@ class JsonObjectFile {
   explicit JsonObjectFile(OutputFile* file);
   void add(std::string_view key, const Json& value);
   void add_numbers(std::string_view key, std::span<const double> numbers);
-  /// A table: rows of `columns` numbers.
+  /// Adds a table with rows of `columns` numbers.
   void add_rows(std::string_view key, std::span<const double> numbers, std::size_t columns);
 
-  /// What is added until `end` lies in the object or list that begins here.
+  /// Begin an object or list; what is added until `end` lies in it.
   void begin_object(std::string_view key = {});
   void begin_list(std::string_view key);
   void end();
-  /// Nothing is complete before.
+  /// Writes the rest. The file is complete only after this call.
   void finish();
 
  private:
@@ -50,14 +50,14 @@ class JsonObjectFile {
   void append(std::string_view text);
   void append_list(std::span<const double> numbers);
   void append_number(double number);
-  /// `level`: how many objects and lists are around the value.
+  /// Appends a value that is inside `level` objects and lists.
   void append_value(const Json& value, std::size_t level);
   void write_if_above(std::size_t size);
 
   OutputFile* file_;
-  fmt::memory_buffer text_;  ///< what is not in the file yet
-  std::string closing_;      ///< the brackets that are to close what is open
-  bool is_empty_ = true;     ///< the innermost object or list that is open
+  fmt::memory_buffer text_;  ///< text that is not in the file yet
+  std::string closing_;      ///< brackets that will close the open objects and lists
+  bool is_empty_ = true;     ///< state of the innermost open object or list
 };
 
 }  // namespace tanor::report

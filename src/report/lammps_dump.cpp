@@ -13,14 +13,14 @@ bool is_periodic(const std::optional<scene::Cell>& cell) {
   return cell && cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0;
 }
 
-/// The corners of the periodic cell, whose origin is that of the coordinates, or of a box around the points.
+/// Prints the corners of the periodic cell, which begins at the origin, or of a box around the points.
 void print_box(const Frame& frame, const std::optional<scene::Cell>& cell, fmt::appender out) {
   if (is_periodic(cell)) {
     if (cell->xy == 0.0 && cell->xz == 0.0 && cell->yz == 0.0) {
       fmt::format_to(out, "ITEM: BOX BOUNDS pp pp pp\n0 {}\n0 {}\n0 {}\n", cell->xx, cell->yy, cell->zz);
       return;
     }
-    // A tilted cell is told by the box around it.
+    // LAMMPS describes a tilted cell by the box around it.
     const auto [x_low, x_high] = std::minmax({0.0, cell->xy, cell->xz, cell->xy + cell->xz});
     const auto [y_low, y_high] = std::minmax({0.0, cell->yz});
     fmt::format_to(out, "ITEM: BOX BOUNDS xy xz yz pp pp pp\n{} {} {}\n{} {} {}\n0 {} {}\n", x_low, cell->xx + x_high,
@@ -34,7 +34,7 @@ void print_box(const Frame& frame, const std::optional<scene::Cell>& cell, fmt::
       low = std::min(low, frame.positions[k]);
       high = std::max(high, frame.positions[k]);
     }
-    // A flat box is none to LAMMPS.
+    // LAMMPS does not accept a flat box.
     const double room = high > low ? 1e-3 * (high - low) : 0.5;
     fmt::format_to(out, "{:.10g} {:.10g}\n", low - room, high + room);
   }

@@ -8,12 +8,12 @@
 
 namespace tanor::report {
 
-/// A dump of LAMMPS (its read_dump, OVITO, ASE): id (that of the point and 1), type (1: moves, 2: support), positions,
-/// velocities, and the force M w on each point, 10 significant digits. In a periodic cell positions are unwrapped. The
-/// time step is the number of the frame; the time stands above it.
+/// Writes a LAMMPS dump (for its read_dump, OVITO, ASE): id (the number of the point plus 1), type (1: moving, 2:
+/// support), positions, velocities, and the force M w on each point, with 10 significant digits. In a periodic cell
+/// positions are unwrapped. The time step is the number of the frame; the time stands above it.
 class LammpsDump : public TextTrajectory {
  public:
-  /// `shown` must outlive it. `mark`: 0 for a new file.
+  /// `shown` must outlive this object. `mark` is 0 for a new file.
   LammpsDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<scene::Cell>& cell,
              std::uint64_t mark = 0);
 
@@ -24,7 +24,7 @@ class LammpsDump : public TextTrajectory {
   std::optional<scene::Cell> cell_;
 };
 
-/// A "dump local" of LAMMPS (OVITO takes it for bonds): the two ids of each rod, its length and its tension.
+/// Writes a LAMMPS "dump local" (OVITO reads it as bonds): both ids of each rod, its length and its tension.
 class LammpsRodDump : public TextTrajectory {
  public:
   LammpsRodDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<scene::Cell>& cell,

@@ -13,7 +13,7 @@ constexpr double width = 640.0, height = 440.0, left = 80.0, right = 20.0, top =
 constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00",
                             "#222222", "#d1498b", "#2aa198", "#9a9a9a", "#5d4037"};
 
-/// Whether both numbers have a logarithm.
+/// Returns true if both numbers have a logarithm.
 bool is_shown(const std::array<double, 2>& point) {
   return std::all_of(point.begin(), point.end(), [](double x) { return x > 0.0 && std::isfinite(x); });
 }
@@ -35,9 +35,9 @@ struct Axis {
     low = std::floor(std::log10(least));
     high = std::max(low + 1.0, std::ceil(std::log10(most)));
   }
-  /// Where 10^exponent stands on the axis. The number itself may be too large for a double.
+  /// Returns the position of 10^exponent on the axis. The number itself may be too large for a double.
   double fraction(double exponent) const { return (exponent - low) / (high - low); }
-  /// Decades from label to label.
+  /// Returns the decades from label to label.
   double stride() const { return std::max(1.0, std::ceil((high - low) / 16.0)); }
 };
 
@@ -54,7 +54,7 @@ std::string escape(const std::string& text) {
 std::string make_loglog_plot(const LogLogPlot& plot) {
   const Axis x_axis(plot.series, 0), y_axis(plot.series, 1);
   const double inner_width = width - left - right, inner_height = height - top - bottom;
-  // Of a power of ten.
+  // Positions of a power of ten.
   const auto x_of = [&](double exponent) { return left + inner_width * x_axis.fraction(exponent); };
   const auto y_of = [&](double exponent) { return top + inner_height * (1.0 - y_axis.fraction(exponent)); };
 
@@ -63,7 +63,7 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
       "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
       "<text x=\"{2}\" y=\"24\" font-size=\"15\">{3}</text>\n",
       width, height, left, escape(plot.title));
-  // Grid lines with labels, at each decade where there are few.
+  // Draw grid lines with labels, at each decade if there are few.
   for (double e = x_axis.low; e <= x_axis.high; e += x_axis.stride()) {
     const double x = x_of(e);
     svg += fmt::format(

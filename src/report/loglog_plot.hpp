@@ -17,7 +17,7 @@ struct LogLogPlot {
   std::vector<PlotSeries> series;
 };
 
-/// A picture with logarithmic axes as SVG text.
+/// Returns a picture with logarithmic axes as SVG text.
 std::string make_loglog_plot(const LogLogPlot& plot);
 
 }  // namespace tanor::report

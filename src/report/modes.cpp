@@ -25,7 +25,7 @@ namespace {
 constexpr const char *shapes_name = "shapes.npy", *imaginary_name = "shapes_imaginary.npy";
 constexpr std::string_view picture_prefix = "mode_";
 constexpr int frames_of_period = 24;
-constexpr double largest_move = 0.05;  // of the scene's size, in pictures
+constexpr double largest_move = 0.05;  // relative to the scene's size, in pictures
 
 Json frequencies(const Modes& modes) {
   Json result = Json::array();
@@ -34,7 +34,7 @@ Json frequencies(const Modes& modes) {
   return result;
 }
 
-/// Half of the diagonal of the box around the points, or 1 m.
+/// Returns half of the diagonal of the box around the points, or 1 m if it has no size.
 double measure_size(std::span<const double> positions) {
   double square = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -55,7 +55,7 @@ double measure_move(std::span<const double> shape) {
   return largest;
 }
 
-/// r + a q cos(omega t) over one period, of damped modes the real part of q, and its derivatives.
+/// Writes r + a q cos(omega t) over one period, and its derivatives. Of damped modes q is the real part.
 void write_picture(const fs::path& directory, const ShownParts& shown, std::span<const double> positions,
                    const Modes& modes, std::size_t mode) {
   const std::string name = fmt::format("{}{}", picture_prefix, mode + 1);

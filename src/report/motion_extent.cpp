@@ -9,7 +9,7 @@ namespace tanor::report {
 
 namespace {
 
-constexpr double typical = 0.97;  // part of the numbers that colours and arrows are scaled for
+constexpr double typical = 0.97;  // part of the numbers for which colours and arrows are scaled
 constexpr std::size_t most_arrows = 20'000;
 
 double quantile(std::vector<double>* numbers, double part) {
@@ -34,7 +34,7 @@ void take(const Vector3& place, double radius, MotionExtent* extent) {
   }
 }
 
-/// The places that are farthest in each of some directions, which cover the sphere evenly (Fibonacci's lattice).
+/// Finds the farthest positions in directions that cover the sphere evenly (Fibonacci lattice).
 class Outline {
  public:
   Outline() {
@@ -66,7 +66,7 @@ class Outline {
   std::vector<double> heights_;
 };
 
-/// Round guides are shown as a whole, unless the motion is at a small place of them.
+/// Adds round guides as a whole, unless the motion covers only a small part of them.
 void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* extent, Outline* outline) {
   for (const auto& [kind, name, n] : guides) {
     const double radius = kind == "sphere"      ? n[3]
@@ -79,7 +79,7 @@ void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* ex
   }
 }
 
-/// The colours reach to the typical largest tensions.
+/// Scales the colours to the typical largest tensions.
 void scale_tensions(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
   std::vector<double> pulled, pushed, lengths;
   for (const StoredFrame& frame : frames) {
@@ -94,13 +94,13 @@ void scale_tensions(const std::vector<StoredFrame>& frames, MotionExtent* extent
   extent->most_tension = quantile(&pulled, typical);
   extent->least_tension = -quantile(&pushed, typical);
   extent->rod_length = quantile(&lengths, 0.5);
-  // A rounding is no push.
+  // Tensions within rounding are no pushes or pulls.
   constexpr double rounding = 1e-6;
   if (-extent->least_tension < rounding * extent->most_tension) extent->least_tension = 0.0;
   if (extent->most_tension < -rounding * extent->least_tension) extent->most_tension = 0.0;
 }
 
-/// Calls take(place, force, is_friction) for every force of guides, supports and friction that is known.
+/// Calls take(position, force, is_friction) for every known force of guides, supports and friction.
 template <class Take>
 void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
   for (const StoredFrame& frame : frames) {
@@ -111,7 +111,7 @@ void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
   }
 }
 
-/// What is left by roundings where no force acts is none.
+/// Collects the forces, without the rounding errors of points at which no force acts.
 void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
   constexpr double rounding = 1e-6;
   double largest = 0.0;

@@ -26,7 +26,7 @@ Json describe_sample(double t, const MotionForces& sample) {
           {"outcome", is_found ? "ok" : sample.outcome.what}};
 }
 
-/// One row for each sample. A sample without an array has a row of NaN, which JSON shows as null.
+/// Returns one row for each sample. A sample without the array has a row of NaN, which JSON shows as null.
 std::vector<double> stack(const ForcesOfMotion& forces, std::vector<double> MotionForces::*array, std::size_t columns) {
   std::vector<double> result;
   result.reserve(forces.samples.size() * columns);
@@ -58,7 +58,8 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
       const bool is_known =
           std::ranges::any_of(forces.samples, [&](const MotionForces& sample) { return !(sample.*array).empty(); });
       const std::vector<double> rows = is_known ? stack(forces, array, columns) : std::vector<double>();
-      remove_file(directory / fmt::format("forces_{}.npy", key));  // of an earlier motion, of more samples
+      remove_file(directory /
+                  fmt::format("forces_{}.npy", key));  // may be left from an earlier motion with more samples
       arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns);
     };
     write("multipliers", &MotionForces::multipliers, forces.num_equations);

@@ -9,16 +9,16 @@
 
 namespace tanor::report {
 
-/// What `forces` found, sample by sample.
+/// The forces of a motion, sample by sample.
 struct ForcesOfMotion {
   std::string scene, motion;  ///< names
   std::size_t num_points = 0, num_equations = 0;
   bool by_coordinates = false;  ///< the motion was given as q(t)
   std::vector<double> times;
-  std::vector<MotionForces> samples;  ///< one a time
+  std::vector<MotionForces> samples;  ///< one for each time
   double acceleration_scale = 0.0;    ///< m/s^2, the largest of w, eta/m and u/m in the motion
 
-  /// The sample for which `number`, a function of a MotionForces, is largest.
+  /// Returns the sample for which `number`, a function of a MotionForces, is largest.
   template <class Number>
   std::size_t find_worst(const Number& number) const {
     std::size_t worst = 0;
@@ -31,8 +31,9 @@ struct ForcesOfMotion {
 
 inline constexpr const char* forces_name = "forces.json";
 
-/// Writes `forces.json` into a folder, which is made. Arrays over time (samples x 3 points, samples x equations) stand
-/// in it, or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
+/// Writes `forces.json` into a folder, which is created. Arrays over time (samples x 3 points, samples x equations) are
+/// written into it or, above `largest_inline` rows of points, into `forces_<key>.npy` beside it. Values that were not
+/// found are null.
 void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces);
 
 }  // namespace tanor::report

@@ -9,17 +9,17 @@
 
 #include "report/output_file.hpp"
 
-/// Writes NumPy's file format for one array: '<f8', C order, version 1.0 (numpy.lib.format). scene/npy.hpp reads it.
+/// Writes one array in NumPy's file format: '<f8', C order, version 1.0 (numpy.lib.format). scene/npy.hpp reads it.
 namespace tanor::report {
 
 /// Writes `numbers` as rows of `columns` numbers; with one column the array is a plain vector.
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns = 1);
 void write_npy(const std::filesystem::path& path, std::span<const double> numbers, std::size_t columns = 1);
-/// The same of any shape.
+/// Writes an array of any shape.
 void write_npy(OutputFile* file, std::span<const double> numbers, const std::vector<std::size_t>& shape);
 
-/// What stands in front of the numbers of an array of any shape; `type`: "<f8", "<i4", … It has at least `size` bytes,
-/// so that it can be replaced while the array grows.
+/// Returns the header of an array of any shape; `type` is "<f8", "<i4", … The header has at least `size` bytes, so that
+/// it can be replaced while the array grows.
 std::string make_npy_header(std::string_view type, const std::vector<std::size_t>& shape, std::size_t size = 0);
 
 /// Writes a vector of booleans, '|b1'.

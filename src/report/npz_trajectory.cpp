@@ -32,8 +32,8 @@ using Archive = std::unique_ptr<zip_t, CloseArchive>;
   throw std::runtime_error("libzip could not make an archive");
 }
 
-/// Arrays on their way into an archive in a file. libzip reads them where they lie when it closes the archive, so
-/// nothing is copied; what it writes goes on at once.
+/// Writes arrays into an archive in a file. libzip reads them in place when it closes the archive, so that nothing is
+/// copied; its output goes straight to the file.
 class ZipFile {
  public:
   ZipFile(bool is_compressed, OutputFile* file) : is_compressed_(is_compressed), file_(file) {
@@ -47,7 +47,7 @@ class ZipFile {
   ZipFile(const ZipFile&) = delete;
   ZipFile& operator=(const ZipFile&) = delete;
 
-  /// The numbers must stay until `finish`.
+  /// Adds an array. The numbers must stay until `finish`.
   template <class Number>
   void add(const std::string& key, std::string_view type, const std::vector<std::size_t>& shape,
            const std::vector<Number>& numbers) {
@@ -60,7 +60,7 @@ class ZipFile {
         source ? zip_file_add(archive_.get(), (key + ".npy").c_str(), source, ZIP_FL_ENC_UTF_8) : -1;
     if (index < 0) fail();
     const auto place = static_cast<zip_uint64_t>(index);
-    constexpr time_t year_1980 = 315619200;  // as numpy does: equal arrays are equal files
+    constexpr time_t year_1980 = 315619200;  // as numpy does, so that equal arrays give equal files
     if (zip_set_file_compression(archive_.get(), place, is_compressed_ ? ZIP_CM_DEFLATE : ZIP_CM_STORE, 0) != 0 ||
         zip_file_set_mtime(archive_.get(), place, year_1980, 0) != 0)
       fail();
@@ -74,7 +74,7 @@ class ZipFile {
   }
 
  private:
-  /// What libzip asks of a file that is written anew.
+  /// Answers the requests of libzip for a file that is written anew.
   static zip_int64_t serve(void* self, void* data, zip_uint64_t size, zip_source_cmd_t command) {
     return static_cast<ZipFile*>(self)->answer(data, size, command);
   }
@@ -112,7 +112,7 @@ class ZipFile {
         default:
           return 0;
       }
-    } catch (...) {  // libzip is C
+    } catch (...) {  // exceptions must not pass through libzip, which is C
       trouble_ = std::current_exception();
       return -1;
     }
@@ -120,8 +120,8 @@ class ZipFile {
 
   bool is_compressed_;
   OutputFile* file_;
-  std::uint64_t end_ = 0;            ///< of what is written; libzip goes back for the head of each array
-  std::deque<std::string> headers_;  ///< stay where they are
+  std::uint64_t end_ = 0;            ///< end of the written part; libzip returns to the head of each array
+  std::deque<std::string> headers_;  ///< a deque keeps their addresses
   std::exception_ptr trouble_;
   Archive archive_;
 };
@@ -130,7 +130,7 @@ struct CloseFile {
   void operator()(zip_file_t* file) const { zip_fclose(file); }
 };
 
-/// The numbers of one array of an archive of ours; `size`: how many it has at least.
+/// Reads the numbers of one array of such an archive, which must have at least `size` of them.
 std::vector<double> read_array(const std::string& name, zip_t* archive, const std::string& key, std::size_t size) {
   const zip_int64_t index = zip_name_locate(archive, (key + ".npy").c_str(), 0);
   zip_stat_t stat;
@@ -142,7 +142,7 @@ std::vector<double> read_array(const std::string& name, zip_t* archive, const st
     if (!file || zip_fread(file.get(), bytes, count) != static_cast<zip_int64_t>(count))
       throw InputError(name, "is damaged; run without --resume");
   };
-  // Magic, version and the length of the text that follows; then the numbers.
+  // The head holds the magic, the version and the length of the text that follows; then come the numbers.
   std::array<unsigned char, 10> head{};
   take(head.data(), head.size());
   std::string text(head[8] + 256u * head[9], '\0');

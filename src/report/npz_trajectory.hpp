@@ -10,13 +10,13 @@
 
 namespace tanor::report {
 
-/// Arrays of all frames for numpy.load: `time` (F), `position`, `velocity`, `acceleration` (F x m x 3), `tension`
-/// (F x R), `points` (m), `rods` (R x 2, numbers of points). Frames are kept in memory; the file is replaced as a
-/// whole, from the first frame on, whenever `synchronize` is called; that takes no more memory.
+/// Writes arrays of all frames for numpy.load: `time` (F), `position`, `velocity`, `acceleration` (F x m x 3),
+/// `tension` (F x R), `points` (m), `rods` (R x 2, numbers of points). Frames are kept in memory. The file is replaced
+/// as a whole at each call of `synchronize`, which takes no additional memory.
 class NpzTrajectory : public FrameFile {
  public:
-  /// `shown` must outlive it. `frames`: 0 for a new file, else those of an existing one to go on behind; throws
-  /// InputError where it has fewer.
+  /// `shown` must outlive this object. `frames` is 0 for a new file, else the number of frames of an existing one to
+  /// continue after; throws InputError if it has fewer.
   NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
                 std::uint64_t frames = 0);
 

@@ -24,7 +24,7 @@ void throw_on(const std::error_code& error, const fs::path& path) {
   if (error) throw WriteError(path.string(), error.message());
 }
 
-/// The name of a file's replacement until that is complete.
+/// Returns the name of a file's replacement until it is complete.
 fs::path unfinished(const fs::path& path) {
   return path.string() + ".part";
 }
@@ -51,7 +51,7 @@ OutputFile::OutputFile(std::string name, Handle file) : name_(std::move(name)), 
 OutputFile::OutputFile(const fs::path& path) : OutputFile(path.string(), {open_or_throw(path, "wb"), &std::fclose}) {}
 
 OutputFile OutputFile::standard_output() {
-  // Standard output is not ours to close. Flushing tells whether it took everything.
+  // Standard output must not be closed here. Flushing tells whether it took everything.
   return {"standard output", {stdout, &std::fflush}};
 }
 

@@ -28,11 +28,11 @@ class OutputFile {
 
   void write(std::string_view bytes);
   void write(std::span<const double> numbers);
-  void seek(std::uint64_t place);  ///< goes on writing at a place counted from the beginning
-  std::uint64_t tell() const;      ///< where it writes
+  void seek(std::uint64_t place);  ///< continues writing at a position counted from the beginning
+  std::uint64_t tell() const;      ///< writing position
   void flush();                    ///< hands everything written so far to the operating system
-  void synchronize();              ///< waits until the disk has it
-  void close();                    ///< the last word on success; the destructor closes without a word
+  void synchronize();              ///< waits until the disk has everything
+  void close();                    ///< reports success or failure; the destructor closes silently
 
  private:
   using Handle = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
@@ -42,18 +42,18 @@ class OutputFile {
   Handle file_;
 };
 
-/// Replaces a whole file: who reads it sees the old one or the new one, never a part, whenever the program stops.
+/// Replaces a whole file. Readers see the old or the new one, never a part, whenever the program stops.
 void replace_file(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
 
-/// Whether to wait until the disk has a file (some milliseconds): then also a machine that stops leaves the old one or
-/// the new one.
+/// Tells whether to wait until the disk has a file (some milliseconds). Then the old or the new file also survives a
+/// stop of the machine.
 enum class Wait { No, ForDisk };
 void replace_file(const std::filesystem::path& path, Wait wait, const std::function<void(OutputFile*)>& write_content);
 
 /// Makes a folder and the folders above it.
 void make_folder(const std::filesystem::path& path);
 
-/// Removes a file of ours, and what a program that was killed left of its replacement; neither need exist.
+/// Removes a file, and the unfinished replacement that a killed program left; neither need exist.
 void remove_file(const std::filesystem::path& path);
 
 }  // namespace tanor::report

@@ -11,13 +11,13 @@
 
 namespace tanor::report {
 
-/// Arrays as one run of bytes that a page in a browser unpacks: each deflated with the others and written in base64,
-/// with a list that says where each begins.
+/// Packs arrays into one block of bytes that a page in a browser unpacks. All arrays are deflated together and encoded
+/// in base64, and a list tells where each begins.
 class PackedBytes {
  public:
   void add(std::string_view name, std::span<const std::int32_t> numbers);
-  /// Whole numbers 0 … 65535, less those of the row before, low bytes first and then the high ones: what changes little
-  /// from row to row packs well.
+  /// Adds whole numbers 0 … 65535 as differences from the row before, low bytes first and then the high ones. Numbers
+  /// that change little from row to row pack well this way.
   void add_rows(std::string_view name, std::span<const std::uint16_t> numbers, std::size_t columns);
 
   Json list() const { return list_; }
@@ -30,7 +30,7 @@ class PackedBytes {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Numbers between `least` and `most` in 65536 equal steps.
+/// Maps a number between `least` and `most` to 65536 equal steps.
 std::uint16_t to_16_bits(double number, double least, double most);
 
 }  // namespace tanor::report

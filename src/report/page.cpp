@@ -23,7 +23,7 @@ std::size_t count_rods(const System& system) {
   return count;
 }
 
-/// "gravity, pair (wca)"
+/// Returns "gravity, pair (wca)".
 std::string list_forces(const System& system) {
   std::string list;
   for (const Force& force : system.forces) {
@@ -38,7 +38,7 @@ std::string list_forces(const System& system) {
   return list.empty() ? "none" : list;
 }
 
-/// "at t = 0.2 s to 11, at t = 0.25 s to 12"
+/// Returns "at t = 0.2 s to 11, at t = 0.25 s to 12".
 std::string list_changes(const RankChanges& changes) {
   constexpr std::size_t most_named = 5;
   std::string list;
@@ -48,7 +48,7 @@ std::string list_changes(const RankChanges& changes) {
   return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
 }
 
-/// "passed at t = 0.5 s, 1.5 s"
+/// Returns "passed at t = 0.5 s, 1.5 s".
 std::string list_passages(const SingularPassages& passages) {
   constexpr std::size_t most_named = 5;
   std::string list;

@@ -14,10 +14,10 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::chrono::milliseconds bar_interval(100);    // smooth to the eye
+constexpr std::chrono::milliseconds bar_interval(100);    // looks smooth
 constexpr std::chrono::milliseconds line_interval(1000);  // short runs need no lines
 
-/// A closed stderr must not stop a run.
+/// Prints without checking for errors, because a closed stderr must not stop a run.
 void print(const std::string& text) {
   std::fputs(text.c_str(), stderr);
   std::fflush(stderr);
@@ -36,8 +36,8 @@ std::string draw_bar(double part) {
   return "[" + std::string(filled, '=') + std::string(width - filled, ' ') + "]";
 }
 
-/// One line of the terminal and no more: what is wider would stay when the next one comes. The words count more than
-/// the bar.
+/// Returns at most one line of the terminal, because the rest of a wider one would stay when the next one is drawn. The
+/// words have priority over the bar.
 std::string draw_line(const std::string& words, double part, const Terminal& terminal) {
   const std::size_t room = terminal.width().value_or(200) - 1;
   const std::string bar = draw_bar(part);

@@ -17,26 +17,26 @@ class Progress {
   /// Returns Bar on a terminal and Lines elsewhere, unless the run is quiet.
   static Style choose_style(bool is_quiet);
 
-  /// `now` is the clock.
+  /// `now` returns the time of the clock.
   Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now = &Clock::now);
   ~Progress() { end(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Call this after every step. It costs a look at the clock (30 ns) while there is nothing new to say.
+  /// Must be called after every step. It only reads the clock (30 ns) while there is nothing new to print.
   void update(const MotionReport& report);
   /// Removes the bar, so that other lines may follow.
   void end();
 
  private:
-  /// Percent, time left, the worst violation so far, and more where there is room for it.
+  /// Returns percent, time left, the worst violation so far, and more if there is room for it.
   std::string describe(const MotionReport& report, double part, Clock::time_point now) const;
 
   Style style_;
   double t_start_, t_end_;
   std::function<Clock::time_point()> now_;
   Clock::time_point begin_, next_;
-  int tenths_ = 0;  ///< told so far
+  int tenths_ = 0;  ///< printed so far
   bool shows_bar_ = false;
 };
 

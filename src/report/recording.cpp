@@ -10,9 +10,9 @@ namespace tanor::report {
 namespace {
 
 constexpr std::size_t most_steps = 4000, most_switches = 500;
-/// What the frames of a page may take, in bytes before they are packed: packing and base64 are about even.
+/// Bytes of a page's frames before they are packed; packing saves about as much as base64 costs.
 constexpr std::size_t room_for_frames = 9'000'000, most_frames_ever = 1500;
-/// A motion looks smooth with so many frames; those between output times take no more than these bytes.
+/// Number of frames with which a motion looks smooth; those between output times take at most `room_between` bytes.
 constexpr std::size_t smooth_frames = 150, room_between = 3'000'000;
 
 std::vector<std::int32_t> list_held(const System& system, const ShownParts& shown) {
@@ -24,7 +24,7 @@ std::vector<std::int32_t> list_held(const System& system, const ShownParts& show
   return result;
 }
 
-/// What a frame takes.
+/// Returns the bytes of a frame.
 std::size_t bytes_of_frame(const ShownParts& shown, std::size_t num_held) {
   return 6 * shown.num_points + 2 * shown.rods.size() + 12 * num_held + 1;
 }
@@ -43,7 +43,8 @@ Recording::Recording(const System& system, std::span<const Index> chosen, Output
   const double each = times.every > 0.0 ? std::min(times.every, times.duration) : times.duration;
   const std::size_t wanted = std::min(smooth_frames, room_between / bytes_of_frame(shown_, held_.size()));
   const double parts = std::floor(static_cast<double>(wanted) * (each / times.duration));
-  constexpr double rounding = 1e-9;  // of times: the step that just reaches the next one is not to miss it
+  constexpr double rounding =
+      1e-9;  // relative error of times, so that the step that just reaches the next one does not miss it
   if (parts > 1.0) frame_interval_ = (1.0 - rounding) * each / parts;
 }
 
@@ -66,7 +67,7 @@ void Recording::take_frame(const System& system, const Solution& between, std::s
 }
 
 void Recording::take(const System& system, const Instant& instant) {
-  // Where a run goes on, it stands at a frame that it may have already.
+  // A resumed run stands at a frame that may already have been recorded.
   if (!recorded_.frames.is_empty() && recorded_.frames.end() >= instant.state.time) return;
   recorded_.frames.add(record(system, instant));
   if (frame_interval_ > 0.0) next_frame_ = instant.state.time + frame_interval_;

@@ -16,29 +16,29 @@
 
 namespace tanor::report {
 
-/// One instant of a motion as its view shows it.
+/// One instant of a motion as the page shows it.
 struct RecordedFrame {
   double time = 0.0;
   std::vector<float> positions;             ///< 3m, m, of the shown points
   std::vector<float> tensions;              ///< N, of the shown rods
-  std::vector<float> normal_reactions;      ///< 3h, N: what guides and supports do to the held points
-  std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty: the system has none
+  std::vector<float> normal_reactions;      ///< 3h, N: forces of guides and supports on the held points
+  std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty if the system has none
   std::vector<std::vector<double>> guides;  ///< numbers of each Guide
 };
 
-/// Its parts, to write it and to read it back (base/archive.hpp).
+/// Visits all parts, to write and to read them (base/archive.hpp).
 template <class Frame, class Visit>
 void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove_const_t<Frame>, RecordedFrame> {
   visit(frame.time, frame.positions, frame.tensions, frame.normal_reactions, frame.tangent_reactions, frame.guides);
 }
 
-/// What the report says of one step; of violations and the condition the worst one until the next step that is kept.
+/// The report of one step. Violations and the condition number are the worst ones until the next recorded step.
 struct RecordedStep {
   double time = 0.0, step = 0.0;
   double energy = 0.0, kinetic = 0.0, potential = 0.0, drift = 0.0;
   double position_violation = 0.0, velocity_violation = 0.0, acceleration_violation = 0.0;
   double reciprocal_condition = 0.0;
-  double friction_iterations = 0.0;  ///< mean of the instants since the sample before
+  double friction_iterations = 0.0;  ///< mean over the instants since the sample before
 };
 
 inline void absorb(RecordedStep* kept, const RecordedStep& later) {
@@ -53,36 +53,36 @@ template <>
 inline constexpr bool tanor::is_plain_bytes<tanor::report::RecordedStep> = true;
 namespace tanor::report {
 
-/// When a run writes frames: at the start, every so many seconds (0: never), and at the end.
+/// The times at which a run writes frames: at the start, every `every` seconds (0: never), and at the end.
 struct OutputTimes {
-  double start = 0.0;     ///< s; of the motion, however often it was resumed
+  double start = 0.0;     ///< s; start of the motion, however often it was resumed
   double duration = 0.0;  ///< s
   double every = 0.0;     ///< s
 };
 
-/// Holds what a recording has taken.
+/// Everything that was recorded.
 struct Recorded {
   ThinnedList<RecordedFrame> frames;
   ThinnedList<RecordedStep> steps;
-  std::vector<double> switches;   ///< s, the first ones, the last one of a step
-  std::size_t events_before = 0;  ///< of the motion, before the recording began
+  std::vector<double> switches;   ///< s, the first ones; of each step the last one
+  std::size_t events_before = 0;  ///< events of the motion before the recording began
 };
 
-/// Keeps what a page needs of a motion while it runs. Where there are more frames or steps than the page has room for,
-/// every second one goes, again and again, and the last one stays. Where output times are too rare for a smooth
-/// picture, it asks for instants between them.
+/// Records what a page needs of a motion while it runs. If there are more frames or steps than the page has room for,
+/// every second one is dropped repeatedly, but the last one stays. If output times are too rare for a smooth picture,
+/// the recording requests instants between them.
 class Recording {
  public:
   Recording(const System& system, std::span<const Index> chosen, OutputTimes times = {});
 
-  /// At an output time. `friction`: 3n, N; empty: the system has none.
+  /// Takes a frame at an output time. `friction` is 3n, N, and empty if the system has none.
   void take_frame(const Simulation& simulation, std::span<const double> friction = {});
-  /// Whether a frame between two output times is due.
+  /// Returns true if a frame between two output times is due.
   bool wants_frame(double time) const { return time >= next_frame_; }
   void take_frame(const System& system, const Solution& between, std::span<const double> friction = {});
   void take_step(const MotionReport& report);
-  /// Goes on after a part of the motion that ended at or after the simulation's time. False: it is of other points or
-  /// guides, and is not taken.
+  /// Continues a part of the motion that ended at or after the simulation's time. Returns false, and does not take it,
+  /// if it belongs to other points or guides.
   bool go_on(Recorded before, const Simulation& simulation);
 
   const ShownParts& shown() const { return shown_; }
@@ -91,9 +91,10 @@ class Recording {
   const Recorded& recorded() const { return recorded_; }
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
-  /// When the equations changed: a contact began or ceased to slip, s; the last one of a step, of the first 500 steps.
+  /// Returns the times at which the equations changed because a contact began or ceased to slip, s: the last one of a
+  /// step, for the first 500 such steps.
   const std::vector<double>& switches() const { return recorded_.switches; }
-  /// All of them since the recording began.
+  /// Returns the number of all events since the recording began.
   std::size_t num_switches() const { return events_ - recorded_.events_before; }
   std::size_t frames_seen() const { return recorded_.frames.num_seen(); }
 
@@ -111,9 +112,10 @@ class Recording {
   ShownParts shown_;
   std::vector<std::int32_t> held_;
   std::vector<Guide> guides_;
-  double t_start_ = 0.0;                                         ///< s
-  double frame_interval_ = 0.0;                                  ///< s, between two frames that are wanted
-  double next_frame_ = std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity: none
+  double t_start_ = 0.0;         ///< s
+  double frame_interval_ = 0.0;  ///< s, interval of the frames that are requested
+  double next_frame_ =
+      std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity if none is requested
   Recorded recorded_;
   std::size_t events_ = 0, friction_solves_ = 0;
   double friction_iterations_ = 0.0;

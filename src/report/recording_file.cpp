@@ -16,13 +16,13 @@ namespace {
 
 constexpr std::string_view first_line_of_recording = "tanor recording 4\n";
 
-/// Any number may stand in it: a page draws what there is.
+/// Accepts any number, because a page draws what there is.
 struct CheckNothing {
   template <class Value>
   void operator()(const Value&) const {}
 };
 
-/// `archive` of everything between the first line and the last.
+/// Writes or reads everything between the first line and the last.
 template <class Archive, class Text, class Number, class Recorded>
 void exchange(Archive& archive, Text& fingerprint, Number& time, Recorded& recorded) {
   archive(fingerprint, time, recorded.frames, recorded.steps, recorded.switches, recorded.events_before);

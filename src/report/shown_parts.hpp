@@ -12,10 +12,10 @@ namespace tanor::report {
 
 /// The part of a system that a trajectory shows: some points, and the rods between them.
 struct ShownParts {
-  std::size_t num_points = 0;                     ///< shown ones, m
-  std::vector<Index> points;                      ///< m, of the system, in the order of the files
+  std::size_t num_points = 0;                     ///< number of shown points, m
+  std::vector<Index> points;                      ///< m, points of the system, in the order of the files
   std::vector<bool> is_support;                   ///< m
-  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points`, behind them in `images`
+  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points` followed by `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
   std::vector<std::int32_t> loose_points;         ///< positions in `points` that no shown rod touches
 
@@ -28,21 +28,22 @@ struct ShownParts {
   std::vector<Image> images;
 };
 
-/// Chooses what is shown. `chosen` names the points in their order; empty: all points.
+/// Chooses what is shown. `chosen` names the points in their order; if it is empty, all points are shown.
 ShownParts choose_parts(const System& system, std::span<const Index> chosen);
 
 /// Copies the rows of the shown points. `all` has 3n numbers; the result has 3m and reuses `rows`.
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
 
-/// Tensions of the shown rods, N: -lambda. `multipliers` of all constraints (d); a rod that they do not reach has NaN.
+/// Returns the tensions of the shown rods, N: -lambda. `multipliers` are those of all constraints (d); a rod beyond
+/// their end has NaN.
 std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers);
 
-/// The rows of the images among those of the shown points (3m).
+/// Returns the rows of the images from those of the shown points (3m).
 std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows);
-/// The same for positions: the images are shifted.
+/// Returns the same for positions, with the images shifted.
 std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<const double> positions);
 
-/// m/s^2; 0 where the system has none.
+/// Returns the gravity of a system, m/s^2; 0 if it has none.
 Vector3 find_gravity(const System& system);
 
 }  // namespace tanor::report

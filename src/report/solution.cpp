@@ -7,7 +7,8 @@ namespace tanor::report {
 
 namespace {
 
-/// A list of {cause, multipliers, reactions}, in their order; large arrays in files numbered like the list.
+/// Writes a list of {cause, multipliers, reactions} in their order. The files of large arrays are numbered like the
+/// list.
 void write_causes(const ArrayWriter& arrays, const std::optional<std::vector<ReactionPart>>& parts,
                   JsonObjectFile* json) {
   constexpr std::string_view key = "reactions_by_cause";

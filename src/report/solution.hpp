@@ -21,11 +21,11 @@ struct Solution {
   struct Split {
     Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
     Numbers tangent_forces, normal_forces;                ///< f_T, f_N
-    Numbers tangent_friction, normal_friction;            ///< tau_T, tau_N; none: the system has none
+    Numbers tangent_friction, normal_friction;            ///< tau_T, tau_N; none if the system has no friction
     std::optional<double> mass_coupling;                  ///< 0: (44) holds here
   } split;
   Numbers multipliers, reactions, support_forces;
-  Numbers friction;  ///< tau; none: the system has none
+  Numbers friction;  ///< tau; none if the system has no friction
   std::optional<FrictionReport> friction_report;
   std::optional<std::vector<ReactionPart>> reactions_by_cause;
   std::optional<RankReport> rank;

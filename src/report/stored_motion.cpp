@@ -21,8 +21,8 @@ std::vector<double> mix(const std::vector<double>& a, const std::vector<double>&
   return mixed;
 }
 
-/// Row by row r(s) = (1 + 2s)(1 - s)^2 r_0 + s(1 - s)^2 h v_0 + s^2(3 - 2s) r_1 - s^2(1 - s) h v_1, s from 0 to 1.
-/// h: seconds from a to b.
+/// Interpolates each row by r(s) = (1 + 2s)(1 - s)^2 r_0 + s(1 - s)^2 h v_0 + s^2(3 - 2s) r_1 - s^2(1 - s) h v_1, with
+/// s from 0 to 1 and h the seconds from a to b.
 std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, double h, double s) {
   const double u = 1.0 - s;
   std::vector<double> r(a.positions.size());
@@ -32,7 +32,7 @@ std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, d
   return r;
 }
 
-/// Where guides stand between two frames; those that are not the same ones stay.
+/// Interpolates guides between two frames; guides that are not the same in both stay.
 std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide>& later, double part) {
   for (std::size_t k = 0; k < std::min(guides.size(), later.size()); ++k)
     if (guides[k].kind == later[k].kind && guides[k].numbers.size() == later[k].numbers.size())
@@ -56,7 +56,7 @@ StoredMotion::StoredMotion(const fs::path& directory) {
 }
 
 StoredMotion::Instant StoredMotion::at(double time) const {
-  // A time that was printed with some digits is that of the frame.
+  // A time printed with some digits must still find its frame.
   const double rounding = 1e-9 * (end() - begin());
   const auto after =
       std::ranges::lower_bound(frames_.begin(), frames_.end() - 1, time - rounding, {}, &ListedFrame::time);

@@ -26,14 +26,14 @@ void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   json->add("islands", plan.islands);
 }
 
-/// The rank at the start, and when it became another one, `count` times.
+/// Returns the rank at the start, and the times at which it changed, `count` in all.
 Json describe_rank_changes(const RankChanges& changes) {
   Json first = Json::array();
   for (const RankChange& change : changes.first) first.push_back({{"t", change.time}, {"rank", change.rank}});
   return {{"start", changes.start}, {"count", changes.count}, {"first", first}};
 }
 
-/// When the motion went through singular configurations, at which constraints depend on each other, `count` times.
+/// Returns the times of singular configurations, at which constraints depend on each other, `count` in all.
 Json describe_singular_passages(const SingularPassages& passages) {
   Json first = Json::array();
   for (const SingularPassage& passage : passages.first)
@@ -41,7 +41,7 @@ Json describe_singular_passages(const SingularPassages& passages) {
   return {{"count", passages.count}, {"first", first}};
 }
 
-/// When the motion came nearest to a singular configuration.
+/// Returns the time at which the motion came nearest to a singular configuration.
 Json describe_nearest_to_singular(const RunFacts& facts, const MotionReport& report) {
   return {{"t", if_started(facts, report.nearest_to_singular.time)},
           {"reciprocal_condition", if_started(facts, report.nearest_to_singular.reciprocal_condition)}};

@@ -10,7 +10,8 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::size_t least_width = 20;  // narrower ones are not served: words would stand one a line
+constexpr std::size_t least_width =
+    20;  // narrower windows are not supported, since each word would have a line of its own
 
 bool is_set(const char* name) {
   const char* const value = std::getenv(name);
@@ -57,7 +58,7 @@ std::string wrap(std::string_view text, std::size_t indent, std::optional<std::s
   if (!width) return std::string(text);
   std::string lines;
   std::size_t column = begin.value_or(indent);
-  bool has_words = false;  // this line
+  bool has_words = false;  // in this line
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(' '), text.size());
     const std::string_view word = text.substr(0, end);

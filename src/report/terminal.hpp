@@ -8,17 +8,17 @@
 
 namespace tanor::report {
 
-/// How text is set on a stream: with colours and as wide as the window where that is a terminal, plainly elsewhere.
-/// Colours stay away where NO_COLOR (https://no-color.org) says so, and on a terminal that has none (TERM=dumb).
+/// The style of text on a stream. On a terminal text has colours and the width of the window; elsewhere it is plain.
+/// Colours are off if NO_COLOR (https://no-color.org) is set, and on a terminal without colours (TERM=dumb).
 class Terminal {
  public:
-  /// Looks at the stream; a window may have become another one since the last look.
+  /// Examines the stream; the window may have changed since the last call.
   static Terminal of(std::FILE* stream);
-  /// No colours and no end of a line.
+  /// Has no colours and unlimited lines.
   Terminal() = default;
 
   bool has_colours() const { return has_colours_; }
-  /// Characters of a line; nothing: as many as are wanted.
+  /// Returns the characters of a line, or nothing if lines are unlimited.
   std::optional<std::size_t> width() const { return width_; }
 
   std::string bold(std::string_view text) const { return paint("1", text); }
@@ -35,15 +35,15 @@ class Terminal {
   std::optional<std::size_t> width_;
 };
 
-/// Characters of a text in UTF-8, which take a column each in what tanor prints.
+/// Returns the number of characters of a text in UTF-8. Each of those that tanor prints takes one column.
 std::size_t count_columns(std::string_view text);
 
-/// The first columns of a text, all of it where it has no more.
+/// Returns the first columns of a text, or the whole text if it has no more.
 std::string_view first_columns(std::string_view text, std::size_t columns);
 
-/// Breaks a text at spaces into lines of at most `width` columns; lines behind the first begin with `indent` spaces.
-/// The first line begins at column `begin`, by default `indent` too, where the caller has set something. A word that is
-/// longer has a line of its own.
+/// Breaks a text at spaces into lines of at most `width` columns. Lines after the first begin with `indent` spaces. The
+/// first one begins at column `begin`, which the caller has filled already, or at `indent` by default. A longer word
+/// has a line of its own.
 std::string wrap(std::string_view text, std::size_t indent, std::optional<std::size_t> width,
                  std::optional<std::size_t> begin = {});
 

@@ -13,11 +13,11 @@
 
 namespace tanor::report {
 
-/// A text file that grows by one piece a frame, each complete before the next one begins. With a name that ends in
-/// ".gz" each piece is a gzip member of its own, so that such a file can be read whenever the program stops, too.
+/// A text file that grows by one piece for each frame; each is complete before the next one begins. If the name ends in
+/// ".gz", each piece is a separate gzip member, so that such a file can also be read whenever the program stops.
 class TextTrajectory : public FrameFile {
  public:
-  /// A new file that begins with `head`, or, where there is a mark, an existing one that goes on behind it.
+  /// Creates a file that begins with `head`, or continues an existing one after `mark` if that is not 0.
   TextTrajectory(const std::filesystem::path& path, std::string_view head, std::uint64_t mark)
       : is_compressed_(path.extension() == ".gz"),
         file_(mark > 0 ? GrowingFile(path, mark, "") : GrowingFile(path, pack(head), "")) {}

@@ -6,8 +6,8 @@
 
 namespace tanor::report {
 
-/// A list of instants that has room for so many: where it is full every second one goes, again and again, and the last
-/// one stays. The one before may keep something of it: absorb(Item* kept, const Item& later).
+/// A list of instants with limited room. When it is full, every second one is dropped, but the last one stays. The item
+/// before a dropped one can keep part of its information: absorb(Item* kept, const Item& later).
 template <class Item>
 class ThinnedList {
  public:
@@ -23,7 +23,7 @@ class ThinnedList {
     }
     last_ = std::move(item);
   }
-  /// In the order of time, with the last one.
+  /// Returns the items in the order of time, including the last one.
   std::vector<Item> items() const {
     std::vector<Item> result = kept_;
     if (!result.empty() && result.back().time < last_.time) result.push_back(last_);
@@ -31,16 +31,16 @@ class ThinnedList {
   }
   std::size_t num_seen() const { return num_seen_; }
   bool is_empty() const { return kept_.empty(); }
-  double end() const { return last_.time; }  ///< s; of a list that is not empty
+  double end() const { return last_.time; }  ///< s; the list must not be empty
 
-  /// Forgets what came after this time; of how many there were, only about so many are known then.
+  /// Removes the items after this time. The number of those seen is then known only approximately.
   void cut(double time) {
     if (is_empty() || last_.time <= time) return;
     std::erase_if(kept_, [&](const Item& item) { return item.time > time; });
     num_seen_ = kept_.size() * stride_;
     if (!is_empty()) last_ = kept_.back();
   }
-  /// All but the room: to write it and to read it back (base/archive.hpp).
+  /// Visits everything except the room, to write and to read it (base/archive.hpp).
   template <class Visit>
   friend void visit_parts(const ThinnedList& list, const Visit& visit) {
     visit(list.num_seen_, list.stride_, list.kept_, list.last_);
@@ -49,7 +49,7 @@ class ThinnedList {
   friend void visit_parts(ThinnedList& list, Visit& visit) {
     visit(list.num_seen_, list.stride_, list.kept_, list.last_);
   }
-  /// Takes the place of a list that was read back, but for its room.
+  /// Takes the content of a list that was read; the room stays.
   bool take(ThinnedList other) {
     if (other.stride_ == 0 || other.kept_.size() > most_) return false;
     other.most_ = most_;

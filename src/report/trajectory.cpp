@@ -31,7 +31,7 @@ constexpr const char *xyz_name = "trajectory.xyz", *dump_name = "trajectory.dump
                      *csv_name = "trajectory.csv", *h5md_name = "trajectory.h5", *npz_name = "trajectory.npz",
                      *packed = ".gz";
 
-/// The file that tells how far a format is written; of `lammps` the one of the points.
+/// Returns the file whose mark tells how far a format is written; for `lammps` it is that of the points.
 std::string name_file(TrajectoryFormat format, bool is_compressed) {
   const std::string suffix = is_compressed ? packed : "";
   switch (format) {
@@ -58,7 +58,7 @@ void require_size(const fs::path& path, std::uint64_t size) {
   if (found < size) throw InputError(path.string(), "is shorter than the checkpoint says; run without --resume");
 }
 
-/// Names of the files that a run with these options writes.
+/// Returns the names of the files that a run with these options writes.
 std::vector<std::string> list_files(const TrajectoryOptions& options, const ShownParts& shown) {
   std::vector<std::string> names;
   for (const TrajectoryFormat format : options.formats.files) {
@@ -70,20 +70,20 @@ std::vector<std::string> list_files(const TrajectoryOptions& options, const Show
   return names;
 }
 
-/// Checks that the files of a folder hold all that the mark promises. Nothing there is touched before that is known.
+/// Requires that the files of a folder hold everything that the mark promises, before any of them is changed.
 void require_marked(const fs::path& directory, const std::vector<std::string>& names, const TrajectoryMark& mark) {
   std::vector<std::string> marked;
   for (const auto& [name, size] : mark.files) marked.push_back(name);
   if (marked != names)
     throw InputError(directory.string(), fmt::format("holds a run that writes {}, and goes on with these alone, not {}",
                                                      fmt::join(marked, ", "), fmt::join(names, ", ")));
-  // Counts of frames are below those of bytes.
+  // Marks in frames pass this check too, since a file has more bytes than frames.
   for (const auto& [name, size] : mark.files) require_size(directory / name, size);
   if (!mark.files.contains(VtpTrajectory::list_name)) return;
   for (std::size_t k = 0; k < mark.frames; ++k) require_size(directory / VtpTrajectory::name_frame(k), 1);
 }
 
-/// What a format that keeps frames in memory needs for one.
+/// Returns the bytes of a frame in a format that keeps frames in memory.
 double bytes_of_a_frame(std::size_t num_points) {
   return 9.0 * sizeof(double) * static_cast<double>(num_points);
 }
@@ -123,7 +123,7 @@ std::vector<fs::path> list_trajectory(const fs::path& directory) {
 
 std::vector<fs::path> list_frames(const fs::path& frames) {
   std::vector<fs::path> files;
-  std::error_code error;  // without a folder there are no frames
+  std::error_code error;  // a missing folder has no frames
   for (const fs::directory_entry& entry : fs::directory_iterator(frames, error)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part")))
@@ -195,7 +195,7 @@ void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& 
   }
 }
 
-/// Takes the rows of the shown points and rods out of the simulation.
+/// Copies the rows of the shown points and rods from the simulation.
 void Trajectory::gather(const Simulation& simulation) {
   gather_points(*shown_, simulation.positions(), &positions_);
   gather_points(*shown_, simulation.velocities(), &velocities_);

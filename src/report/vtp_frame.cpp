@@ -27,13 +27,13 @@ class Document {
   void open(std::string_view element) { xml_ += fmt::format("<{}>\n", element); }
   void close(std::string_view element) { xml_ += fmt::format("</{}>\n", element); }
 
-  /// Numbers that stand in the XML itself.
+  /// Adds numbers as text in the XML itself.
   void add_text(std::string_view name, std::span<const double> numbers) {
     xml_ +=
         fmt::format("<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
                     escape(name), numbers.size(), fmt::join(numbers, " "));
   }
-  /// One array of two pieces.
+  /// Adds one array that consists of two pieces.
   void add(std::string_view name, int components, std::span<const double> first, std::span<const double> second = {}) {
     add("Float64", name, components, {bytes_of(first), bytes_of(second)});
   }
@@ -86,14 +86,14 @@ class Document {
 
   std::string xml_ = "<?xml version=\"1.0\"?>\n";
   bool is_compressed_;
-  std::vector<Pieces> arrays_;          ///< not ours, or of `compressed_`
-  std::deque<std::string> compressed_;  ///< stay where they are
-  std::size_t offset_ = 0;              ///< of the next array, from the byte behind the underscore
+  std::vector<Pieces> arrays_;          ///< bytes of the caller, or of `compressed_`
+  std::deque<std::string> compressed_;  ///< a deque keeps their addresses
+  std::size_t offset_ = 0;              ///< offset of the next array, from the byte after the underscore
 };
 
 constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
-/// Tensions of the cells in VTK's order: vertices, then lines.
+/// Returns the tensions of the cells in VTK's order: vertices, then lines.
 std::vector<double> collect_tensions(std::size_t num_vertices, std::span<const double> of_rods) {
   std::vector<double> tensions(num_vertices, std::numeric_limits<double>::quiet_NaN());
   tensions.insert(tensions.end(), of_rods.begin(), of_rods.end());

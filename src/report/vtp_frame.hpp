@@ -8,20 +8,21 @@
 
 namespace tanor::report {
 
-/// Writes one frame as VTK polydata (ParaView): points with `velocity` and `acceleration`, `support` (1: it is one)
-/// and, where points are held, `guide_force` (what guides and supports do to them), with friction `friction_force`;
-/// rods as lines with `tension`, and points without a rod as one vertex cell, so that they are seen too (its tension is
-/// NaN: there is none). A rod with an offset (periodic image) ends at an image of its second point, which follows the
-/// points in the file with the velocity and acceleration of its own. Guides are arrays of numbers in the field data,
-/// named "guide <kind> <name>", and so is "gravity". `read_vtp` reads a frame back. Binary, all digits: "appended raw"
-/// arrays, each led by its number of bytes, or by those of its compressed blocks.
+/// Writes one frame as VTK polydata (ParaView). Points have `velocity`, `acceleration` and `support` (1 for a support)
+/// and, if points are held, `guide_force` (the force of guides and supports), with friction also `friction_force`. Rods
+/// are lines with `tension`. Points without a rod form one vertex cell, so that they are visible too; its tension is
+/// NaN. A rod with an offset (periodic image) ends at an image of its second point. Images follow the points in the
+/// file and have the velocity and acceleration of their points. Guides are arrays of numbers in the field data, named
+/// "guide <kind> <name>", and so is "gravity". `read_vtp` reads a frame back. Arrays are binary with all digits
+/// ("appended raw"), each preceded by its number of bytes, or by those of its compressed blocks.
 void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const Frame& frame,
                bool is_compressed = false);
 
-/// `trajectory.pvd`, the list of frames, and `trajectory/frame_*.vtp`. A frame is complete before the list names it.
+/// Writes `trajectory.pvd`, the list of frames, and `trajectory/frame_*.vtp`. A frame is complete before the list names
+/// it.
 class VtpTrajectory : public FrameFile {
  public:
-  /// `shown` must outlive it. `mark`: bytes of the list, 0 for a new one.
+  /// `shown` must outlive this object. `mark` is the number of bytes of the list, 0 for a new one.
   VtpTrajectory(const std::filesystem::path& directory, const ShownParts* shown, bool is_compressed,
                 std::uint64_t mark = 0);
 
@@ -31,7 +32,7 @@ class VtpTrajectory : public FrameFile {
 
   void write(const Frame& frame) override;
   std::uint64_t mark() const override { return list_.body_size(); }
-  /// Back to the mark before the last frame.
+  /// Cuts the list back to the mark before the last frame.
   void cut(std::uint64_t mark) override;
   void synchronize() override { list_.synchronize(); }
 
@@ -39,7 +40,7 @@ class VtpTrajectory : public FrameFile {
   std::filesystem::path directory_;
   const ShownParts* shown_;
   bool is_compressed_;
-  std::filesystem::path last_;  ///< frame that was written
+  std::filesystem::path last_;  ///< the frame that was written last
   GrowingFile list_;
 };
 

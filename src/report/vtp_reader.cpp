@@ -19,7 +19,7 @@ namespace tanor::report {
 
 namespace {
 
-/// The tags of the XML that vtp_frame.cpp writes, one by one, and the text behind each.
+/// Reads the tags of the XML that vtp_frame.cpp writes, one by one, and the text after each.
 class Tags {
  public:
   explicit Tags(std::string_view xml) : rest_(xml) {}
@@ -35,7 +35,7 @@ class Tags {
   std::string_view name() const { return tag_.substr(0, tag_.find(' ')); }
   std::string_view text() const { return rest_.substr(0, rest_.find('<')); }
 
-  /// The value of an attribute; empty where it is missing.
+  /// Returns the value of an attribute; empty if it is missing.
   std::string attribute(std::string_view key) const {
     const std::string wanted = fmt::format(" {}=\"", key);
     const std::size_t at = tag_.find(wanted);
@@ -64,7 +64,7 @@ class Tags {
   std::string_view rest_, tag_;
 };
 
-/// A frame's XML, and the arrays behind it by "<section>/<name>".
+/// The XML of a frame, and the arrays after it by "<section>/<name>".
 class VtpFile {
  public:
   explicit VtpFile(const std::filesystem::path& path) : path_(path.string()), bytes_(scene::read_text(path)) {
@@ -80,7 +80,7 @@ class VtpFile {
   std::size_t num_rods() const { return num_rods_; }
   std::size_t num_vertices() const { return num_vertices_; }
 
-  /// `count` numbers of an array; none: there is no such array.
+  /// Returns `count` numbers of an array, or nothing if there is no such array.
   template <class Number>
   std::vector<Number> read(const std::string& key, std::size_t count) const {
     const auto found = offsets_.find(key);
@@ -122,7 +122,7 @@ class VtpFile {
     return static_cast<std::size_t>(*number);
   }
 
-  /// "TimeValue", "gravity", "guide <kind> <name>"
+  /// Reads a field "TimeValue", "gravity" or "guide <kind> <name>".
   void take_field(const std::string& name, std::string_view text) {
     std::vector<double> numbers;
     for (const std::string_view word : scene::split_words(text)) {
@@ -144,7 +144,7 @@ class VtpFile {
     head_.guides.push_back({kind, name.substr(end + 1), std::move(numbers)});
   }
 
-  /// The array at an offset: behind its number of bytes, or behind the sizes of its compressed blocks.
+  /// Returns the array at an offset, where its number of bytes or the sizes of its compressed blocks precede it.
   std::string decode(std::size_t offset, std::size_t wanted) const {
     if (offset > arrays_.size()) fail();
     std::string_view rest = arrays_.substr(offset);
@@ -162,7 +162,7 @@ class VtpFile {
   }
 
   std::string path_, bytes_;
-  std::string_view arrays_;  ///< of bytes_
+  std::string_view arrays_;  ///< part of bytes_
   std::map<std::string, std::size_t> offsets_;
   bool is_compressed_ = false;
   std::size_t num_points_ = 0, num_rods_ = 0, num_vertices_ = 0;
@@ -188,7 +188,7 @@ StoredFrame read_vtp(const std::filesystem::path& path) {
   if (m == 0 || !are_small(frame.positions) || !are_small(frame.velocities)) file.fail();
   frame.is_support.assign(supports.begin(), supports.end());
 
-  // Tensions are those of all cells, and vertices come first.
+  // The tensions are those of all cells, of which vertices come first.
   const std::vector<std::int32_t> ends = file.read<std::int32_t>("Lines/connectivity", 2 * file.num_rods());
   frame.tensions = file.read<double>("CellData/tension", file.num_vertices() + file.num_rods());
   if (ends.size() != 2 * file.num_rods() || frame.tensions.size() != file.num_vertices() + file.num_rods()) file.fail();

@@ -17,12 +17,12 @@ inline std::string in_words(double number, std::string_view format = "{}") {
   return number > 0.0 ? "infinite" : "-infinite";
 }
 
-/// "1 rod", "2 rods"
+/// Returns "1 rod" or "2 rods".
 inline std::string count_in_words(std::size_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
 }
 
-/// What the scene has not of its file, then what was not needed.
+/// Lists what the scene does not take from its file, then what the computation did not need.
 inline std::vector<std::string> list_left_out(std::vector<std::string> of_scene,
                                               const std::vector<std::string>& not_needed) {
   of_scene.insert(of_scene.end(), not_needed.begin(), not_needed.end());

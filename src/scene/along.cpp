@@ -56,7 +56,7 @@ class Sequence {
   }
 
   std::vector<Index> points_;
-  std::unordered_map<Index, std::array<Index, 2>> neighbours_;  // -1: no second one
+  std::unordered_map<Index, std::array<Index, 2>> neighbours_;  // -1 if there is no second one
 };
 
 template <class Members>

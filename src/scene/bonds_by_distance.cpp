@@ -12,10 +12,10 @@ namespace tanor::scene {
 namespace {
 
 constexpr double slack = 0.45, least = 0.4;  // angstrom
-constexpr std::size_t most_partners = 24;    // more is no molecule: lengths in other units, atoms in one place
+constexpr std::size_t most_partners = 24;    // more are no molecule, but wrong units or coinciding atoms
 
-/// Bins of atoms, no narrower than the longest bond, over the cell, or over a box around all atoms that nothing
-/// repeats. Atoms without an element are in none.
+/// Bins of atoms, no narrower than the longest bond, over the cell, or over a box around all atoms in directions
+/// without periods. Atoms without an element are in no bin.
 class Bins {
  public:
   Bins(const Imported& data, double reach) : data_(&data) {
@@ -28,27 +28,27 @@ class Bins {
         high[k] = std::max(high[k], r[k]);
       }
     }
-    // Beside an edge that repeats nothing there is room for the whole reach: no bond passes it.
+    // An edge that is not periodic has room for the whole reach beside it, so that no bond passes it.
     is_periodic_ = {cell.xx > 0.0, cell.yy > 0.0, cell.zz > 0.0};
     if (!is_periodic_[0]) cell.xx = high[0] - low[0] + 3.0 * reach;
     if (!is_periodic_[1]) cell.yy = high[1] - low[1] + 3.0 * reach;
     if (!is_periodic_[2]) cell.zz = high[2] - low[2] + 3.0 * reach;
     cell_ = cell;
-    // Heights of the cell over its faces.
+    // These are the heights of the cell over its faces.
     const double xy = cell.xy / cell.yy, xz = (cell.xy * cell.yz / cell.yy - cell.xz) / cell.zz, yz = cell.yz / cell.zz;
     const Vector3 heights{cell.xx / std::sqrt(1.0 + xy * xy + xz * xz), cell.yy / std::hypot(1.0, yz), cell.zz};
-    // As narrow as they may be, however far some atoms are from the others: bins that are empty cost nothing.
+    // Bins are as narrow as possible, even if some atoms are far from the others, because empty bins cost nothing.
     constexpr double most = 1 << 20;
     for (std::size_t k = 0; k < 3; ++k)
       counts_[k] = static_cast<std::int64_t>(std::clamp(std::floor(heights[k] / reach), 1.0, most));
     sort_atoms();
   }
 
-  /// visit(j, distance) once for all atoms j near i.
+  /// Calls visit(j, distance) once for all atoms j near i.
   template <class Visit>
   void for_each_near(std::size_t i, const Visit& visit) const {
     const auto home = find_bin(data_->positions[i]);
-    // The bins on both sides; a row of one or two bins has fewer.
+    // Visit the bins on both sides too; a row of one or two bins has fewer.
     const auto last = [&](std::size_t k) { return std::min<std::int64_t>(counts_[k], 3) - 1; };
     for (std::int64_t x = 0; x <= last(0); ++x)
       for (std::int64_t y = 0; y <= last(1); ++y)
@@ -68,7 +68,7 @@ class Bins {
   }
 
   std::array<std::int64_t, 3> find_bin(const Vector3& r) const {
-    // Coordinates in units of the edges.
+    // These are the coordinates in units of the edges.
     const double c = r[2] / cell_.zz, b = (r[1] - c * cell_.yz) / cell_.yy,
                  a = (r[0] - b * cell_.xy - c * cell_.xz) / cell_.xx;
     std::array<std::int64_t, 3> bin;
@@ -101,7 +101,7 @@ class Bins {
   Cell cell_;
   std::array<bool, 3> is_periodic_{};
   std::array<std::int64_t, 3> counts_{};
-  std::vector<Binned> atoms_;  ///< bin by bin
+  std::vector<Binned> atoms_;  ///< sorted by bin
 };
 
 }  // namespace
@@ -122,7 +122,7 @@ std::vector<Imported::Bond> find_bonds_by_distance(const Imported& data) {
     bins.for_each_near(i, [&](std::size_t j, double distance) {
       const double most = data.elements[i]->covalent_radius + data.elements[j]->covalent_radius + slack;
       if (j == i || !(distance < data.angstrom * most)) return;
-      // Where many atoms are in one place, only the first one meets them all.
+      // If many atoms are at one position, already the first one meets them all.
       if (++near > most_partners)
         throw InputError("", fmt::format("found point {} within bonding distance of more than {} others, wanted at "
                                          "most {}",

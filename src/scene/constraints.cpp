@@ -5,7 +5,7 @@ namespace tanor::scene {
 template <>
 struct Extra<Linears> {
   static constexpr bool read_alone = true;
-  /// A tuple has a point for each coefficient.
+  /// Reads the tuples, which have a point for each coefficient.
   static void read(const Cursor& entry, const Context& context, Linears* linears) {
     linears->coefficients = context.vectors(entry["coefficients"]);
     const std::string wanted = fmt::format("{} points, one a coefficient", linears->coefficients.size());

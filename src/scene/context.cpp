@@ -10,7 +10,7 @@
 namespace tanor::scene {
 namespace {
 
-/// {"table": "drive.csv"}: rows t, value, …; one function for each column of values.
+/// Reads {"table": "drive.csv"} with rows t, value, … Returns one function for each column of values.
 std::vector<ScalarFunction> read_table(const Cursor& file_name, std::size_t num_values, const Context& context) {
   const NumberTable table = context.number_table(file_name);
   if (table.columns != num_values + 1 || table.rows < 2)
@@ -39,7 +39,7 @@ ScalarFunction read_formula(const Cursor& text, const Context& context) {
   return text.locate([&] { return ScalarFunction::formula(formula, context.parameters); });
 }
 
-/// The one key of {"formula": …} or {"table": …} that is there.
+/// Returns the key of {"formula": …} or {"table": …} that is present.
 Cursor formula_or_table(const Cursor& cursor) {
   cursor.object({"formula", "table"});
   const Cursor formula = cursor["formula"], table = cursor["table"];
@@ -54,7 +54,7 @@ Index Context::point(const Cursor& cursor) const {
 }
 
 void Context::take_room(std::size_t num_more) const {
-  constexpr double bytes_a_member = 100.0;  // of planes, once planned
+  constexpr double bytes_a_member = 100.0;  // for members of plane constraints, once planned
   if (num_named == nullptr) return;
   *num_named += num_more;
   const double needed = bytes_a_member * static_cast<double>(*num_named), there = measure_memory();

@@ -7,7 +7,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Numbers of the named coordinates, in the order of the names; those that are not there are 0.
+/// Reads the numbers of the named coordinates, in the order of the names; missing ones are 0.
 std::vector<double> read_rates(const Cursor& rates, const std::vector<std::string>& names) {
   std::vector<double> result(names.size(), 0.0);
   if (!rates) return result;
@@ -23,7 +23,7 @@ std::vector<double> read_rates(const Cursor& rates, const std::vector<std::strin
   return result;
 }
 
-/// One text a point; a text that stands alone is that of the only point, a missing one is "0".
+/// Reads one text for each point. A single text belongs to the only point, and a missing one is "0".
 std::vector<std::string> read_texts(const Cursor& axis, std::size_t num_points) {
   if (!axis) return std::vector<std::string>(num_points, "0");
   if (axis.is_string() && num_points == 1) return {axis.string()};

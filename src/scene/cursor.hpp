@@ -15,9 +15,9 @@ namespace tanor::scene {
 
 /// A value of a scene together with its place, so that every error names both.
 ///
-/// A key that is not there gives an absent cursor: a reader returns its default (`otherwise`), or fails with
-/// "missing, wanted …" where it has none; an absent object has no keys and an absent list no entries.
-/// All readers throw InputError: where() is "<file>: <JSON pointer>", what() is "found …, wanted …".
+/// A missing key gives an absent cursor. A reader then returns its default (`otherwise`), or fails with "missing,
+/// wanted …" if it has none. An absent object has no keys and an absent list no entries. All readers throw InputError:
+/// where() is "<file>: <JSON pointer>", what() is "found …, wanted …".
 class Cursor {
  public:
   /// The root of a document, which must outlive the cursor.
@@ -29,7 +29,7 @@ class Cursor {
   bool is_list() const { return is(Document::Type::List); }
   bool is_object() const { return is(Document::Type::Object); }
   bool is_null() const { return is(Document::Type::Null); }
-  /// Is it this very string?
+  /// Returns true if the value is this very string.
   bool says(std::string_view word) const { return is_string() && document_->string(node_) == word; }
 
   // Plain values.
@@ -42,7 +42,7 @@ class Cursor {
   std::string string(const std::string& otherwise) const { return *this ? string() : otherwise; }
   Vector3 vector3(std::optional<Vector3> otherwise = {}) const;
 
-  /// One of an enumeration's words (<tanor/enum_names.hpp>).
+  /// Reads one of an enumeration's words (<tanor/enum_names.hpp>).
   template <class Enum>
   Enum choice(std::optional<Enum> otherwise = {}) const {
     if (!*this && otherwise) return *otherwise;
@@ -51,7 +51,7 @@ class Cursor {
     return enum_names<Enum>[choice_index(words)].value;
   }
 
-  /// One of some names. `planned` are names that this version does not have yet.
+  /// Reads one of some names. `planned` are names that this version does not support yet.
   template <class T>
   T choice(const std::vector<std::pair<std::string_view, T>>& names, std::optional<T> otherwise = {},
            const std::vector<std::string_view>& planned = {}) const {
@@ -63,25 +63,25 @@ class Cursor {
   std::size_t choice_index(const std::vector<std::string_view>& words,
                            const std::vector<std::string_view>& planned = {}) const;
 
-  /// Itself, found to be an object that has no other keys than these (a missing one has none).
+  /// Returns itself after checking that it is an object with no other keys than these; an absent one has none.
   const Cursor& object(const std::vector<std::string_view>& keys) const;
-  /// A value of an object.
+  /// Returns a value of an object.
   Cursor operator[](std::string_view key) const;
-  /// All keys and values of an object; `wanted` says what it should be.
+  /// Returns all keys and values of an object; `wanted` says what it should be.
   std::vector<std::pair<std::string_view, Cursor>> members(std::string_view wanted) const;
 
   /// The entries of a list.
   class List;
-  /// `wanted` says what the list should be, e.g. "a list of pairs".
+  /// Returns the list; `wanted` says what it should be, e.g. "a list of pairs".
   List list(std::string_view wanted) const;
-  /// The same, an absent list being empty.
+  /// Returns the same, with an absent list being empty.
   List optional_list(std::string_view wanted) const;
 
   /// Throws "found <this value>, wanted <wanted>" with this place.
   [[noreturn]] void fail(std::string_view wanted) const;
   /// Throws `what` with this place.
   [[noreturn]] void complain(const std::string& what) const;
-  /// Does the work; an InputError from it gets this place.
+  /// Calls `work` and adds this place to an InputError that it throws.
   template <class Work>
   auto locate(Work&& work) const {
     try {
@@ -91,9 +91,9 @@ class Cursor {
     }
   }
 
-  /// JSON pointer of the value.
+  /// Returns the JSON pointer of the value.
   std::string pointer() const;
-  /// The value behind one step of a JSON pointer, a key or a number; itself where there is none.
+  /// Returns the value behind one step of a JSON pointer, a key or a number, or itself if there is none.
   Cursor follow(std::string_view step) const;
 
  private:
@@ -104,7 +104,7 @@ class Cursor {
 
   const Document* document_;
   Document::Node node_ = 0;
-  std::string_view key_;  ///< of an absent value; `node_` is the object that lacks it
+  std::string_view key_;  ///< key of an absent value; `node_` is the object that lacks it
 };
 
 class Cursor::List {
@@ -128,7 +128,7 @@ class Cursor::List {
       : document_(document), first_(first), last_(last) {}
   Iterator begin() const { return {document_, first_}; }
   Iterator end() const { return {document_, last_}; }
-  /// Counts: linear in the number of entries.
+  /// Counts the entries, in linear time.
   std::size_t size() const;
 
  private:

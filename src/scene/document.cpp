@@ -13,7 +13,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Lists and objects inside one another; docs/scene-format.md has seven.
+/// Largest depth of lists and objects; docs/scene-format.md needs seven.
 constexpr std::size_t largest_depth = 100;
 
 constexpr Document::Node open_end = std::numeric_limits<Document::Node>::max();
@@ -30,7 +30,7 @@ std::string escape(std::string_view text) {
   return escaped;
 }
 
-/// The word of the text that stands at a position, to its end.
+/// Returns the word of the text that stands at a position, to its end.
 std::string_view word_at(std::string_view text, std::size_t position) {
   constexpr std::string_view delimiters = " \t\r\n,:[]{}\"";
   const std::size_t before = text.substr(0, position).find_last_of(delimiters);
@@ -38,7 +38,7 @@ std::string_view word_at(std::string_view text, std::size_t position) {
   return text.substr(0, text.find_first_of(delimiters));
 }
 
-/// Whether the word means NaN or infinity, which JSON does not have.
+/// Returns true if the word means NaN or infinity, which JSON does not have.
 bool spells_not_finite(std::string_view word) {
   if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
   std::string small(word);
@@ -84,7 +84,7 @@ class Document::Builder {
     constexpr int number_overflow = 406;
     // "[json.exception…] parse error at line 1, column 2: syntax error while parsing … - …; last read: '…'"
     std::string_view message = error.what();
-    // Behind the end of the document there is no place that a pointer could name.
+    // After the end of the document there is no place that a pointer could name.
     const bool is_inside = !containers_.empty() || document_.tape_.empty();
     const bool is_value =
         is_inside && message.substr(0, message.find(" - ")).find("while parsing value") != std::string_view::npos;
@@ -97,7 +97,7 @@ class Document::Builder {
     const auto line = 1 + std::count(before.begin(), before.end(), '\n');
     const std::size_t column = std::max<std::size_t>(1, before.size() - (before.rfind('\n') + 1));
     message.remove_prefix(std::min(message.find("syntax error"), message.size()));
-    const std::size_t last_read = message.find("; last read");  // more than the word in question
+    const std::size_t last_read = message.find("; last read");  // it contains more than the word in question
     const bool has_word = message.find("invalid literal") < last_read || message.find("invalid number") < last_read;
     throw InputError(
         fmt::format("{}: line {}, column {}", document_.file_, line, column),

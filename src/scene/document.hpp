@@ -7,31 +7,32 @@
 
 namespace tanor::scene {
 
-/// A JSON text as one tape of values: a list or an object is followed by what it holds, a key stands before its value.
+/// A JSON text as one tape of values. The content of a list or object follows it, and a key precedes its value.
 ///
 ///     {"a": [1, 2]}   ->   object | "a" | list | 1 | 2
 ///
-/// 16 bytes a value, so a million points take 64 MB. No JSON pointers are kept: `pointer` finds a value's way when an
-/// error asks for it.
+/// A value takes 16 bytes, so that a million points take 64 MB. No JSON pointers are stored; `pointer` finds the path
+/// to a value when an error needs it.
 class Document {
  public:
-  /// Place of a value on the tape; the root is 0.
+  /// Position of a value on the tape; the root is 0.
   using Node = std::uint32_t;
   enum class Type : std::uint8_t { Null, Boolean, Number, String, List, Object };
 
-  /// Throws InputError: line and column where the text is no JSON, the JSON pointer of a duplicate key or of a number
-  /// that is not finite.
+  /// Parses the text. Throws InputError, which names line and column if the text is not JSON, and the JSON pointer of a
+  /// duplicate key or of a number that is not finite.
   Document(const std::string& text, std::string file);
 
   Type type(Node node) const { return tape_[node].type; }
   double number(Node node) const { return tape_[node].number; }  ///< of a Number; 0 or 1 of a Boolean
   const std::string& string(Node node) const { return strings_[tape_[node].string]; }
-  /// The first node behind this value and all that it holds.
+  /// Returns the first node after this value and its content.
   Node end(Node node) const { return tape_[node].end; }
 
-  /// JSON pointer of a value, e.g. "/constraints/3/pairs/17"; of the next one where the tape is still being written.
+  /// Returns the JSON pointer of a value, e.g. "/constraints/3/pairs/17"; of the next one while the tape is being
+  /// written.
   std::string pointer(Node node) const;
-  /// "<file>: <pointer>"; the file alone for the root.
+  /// Returns "<file>: <pointer>", or the file alone for the root.
   std::string where(std::string_view pointer) const;
 
  private:
@@ -50,13 +51,13 @@ class Document {
   std::vector<std::string> strings_;
 };
 
-/// "/key", with the escapes of JSON pointers.
+/// Returns "/key", with the escapes of JSON pointers.
 std::string pointer_step(std::string_view key);
 
-/// The beginning of a text, which ends in "…" where that is not all; never inside a character of UTF-8.
+/// Returns the beginning of a text, ending in "…" if it was cut; never cuts inside a UTF-8 character.
 std::string cut(std::string_view text, std::size_t longest);
 
-/// The text in double quotes on one line: control characters escaped, long ones cut.
+/// Returns the text in double quotes on one line, with control characters escaped and long texts cut.
 std::string quote(std::string_view text);
 
 }  // namespace tanor::scene

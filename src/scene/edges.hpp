@@ -9,7 +9,7 @@
 
 namespace tanor::scene {
 
-/// Collects the edges of a file as bonds, each once, where faces and lists name many of them twice.
+/// Collects the edges of a file as bonds, each once, although faces and lists name many of them twice.
 class Edges {
  public:
   void add(std::int32_t i, std::int32_t j) {

@@ -44,7 +44,7 @@ bool equal_letters(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, to_upper, to_upper);
 }
 
-/// The letters behind leading digits: "1HB" gives "HB", "CL16" gives "CL".
+/// Returns the letters after leading digits: "1HB" gives "HB", "CL16" gives "CL".
 std::string_view find_stem(std::string_view name) {
   const auto* first = std::ranges::find_if(name, is_letter);
   const auto* last = std::find_if_not(first, name.end(), is_letter);
@@ -62,13 +62,13 @@ const Element* find_element(std::string_view symbol) {
 const Element* guess_element(std::string_view atom, std::string_view residue) {
   const std::string_view stem = find_stem(atom);
   if (stem.empty()) return nullptr;
-  // An ion is a residue of its own; "Cl" says what it is.
+  // An ion forms its own residue, and the spelling "Cl" is unambiguous.
   const bool is_ion = equal_letters(stem, find_stem(residue));
   const bool is_spelled = stem.size() == 2 && stem[1] != to_upper(stem[1]);
   if (is_ion || is_spelled) {
     if (const Element* element = find_element(stem)) return element;
   }
-  // Two capital letters that no atom of H, C, N, O, P or S is named by.
+  // These pairs of capital letters begin no name of an atom of H, C, N, O, P or S.
   constexpr std::array<std::string_view, 11> clear_names{"CL", "BR", "FE", "ZN", "MG", "MN",
                                                          "SI", "SE", "LI", "CU", "AL"};
   if (std::ranges::find(clear_names, stem) != clear_names.end()) return find_element(stem);

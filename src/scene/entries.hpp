@@ -7,12 +7,13 @@
 
 namespace tanor::scene {
 
-/// A list of constraints, coordinates, forces or friction laws, each entry of some kind; [] where it is missing.
-/// `wanted` says what the list should be. The file of its name instantiates each list, beside what its kinds need.
+/// Reads a list of constraints, coordinates, forces or friction laws, each entry of some kind; [] if it is missing.
+/// `wanted` says what the list should be. Each list is instantiated in the file of its name, next to what its kinds
+/// need.
 template <class Entry>
 std::vector<Entry> read_entries(const Cursor& list, std::string_view wanted, const Context& context);
 
-/// "supports": points with prescribed motion.
+/// Reads "supports": points with prescribed motion.
 std::vector<Support> read_supports(const Cursor& list, const Context& context);
 
 }  // namespace tanor::scene

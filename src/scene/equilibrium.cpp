@@ -8,7 +8,7 @@ namespace tanor::scene {
 
 namespace {
 
-/// Tensions by the names of rods: a number for all, or a list.
+/// Reads tensions by the names of rods: a number for all, or a list.
 std::vector<Prestress> read_prestress(const Cursor& prestress, const System& system) {
   std::vector<Prestress> result;
   for (const auto& [name, value] : prestress.members("an object of tensions by the names of rods")) {
@@ -36,7 +36,7 @@ std::vector<Prestress> read_prestress(const Cursor& prestress, const System& sys
   return result;
 }
 
-/// Sides by the names of constraints.
+/// Reads sides by the names of constraints.
 std::vector<OneSided> read_one_sided(const Cursor& sides, const System& system) {
   std::vector<OneSided> result;
   for (const auto& [name, side] : sides.members("an object of sides by the names of constraints")) {

@@ -5,10 +5,10 @@
 
 namespace tanor::scene {
 
-/// "equilibrium": how it is searched and which ones are an answer.
+/// Reads "equilibrium": how it is searched and which ones are accepted.
 void read_equilibrium(const Cursor& equilibrium, Scene* scene);
 
-/// All that a scene says about it, the solver's part too.
+/// Returns all options of an equilibrium, including those of "solver".
 EquilibriumOptions equilibrium_options(const Scene& scene);
 
 }  // namespace tanor::scene

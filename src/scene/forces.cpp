@@ -8,7 +8,7 @@
 namespace tanor::scene {
 namespace {
 
-/// [lx, ly, lz], or "import": that of the file which the points come from.
+/// Reads [lx, ly, lz], or "import" for the box of the file that the points come from.
 Vector3 read_box(const Cursor& box, const Context& context) {
   if (!box.is_string()) return box.vector3(Vector3{});
   if (!box.says("import")) box.fail(R"(3 numbers [lx, ly, lz] or "import")");
@@ -23,7 +23,7 @@ Vector3 read_box(const Cursor& box, const Context& context) {
 
 }  // namespace
 
-/// One list of points or more, all of one size, 1 to `most`.
+/// Reads a list of at least one list of points, all of one size from 1 to `most`.
 std::vector<std::vector<Index>> read_tuples(const Cursor& list, const Context& context, std::size_t most) {
   std::vector<std::vector<Index>> tuples;
   std::string wanted = fmt::format("a list of 1 to {} points", most);
@@ -40,7 +40,7 @@ std::vector<std::vector<Index>> read_tuples(const Cursor& list, const Context& c
   return tuples;
 }
 
-/// x1, y1, z1, x2, …: the components of forces on tuples.
+/// Components x1, y1, z1, x2, … of forces on tuples.
 constexpr std::array<std::string_view, 3 * ForceKernel::most_points> tuple_components{
     "x1", "y1", "z1", "x2", "y2", "z2", "x3", "y3", "z3", "x4", "y4", "z4",
     "x5", "y5", "z5", "x6", "y6", "z6", "x7", "y7", "z7", "x8", "y8", "z8"};
@@ -74,12 +74,12 @@ struct Extra<FormulaForce> {
       force->kernel = has_tuples ? formula_tuple_force(texts, context.parameters)
                                  : formula_force({texts[0], texts[1], texts[2]}, context.parameters);
     } catch (const InputError& error) {
-      entry[error.where().substr(1)].complain(error.what());  // "/x": the component
+      entry[error.where().substr(1)].complain(error.what());  // "/x" names the component
     }
   }
 
  private:
-  /// A component that the force does not have would be silently without effect.
+  /// Refuses components that the force does not have, which would have no effect.
   static void refuse_other_components(const Cursor& entry, const std::vector<std::string_view>& own, bool has_tuples) {
     const auto refuse = [&](std::string_view key) {
       if (entry[key] && std::ranges::find(own, key) == own.end())
@@ -101,7 +101,7 @@ struct Extra<PairForces> {
   static constexpr bool members_are_optional = true;
   static void read(const Cursor& entry, const Context& context, PairForces* pairs) {
     pairs->law = entry["law"].choice<PairLaw>();
-    // Numbers of another law would be silently without effect.
+    // Numbers of another law are refused, because they would have no effect.
     const auto keep_to = [&](bool law_has_it, const char* key, const char* laws) {
       if (!law_has_it && entry[key])
         entry[key].complain(
@@ -129,7 +129,7 @@ struct Extra<PairForces> {
   }
 
  private:
-  /// Numbers of the newer laws have no default.
+  /// Requires the numbers of the newer laws, which have no default.
   static void require_numbers(const Cursor& entry, PairLaw law) {
     const auto require = [&](std::initializer_list<const char*> keys) {
       for (const char* key : keys)
@@ -163,7 +163,7 @@ struct Extra<Potential> {
     const std::string& text = energy.string();
     try {
       potential->kernel = formula_potential(text, num_points, context.parameters, names);
-    } catch (const InputError& error) {  // "/constants/x1": the constant; else the text
+    } catch (const InputError& error) {  // "/constants/x1" names the constant; else it is the text
       const std::string_view where = error.where(), constants = "/constants/";
       const bool is_of_constant = where.starts_with(constants);
       (is_of_constant ? entry["constants"].follow(where.substr(constants.size())) : energy).complain(error.what());
@@ -171,7 +171,7 @@ struct Extra<Potential> {
   }
 
  private:
-  /// Lists of points of one size; of single points "all" or a range, too.
+  /// Reads lists of points of one size. Single points may also be "all" or a range.
   static void read_tuples(const Cursor& list, const Context& context, Potential* potential) {
     if (list.is_list()) {
       potential->points = scene::read_tuples(list, context, PotentialKernel::most_points);
@@ -182,7 +182,7 @@ struct Extra<Potential> {
   }
 };
 
-/// A key that the law does not read would be silently without effect.
+/// Refuses a key that the law does not read, because it would have no effect.
 void refuse_key_of_other_laws(const Cursor& entry, std::string_view key) {
   if (entry[key])
     entry[key].complain(fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
@@ -197,7 +197,7 @@ void refuse_numbers_of_other_laws(const Cursor& entry, const Group& group) {
   });
 }
 
-/// Members one by one, or "along": those of rods in sequence.
+/// Reads members one by one, or "along" for those of rods in sequence.
 template <class Group>
 void read_members_or_along(const Cursor& entry, const Context& context, Group* group) {
   const Cursor list = entry[list_name<Group>()], along = entry["along"];

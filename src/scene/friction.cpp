@@ -13,7 +13,7 @@ template <>
 struct Extra<Coulomb> {
   static constexpr std::array<std::string_view, 7> keys{"name", "at",       "coefficient", "static_coefficient",
                                                         "law",  "velocity", "reaction"};
-  /// "law": "exact" (none) or {"regularised": v0}
+  /// Reads "law": "exact" (default) or {"regularised": v0}.
   static void read(const Cursor& entry, const Context&, Coulomb* coulomb) {
     const Cursor law = entry["law"];
     if (law && !law.says("exact")) {
@@ -24,7 +24,7 @@ struct Extra<Coulomb> {
   }
 };
 
-/// A user's own law is no text.
+/// A user's own law has no text form.
 template <>
 struct Extra<UserFriction> {
   static constexpr bool is_left_out = true;

@@ -38,7 +38,7 @@ class Sketch {
 
   void add_rod(Index i, Index j) { rods.pairs.push_back({i, j}); }
 
-  /// A new point at the end of a new rod.
+  /// Adds a new point at the end of a new rod.
   Index add_rod_from(Index i, const Vector3& direction) {
     const Index j = points.add_point(add_scaled(position(i), spacing, direction));
     add_rod(i, j);
@@ -63,9 +63,9 @@ class Sketch {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
 };
 
-/// Refuses, before a point is made, what this machine has no room for.
+/// Refuses more points than this machine has memory for, before any is made.
 void check_room(std::int64_t num_points) {
-  constexpr double bytes_a_point = 660.0;  // of a chain whose dynamics were planned and no more, measured
+  constexpr double bytes_a_point = 660.0;  // measured for a chain whose dynamics were planned and no more
   const double needed = bytes_a_point * static_cast<double>(num_points), there = measure_memory();
   if (needed <= there) return;
   throw std::length_error(
@@ -73,7 +73,7 @@ void check_room(std::int64_t num_points) {
                   num_points, 1e-9 * needed, 1e-9 * there));
 }
 
-/// A number of things, each of which makes some points.
+/// Reads a number of things, each of which makes some points.
 std::int64_t read_count(const Cursor& count, std::int64_t points_each = 1, std::int64_t least = 1) {
   return count.integer(least, std::max(least, most_points / points_each - 1), 10);
 }
@@ -86,7 +86,7 @@ PointSet generate_chain(const Cursor& entry, const Context&) {
   const double length = std::hypot(given[0], given[1], given[2]);
   if (!(length > 0.0)) entry["direction"].complain("found the zero vector, wanted a direction");
 
-  // r_k = k spacing direction, not a sum of rounded steps
+  // Use r_k = k spacing direction instead of a sum of rounded steps.
   for (Index k = 0; k <= count; ++k) sketch.points.add_point(add_scaled({}, k * sketch.spacing / length, given));
   for (Index k = 0; k < count; ++k) sketch.add_rod(k, k + 1);
   if (entry["anchored"].boolean(false))
@@ -98,7 +98,7 @@ PointSet generate_ring(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const auto count = static_cast<Index>(read_count(entry["count"], 1, 3));
   check_room(count);
-  // edge = 2 R sin(pi/count)
+  // The edge is 2 R sin(pi/count).
   const double radius = 0.5 * sketch.spacing / std::sin(std::numbers::pi / count);
   for (Index k = 0; k < count; ++k) {
     const double angle = 2.0 * std::numbers::pi * k / count;
@@ -173,14 +173,14 @@ PointSet generate_clusters(const Cursor& entry, const Context&) {
   return std::move(sketch).finish();
 }
 
-/// Removes the part of the velocities that would change the lengths of a chain's rods, v <- v - K (K'K)^-1 K'v (equal
-/// masses cancel). K'K is tridiagonal, with 2 on the diagonal and -e_k.e_(k+1) beside it; e_k is the direction of
+/// Removes the part of the velocities that would change the lengths of a chain's rods: v <- v - K (K'K)^-1 K'v (equal
+/// masses cancel). K'K is tridiagonal, with 2 on the diagonal and -e_k.e_(k+1) beside it, where e_k is the direction of
 /// rod k.
 void project_chain_velocities(const std::vector<Vector3>& directions, std::vector<Vector3>* velocities) {
   const std::size_t num_rods = directions.size();
   std::vector<double> ratio(num_rods), mu(num_rods);
   for (std::size_t k = 0; k < num_rods; ++k) {
-    // One row of Gauss: pivot mu_k + beside mu_(k+1) = e_k.(v_(k+1) - v_k)
+    // Perform one row of Gaussian elimination: pivot mu_k + beside mu_(k+1) = e_k.(v_(k+1) - v_k).
     const double before = k > 0 ? -dot(directions[k - 1], directions[k]) : 0.0;
     const double pivot = 2.0 - (k > 0 ? before * ratio[k - 1] : 0.0);
     const double rate = dot(directions[k], add_scaled((*velocities)[k + 1], -1.0, (*velocities)[k]));
@@ -194,23 +194,23 @@ void project_chain_velocities(const std::vector<Vector3>& directions, std::vecto
   }
 }
 
-constexpr double melt_density = 0.85;  // points per spacing^3, that of bead-spring melts
+constexpr double melt_density = 0.85;  // points per spacing^3, as in bead-spring melts
 
 struct Melt {
-  std::int64_t count, chains;  ///< of bonds in a chain, of chains
-  double speed;                ///< root of k T/m
+  std::int64_t count, chains;  ///< bonds of a chain, and number of chains
+  double speed;                ///< square root of k T/m
 };
 
-/// Place k of a way through a cube of so many sites an edge that goes from neighbour to neighbour.
+/// Returns site k of a path from neighbour to neighbour through a cube with `edge` sites along each edge.
 std::array<std::int64_t, 3> snake(std::int64_t k, std::int64_t edge) {
   const std::int64_t row = k / edge, layer = row / edge;
   const std::int64_t x = k % edge, y = row % edge;
   return {row % 2 == 0 ? x : edge - 1 - x, layer % 2 == 0 ? y : edge - 1 - y, layer};
 }
 
-/// The bead-spring model of Kremer & Grest (1990), which is a crystal at the start: chains follow each other on a
-/// simple cubic lattice, where no two beads overlap. FENE bonds with 30 epsilon/spacing^2 and 1.5 spacing, bendings
-/// k (1 + cos theta), and repulsion (wca) in a periodic box.
+/// Generates the bead-spring model of Kremer & Grest (1990), which starts as a crystal: chains follow each other on a
+/// simple cubic lattice, on which no beads overlap. It has FENE bonds with 30 epsilon/spacing^2 and 1.5 spacing,
+/// bendings k (1 + cos theta), and repulsion (wca) in a periodic box.
 PointSet generate_beads(Sketch sketch, const Melt& melt, double epsilon, double bending) {
   const double pitch = sketch.spacing / std::cbrt(melt_density);
   const std::int64_t beads = melt.count + 1, num_points = melt.chains * beads;

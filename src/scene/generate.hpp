@@ -4,7 +4,7 @@
 
 namespace tanor::scene {
 
-/// "generate": points made by rule and the rods between them, named `rods`.
+/// Reads "generate": points made by rule and the rods between them, named `rods`.
 ///
 /// Keys of all kinds: `spacing` (length of each rod, 0.1), `mass` (of each point, 0.1), `seed` (1). The same seed gives
 /// the same points on every machine, up to the last bits that contracted multiply-adds may change.

@@ -12,7 +12,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Columns of the residue's name, the atom's name, and the first number.
+/// First columns of the residue's name, the atom's name, and the numbers.
 constexpr std::size_t residue_column = 6, atom_column = 11, first_number = 21;
 
 /// Reads one file; the driver is `read`.
@@ -48,7 +48,8 @@ class GroReader {
     return *number;
   }
 
-  /// Numbers are as wide as the first two points are apart: a file may have more digits than the usual three.
+  /// Returns the width of a number, which is the distance of the first two decimal points: a file may have more digits
+  /// than the usual three.
   std::size_t find_width() const {
     const std::size_t point = lines_.line().find('.', first_number - 1);
     const std::size_t next = point == std::string_view::npos ? point : lines_.line().find('.', point + 1);
@@ -78,7 +79,8 @@ class GroReader {
       data_.without_element = fmt::format("{}, line {}: atom {}", name_, lines_.number(), quote(atom));
   }
 
-  /// Edges a, b, c as a_x b_y c_z, and, where the box is no brick, a_y a_z b_x b_z c_x c_y; 0: not periodic.
+  /// Reads the edges a, b, c as a_x b_y c_z and, if the box is not a brick, a_y a_z b_x b_z c_x c_y; an edge 0 is not
+  /// periodic.
   void read_box() {
     const auto words = split_words(lines_.line());
     if (words.size() != 3 && words.size() != 9)

@@ -27,7 +27,7 @@ constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Forma
                                                            {"gro", Format::Gro},
                                                            {"pdb", Format::Pdb}};
 
-/// That of the file's ending, else lammps-data, which has none of its own.
+/// Returns the format of the file's ending, or lammps-data, which has no ending of its own.
 Format format_of(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   for (const auto& [name, format] : formats)
@@ -52,7 +52,7 @@ Imported read_file(const std::filesystem::path& path, Format format) {
   return read_pdb(name, text);
 }
 
-/// Rods along the bonds of the wanted types; moves atoms so that they are short.
+/// Returns rods along the bonds of the wanted types, and moves atoms so that these are short.
 Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, bool all,
                std::vector<Vector3>* positions) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
@@ -65,7 +65,7 @@ Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, boo
   return rods;
 }
 
-/// Every two rods that meet in a point, for files that list no angles.
+/// Returns the angles of all pairs of rods that meet in a point, for files that list no angles.
 std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_points, const Cursor& wanted) {
   std::vector<std::vector<std::int32_t>> neighbours(num_points);
   for (const auto& [i, j] : rods.pairs) {
@@ -86,21 +86,21 @@ std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_point
   return angles;
 }
 
-/// An angle of a file by its number there, another one by its points.
+/// Names an angle by its number in the file, or else by its points.
 std::string name_angle(const Imported::Angle& angle) {
   if (angle.id > 0) return fmt::to_string(angle.id);
   return fmt::format("{}-{}-{}", angle.atoms[0], angle.atoms[1], angle.atoms[2]);
 }
 
-/// Sine of the angle between two vectors.
+/// Returns the sine of the angle between two vectors.
 double sine(const Vector3& a, const Vector3& b) {
   const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
   return std::hypot(x, y, z) / (std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]));
 }
 
-/// All angles of the file, held as they are. `positions`: of molecules that are joined.
+/// Returns constraints that keep all angles of the file. `positions` are those after molecules were joined.
 Angles make_angles(const Imported& data, const std::vector<Vector3>& positions, const Cursor& wanted) {
-  // Below, the cosine has no slope to rounding.
+  // At a smaller sine the slope of the cosine is lost in rounding.
   constexpr double least_sine = 1e-7;
   Angles angles{.name = "angles", .triples = {}, .cosine = {}};
   std::string straight, torn;
@@ -144,7 +144,7 @@ std::vector<double> flatten(const std::vector<Vector3>& vectors) {
   return numbers;
 }
 
-/// One mass for all, or what the file says, or what its elements say, or 1.
+/// Returns one mass for all, or the masses of the file, or those of its elements, or 1.
 std::vector<double> find_masses(const Imported& data, const Cursor& mass, const Cursor& file) {
   const std::size_t num_points = data.positions.size();
   if (mass) return std::vector<double>(num_points, mass.positive());
@@ -160,12 +160,12 @@ std::vector<double> find_masses(const Imported& data, const Cursor& mass, const 
 
 // ---- units of LAMMPS ----
 
-/// A set of units, and its own unit of time over that in which masses, lengths and energies make forces: F = m a holds
-/// in the latter.
+/// A set of units, and the ratio of its unit of time to the consistent one, in which F = m a holds for its units of
+/// mass, length and energy.
 struct Units {
   std::string_view name;
   double time_ratio;       ///< the file's unit of time over the consistent one
-  const char* consistent;  ///< the latter in words; null: they are the same
+  const char* consistent;  ///< the consistent unit in words; null if both are the same
 };
 constexpr double femtoseconds_of_real = 48.88821291, femtoseconds_of_metal = 10.18050571;
 constexpr Units unit_sets[] = {{"lj", 1.0, nullptr},
@@ -173,21 +173,21 @@ constexpr Units unit_sets[] = {{"lj", 1.0, nullptr},
                                {"cgs", 1.0, nullptr},
                                {"micro", 1.0, nullptr},
                                {"nano", 1.0, nullptr},
-                               // sqrt(g/mol angstrom^2/(kcal/mol)), and with eV
+                               // The consistent unit is sqrt(g/mol angstrom^2/(kcal/mol)), or the same with eV.
                                {"real", 1.0 / femtoseconds_of_real, "48.88821291 fs"},
                                {"metal", 1e3 / femtoseconds_of_metal, "10.18050571 fs"}};
 
-/// What `key` says, or else the file; nothing where neither does.
+/// Returns the units that `key` or else the file names, or null if neither does.
 const Units* find_units(const Cursor& key, const Imported& data) {
   if (!key && data.units.empty()) return nullptr;
   const std::string name = key ? key.string() : data.units;
   const auto* const found = std::ranges::find(unit_sets, name, &Units::name);
   if (found != std::end(unit_sets)) return found;
-  if (!key && name != "electron") return nullptr;  // prose
+  if (!key && name != "electron") return nullptr;  // the first line is prose
   key.complain(fmt::format("found the units \"{}\", wanted one of lj, real, metal, si, cgs, micro, nano", name));
 }
 
-/// Velocities per unit of time in which F = m a holds. Returns what is said of it.
+/// Converts velocities to the unit of time in which F = m a holds. Returns a remark about it.
 std::string convert_velocities(const Units* units, Imported* data) {
   if (units == nullptr || units->consistent == nullptr) return {};
   for (Vector3& velocity : data->velocities)
@@ -198,7 +198,7 @@ std::string convert_velocities(const Units* units, Imported* data) {
 enum class BondRule { Rods, Distance, None, Energies };
 enum class AngleRule { Free, Rigid, Energies };
 
-/// The bonds that become rods, where the scene wants others than those of the file.
+/// Reads the bonds that become rods, if the scene wants others than those of the file.
 void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
   if (rule == BondRule::None) data->bonds.clear();
   if (rule != BondRule::Distance) return;
@@ -213,7 +213,7 @@ void join_bonds(Imported* data) {
   (void)join_molecules(data->cell, pairs, &data->positions);
 }
 
-/// Complains about keys that nothing reads, and energies that the format has no coefficients of.
+/// Complains about keys that are not read, and about energies for which the format has no coefficients.
 void check_energies(const Cursor& import, Format format, const ImportChoices& choices) {
   const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
     if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));

@@ -4,8 +4,8 @@
 
 namespace tanor::scene {
 
-/// "import": {"file", "format", "bonds", "types", "angles", "mass"}, points, rods (named `rods`) and rigid
-/// angles (named `angles`) of another program's file.
+/// Reads "import": {"file", "format", "bonds", "types", "angles", "mass"}. Returns points, rods (named `rods`) and
+/// rigid angles (named `angles`) of another program's file.
 PointSet read_import(const Cursor& import, const Context& context);
 
 }  // namespace tanor::scene

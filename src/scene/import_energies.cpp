@@ -16,10 +16,10 @@ double radians(double degrees) {
   return degrees == 180.0 ? pi : degrees * (pi / 180.0);
 }
 
-/// One section of coefficients with the style that counts; its errors name both.
+/// A section of coefficients with the style that applies; its errors name both.
 class Styled {
  public:
-  /// `what`: "bond", whose style `key` says.
+  /// `what` is the kind of member, such as "bond", and `key` may name its style.
   Styled(const Cursor& key, const char* what, const Imported::Coefficients& coefficients,
          std::initializer_list<std::string_view> known)
       : key_(key), what_(what), coefficients_(coefficients) {
@@ -34,7 +34,7 @@ class Styled {
   }
 
   bool is(std::string_view style) const { return style_ == style; }
-  /// Of a type that occurs: `size` numbers or, where that is allowed, more.
+  /// Returns the coefficients of a type that occurs: `size` numbers or more, at most `most`.
   std::span<const double> of_type(std::int64_t type, std::size_t size, std::size_t most, const char* names) const {
     const auto found = coefficients_.of_type.find(type);
     if (found == coefficients_.of_type.end())
@@ -119,7 +119,7 @@ void add_angles(const Imported& data, const Cursor& import, std::vector<Force>* 
   }
 }
 
-/// LAMMPS writes multi/harmonic in cos phi, our `multi` is in cos psi = -cos phi.
+/// Adds the dihedrals. LAMMPS defines multi/harmonic in cos phi, whereas the law `multi` uses cos psi = -cos phi.
 void add_dihedrals(const Imported& data, const Cursor& import, std::vector<Force>* forces) {
   const Styled styled(import["dihedral_style"], "dihedral", data.dihedral_coefficients,
                       {"opls", "multi/harmonic", "charmm", "harmonic"});
@@ -150,7 +150,8 @@ void add_dihedrals(const Imported& data, const Cursor& import, std::vector<Force
   }
 }
 
-/// Energies know no images: all of a member's atoms have to lie side by side once molecules are joined.
+/// Refuses members whose atoms are not side by side once molecules are joined, because energies do not know periodic
+/// images.
 template <class Member>
 void refuse_torn(const Imported& data, const std::vector<Member>& members, const char* what, const Cursor& wanted) {
   const std::array<std::int64_t, 3> here{};

@@ -7,16 +7,17 @@
 
 namespace tanor::scene {
 
-/// What an "import" makes of a LAMMPS file's bonds, angles and dihedrals.
+/// The use that an "import" makes of a LAMMPS file's bonds, angles and dihedrals.
 struct ImportChoices {
   bool bonds_are_energies, angles_are_energies, dihedrals_are_energies;
   bool pairs_repel;                     ///< along FENE bonds, in place of their own repulsion
-  std::vector<std::int64_t> rod_types;  ///< bond types that become rods instead; empty: none
+  std::vector<std::int64_t> rod_types;  ///< bond types that become rods instead; empty if none
 };
 
-/// Energies of a LAMMPS data file, a group for each type, by the coefficients of its styles: those that `import` names,
-/// or else those of the comments behind the sections' titles. Our k is the number in front of ½(…)²: that of LAMMPS'
-/// squares is doubled. `data`: of molecules that are joined. Throws InputError naming style, type and what is missing.
+/// Returns the energies of a LAMMPS data file, a group for each type, from the coefficients of its styles. The styles
+/// are those that `import` names, or else those of the comments after the sections' titles. The stiffness k of tanor
+/// stands in ½ k(…)², so that the coefficients of LAMMPS' squares are doubled. `data` must hold joined molecules.
+/// Throws InputError naming style, type and what is missing.
 std::vector<Force> make_energies(const Imported& data, const ImportChoices& choices, const Cursor& import);
 
 }  // namespace tanor::scene

@@ -13,8 +13,8 @@
 
 namespace tanor::scene {
 
-/// What a file of another program holds, in the order of its points and in its own units. A file without a cell, bonds
-/// or angles leaves them empty.
+/// The content of another program's file, in the order of its points and in its own units. If the file has no cell,
+/// bonds or angles, these are empty.
 struct Imported {
   struct Bond {
     std::int64_t type;
@@ -28,7 +28,8 @@ struct Imported {
     std::int64_t id, type;
     std::array<std::int32_t, 4> atoms;
   };
-  /// A section of coefficients: the style that the comment behind its title names, or empty; the numbers of each type.
+  /// A section of coefficients: the style named by the comment after its title, or an empty one, and the numbers of
+  /// each type.
   struct Coefficients {
     std::string style{};
     std::map<std::int64_t, std::vector<double>> of_type{};
@@ -37,16 +38,16 @@ struct Imported {
   Cell cell;
   std::int64_t num_bond_types = 1, num_angle_types = 0, num_dihedral_types = 0;
   std::vector<Vector3> positions;        ///< with image flags unwrapped
-  std::vector<Vector3> velocities;       ///< empty: the file has none
-  std::vector<double> masses;            ///< empty: the file has none
-  std::vector<const Element*> elements;  ///< of each atom, null where nothing tells; empty: the file knows no elements
-  std::string without_element;           ///< the first atom of those: "a.gro, line 6: atom MW"
-  double angstrom = 0.0;                 ///< in the file's unit, where elements are known
+  std::vector<Vector3> velocities;       ///< empty if the file has none
+  std::vector<double> masses;            ///< empty if the file has none
+  std::vector<const Element*> elements;  ///< of each atom, null if unknown; empty if the file has no elements
+  std::string without_element;           ///< the first atom without an element: "a.gro, line 6: atom MW"
+  double angstrom = 0.0;                 ///< in the file's unit, if elements are known
   std::vector<Bond> bonds;
   std::vector<Angle> angles;
   std::vector<Dihedral> dihedrals;
   Coefficients bond_coefficients, angle_coefficients, dihedral_coefficients;
-  std::string units;                ///< of a LAMMPS file, as its first line says: "real"; empty: it says none
+  std::string units;                ///< of a LAMMPS file, from its first line: "real"; empty if not given
   std::vector<std::string> unread;  ///< titles of sections that are not read
 };
 

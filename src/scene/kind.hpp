@@ -12,7 +12,7 @@
 
 namespace tanor::scene {
 
-/// One kind of constraint, force or generator: its name, the keys beside `kind`, and how it is read.
+/// One kind of constraint, force or generator: its name, the keys beside `kind`, and the function that reads it.
 template <class Entry>
 struct Kind {
   std::string_view name;
@@ -20,7 +20,7 @@ struct Kind {
   Entry (*read)(const Cursor& entry, const Context& context);
 };
 
-/// Reads {"kind": …}; `planned` are kinds that this version does not have yet.
+/// Reads {"kind": …}; `planned` are kinds that this version does not support yet.
 template <class Entry>
 Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
                 const std::vector<std::string_view>& planned, const Context& context) {
@@ -35,13 +35,13 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
 
 // ---- kinds whose fields are plain data ----
 
-/// What plain data do not say of a Group: `keys`, all of them where they are more than the fields' names, and
-/// read(entry, context, &group), which reads the rest behind the fields; read_members(entry, context, &group), where
-/// there is more than one way to say them; read_law(entry, &group), which everything else depends on.
+/// Parts of a Group that its fields do not describe. `keys` are all keys, if there are more than the fields' names.
+/// read(entry, context, &group) reads the rest after the fields. read_members(entry, context, &group) is needed if
+/// members can be given in several ways, and read_law(entry, &group) if everything else depends on a law.
 template <class Group>
 struct Extra {};
 
-/// "wire" or ["ball", "hoop"]: names of constraints.
+/// Reads the names of constraints: "wire" or ["ball", "hoop"].
 std::vector<std::string> read_guides(const Cursor& at);
 
 inline void read_members(const Cursor& list, const Context& context, std::vector<Index>* points) {
@@ -52,13 +52,13 @@ void read_members(const Cursor& list, const Context& context, std::vector<std::a
   *tuples = context.tuples<N>(list);
 }
 
-/// A number that a scene file gives: in its range, as far as the reader refuses others.
+/// Reads a number. It must be in the given range if this has a text for the reader.
 inline double read_number(const Cursor& cursor, const ValueRange& range) {
   if (range.wanted && !(cursor.is_number() && range.complaint(cursor.number()) == nullptr)) cursor.fail(range.wanted);
   return cursor.number();
 }
 
-/// Whether "initial" says a number of a group: where an energy's law reads it, for some alone.
+/// Returns true if a number of a group may be "initial". In energies the law decides which ones may.
 template <class Group>
 bool may_be_initial([[maybe_unused]] const Group& group, [[maybe_unused]] std::string_view field) {
   if constexpr (HasEnergy<Group>) {
@@ -69,7 +69,7 @@ bool may_be_initial([[maybe_unused]] const Group& group, [[maybe_unused]] std::s
   return true;
 }
 
-/// One field of a group whose members are known; an absent one keeps the value of its struct.
+/// Reads one field of a group whose members are known; an absent field keeps its default value.
 template <class Group, class Value>
 void read_field(const Cursor& cursor, const Context& context, const FieldOf<Group, Value>& field, Group* group) {
   const FieldData& data = field.data;
@@ -136,7 +136,7 @@ Group read_group(const Cursor& entry, const Context& context) {
   return group;
 }
 
-/// All kinds of a list of <tanor/kinds.hpp> that scene files have.
+/// All kinds in a list of <tanor/kinds.hpp> that scene files can contain.
 template <class Entry>
 struct KindsOf;
 template <class... Groups>

@@ -19,7 +19,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-/// How the columns of an Atoms section are used; x, y, z follow the last one that is named here.
+/// The columns of an Atoms section; x, y, z follow the last one that is named here.
 struct AtomStyle {
   std::string_view name;
   std::size_t type_column, x_column;
@@ -28,8 +28,8 @@ constexpr AtomStyle atom_styles[] = {
     {"atomic", 1, 2},     // id type x y z
     {"molecular", 2, 3},  // id molecule type x y z
     {"full", 2, 4},       // id molecule type charge x y z
-    {"bond", 2, 3},       // as molecular
-    {"angle", 2, 3},      // as molecular
+    {"bond", 2, 3},       // like molecular
+    {"angle", 2, 3},      // like molecular
     {"charge", 1, 3},     // id type charge x y z
 };
 
@@ -94,7 +94,7 @@ class LammpsReader {
     std::size_t line;
   };
 
-  /// "units = real" or "units real", wherever it stands in the first line.
+  /// Finds "units = real" or "units real" anywhere in the first line.
   void find_units(const Words& words) {
     for (std::size_t k = 0; k + 1 < words.size(); ++k) {
       if (words[k] != "units") continue;
@@ -136,7 +136,7 @@ class LammpsReader {
   static constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   static constexpr std::int64_t any = std::numeric_limits<std::int64_t>::max();
 
-  /// "32000 atoms", "-16.8 16.8 xlo xhi", …; what is not needed here is skipped.
+  /// Reads "32000 atoms", "-16.8 16.8 xlo xhi", …; other lines are skipped.
   void read_header(const Words& words) {
     const auto ends_with = [&](std::initializer_list<std::string_view> tail) {
       return words.size() >= tail.size() &&
@@ -169,7 +169,7 @@ class LammpsReader {
       lines_.complain("found a general triclinic box, wanted xlo xhi, ylo yhi, zlo zhi and xy xz yz");
   }
 
-  /// The style behind `Atoms #`.
+  /// Finds the style after `Atoms #`.
   void find_style(std::string_view name) {
     const auto style = std::find_if(std::begin(atom_styles), std::end(atom_styles),
                                     [&](const AtomStyle& s) { return s.name == name; });
@@ -184,7 +184,7 @@ class LammpsReader {
         fmt::format("found {} columns, wanted 5 or 8 (style atomic), 6 or 9 (molecular), 7 or 10 (full)", num_columns));
   }
 
-  /// The words for errors are made once, not in each of a million lines.
+  /// Sets the style. The words for errors are made once, not in each of a million lines.
   void set_style(const AtomStyle& style, std::string_view remark) {
     style_ = style;
     const std::size_t x = style.x_column;
@@ -230,7 +230,7 @@ class LammpsReader {
     if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
   }
 
-  /// "id type atom …" of angles and dihedrals; 0 types: the header does not say how many.
+  /// Reads "id type atom …" of angles and dihedrals; num_types is 0 if the header does not give it.
   template <std::size_t size>
   NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::int64_t num_types) {
     std::string columns = fmt::format("{}: id type", size + 2);
@@ -255,7 +255,7 @@ class LammpsReader {
            : section == "Dihedral Coeffs" ? &data_.dihedral_coefficients
                                           : nullptr;
   }
-  /// "type number …"; of hybrid styles the name of each type's own style stands in between.
+  /// Reads "type number …". In hybrid styles the name of each type's own style stands in between.
   void read_coefficients(const Words& words, Imported::Coefficients* coefficients) {
     const std::int64_t type = integer(words[0], "a type", 1, most);
     std::vector<double> numbers;
@@ -266,7 +266,7 @@ class LammpsReader {
     coefficients->of_type[type] = std::move(numbers);
   }
 
-  /// Checks the counts, puts the atoms into the order of their ids, and lets bonds and angles name them by it.
+  /// Checks the counts, sorts the atoms by their ids, and lets bonds and angles refer to their positions in this order.
   Imported finish() {
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
@@ -320,14 +320,14 @@ class LammpsReader {
     return mass->second;
   }
 
-  /// Place of an atom in the order of ids.
+  /// Returns the position of an atom in the order of ids.
   std::optional<std::int32_t> find(std::int64_t id) const {
     const auto found =
         std::lower_bound(atoms_.begin(), atoms_.end(), id, [](const Atom& a, std::int64_t b) { return a.id < b; });
     if (found == atoms_.end() || found->id != id) return {};
     return static_cast<std::int32_t>(found - atoms_.begin());
   }
-  /// The same for an atom that a line names.
+  /// Returns the same for an atom that a line names.
   std::int32_t find(std::int64_t id, std::string_view owner, std::size_t line) const {
     const auto found = find(id);
     if (!found) complain(fmt::format("found atom {} in {}, wanted one of the section Atoms", id, owner), line);

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads the number in a file; it is infinite where the file has none ("max").
+/// Reads the number in a file; it is infinite if the file has none ("max").
 double read_limit(const fs::path& file) {
   std::ifstream stream(file);
   double bytes = 0.0;
@@ -32,7 +32,8 @@ double read_limits(const fs::path& root, std::string group, const char* name) {
   }
 }
 
-/// Lines "0::/group" (version 2) and "5:memory:/group" (version 1).
+/// Returns the limit of the process's control groups, from lines "0::/group" (version 2) and "5:memory:/group" (version
+/// 1).
 double measure_control_groups() {
   double least = std::numeric_limits<double>::infinity();
   std::ifstream lines("/proc/self/cgroup");

@@ -2,8 +2,8 @@
 
 namespace tanor::scene {
 
-/// How many bytes this process may have: the least of what is installed, what its control groups allow, and its limit
-/// on addresses (ulimit -v). It does not count what other processes use.
+/// Returns how many bytes this process may have: the least of the installed memory, the limits of its control groups,
+/// and its limit on addresses (ulimit -v). Memory used by other processes is not subtracted.
 double measure_memory();
 
 }  // namespace tanor::scene

@@ -5,10 +5,11 @@
 
 namespace tanor::scene {
 
-/// "modes": how many, and the loads whose buckling factor is asked for; they are names of the scene's forces.
+/// Reads "modes": their number, and the loads whose buckling factor is requested, which are names of the scene's
+/// forces.
 void read_modes(const Cursor& modes, Scene* scene);
 
-/// What a scene says about modes and buckling about one of its equilibria.
+/// Return the options for modes and buckling about an equilibrium of the scene.
 ModesOptions modes_options(const Scene& scene);
 BucklingOptions buckling_options(const Scene& scene);
 

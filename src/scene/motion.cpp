@@ -19,7 +19,7 @@ void apply(const Overrides& overrides, Scene* scene) {
       throw InputError("--method", error.what());
     }
   }
-  // Tolerances over the scene's step: of the methods, only "auto" can follow.
+  // Tolerances replace the scene's step; only the method "auto" can follow them.
   const bool has_tolerance = overrides.rtol || overrides.atol;
   if (has_tolerance && options.method == Method::Auto) options.step = 0.0;
   options.step = overrides.step.value_or(options.step);
@@ -35,7 +35,7 @@ std::string describe_limit(double t_end, double most, std::string_view what) {
                      what);
 }
 
-/// An end that can be reached, with output that can be stored.
+/// Checks that the end can be reached, with output that can be stored.
 void check_counts(const Cursor& motion, const Overrides& overrides, const Scene& scene) {
   const double t_end = scene.t_end, step = scene.motion.step;
   if (t_end > 0.0 && !(t_end > scene.t_start)) {
@@ -68,14 +68,14 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
           0};
 }
 
-/// Words for some of them that scenes may use as well.
+/// Alternative words for some linear solvers.
 constexpr std::pair<const char*, LinearSolver> other_words[]{{"sparse", LinearSolver::General},
                                                              {"path", LinearSolver::Paths},
                                                              {"tree", LinearSolver::Trees},
                                                              {"batched", LinearSolver::Batches},
                                                              {"pointwise", LinearSolver::ClosedForm}};
 
-/// Its old names "way" and "bundles" are read for one version.
+/// Reads the linear solver. Its old names "way" and "bundles" are accepted for one version.
 LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
   const Cursor old = solver["way"];
   if (old && solver["linear_solver"]) old.complain("found beside linear_solver, which is its new name");

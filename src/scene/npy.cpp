@@ -16,7 +16,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "npy files are read as they lie in memory");
 
-/// The text between `'key': ` and the closing character in the header; empty where one of them is missing.
+/// Returns the text between `'key': ` and the closing character in the header, or nothing if one of them is missing.
 std::string_view find_field(std::string_view header, std::string_view key, char close) {
   const std::size_t begin = header.find(key);
   if (begin == std::string_view::npos) return {};
@@ -25,7 +25,7 @@ std::string_view find_field(std::string_view header, std::string_view key, char 
   return end == std::string_view::npos ? std::string_view() : trim(header.substr(0, end));
 }
 
-/// "3, 4", "3," (a vector)
+/// Reads a shape such as "3, 4" or "3," (a vector).
 std::optional<std::vector<std::size_t>> read_shape(std::string_view list) {
   std::vector<std::size_t> shape;
   while (!list.empty()) {
@@ -38,7 +38,7 @@ std::optional<std::vector<std::size_t>> read_shape(std::string_view list) {
   return shape;
 }
 
-/// Product of the shape; nothing where it is more than `most`.
+/// Returns the product of the shape, or nothing if it exceeds `most`.
 std::optional<std::size_t> count_numbers(const std::vector<std::size_t>& shape, std::size_t most) {
   if (std::find(shape.begin(), shape.end(), 0u) != shape.end()) return 0;
   std::size_t count = 1;
@@ -60,7 +60,7 @@ NpyArray read_npy(const std::string& name, std::string_view* bytes) {
   const std::string_view text = *bytes;
   check(text.starts_with("\x93NUMPY") && text.size() >= 12, "a NumPy file");
   const auto byte = [&](std::size_t k) { return static_cast<std::size_t>(static_cast<unsigned char>(text[k])); };
-  const bool is_short = text[6] == 1;  // major version: two bytes of length, later four
+  const bool is_short = text[6] == 1;  // major version 1 has two bytes of length, later ones four
   const std::size_t start = is_short ? 10 : 12;
   const std::size_t length = byte(8) + (byte(9) << 8) + (is_short ? 0 : (byte(10) << 16) + (byte(11) << 24));
   check(text.size() >= start + length, "a NumPy file with a whole header");

@@ -52,7 +52,7 @@ NumberTable read_npy_table(const std::string& name, std::string_view bytes) {
   NpyArray array = read_npy(name, &bytes);
   if (!bytes.empty()) throw InputError(name, "wanted as many numbers as its shape says");
   if (array.shape.size() > 2) throw InputError(name, "wanted an array with one or two dimensions");
-  // Rows without columns hold nothing, and there may be 2^63 of them.
+  // Rows without columns hold no numbers, and there may be 2^63 of them.
   if (array.numbers.empty()) throw InputError(name, "wanted at least one number");
   NumberTable table{.rows = array.shape[0],
                     .columns = array.shape.size() == 2 ? array.shape[1] : 1,

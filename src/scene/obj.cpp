@@ -34,7 +34,7 @@ class ObjReader {
   }
 
  private:
-  /// The present line, with those that a backslash at its end appends to it.
+  /// Returns the current line, with those that a backslash at its end appends to it.
   std::string_view join_continued() {
     std::string_view line = lines_.line();
     if (!line.ends_with('\\')) return line;
@@ -59,7 +59,7 @@ class ObjReader {
     }
   }
 
-  /// The edges of a line, or of a face, which closes.
+  /// Reads the edges of a line, or of a face, which is closed.
   void read_path(const std::vector<std::string_view>& words, std::size_t least, bool is_closed) {
     if (words.size() <= least)
       lines_.complain(fmt::format("found {} vertices, wanted {} or more", words.size() - 1, least));
@@ -72,7 +72,7 @@ class ObjReader {
     }
   }
 
-  /// "7", "7/2", "7//3" and "7/2/3" name vertex 7, and -1 the last one so far.
+  /// Reads an index: "7", "7/2", "7//3" and "7/2/3" name vertex 7, and -1 the last one so far.
   std::int32_t read_index(std::string_view word) {
     const auto index = parse_integer(word.substr(0, word.find('/')));
     const auto count = static_cast<std::int64_t>(data_.positions.size());
@@ -83,7 +83,7 @@ class ObjReader {
     return static_cast<std::int32_t>(*index - 1);
   }
 
-  /// Faces may name vertices that come later.
+  /// Checks the indices at the end, because faces may name later vertices.
   void check_latest() const {
     const auto [index, line] = latest_;
     if (index > static_cast<std::int64_t>(data_.positions.size()))
@@ -94,7 +94,7 @@ class ObjReader {
   const std::string name_;
   LineReader lines_;
   std::string joined_;
-  std::pair<std::int64_t, std::size_t> latest_;  ///< largest index that was named, and its line
+  std::pair<std::int64_t, std::size_t> latest_;  ///< largest index that was used, and its line
   Edges edges_;
   Imported data_;
 };

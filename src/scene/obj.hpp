@@ -7,9 +7,10 @@
 
 namespace tanor::scene {
 
-/// Vertices of a Wavefront .obj file, with the edges of its lines (`l`) and faces (`f`), each once. Indices may be
-/// relative (negative), and lines may be continued by a backslash. Normals, textures, groups, materials, curves and
-/// surfaces are skipped. `name` of the file, for errors: throws InputError (without a place) naming file and line.
+/// Reads the vertices of a Wavefront .obj file, with the edges of its lines (`l`) and faces (`f`), each once. Indices
+/// may be relative (negative), and lines may be continued by a backslash. Normals, textures, groups, materials, curves
+/// and surfaces are skipped. `name` is the file's name for errors. Throws InputError (without a place) naming file and
+/// line.
 Imported read_obj(const std::string& name, std::string_view text);
 
 }  // namespace tanor::scene

@@ -8,10 +8,10 @@
 
 namespace tanor::scene {
 
-/// More is a slip of the finger; the rule of "solver" and of --threads.
+/// Largest number of threads for "solver" and --threads; a larger one is a typing error.
 constexpr int most_threads = 1024;
 
-/// What a command line says over the scene: values given here replace those of the file.
+/// Values of the command line, which replace those of the file.
 struct Overrides {
   std::optional<std::string> method;  ///< --method
   std::optional<double> step;         ///< --step, s, > 0

@@ -17,7 +17,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Reads one file; the driver is `read`. Columns are those of the format, version 3.3.
+/// Reads one file; the driver is `read`. The columns are those of format version 3.3.
 class PdbReader {
  public:
   PdbReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
@@ -37,7 +37,7 @@ class PdbReader {
   }
 
  private:
-  static constexpr std::int32_t left_out = -1;  ///< an alternative place of an atom
+  static constexpr std::int32_t left_out = -1;  ///< an alternative position of an atom
 
   double number(std::size_t first, std::size_t last) const {
     const std::string_view word = columns(lines_.line(), first, last);
@@ -54,7 +54,7 @@ class PdbReader {
     }
     if (data_.positions.size() == std::numeric_limits<std::int32_t>::max())
       lines_.complain("found more atoms than can be numbered");
-    // Programs run out of numbers above 99999; then only CONECT could tell them apart.
+    // Some programs have no numbers above 99999, and atoms then share numbers. Only CONECT refers to these.
     const auto point = static_cast<std::int32_t>(data_.positions.size());
     const bool is_new = points_.emplace(serial, point).second;
     if (!is_new) ambiguous_.emplace(serial);
@@ -64,7 +64,8 @@ class PdbReader {
       data_.without_element = fmt::format("{}, line {}: atom {}", name_, lines_.number(), quote(columns(line, 13, 16)));
   }
 
-  /// Whether the atom, known by chain, residue and name, was met already, and this place is an alternative (column 17).
+  /// Returns true if the atom, identified by chain, residue and name, was met before, and this position is an
+  /// alternative (column 17).
   bool is_second_place() {
     const std::string_view line = lines_.line();
     if (columns(line, 17, 17).empty()) return false;
@@ -77,7 +78,7 @@ class PdbReader {
     const std::string_view line = lines_.line();
     if (const Element* element = find_element(columns(line, 77, 78))) return element;
     const std::string_view atom = columns(line, 13, 16), symbol = columns(line, 13, 14);
-    // A symbol ends in column 14, and only hydrogen's names of four characters begin before it should.
+    // A symbol ends in column 14, and only the four-character names of hydrogen begin earlier.
     const bool starts_early = atom.size() == 4 && atom[0] == 'H';
     if (symbol.size() == 2 && !starts_early)
       if (const Element* element = find_element(symbol)) return element;
@@ -92,7 +93,7 @@ class PdbReader {
       if (columns(lines_.line(), first, first + 4).empty()) continue;
       const std::int32_t to = find_point(first, first + 4);
       if (from == to && from != left_out) lines_.complain("found an atom bonded to itself");
-      if (from != left_out && to != left_out) edges_.add(from, to);  // a double bond stands there twice
+      if (from != left_out && to != left_out) edges_.add(from, to);  // a double bond is listed twice
     }
   }
 
@@ -105,7 +106,7 @@ class PdbReader {
     return found->second;
   }
 
-  /// CRYST1 1 1 1 stands where there is no crystal.
+  /// Reads the cell; CRYST1 1 1 1 means that there is no crystal.
   void read_cell() {
     const double a = number(7, 15), b = number(16, 24), c = number(25, 33);
     if (a == 1.0 && b == 1.0 && c == 1.0) return;
@@ -114,7 +115,7 @@ class PdbReader {
       return degrees == 90.0 ? 0.0 : std::cos(degrees * (std::numbers::pi / 180.0));
     };
     const double alpha = cosine(number(34, 40)), beta = cosine(number(41, 47)), gamma = cosine(number(48, 54));
-    // a along x, b in the x-y plane.
+    // The edge a is along x, and b in the x-y plane.
     const double sine = std::sqrt(1.0 - gamma * gamma), yz = (alpha - beta * gamma) / sine;
     const double height = 1.0 - beta * beta - yz * yz;
     if (!(sine > 0.0) || !(height > 0.0)) lines_.complain("found angles between which no cell has room");
@@ -123,7 +124,7 @@ class PdbReader {
 
   const std::string name_;
   LineReader lines_;
-  std::unordered_map<std::string, std::int32_t> points_;  ///< by an atom's number as it is written
+  std::unordered_map<std::string, std::int32_t> points_;  ///< by an atom's number as written in the file
   std::unordered_set<std::string> places_, ambiguous_;
   Edges edges_;
   Imported data_;

@@ -20,7 +20,7 @@ std::array<std::int64_t, 3> Cell::nearest_images(Vector3 d) const {
   const auto nearest = [](double distance, double edge) -> std::int64_t {
     return edge > 0.0 ? std::llround(distance / edge) : 0;
   };
-  // c alone reaches along z, then b along y: the cell is lower triangular.
+  // Only c reaches along z, and then only b along y, because the cell is lower triangular.
   const std::int64_t c = nearest(d[2], zz);
   const std::int64_t b = nearest(d[1] - static_cast<double>(c) * yz, yy);
   const std::int64_t a = nearest(d[0] - static_cast<double>(c) * xz - static_cast<double>(b) * xy, xx);
@@ -29,7 +29,7 @@ std::array<std::int64_t, 3> Cell::nearest_images(Vector3 d) const {
 
 std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::array<std::int32_t, 2>>& bonds,
                                     std::vector<Vector3>* positions) {
-  // Neighbours of atom i: neighbours[starts[i]] … neighbours[starts[i + 1] - 1].
+  // The neighbours of atom i are neighbours[starts[i]] … neighbours[starts[i + 1] - 1].
   const std::size_t num_atoms = positions->size();
   std::vector<std::size_t> starts(num_atoms + 2);
   for (const auto& bond : bonds)
@@ -41,7 +41,7 @@ std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::arr
     neighbours[starts[static_cast<std::size_t>(j) + 1]++] = i;
   }
 
-  // Shift to the image near another atom; nothing is rounded where it is there already.
+  // Returns the shift from the image of `to` nearest to `from`; it is exactly 0 if `to` is that image.
   const auto excess = [&](const Vector3& from, const Vector3& to) {
     return cell.shift(cell.nearest_images(subtract(to, from)));
   };

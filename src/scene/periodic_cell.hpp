@@ -13,15 +13,15 @@ struct Cell {
   double xx = 0.0, yy = 0.0, zz = 0.0;  ///< m
   double xy = 0.0, xz = 0.0, yz = 0.0;  ///< m, tilt
 
-  /// n_a a + n_b b + n_c c
+  /// Returns n_a a + n_b b + n_c c.
   Vector3 shift(const std::array<std::int64_t, 3>& images) const;
-  /// Images n that make |d - shift(n)| shortest, for distances below half the cell.
+  /// Returns the images n that make |d - shift(n)| smallest, for distances below half the cell.
   std::array<std::int64_t, 3> nearest_images(Vector3 d) const;
 };
 
 /// Moves atoms by whole cells until the bonds are short: each molecule grows from its first atom along its bonds.
-/// Returns the shift that each bond still needs, r_j - r_i + offset being short: 0 but for those that close a loop
-/// through a periodic face.
+/// Returns the shift that each bond still needs to make r_j - r_i + offset short; it is 0 except for bonds that close a
+/// loop through a periodic face.
 std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::array<std::int32_t, 2>>& bonds,
                                     std::vector<Vector3>* positions);
 

@@ -31,7 +31,7 @@ constexpr std::pair<std::string_view, Type> type_names[] = {
 struct Property {
   std::string_view name;
   Type type;
-  std::optional<Type> count;  ///< of a list
+  std::optional<Type> count;  ///< type of the count of a list
 };
 
 struct Element {
@@ -42,16 +42,16 @@ struct Element {
 
 enum class Encoding { Ascii, LittleEndian, BigEndian };
 
-/// The numbers behind the header, one by one.
+/// The numbers after the header, one by one.
 class Numbers {
  public:
   Numbers(Encoding encoding, std::string_view bytes, std::size_t line)
       : encoding_(encoding), rest_(bytes), line_(line) {}
 
-  /// Nothing where the data end, or where the next word is no finite number.
+  /// Returns nothing at the end of the data, or if the next word is not a finite number.
   std::optional<double> next(Type type) { return encoding_ == Encoding::Ascii ? next_word() : next_bytes(type); }
 
-  /// How many numbers the rest can hold at most; a word takes a digit and a blank.
+  /// Returns an upper bound of the numbers that the rest can hold; a word takes a digit and a blank.
   std::size_t room(std::size_t size) const {
     return encoding_ == Encoding::Ascii ? rest_.size() / 2 + 1 : rest_.size() / size;
   }
@@ -112,7 +112,7 @@ class Numbers {
 
   Encoding encoding_;
   std::string_view rest_;
-  std::size_t line_;  ///< of text
+  std::size_t line_;  ///< line of the text
 };
 
 /// Reads one file; the driver is `read`.
@@ -185,7 +185,7 @@ class PlyReader {
     throw InputError("", fmt::format("{}: {}", name_, what));
   }
 
-  /// Counts are believed only where the file has room for what they count.
+  /// Refuses counts that exceed what the rest of the file can hold.
   void check_room(const Numbers& numbers, double count, std::size_t size, const std::string& what) const {
     if (size == 0 || count > static_cast<double>(numbers.room(size)))
       complain(numbers, fmt::format("found {}, wanted no more than the rest of the file holds", what));
@@ -257,7 +257,7 @@ class PlyReader {
     edges_.add(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
   }
 
-  /// Edges may come before the vertices.
+  /// Checks the vertices of edges at the end, because edges may precede the vertices.
   void check_edges() const {
     if (largest_ >= static_cast<double>(data_.positions.size()))
       throw InputError("", fmt::format("{}: found vertex {} in an edge or face, wanted one from 0 to {}", name_,
@@ -268,7 +268,7 @@ class PlyReader {
   LineReader lines_;
   std::vector<Element> elements_;
   std::array<double, 2> edge_{};
-  double largest_ = -1.0;  ///< vertex that was named
+  double largest_ = -1.0;  ///< largest vertex that was used
   Edges edges_;
   Imported data_;
 };

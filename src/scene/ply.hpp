@@ -7,9 +7,10 @@
 
 namespace tanor::scene {
 
-/// Vertices (x, y, z) of a Stanford .ply file, ascii or binary of either byte order, with its edges (`vertex1`,
-/// `vertex2`) and those of its faces (`vertex_indices` or `vertex_index`), each once. Other elements and properties are
-/// skipped. `name` of the file, for errors: throws InputError (without a place) naming file, and line or element.
+/// Reads the vertices (x, y, z) of a Stanford .ply file, ascii or binary of either byte order, with its edges
+/// (`vertex1`, `vertex2`) and those of its faces (`vertex_indices` or `vertex_index`), each once. Other elements and
+/// properties are skipped. `name` is the file's name for errors. Throws InputError (without a place) naming file, and
+/// line or element.
 Imported read_ply(const std::string& name, std::string_view text);
 
 }  // namespace tanor::scene

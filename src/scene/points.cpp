@@ -8,7 +8,7 @@
 namespace tanor::scene {
 namespace {
 
-/// The table behind {"file": …}, of a known width.
+/// Reads the table of {"file": …}, which has a known width.
 std::vector<double> read_file(const Cursor& value, std::size_t columns, const Context& context) {
   const Cursor file = value.object({"file"})["file"];
   NumberTable table = context.number_table(file);
@@ -17,7 +17,7 @@ std::vector<double> read_file(const Cursor& value, std::size_t columns, const Co
   return std::move(table.values);
 }
 
-/// n x 3 numbers, point by point.
+/// Reads n x 3 numbers, point by point.
 std::vector<double> read_vectors(const Cursor& value, const Context& context) {
   if (value.is_object()) return read_file(value, 3, context);
   std::vector<double> vectors;
@@ -28,7 +28,7 @@ std::vector<double> read_vectors(const Cursor& value, const Context& context) {
   return vectors;
 }
 
-/// One number for all or n of them.
+/// Reads one number for all points, or n of them.
 std::vector<double> read_masses(const Cursor& value, std::size_t num_points, const Context& context) {
   if (!value || value.is_number()) return std::vector<double>(num_points, value.number(1.0));
   if (value.is_object()) return read_file(value, 1, context);

@@ -10,7 +10,7 @@
 
 namespace tanor::scene {
 
-/// The points of a scene wherever they come from, with the supports and rods that come along.
+/// The points of a scene, whatever their source, with the supports and rods that come with them.
 struct PointSet {
   std::string source;              ///< "inline", "generate: chain", "import: data.chain (lammps-data)"
   std::vector<double> positions;   ///< 3n, m
@@ -20,7 +20,7 @@ struct PointSet {
   std::vector<Constraint> constraints;
   std::vector<Force> forces{};
   std::optional<Cell> cell;             ///< periodic box of an imported file
-  std::vector<std::string> left_out{};  ///< what acts in an imported file and not here, a sentence each
+  std::vector<std::string> left_out{};  ///< what acts in an imported file but not here, a sentence each
 
   Index add_point(const Vector3& position) {
     positions.insert(positions.end(), position.begin(), position.end());
@@ -28,13 +28,13 @@ struct PointSet {
   }
 };
 
-/// The key that is there of "points", "generate", "import".
+/// Returns the one of the keys "points", "generate", "import" that is present.
 Cursor find_point_source(const Cursor& root);
 
-/// Reads it, whichever it is.
+/// Reads the points from any of these sources.
 PointSet read_point_source(const Cursor& root, const Context& context);
 
-/// "points": {"positions", "velocities", "masses"}, inline or from files.
+/// Reads "points": {"positions", "velocities", "masses"}, inline or from files.
 PointSet read_points(const Cursor& points, const Context& context);
 
 }  // namespace tanor::scene

@@ -16,7 +16,7 @@ namespace tanor::scene {
 
 namespace {
 
-/// x y z, one after the other, at a time.
+/// Positions x y z, one after the other, at one time.
 struct Instant {
   double t = 0.0;
   std::vector<double> places;
@@ -24,7 +24,7 @@ struct Instant {
 
 std::vector<Instant> read_blocks(const std::string& name, const std::string& text) {
   std::vector<Instant> instants;
-  std::size_t columns = 0;  // of the lines before in this block
+  std::size_t columns = 0;  // of the earlier lines in this block
   LineReader lines(name, text);
   while (lines.next()) {
     const std::string_view line = trim(lines.line().substr(0, lines.line().find('#')));
@@ -50,7 +50,7 @@ std::vector<Instant> read_blocks(const std::string& name, const std::string& tex
   return instants;
 }
 
-/// A number, or a text that is one.
+/// Reads a number, or a text that contains one.
 double read_number(const Cursor& value) {
   if (!value.is_string()) return value.number();
   const auto number = parse_number(value.string());

@@ -19,9 +19,9 @@ void check_version(const Cursor& version) {
   if (!version.is_number() || version.number() != 1.0) version.fail("1, the version of the scene format");
 }
 
-/// Names of formulas: a formula that is just the name must be right.
+/// Reads the names for formulas. Each name must itself be a valid formula.
 Constants read_parameters(const Cursor& parameters) {
-  constexpr std::size_t most = 1000;  // every formula is held against all of them
+  constexpr std::size_t most = 1000;  // every formula is compared with all of them
   Constants constants;
   const std::size_t count = parameters.members("an object of numbers").size();
   if (count > most) parameters.complain(fmt::format("found {} of them, wanted at most {}", count, most));
@@ -34,7 +34,7 @@ Constants read_parameters(const Cursor& parameters) {
   return constants;
 }
 
-/// Default names count in the scene's list, although groups that came with the points stand first in the system.
+/// Names groups by their index in the scene's list, although groups that came with the points come first in the system.
 void name_by_scene_index(std::vector<Constraint>* constraints) {
   for (std::size_t k = 0; k < constraints->size(); ++k) {
     const std::string kind(kind_name((*constraints)[k]));
@@ -50,8 +50,8 @@ void append(std::vector<T> tail, std::vector<T>* list) {
   list->insert(list->end(), std::make_move_iterator(tail.begin()), std::make_move_iterator(tail.end()));
 }
 
-/// Translates places of `validate` into places of the scene. They count in the system's lists, where the supports and
-/// constraints that came with the points stand first, forces that did last.
+/// Translates places of `validate` into places of the scene. The former are indices of the system's lists, in which the
+/// supports and constraints that came with the points come first, and such forces last.
 class PlaceTranslator {
  public:
   PlaceTranslator(const Cursor& root, std::size_t num_own_supports, std::size_t num_own_constraints,
@@ -62,13 +62,13 @@ class PlaceTranslator {
         num_own_constraints_(num_own_constraints),
         num_scene_forces_(num_scene_forces) {}
 
-  /// The same, for what is said about it: a value that is missing has a place, too.
+  /// Finds a place for a message about it: a missing value has a place, too.
   Cursor find(std::string_view place, std::string_view what) const {
     const Cursor found = find(place);
     const bool is_missing = what.starts_with("is missing") && found.is_object();
     return is_missing ? found[place.substr(place.rfind('/') + 1)] : found;
   }
-  /// The value of the scene that a JSON pointer of the system speaks of, or the nearest one around it.
+  /// Finds the value of the scene that a JSON pointer of the system refers to, or the nearest one around it.
   Cursor find(std::string_view place) const {
     std::vector<std::string> steps = split(place);
     if (steps.empty()) return root_;
@@ -85,7 +85,7 @@ class PlaceTranslator {
     return follow(root_, steps, 0);
   }
 
-  /// The message with the places that it names translated.
+  /// Returns the message with the places that it names translated.
   std::string translate(std::string_view message) const {
     std::string translated;
     while (!message.empty()) {
@@ -100,7 +100,7 @@ class PlaceTranslator {
   }
 
  private:
-  /// Steps of a JSON pointer; those of the system have no escapes.
+  /// Returns the steps of a JSON pointer; those of the system have no escapes.
   static std::vector<std::string> split(std::string_view pointer) {
     std::vector<std::string> steps;
     for (const char c : pointer) {
@@ -121,7 +121,7 @@ class PlaceTranslator {
   std::size_t num_own_supports_, num_own_constraints_, num_scene_forces_;
 };
 
-/// What is drawn as the box around a sample.
+/// Returns the box that is drawn around a sample.
 std::optional<Cell> find_cell(const PointSet& points, const std::vector<Force>& forces) {
   const auto is_periodic = [](const Cell& cell) { return cell.xx > 0.0 || cell.yy > 0.0 || cell.zz > 0.0; };
   if (points.cell && is_periodic(*points.cell)) return points.cell;

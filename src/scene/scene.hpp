@@ -24,10 +24,10 @@ struct CertificatePolicy {
 /// A scene file, read and checked: everything that a sub-command needs.
 struct Scene {
   std::filesystem::path file;
-  std::vector<std::filesystem::path> files;  ///< all that were read: the scene file, then those it names
+  std::vector<std::filesystem::path> files;  ///< all files that were read: the scene file, then those it names
   std::string name;
-  std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
-  std::vector<std::string> left_out;  ///< what acts in an imported file and not here, a sentence each
+  std::string source;  ///< origin of the points: "inline", "generate: chain", "import: data.chain (lammps-data)"
+  std::vector<std::string> left_out;  ///< what acts in an imported file but not here, a sentence each
   System system;
   MotionOptions motion;
   double t_start = 0.0;              ///< s
@@ -40,18 +40,18 @@ struct Scene {
   CertificatePolicy certificate;
   EquilibriumOptions equilibrium;           ///< without those of `solver`
   ModesOptions modes;                       ///< without those of `solver`
-  std::vector<std::string> buckling_loads;  ///< names of forces; empty: no load factor is asked for
-  std::vector<std::string> old_names;       ///< that it uses: "/solver/way: its name is linear_solver"
+  std::vector<std::string> buckling_loads;  ///< names of forces; empty if no load factor is requested
+  std::vector<std::string> old_names;       ///< old names in use: "/solver/way: its name is linear_solver"
 };
 
-/// Reads and validates a scene file, with the command line's values over its own. Throws InputError with `where()` =
-/// "<file>: <JSON pointer>" (line and column where the text is no JSON), or the option that is wrong.
+/// Reads and validates a scene file, in which values of the command line replace its own. Throws InputError with
+/// `where()` = "<file>: <JSON pointer>" (line and column if the text is not JSON), or the option that is wrong.
 Scene load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
 
-/// The same for a scene that is to move: its end must be known.
+/// Loads a scene that is to move, whose end must be known.
 Scene load_moving_scene(const std::filesystem::path& file, const Overrides& overrides);
 
-/// The same as load_scene from text; relative paths inside are relative to `file`.
+/// Loads a scene from text; relative paths inside are relative to `file`.
 Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides = {});
 
 }  // namespace tanor::scene

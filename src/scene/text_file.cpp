@@ -26,7 +26,7 @@ std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text;
   char part[1 << 16];
-  // A name may be too long for any file; a device and a pipe may have no end.
+  // A name may be too long for any file, and a device or pipe may have no end.
   std::error_code unnamed;
   const bool may_be_endless = !std::filesystem::is_regular_file(file, unnamed);
   while (stream.read(part, sizeof part), stream.gcount() > 0) {
@@ -84,7 +84,7 @@ std::optional<double> parse_number(std::string_view word) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (end != word.data() + word.size() || error == std::errc::invalid_argument) return {};
-  // from_chars does not tell 1e999 from 1e-999; strtod does.
+  // from_chars does not distinguish 1e999 from 1e-999; strtod does.
   if (error == std::errc::result_out_of_range) number = std::strtod(std::string(word).c_str(), nullptr);
   if (!std::isfinite(number)) return {};
   return number;

@@ -9,18 +9,18 @@
 
 namespace tanor::scene {
 
-/// The whole file. Throws InputError (without a place) where it cannot be read.
+/// Returns the whole file. Throws InputError (without a place) if it cannot be read.
 std::string read_text(const std::filesystem::path& file);
 
 /// The lines of a text one by one, without their ends.
 class LineReader {
  public:
-  /// `name` of the text, for errors; the text must outlive the reader.
+  /// `name` is that of the text, for errors; the text must outlive the reader.
   LineReader(std::string name, std::string_view text) : name_(std::move(name)), rest_(text) {}
 
   bool next();
   std::string_view line() const { return line_; }
-  std::string_view rest() const { return rest_; }  ///< behind the line
+  std::string_view rest() const { return rest_; }  ///< text after the line
   std::size_t number() const { return number_; }   ///< 1, 2, …
   /// Throws InputError "<name>, line <number>: found "<found>", wanted <wanted>".
   [[noreturn]] void fail(std::string_view found, std::string_view wanted) const;
@@ -33,14 +33,15 @@ class LineReader {
   std::size_t number_ = 0;
 };
 
-/// Without blanks at both ends.
+/// Returns the text without blanks at both ends.
 std::string_view trim(std::string_view text);
-/// Columns of a line, counted from 1, without blanks at both ends; what the line is too short for is empty.
+/// Returns columns of a line, counted from 1, without blanks at both ends; columns beyond the end of the line are
+/// empty.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
-/// Words between blanks.
+/// Returns the words between blanks.
 std::vector<std::string_view> split_words(std::string_view line);
 
-/// The number that the whole word is; nothing where it is none or not finite.
+/// Returns the number that the whole word spells, or nothing if it spells none or one that is not finite.
 std::optional<double> parse_number(std::string_view word);
 std::optional<std::int64_t> parse_integer(std::string_view word);
 

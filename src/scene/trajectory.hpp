@@ -13,13 +13,13 @@ namespace tanor::scene {
 /// The files that a run can write its frames to.
 enum class TrajectoryFormat { Xyz, Vtp, Lammps, H5md, Csv, Npz };
 
-/// What is written of a motion ("trajectory", "compression" of docs/scene-format.md).
+/// The output of a motion ("trajectory", "compression" of docs/scene-format.md).
 struct TrajectoryFormats {
   std::vector<TrajectoryFormat> files{TrajectoryFormat::Xyz, TrajectoryFormat::Vtp};
   bool compression = false;
 };
 
-/// One word of a scene, or a list of words. An empty list: nothing is written.
+/// Reads one word of a scene, or a list of words. With an empty list nothing is written.
 std::vector<TrajectoryFormat> read_trajectory_formats(const Cursor& words);
 
 }  // namespace tanor::scene

@@ -7,18 +7,18 @@ namespace tanor {
 
 namespace {
 
-/// C over the stiffness of its points: conjugate residuals then take two or three steps, and half of the digits that it
-/// costs come back by one refinement.
+/// Ratio of the penalty C to the stiffness of the row's points. With it conjugate residuals take two or three steps. It
+/// costs some digits, and one refinement restores half of them.
 constexpr double penalty = 1e5;
 
-/// Pairs (column, row) of a triangle of points.
+/// Returns the pattern of a triangle of points from pairs (column, row).
 TrianglePattern make_triangle(std::size_t size, std::vector<std::pair<int, int>> entries) {
   TrianglePattern result;
   compress_pairs(size, std::move(entries), &result.start, &result.rows);
   return result;
 }
 
-/// visit(a, b) for all pairs of blocks in one row of K.
+/// Calls visit(a, b) for all pairs of blocks in one row of K.
 template <class Visit>
 void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
   for (std::size_t row = 0; row < by_row.size(); ++row) {
@@ -48,7 +48,7 @@ AugmentedStiffness::AugmentedStiffness(const EquilibriumEquations& equations, Or
   transpose_pattern();
 }
 
-/// visit(i, j, k) for block k of W, on point i in the place of point j.
+/// Calls visit(i, j, k) for block k of W, which stands in the row of point i and the column of point j.
 template <class Visit>
 void AugmentedStiffness::for_each_stiffness_block(const Visit& visit) const {
   const StiffnessMatrix& W = equations_.stiffness();
@@ -59,7 +59,7 @@ void AugmentedStiffness::for_each_stiffness_block(const Visit& visit) const {
   }
 }
 
-/// The blocks of K of moving points, row by row.
+/// Returns the blocks of K that belong to moving points, row by row.
 Groups<Incidence> AugmentedStiffness::group_by_row() const {
   const std::size_t n = equations_.stiffness().num_points(), num_rows = equations_.num_rows();
   return {num_rows, [&](const auto& add) {
@@ -70,7 +70,7 @@ Groups<Incidence> AugmentedStiffness::group_by_row() const {
           }};
 }
 
-/// Finds the order of elimination and the blocks of A in it. `entries`: pairs of points that have a block.
+/// Finds the elimination order and the blocks of A in it. `entries` are the pairs of points that have a block.
 void AugmentedStiffness::order_points(Ordering ordering, std::vector<std::pair<int, int>> entries) {
   const std::size_t n = equations_.stiffness().num_points();
   const SymbolicAnalysis order = analyze(make_triangle(n, entries), ordering);
@@ -95,8 +95,8 @@ void AugmentedStiffness::list_products(const Groups<Incidence>& by_row) {
   });
 }
 
-/// From blocks to numbers: column c of point j has 3 rows of each block above the diagonal, then the rows up to c of
-/// the diagonal's.
+/// Expands the pattern of blocks to numbers: column c of point j has 3 rows of each block above the diagonal, then rows
+/// 0 to c of the diagonal block.
 void AugmentedStiffness::expand_pattern() {
   for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
     for (int c = 0; c < 3; ++c) {
@@ -110,7 +110,7 @@ void AugmentedStiffness::expand_pattern() {
   values_.resize(upper_.rows.size());
 }
 
-/// The lower triangle: the transpose, by counting.
+/// Finds the lower triangle, the transpose of the upper one, by counting.
 void AugmentedStiffness::transpose_pattern() {
   const Groups<std::pair<int, int>> lower(upper_.size(), [&](const auto& add) {
     for (std::size_t column = 0; column < upper_.size(); ++column) {
@@ -125,7 +125,7 @@ void AugmentedStiffness::transpose_pattern() {
   }
 }
 
-/// Of the block (i, j) where it is in the upper triangle, else -1.
+/// Returns the position of block (i, j) if it is in the upper triangle, else -1.
 int AugmentedStiffness::slot(int i, int j) const {
   const int row = place_[static_cast<std::size_t>(i)], column = place_[static_cast<std::size_t>(j)];
   if (row > column) return -1;
@@ -134,7 +134,7 @@ int AugmentedStiffness::slot(int i, int j) const {
   return static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
 }
 
-/// Of the block on the diagonal, the last one of its column.
+/// Returns the position of the point's diagonal block, which is the last one of its column.
 std::size_t AugmentedStiffness::own_slot(std::size_t point) const {
   return static_cast<std::size_t>(start_[place(point) + 1] - 1);
 }
@@ -158,7 +158,7 @@ void AugmentedStiffness::assemble(const std::vector<double>& shifts, double stif
   expand_values();
 }
 
-/// C_a = penalty (stiffness of the row's points)/|gradient|^2; 0 of a row that moves no point.
+/// Sets C_a = penalty (stiffness of the row's points)/|gradient|^2, and 0 for a row that moves no point.
 void AugmentedStiffness::find_penalties(const std::vector<double>& shifts, double stiffer,
                                         std::vector<double>* penalties) const {
   const std::vector<double> stiffness = stiffness_of_points(shifts);
@@ -177,7 +177,8 @@ void AugmentedStiffness::find_penalties(const std::vector<double>& shifts, doubl
     (*penalties)[row] = squares[row] > 0.0 ? stiffer * penalty * (*penalties)[row] / squares[row] : 0.0;
 }
 
-/// The largest entry of each point's own block, of W and of s M, which may cancel each other.
+/// Returns the largest entry of each point's diagonal block. W and s M may cancel each other, so their absolute values
+/// are summed.
 std::vector<double> AugmentedStiffness::stiffness_of_points(const std::vector<double>& shifts) const {
   std::vector<double> result(num_points());
   for (std::size_t i = 0; i < result.size(); ++i) {

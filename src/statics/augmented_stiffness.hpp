@@ -9,34 +9,34 @@
 
 namespace tanor {
 
-/// The stiffness of an equilibrium with a shift, and with penalties on its constraints,
+/// The stiffness matrix of an equilibrium with a mass shift and with penalties on its constraints,
 ///
 ///   A = W + s M + K C K'      (C > 0 diagonal; Gould 1985: A is positive definite for large C where Z'(W + s M)Z is)
 ///
-/// in a good order of elimination. Only values change from one configuration to the next, the pattern is found once.
+/// in a fill-reducing elimination order. The pattern is found once; only values change between configurations.
 class AugmentedStiffness {
  public:
-  /// Reads `equations` where they were linearised last; these outlive the matrix.
+  /// Reads `equations` where they were linearised last; `equations` must outlive the matrix.
   AugmentedStiffness(const EquilibriumEquations& equations, Ordering ordering);
 
-  /// That of W for which it was made.
+  /// The pattern version of W for which this matrix was made.
   std::size_t pattern_version() const { return pattern_version_; }
   std::size_t num_points() const { return place_.size(); }
-  /// Where a moving point stands in the order of elimination; its three unknowns follow each other there.
+  /// Returns the position of a moving point in the elimination order; its three unknowns are consecutive there.
   std::size_t place(std::size_t point) const { return static_cast<std::size_t>(place_[point]); }
 
-  /// A for the shifts s [moving point], 1/s^2. Writes the penalties C that it found into `penalties` [rows of the
-  /// model], N/m over squared gradients: `stiffer` times a stiffness of the points that a row joins.
+  /// Assembles A for the shifts s [moving point], 1/s^2. Writes the penalties C that it found into `penalties` [rows of
+  /// the model], N/m over squared gradients: `stiffer` times a stiffness of the points that a row joins.
   void assemble(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties);
 
-  /// The last A: its upper triangle, and the lower one, which is factorized.
+  /// The upper triangle of the last A, and the lower one, which is factorized.
   const TrianglePattern& upper() const { return upper_; }
   const std::vector<double>& upper_values() const { return values_; }
   const TrianglePattern& lower() const { return lower_; }
   std::vector<double> lower_values() const;
 
  private:
-  /// A block of A that a product of two blocks of K is added to.
+  /// A product of two blocks of K, and the block of A to which it is added.
   struct Product {
     int row, block_a, block_b;
     double sign;
@@ -58,17 +58,17 @@ class AugmentedStiffness {
   const EquilibriumEquations& equations_;
   const Model& model_;
   std::size_t pattern_version_;
-  // The upper triangle of A by blocks, columns of points in the order of elimination: start_[j] … start_[j + 1] - 1
-  // have increasing rows, the diagonal last. Unknowns have the order of their points.
+  // The upper triangle of A by blocks, with the columns of points in elimination order. Entries start_[j] … start_[j +
+  // 1] - 1 have increasing rows and end with the diagonal block. Unknowns have the order of their points.
   std::vector<int> place_;  // [moving point] -> place in the elimination
   std::vector<int> start_, rows_;
   std::vector<Block3> blocks_;
-  std::vector<int> stiffness_slots_;  // [block of W], -1: of the other triangle
+  std::vector<int> stiffness_slots_;  // [block of W]; -1 if the block is in the other triangle
   std::vector<Product> products_;
   TrianglePattern upper_;
   std::vector<double> values_;
   TrianglePattern lower_;
-  std::vector<int> transposed_;  // [entry of the lower triangle] -> of the upper one
+  std::vector<int> transposed_;  // [entry of the lower triangle] -> entry of the upper one
 };
 
 }  // namespace tanor

@@ -19,15 +19,15 @@ namespace {
 
 constexpr int most_restarts = 300;
 
-/// What x becomes orthonormal by: x = V C + Q R, V'Q = 0.
+/// The factors that orthonormalise x: x = V C + Q R, V'Q = 0.
 struct Orthonormal {
   MatrixXd Q, C, R;
 };
 
-/// R of X = QR by Cholesky's factor of X'X; none where columns of X nearly depend on each other.
+/// Returns R of X = QR as the Cholesky factor of X'X, or nothing if columns of X nearly depend on each other.
 std::optional<MatrixXd> factorize_gram(const MatrixXd& X) {
   constexpr double least_pivot =
-      1e-4;  // of unit columns: Q is then orthogonal to 1e-8, and a second round does the rest
+      1e-4;  // for unit columns; Q is then orthogonal to 1e-8, and a second round restores the rest
   const MatrixXd gram = multiply_transposed(X, X);
   const VectorXd lengths = gram.diagonal().cwiseSqrt(), inverse = lengths.cwiseInverse();
   if (!(lengths.array() > 0.0).all() || !inverse.allFinite()) return std::nullopt;
@@ -36,8 +36,8 @@ std::optional<MatrixXd> factorize_gram(const MatrixXd& X) {
   return MatrixXd(factor.matrixU()) * lengths.asDiagonal();
 }
 
-/// Twice is enough, also where columns of x depend on each other and Householder's reflections part them: what rounding
-/// then puts into Q is orthogonal to V.
+/// Orthonormalises x against V. Two rounds are enough, also if the columns of x depend on each other and Householder
+/// reflections separate them: the second round makes the directions that rounding put into Q orthogonal to V.
 Orthonormal orthonormalise(const Eigen::Ref<const MatrixXd>& V, MatrixXd x) {
   const Rows block = x.cols();
   Orthonormal result{{}, MatrixXd::Zero(V.cols(), block), MatrixXd::Identity(block, block)};
@@ -64,7 +64,7 @@ BlockLanczos::BlockLanczos(std::function<Matrix(const Matrix&)> apply, const Mat
     : apply_(std::move(apply)), count_(count), block_(start.cols()) {
   const Rows most = std::max(dimension, count + 2 * block_);
   if (start.rows() < most + block_) {
-    // No full block has room beside the Krylov space: A itself is as small.
+    // The Krylov space has no room for another full block, because A itself is as small.
     span_everything(start.rows());
     return;
   }
@@ -83,7 +83,7 @@ void BlockLanczos::span_everything(Rows size) {
   find_ritz_pairs();
 }
 
-/// Appends the next block to the space, and finds the one behind it.
+/// Appends the next block to the space, and computes the one after it.
 void BlockLanczos::extend() {
   V_.middleCols(size_, block_) = next_;
   size_ += block_;
@@ -95,7 +95,7 @@ void BlockLanczos::extend() {
   find_ritz_pairs();
 }
 
-/// The best vectors, and as many others as a block has, stay.
+/// Keeps the best Ritz vectors: the wanted ones and one block more.
 void BlockLanczos::restart() {
   const Rows kept = std::min(count_ + block_, V_.cols() - block_);
   const Matrix best = vectors(kept);
@@ -118,7 +118,7 @@ BlockLanczos::Matrix BlockLanczos::vectors(Rows columns) const {
 }
 
 Rows BlockLanczos::count_converged(double tolerance) const {
-  // Products know no digit below the rounding of the largest eigenvalue.
+  // Products are accurate to the rounding of the largest eigenvalue only.
   const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * std::abs(values_[0]);
   Rows result = 0;
   while (result < std::min(size_, count_) &&

@@ -6,27 +6,27 @@
 
 namespace tanor {
 
-/// The largest eigenvalues of a symmetric operator A by Lanczos' method on blocks, with full orthogonalisation and
-/// thick restarts (Wu & Simon 2000; Stewart's Krylov-Schur form of a symmetric A). Of an eigenvalue that stands several
-/// times, a block of as many columns sees that many.
+/// Finds the largest eigenvalues of a symmetric operator A by the block Lanczos method, with full orthogonalisation and
+/// thick restarts (Wu & Simon 2000; Stewart's Krylov-Schur form of a symmetric A). A block finds as many copies of a
+/// multiple eigenvalue as it has columns.
 class BlockLanczos {
  public:
   using Matrix = Eigen::MatrixXd;
-  /// `apply`: A times many columns at once. `start`, [size, block]: any columns. `count` eigenvalues are wanted, and
-  /// the Krylov space has `dimension` columns at most, or count and two blocks.
+  /// `apply` multiplies A by many columns at once, and `start` [size, block] holds any columns. `count` eigenvalues are
+  /// wanted, and the Krylov space has at most max(dimension, count + 2 block) columns.
   BlockLanczos(std::function<Matrix(const Matrix&)> apply, const Matrix& start, Eigen::Index count,
                Eigen::Index dimension);
 
-  /// Goes on until |A x - theta x| <= tolerance |theta| for all that are wanted, or to rounding. False: fewer are so
-  /// good after many restarts.
+  /// Iterates until |A x - theta x| <= tolerance |theta| for all wanted eigenvalues, or to rounding. Returns false if
+  /// fewer have converged after many restarts.
   bool run(double tolerance);
 
-  /// How many of the largest ones, up to `count`, were so good when the last run ended.
+  /// Returns how many of the largest eigenvalues, up to `count`, had converged at the end of the last run.
   Eigen::Index converged() const { return converged_; }
-  /// Ritz values theta of the whole space, the largest first, and |A x - theta x|.
+  /// The Ritz values theta of the whole space, the largest first, and the residuals |A x - theta x|.
   const Eigen::VectorXd& values() const { return values_; }
   const Eigen::VectorXd& residuals() const { return residuals_; }
-  /// The first orthonormal Ritz vectors.
+  /// Returns the first orthonormal Ritz vectors.
   Matrix vectors(Eigen::Index columns) const;
 
  private:

@@ -20,15 +20,16 @@ namespace tanor {
 
 namespace {
 
-/// Load factors beyond these count as none and as all.
+/// Load factors below the first count as zero, those above the second as infinite.
 constexpr double least_factor = 1e-9, most_factor = 1e12;
-/// Of the scale of omega^2, added to W(p) where motions cost nothing without load: it then has a factor.
+/// Part of the scale of omega^2 by which masses shift W(p) if motions cost nothing without load; W(p) then has a
+/// factor.
 constexpr double little_mass = 1e-9;
-/// The critical factor is bracketed so closely; inverse iteration does the rest.
+/// The critical factor is bracketed to this ratio; inverse iteration does the rest.
 constexpr double bracket = 1.1;
 constexpr int most_iterations = 200;
 constexpr double rounding_of_factor = 1e-14, settled = 1e-11;
-/// Rounding of both stiffnesses, by their terms, that leaves a load factor no digits.
+/// Rounding error of both stiffnesses, relative to their terms, above which the load factor has no correct digits.
 constexpr double too_much_rounding = 1e-4;
 
 EquilibriumOptions describe_system(const BucklingOptions& options) {
@@ -63,10 +64,10 @@ System without_loads(const System& system, const std::vector<std::string>& loads
   return result;
 }
 
-/// Z'W(p)Z at a fixed shape, where multipliers and so W are linear in the load factor p.
+/// The stiffness Z'W(p)Z at a fixed shape, at which the multipliers and so W are linear in the load factor p.
 class LoadedStiffness {
  public:
-  /// `state`: under the load; lambda_0: without it.
+  /// `state` is the equilibrium under the load; lambda_0 are the multipliers without it.
   LoadedStiffness(GivenEquilibrium* state, std::vector<double> lambda_0)
       : state_(*state),
         lambda_0_(std::move(lambda_0)),
@@ -76,7 +77,7 @@ class LoadedStiffness {
     if (!kkt_.factorize(0.0)) shift_ = little_mass * ModeFinder(state->equations(), kkt_, 0).scale();
   }
 
-  /// Where it is, the solver has the factor.
+  /// Returns true if W(p) + s M is positive definite where K'x = 0; the solver then has its factor.
   bool is_stable_at(double p) {
     // lambda = lambda_0 + p (lambda_1 - lambda_0)
     std::vector<double> lambda(lambda_0_);
@@ -84,7 +85,7 @@ class LoadedStiffness {
     state_.linearise(lambda);
     return kkt_.factorize(shift_);
   }
-  /// W(0) x, and what the load adds, (W(p) - W(0)) x, at the last p.
+  /// Returns W(0) x, and the contribution of the load, (W(p) - W(0)) x, at the last p.
   std::pair<std::vector<double>, std::vector<double>> multiply(const std::vector<double>& x) const {
     std::vector<double> without(x.size()), by_load(x.size());
     W_0_.multiply(x.data(), without.data());
@@ -92,9 +93,9 @@ class LoadedStiffness {
     for (std::size_t i = 0; i < x.size(); ++i) by_load[i] -= without[i];
     return {std::move(without), std::move(by_load)};
   }
-  /// What x'W(0)x is a sum of, without signs.
+  /// Returns the sum of the absolute terms of x'W(0)x.
   double sum_terms(const std::vector<double>& x) const { return W_0_.sum_terms(x.data()); }
-  /// x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
+  /// Computes x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
   void solve(std::vector<double>* x) {
     std::vector<double> y(lambda_0_.size(), 0.0);
     kkt_.solve(x->data(), y.data());
@@ -125,8 +126,8 @@ Buckling refuse_buckling(Status status, std::string what) {
   return result;
 }
 
-/// The largest stable load factor of a bracket [low, low * bracket] of the critical one; 0: unstable without load;
-/// infinite: no load buckles it.
+/// Returns the largest stable load factor of a bracket [low, low * bracket] of the critical one. Returns 0 if the
+/// system is unstable without load, and infinity if no load buckles it.
 double find_stable_factor(LoadedStiffness* stiffness) {
   double low = 1.0, high = 1.0;
   if (stiffness->is_stable_at(1.0)) {
@@ -147,9 +148,9 @@ double find_stable_factor(LoadedStiffness* stiffness) {
   return low;
 }
 
-/// Inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and Rayleigh's quotient: its changes
-/// fall until rounding is left, which is much where bending is a small difference of large terms. None where it does
-/// not settle.
+/// Refines the critical factor by inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and
+/// Rayleigh's quotient. The changes fall until rounding is left, which is large if bending is a small difference of
+/// large terms. Returns nothing if the iteration does not settle.
 std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
   double factor = low, last_change = std::numeric_limits<double>::infinity();
   for (int k = 0; k < most_iterations; ++k) {
@@ -189,7 +190,7 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
                            "factor: without it " +
                                std::string(error.what()));
   }
-  // Points that a load holds rigid by prestress move without it.
+  // Points that a load holds rigid by prestress can move without it.
   if (unloaded->equations().size() != state.equations().size())
     return refuse_buckling(Status::NoSolution,
                            "the load holds points rigid by prestress, which no load factor multiplies");

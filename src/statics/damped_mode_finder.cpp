@@ -21,12 +21,12 @@ using Columns = Eigen::Index;
 namespace {
 
 constexpr double not_found = std::numeric_limits<double>::infinity();
-/// Imaginary parts that rounding gives to real roots which are equal, over |lambda|.
+/// Imaginary parts that rounding gives to equal real roots, relative to |lambda|.
 constexpr double real_to = 1e-9;
 
 }  // namespace
 
-/// (1 - V V') A (1 - V V'), whose eigenvalues are those of A but for the ones of V.
+/// The operator (1 - V V') A (1 - V V'), whose eigenvalues are those of A except the ones of V.
 class DampedModeFinder::Deflated {
  public:
   using Scalar = double;
@@ -93,7 +93,7 @@ double DampedModeFinder::extend_basis(Columns wanted, double tolerance) {
   for (Columns i = 0; i < start.size(); ++i)
     start[i] =
         std::sin(1.0 + 2.3 * static_cast<double>(i + 7 * basis_.cols())) / std::sqrt(1.0 + static_cast<double>(i));
-  // Twice, and it breaks no constraint.
+  // After two applications the start vector breaks no constraint.
   operation.perform_op(start.data(), other.data());
   operation.perform_op(other.data(), start.data());
   if (!(start.norm() > 0.0)) return 0.0;
@@ -131,7 +131,7 @@ DampedModeSet DampedModeFinder::solve_on_basis() {
     const auto& [lambda, k] = chosen[static_cast<std::size_t>(j)];
     VectorXcd q = basis_.topRows(n) * eigen.vectors.col(k);
     q /= q.norm();
-    // The phase in which the real part is largest.
+    // Choose the phase in which the real part is largest.
     const std::complex<double> square = q.cwiseProduct(q).sum();
     if (std::abs(square) > 0.0) q *= std::sqrt(std::conj(square) / std::abs(square));
     result.lambda[j] = lambda;
@@ -140,7 +140,8 @@ DampedModeSet DampedModeFinder::solve_on_basis() {
   return result;
 }
 
-/// |M^-1/2 (lambda^2 M + lambda D + W) q + M^-1/2 K mu|, with mu of one more solve: (q, lambda q)/(lambda - s) with it.
+/// Returns |M^-1/2 (lambda^2 M + lambda D + W) q + M^-1/2 K mu|. The multipliers mu come from one more solve, whose
+/// solution is (q, lambda q)/(lambda - s).
 double DampedModeFinder::find_residual(const std::complex<double>& lambda, const VectorXcd& q) {
   const Columns n = q.size();
   const VectorXcd mass_q = root_mass_.cwiseAbs2().cwiseProduct(q),
@@ -164,7 +165,7 @@ double DampedModeFinder::find_residual(const std::complex<double>& lambda, const
 
 DampedModeFinder::Found DampedModeFinder::find_lowest(std::size_t count, std::size_t freedoms) {
   constexpr int most_searches = 20;
-  constexpr double beside = 0.1;  // the shift, beside the fastest mode that is wanted
+  constexpr double beside = 0.1;  // shift, relative to the fastest wanted mode
   const auto wanted = static_cast<Columns>(count);
   Found found;
   const auto fail = [&](const std::string& what) {
@@ -186,7 +187,7 @@ DampedModeFinder::Found DampedModeFinder::find_lowest(std::size_t count, std::si
     if (basis_.cols() == before && largest == not_found) return fail("Arnoldi's method finds no more damped modes");
     found.modes = solve_on_basis();
     if (found.modes.lambda.size() < wanted || before == 0) continue;
-    // All within |lambda - s| <= farthest + s are among those of the basis.
+    // All modes within |lambda - s| <= farthest + s are among those of the basis.
     const double farthest = std::abs(found.modes.lambda[wanted - 1]),
                  outside = largest > 0.0 ? 1.0 / largest : std::numeric_limits<double>::infinity();
     if (!(outside > (1.0 + real_to) * (farthest + shift_))) continue;

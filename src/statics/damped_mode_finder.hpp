@@ -7,23 +7,26 @@
 
 namespace tanor {
 
-/// The lowest damped modes of many freedoms, without a basis of all moves. With p = lambda q and a small shift s > 0,
+/// Finds the lowest damped modes of many freedoms without a basis of all moves. With p = lambda q and a small shift s >
+/// 0,
 ///
 ///   Q(s) y + K mu = -(M p + (D + s M) q),   K'y = 0,   Q(s) = W + s D + s^2 M,        y' = q + s y
 ///
-/// takes (q, p) to (y, y') = (q, p)/(lambda - s): the largest eigenvalues of that operator belong to the lambda nearest
-/// to s. Arnoldi's method with implicit restarts (Spectra) finds some; what is found is deflated, as Schur vectors,
-/// until nothing more lies in the circle of those that are wanted, so that equal ones are found as often as they stand.
+/// maps (q, p) to (y, y') = (q, p)/(lambda - s), so that the largest eigenvalues of this operator belong to the lambda
+/// nearest to s. Arnoldi's method with implicit restarts (Spectra) finds some. These are deflated, as Schur vectors,
+/// until nothing more lies in the circle of the wanted ones, so that multiple eigenvalues are found with their
+/// multiplicity.
 class DampedModeFinder {
  public:
-  /// Where the equations were linearised last. `rate`: of the fastest vibration, 1/s; |lambda| up to `zero` are 0.
+  /// The equations must have been linearised last at r. `rate` is that of the fastest vibration, 1/s; |lambda| up to
+  /// `zero` count as 0.
   DampedModeFinder(EquilibriumEquations& equations, const double* r, double rate, double zero);
 
   struct Found {
     Outcome outcome;
     DampedModeSet modes;
   };
-  /// So many, one of each pair. `freedoms`: of the system, at least twice as many.
+  /// Finds `count` modes, one of each pair. `freedoms` is that of the system, at least twice `count`.
   Found find_lowest(std::size_t count, std::size_t freedoms);
 
  private:
@@ -31,13 +34,13 @@ class DampedModeFinder {
   class Deflated;
 
   [[nodiscard]] bool shift_to(double shift);
-  /// [q; p] in units of M^-1/2, p over the rate that belongs to the shift.
+  /// Applies the operator to [q; p], with q and p in units of M^-1/2 and p divided by the shift.
   void apply(const double* from, double* to);
-  /// Schur vectors of more eigenvalues into `basis_`; the largest |theta| of them; infinite: none
+  /// Adds Schur vectors of more eigenvalues to `basis_`. Returns the largest |theta| of them, or infinity if none
   /// converged.
   double extend_basis(Eigen::Index wanted, double tolerance);
   void add_to_basis(Vector v);
-  /// Eigenvalues on the basis, the smallest |lambda| first, one of each pair, and how far from the shift all are known.
+  /// Returns the damped modes within the span of the basis, the smallest |lambda| first, one of each pair.
   DampedModeSet solve_on_basis();
   double find_residual(const std::complex<double>& lambda, const Eigen::VectorXcd& q);
 

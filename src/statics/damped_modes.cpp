@@ -20,11 +20,11 @@ using Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::VectorXcd;
 
 namespace {
 
-/// Imaginary parts that rounding gives to real roots which are equal, over the fastest rate.
+/// Imaginary parts that rounding gives to equal real roots, relative to the fastest rate.
 constexpr double real_roots_to = 1e-10;
 
-/// One of each pair, the smallest |lambda| first; rates are in units of the fastest one. Rounding makes any pair of the
-/// double root 0.
+/// Chooses one lambda of each conjugate pair, the smallest |lambda| first; rates are in units of the fastest one. Both
+/// values of a pair within `zero` are kept, because rounding makes such a pair of the double root 0.
 std::vector<Rows> choose(const VectorXcd& lambda, double zero) {
   std::vector<Rows> chosen;
   for (Rows k = 0; k < lambda.size(); ++k) {
@@ -34,23 +34,24 @@ std::vector<Rows> choose(const VectorXcd& lambda, double zero) {
   return chosen;
 }
 
-/// y^H A y of a real matrix in its symmetric and its skew part: each keeps its own axis to the last bit.
+/// Returns y^H A y from the symmetric and the skew part of a real matrix A. The first is real and the second imaginary,
+/// so that neither part rounds the other.
 std::complex<double> work_of(const MatrixXd& symmetric, const MatrixXd& skew, const VectorXcd& y) {
   return {y.dot(symmetric * y).real(), y.dot(skew * y).imag()};
 }
 
-/// The root next to lambda of lambda^2 + lambda y^H D y + y^H W y = 0, which each mode y obeys: rounding of the fast
-/// ones is none of a slow one's decay.
+/// Returns the root next to lambda of lambda^2 + lambda y^H D y + y^H W y = 0, which each mode y obeys. It frees the
+/// decay of slow modes from the rounding errors of fast ones.
 std::complex<double> refine(std::complex<double> lambda, std::complex<double> damping, std::complex<double> stiffness) {
   const std::complex<double> middle = -0.5 * damping, half_width = std::sqrt(middle * middle - stiffness);
-  // The larger root has all its digits, and the product of both is the stiffness.
+  // The larger root is accurate to all its digits, and the product of both roots is the stiffness.
   const std::complex<double> sum = middle + half_width, difference = middle - half_width;
   const std::complex<double> one = std::abs(sum) >= std::abs(difference) ? sum : difference;
   const std::complex<double> other = one != 0.0 ? stiffness / one : one;
   return std::abs(one - lambda) < std::abs(other - lambda) ? one : other;
 }
 
-/// Half of A + A' and of A - A', which is nothing where it is rounding.
+/// Returns the symmetric and the skew part of A. A skew part that is only rounding is set to zero.
 std::pair<MatrixXd, MatrixXd> split(const MatrixXd& A) {
   MatrixXd skew = 0.5 * (A - A.transpose());
   if (skew.norm() <= 4.0 * eps * static_cast<double>(A.rows()) * A.norm()) skew.setZero();
@@ -66,8 +67,8 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
   for (Rows j = 0; j < s; ++j) equations.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
   const MatrixXd stiffness = Z.transpose() * WZ;
   const MatrixXd damping = Z.transpose() * (find_damping(equations.work(), equations.time(), r) * Z);
-  // With times in units of the fastest vibration both halves of the companion matrix are of one size; where nothing is
-  // stiff, what decays tells the time.
+  // With times in units of the fastest vibration both lower blocks of the companion matrix have similar size. If
+  // nothing is stiff, the damping sets the unit.
   constexpr double little = 1e-8;
   const double rate =
       std::max({std::sqrt(stiffness.norm()), little * damping.norm(), std::numeric_limits<double>::min()});
@@ -88,7 +89,7 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const dou
     y /= y.norm();
     lambda = refine(lambda, work_of(D, D_skew, y), work_of(W, W_skew, y));
     if (std::abs(lambda.imag()) <= real_roots_to * rate) lambda = lambda.real();
-    // The phase in which the real part is largest.
+    // Choose the phase in which the real part is largest.
     const std::complex<double> square = y.cwiseProduct(y).sum();
     if (std::abs(square) > 0.0) y *= std::sqrt(std::conj(square) / std::abs(square));
     const VectorXcd rest = lambda * lambda * y + lambda * (damping * y) + stiffness * y;

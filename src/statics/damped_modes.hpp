@@ -6,17 +6,19 @@
 
 namespace tanor {
 
-/// Small motions x(t) = r + Re(q e^(lambda t)): (lambda^2 M + lambda D + W) q + K mu = 0, K'q = 0. Of a pair of
-/// conjugate lambda the one with the positive imaginary part; the smallest |lambda| first. Inner order.
+/// Small motions x(t) = r + Re(q e^(lambda t)): (lambda^2 M + lambda D + W) q + K mu = 0, K'q = 0. A pair of conjugate
+/// lambda is represented by the one with the positive imaginary part; the smallest |lambda| comes first. Shapes are in
+/// the inner order.
 struct DampedModeSet {
   Eigen::VectorXcd lambda;  ///< 1/s
   Eigen::MatrixXcd shapes;  ///< by columns, q^H M q = 1, q'Mq real and not negative
   double residual = 0.0;    ///< largest |Z'(lambda^2 M + lambda D + W)q| over the largest |lambda|^2
 };
 
-/// All of them, by the dense eigenvalue problem of [0, I; -Z'WZ, -Z'DZ]. Z: M-orthonormal moves that break no
-/// constraint, where the equations were linearised last. W and D need not be symmetric. r [3 points]. |lambda| up to
-/// `zero` are 0, which stands as often as it is a root: twice for a motion that nothing holds or slows.
+/// Finds all damped modes from the dense eigenvalue problem of [0, I; -Z'WZ, -Z'DZ]. Z holds M-orthonormal moves that
+/// break no constraint, for the configuration r [3 points] at which the equations were linearised last. W and D need
+/// not be symmetric. Values of |lambda| up to `zero` count as 0, which is listed with its multiplicity: twice for a
+/// motion that nothing holds or slows.
 DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const double* r, const Eigen::MatrixXd& Z,
                                 double zero);
 

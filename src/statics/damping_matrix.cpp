@@ -27,7 +27,7 @@ Eigen::SparseMatrix<double> find_damping(Workspace& work, double t, const double
   };
   for (std::size_t i = 0; i < of_points.size(); ++i) add(static_cast<int>(i), static_cast<int>(i), -1.0, of_points[i]);
   for (std::size_t k = 0; k < couplings.size(); ++k) {
-    // With B the derivative of the force on j in v_j, D has -B at (i, i) and (j, j), and B at (i, j) and (j, i).
+    // If B is the derivative of the force on j in v_j, D has -B at (i, i) and (j, j), and B at (i, j) and (j, i).
     const auto [i, j] = couplings[k];
     add(i, i, -1.0, of_couplings[k]);
     add(j, j, -1.0, of_couplings[k]);

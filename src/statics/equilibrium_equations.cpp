@@ -31,7 +31,7 @@ double EquilibriumEquations::evaluate(const double* r, const double* lambda, dou
     const Vec3 force = load(f_.data(), i), sum = force + load(reactions_.data(), i);
     store(g, i, sum);
     largest = larger(largest, norm(force));
-    largest = larger(largest, 0.0 * norm(sum));  // NaN where a reaction is
+    largest = larger(largest, 0.0 * norm(sum));  // is NaN where a reaction is
   }
   for (const Incidence& incidence : model_.incidences) {
     if (static_cast<std::size_t>(incidence.point) < model_.num_moving())
@@ -58,7 +58,7 @@ void EquilibriumEquations::add_reactions(const double* lambda, double* y) const 
 }
 
 void EquilibriumEquations::apply_transposed(const double* x, double* rows) const {
-  std::vector<double> all(3 * model_.num_points(), 0.0);  // supports stand
+  std::vector<double> all(3 * model_.num_points(), 0.0);  // supports do not move
   std::copy_n(x, size(), all.begin());
   work_.constraints.apply_transposed(model_.parallel, blocks_.data(), all.data(), nullptr, rows);
 }

@@ -12,11 +12,12 @@ namespace tanor {
 ///   g = f + K lambda = 0   [3n], N            [ W  K ] [  dr     ]   [  g  ]
 ///   xi = 0                 [d]                [ K' 0 ] [ -dlambda] = [ -xi ]
 ///
-/// Unknowns are the n moving points, which come first in the inner order; supports stand where they are at t. Rows are
-/// the d equations that join moving points, `num_rows()`, which come before the idle ones. Friction takes no part.
+/// The unknowns are the n moving points, which come first in the inner order; supports stay where they are at t. The
+/// rows are the d equations that join moving points, `num_rows()`, which come before the idle ones. Friction takes no
+/// part.
 class EquilibriumEquations {
  public:
-  /// `work` is of a system without friction.
+  /// `work` must belong to a system without friction.
   EquilibriumEquations(Workspace& work, double t);
 
   std::size_t size() const { return 3 * model_.num_moving(); }
@@ -25,29 +26,29 @@ class EquilibriumEquations {
   Workspace& work() const { return work_; }
   double time() const { return t_; }
 
-  /// g [size()] and xi [model().num_rows()] at r [3 points] and lambda [model().num_rows()], and K there. Returns the
-  /// largest force at a moving point, N, of one row, spring, tuple or other law alone: the scale of g; not finite where
-  /// some force or constraint is not.
+  /// Evaluates g [size()] and xi [model().num_rows()] at r [3 points] and lambda [model().num_rows()], and K there.
+  /// Returns the scale of g, N: the largest force at a moving point that a single row, spring, tuple or other law
+  /// exerts. The scale is not finite if some force or constraint is not.
   double evaluate(const double* r, const double* lambda, double* g, double* xi);
-  /// K and W there.
+  /// Evaluates K and W at r and lambda.
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
 
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
-  /// What rounding of the places leaves of forces that cancel at a moving point, by its rows of W of the last
-  /// `linearise`, N.
+  /// Returns the rounding error, N, of forces that cancel at a moving point. Rounding of the positions causes it,
+  /// multiplied by the point's rows of W of the last `linearise`.
   double rounding_of_forces(std::size_t point) const;
 
-  /// At the last of these places: blocks of K as `Model::incidences` reads them, and W.
+  /// The blocks of K, as `Model::incidences` reads them, and W at the last configuration.
   const std::vector<double>& gradients() const { return blocks_; }
   const StiffnessMatrix& stiffness() const { return stiffness_; }
   StiffnessMatrix& stiffness() { return stiffness_; }
-  /// f of the last `evaluate` [3 points], N.
+  /// The active forces f of the last `evaluate` [3 points], N.
   const std::vector<double>& forces() const { return f_; }
-  /// y += K lambda [size()], and rows = K'x [model().num_rows()] with x [size()].
+  /// Compute y += K lambda [size()], and rows = K'x [model().num_rows()] with x [size()].
   void add_reactions(const double* lambda, double* y) const;
   void apply_transposed(const double* x, double* rows) const;
 
-  /// U of all forces that have a potential, J.
+  /// Returns the energy U of all forces that have a potential, J.
   double energy(const double* r) { return work_.forces.potential(model_.parallel, t_, r); }
 
  private:

@@ -26,18 +26,18 @@ namespace tanor {
 
 namespace {
 
-/// One system, searched from one start; arrays in the inner order.
+/// The search for one system from one start; arrays are in the inner order.
 class Search {
  public:
   Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
          EquilibriumResult* result);
 
-  /// Points that K alone would let move, though rods under tension hold them.
+  /// Returns the points that K alone would let move, but that rods under tension hold.
   std::vector<Index> find_rigid_points();
   void start_at(const std::vector<double>& positions, const std::vector<double>* multipliers);
-  /// `is_judged`: stability decides whether it is an answer.
+  /// Finds an equilibrium; if `is_judged`, its stability decides whether it is accepted.
   Outcome run(bool is_judged);
-  /// How far from equilibrium, multipliers, energy; what a small push does.
+  /// Describes the equilibrium: residuals, multipliers, energy and stability.
   void describe();
   void write();
 
@@ -71,9 +71,9 @@ class Search {
   NewtonDescent newton_;
   std::vector<double> prestress_;  // [rows]
   StaticState state_;
-  std::vector<double> decided_at_;  // positions where it was decided
-  RankReport rank_;                 // of K there
-  std::vector<double> smallest_;    // multipliers there [rows]; empty: there are none
+  std::vector<double> decided_at_;  // positions at which the rank was decided
+  RankReport rank_;                 // rank of K there
+  std::vector<double> smallest_;    // multipliers there [rows]; empty if there are none
   ReducedInertia inertia_;
   std::string without_potential_;  // forces by name
 };
@@ -104,7 +104,8 @@ void Search::start_at(const std::vector<double>& positions, const std::vector<do
     choose_start_multipliers();
 }
 
-/// Those that balance the load best, where they balance some of it; else none.
+/// Starts with the multipliers that balance the load best, if they balance at least half of it, else with the
+/// prestress.
 void Search::choose_start_multipliers() {
   std::vector<double> found;
   state_.lambda = prestress_;
@@ -150,7 +151,7 @@ Outcome Search::search() {
   Outcome outcome = search_by_newton(limits);
   const bool is_stuck = outcome.status == Status::NotConverged || outcome.status == Status::NotFinite;
   if (!is_stuck || options_.method != EquilibriumMethod::Auto) return outcome;
-  // From slack shapes, where Newton's method may stall, and from points that lie on each other, descent finds a way.
+  // Descent gets past slack shapes, where Newton's method may stall, and past points that coincide.
   const StaticState stalled = std::exchange(state_, start);
   if (descend(limits).ok() && search_by_newton(limits).ok()) return {};
   state_ = stalled;
@@ -188,7 +189,7 @@ std::size_t Search::count_self_stress() const {
       std::ranges::count_if(rank_.dependences, [](const RowDependence& each) { return !each.terms.empty(); }));
 }
 
-/// To rounding: rods that lie on each other then do so exactly, and motions from there see which rows depend.
+/// Iterates to rounding. Rods that coincide then do so exactly, and motions from there see which rows depend.
 void Search::polish() {
   constexpr int most_steps = 8;
   StaticState polished = state_;
@@ -198,8 +199,8 @@ void Search::polish() {
   if (after.force <= before.force && after.violation <= std::max(before.violation, 1e-15)) state_ = std::move(polished);
 }
 
-/// Where rods pull against each other in ways that no load determines, as in a net that has collapsed, Newton's method
-/// may have ended with any of them, or at none: it goes on from the smallest multipliers.
+/// Continues the search from the smallest multipliers. If the load does not determine all multipliers, as in a net that
+/// has collapsed, Newton's method may have ended with any of them, or without an equilibrium.
 Outcome Search::search_from_smallest(Outcome before) {
   constexpr double near = 1e-3;
   const StaticResidual here = newton_.measure(state_);
@@ -216,7 +217,7 @@ Outcome Search::search_from_smallest(Outcome before) {
   return outcome.ok() ? outcome : before;
 }
 
-/// The smallest multipliers take the place of those at hand where they balance the load as well.
+/// Replaces the multipliers by the smallest ones if those balance the load as well.
 void Search::take_smallest() {
   const double allowed = std::max(newton_.measure(state_).force, 1e-9 * newton_.residual().scale);
   if (!smallest_.empty() && count_self_stress() > 0 && newton_.measure({state_.r, smallest_}).force <= allowed)
@@ -259,14 +260,14 @@ Outcome Search::classify() {
   return {};
 }
 
-/// The one that gains most energy.
+/// Moves the points along the mode that lowers the energy most.
 void Search::move_along_lowest_shape() {
   constexpr double far = 0.05;  // of the scene's size
   const double move = far * model_.scene_size / longest(inertia_.shape);
   for (std::size_t i = 0; i < inertia_.shape.size(); ++i) state_.r[i] += move * inertia_.shape[i];
 }
 
-/// To a stable one somewhere else.
+/// Leaves an unstable equilibrium for a stable one elsewhere.
 void Search::leave_unstable() {
   constexpr int most_times = 12;
   for (int time = 0; time < most_times && result_.stability.status == Stability::Unstable && !inertia_.shape.empty();
@@ -309,7 +310,7 @@ Outcome Search::run(bool is_judged) {
     return {Status::NoSolution, "there is no equilibrium: " + load};
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
   if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
-  // What is left of forces gives a motion that costs nothing a little stiffness.
+  // Residual forces give a little stiffness to motions that cost nothing, so they are polished away first.
   if (equations_.size() <= most_dense_unknowns) {
     polish();
     decide_rank();
@@ -377,8 +378,8 @@ void Search::write() {
   if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.stability.lowest_shape);
 }
 
-/// What rows carry that join supports alone, or points that prestress holds rigid, is not determined, nor is the load
-/// of their supports.
+/// Sets undetermined results to NaN: the multipliers of rows that join only supports, or points that prestress holds
+/// rigid, and the forces on the points of those rows.
 void Search::forget_idle_rows() {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   for (const Incidence& incidence : model_.incidences) {
@@ -391,7 +392,7 @@ void Search::forget_idle_rows() {
   }
 }
 
-/// Points held rigid by prestress stand: they become supports, as in a Simulation.
+/// Starts a search in which points held rigid by prestress become supports, as in a Simulation.
 std::unique_ptr<Search> start_search(const System& system, const EquilibriumOptions& options,
                                      const std::vector<double>& prestress, const std::vector<double>& positions,
                                      EquilibriumResult* result) {

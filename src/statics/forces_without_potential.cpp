@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-/// Calls visit(name, work, r) for each formula alone; all other forces have a potential, or are at rest nothing.
+/// Calls visit(name, work, r) for each formula alone. All other forces have a potential, or are zero at rest.
 template <class Visit>
 void for_each_formula(const System& system, const std::vector<double>& positions, double t, const Visit& visit) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {

@@ -13,14 +13,14 @@ namespace tanor {
 
 namespace {
 
-/// Positions that a file keeps break the constraints by rounding, |xi|/|gradient|/length; more is another place.
+/// Violation |xi|/|gradient|/length that rounding of stored positions may cause; more is another configuration.
 constexpr double allowed_violation = 1e-6;
-/// What self-stress may change in y'Wz of moves y, z, over the terms of that change: rounding.
+/// Rounding error of a change of y'Wz by self-stress for moves y and z, relative to the terms of that change.
 constexpr double allowed_change = 1e-8;
 
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
 
-/// y'(A - B)z, and the sum of its terms without their signs.
+/// The difference y'(A - B)z, and the sum of its absolute terms.
 struct ChangeOfWork {
   double sum = 0.0, terms = 0.0;
 };
@@ -43,7 +43,7 @@ ChangeOfWork compare_work(const StiffnessMatrix& A, const StiffnessMatrix& B, co
   return result;
 }
 
-/// "a; b; c; and 9 more"
+/// Returns "a; b; c; and 9 more".
 std::string name_some(const std::vector<std::string>& all) {
   constexpr std::size_t most = 3;
   std::string names;
@@ -116,7 +116,7 @@ void GivenEquilibrium::find_multipliers(std::span<const double> given) {
     return;
   }
   check_size(given.size(), numbering.num_user_rows, "multipliers");
-  // Nobody knows those of rows that join supports alone, or points that prestress holds rigid: these are NaN.
+  // Multipliers of rows that join only supports, or points that prestress holds rigid, are undetermined: they are NaN.
   for (std::size_t a = 0; a < equations_.num_rows(); ++a) {
     const double each = given[static_cast<std::size_t>(numbering.user_row[a])];
     if (!std::isnan(each)) lambda_[a] = each;
@@ -145,7 +145,7 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     if (left(i) > left(worst)) worst = i;
   }
   if (g.empty() || scale == 0.0) return {};
-  // Where every single force vanishes, as in a molecule at rest, what is left is rounding of the places.
+  // If every single force vanishes, as in a molecule at rest, the residual is rounding of the positions.
   linearise(lambda_);
   const auto is_rounding = [&](std::size_t i) { return left(i) <= equations_.rounding_of_forces(i); };
   for (std::size_t i = 0; i < model().num_moving(); ++i) {
@@ -161,7 +161,7 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
          text(force_tolerance) + " is allowed" + advice;
 }
 
-/// nu with K nu = 0: a dependence is one of unit gradients in the norm of M^-1.
+/// Returns nu with K nu = 0. A dependence refers to gradients of unit length in the norm of M^-1.
 std::vector<double> GivenEquilibrium::self_stress(const RowDependence& dependence) const {
   std::vector<double> squares(lambda_.size(), 0.0), result(lambda_.size(), 0.0);
   for (const Incidence& incidence : model().incidences) {
@@ -180,7 +180,8 @@ std::vector<double> GivenEquilibrium::self_stress(const RowDependence& dependenc
   return result;
 }
 
-/// Fixed-seed random x [3 moving] with K'x = 0: with so much mass that stiffness hardly counts, M x + K mu = M random.
+/// Returns fixed-seed random x [3 moving] with K'x = 0. They solve M x + K mu = M random, with a mass shift so large
+/// that stiffness hardly counts.
 std::vector<std::vector<double>> GivenEquilibrium::random_moves(std::size_t count) {
   std::mt19937 generator(7);
   std::normal_distribution<double> normal;
@@ -206,7 +207,7 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
     return {};
   const std::vector<std::vector<double>> moves = random_moves(2);
   const StiffnessMatrix without = equations_.stiffness();
-  // So large a self-stress that the rounding of W is none of it.
+  // The self-stress is so large that rounding of W is negligible beside it.
   const double large = std::max(1.0, without.largest() * model().smallest_length);
   for (const RowDependence& dependence : rank_.dependences) {
     if (dependence.terms.empty()) continue;

@@ -13,20 +13,19 @@
 
 namespace tanor {
 
-/// What somebody says about an equilibrium, in the user's order.
+/// An equilibrium that the caller claims, in the user's order.
 struct EquilibriumClaim {
   std::span<const double> positions;    ///< [3n]
   std::span<const double> multipliers;  ///< [equations]; empty: the smallest ones of f + K lambda = 0
-  double force_tolerance;               ///< of the largest force
+  double force_tolerance;               ///< relative to the largest force
 };
 
-/// A system that stands in an equilibrium that somebody else has found, linearised there. Arrays are in the inner
-/// order.
+/// A system at an equilibrium that the caller has found, linearised there. Arrays are in the inner order.
 class GivenEquilibrium {
  public:
-  /// Throws InputError where it is none, naming the worst point. Of `options` those that say what the system is count:
-  /// time, prestress, friction, solver. Points that nothing balances, but that rods under tension hold between
-  /// supports, become supports (find_prestress_rigid_points), as in find_equilibrium.
+  /// Throws InputError if the claim is no equilibrium, naming the worst point. Only the `options` that define the
+  /// system are used: time, prestress, friction and solver. Points that nothing balances, but that rods under tension
+  /// hold between supports, become supports (find_prestress_rigid_points), as in find_equilibrium.
   static std::unique_ptr<GivenEquilibrium> stand_at(System system, const EquilibriumClaim& claim,
                                                     const EquilibriumOptions& options);
   GivenEquilibrium(const System& system, const EquilibriumClaim& claim, const EquilibriumOptions& options);
@@ -39,18 +38,18 @@ class GivenEquilibrium {
   double residual() const { return residual_; }                       ///< largest |f + K lambda|, N
   const std::vector<std::string>& left_out() const { return input_.left_out; }
   std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
-  /// Rows of K that depend on others.
+  /// Returns the rows of K that depend on others.
   std::vector<std::size_t> dependent_rows() const { return list_dependent_rows(model(), rank_); }
 
-  /// K and W for other multipliers.
+  /// Evaluates K and W for other multipliers.
   void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }
-  /// Names the rows whose multipliers forces do not determine, and that change Z'WZ; empty: none does.
+  /// Names the rows whose multipliers forces do not determine and that change Z'WZ; empty if there are none.
   std::string find_ambiguous_stiffness();
 
  private:
   void find_multipliers(std::span<const double> given);
   std::string name_worst_row();
-  /// Why it is no equilibrium; empty: it is one.
+  /// Returns why the claim is no equilibrium; empty if it is one.
   std::string find_complaint(double force_tolerance);
   std::vector<double> self_stress(const RowDependence& dependence) const;
   std::vector<std::vector<double>> random_moves(std::size_t count);

@@ -24,7 +24,8 @@ KktSolver::KktSolver(const EquilibriumEquations& equations, Ordering ordering)
   follow_pattern();
 }
 
-/// W has another pattern where pairs have come within reach of each other or left it; then all is made anew.
+/// Rebuilds matrix and factor if the pattern of W has changed, as it does when pairs come within the cutoff or leave
+/// it.
 void KktSolver::follow_pattern() {
   if (matrix_ && matrix_->pattern_version() == equations_.stiffness().pattern_version()) return;
   matrix_.emplace(equations_, ordering_);
@@ -48,14 +49,14 @@ std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer)
 }
 
 std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, double stiffer) {
-  std::vector<double> penalties;  // those of the factor stay, since `solve` goes on with them
+  std::vector<double> penalties;  // kept apart from the factor's penalties, which `solve` still needs
   for (double& each : omega2) each = -each;
   follow_pattern();
   matrix_->assemble(omega2, stiffer, &penalties);
   return count_negative_eigenvalues(matrix_->upper(), matrix_->upper_values());
 }
 
-/// x := A^-1 x.
+/// Computes x := A^-1 x.
 void KktSolver::apply_inverse(MatrixXd* x) {
   if (x->cols() != 1) {
     apply_inverse_by_eights(x);
@@ -68,7 +69,7 @@ void KktSolver::apply_inverse(MatrixXd* x) {
   for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_->place(i)));
 }
 
-/// It does the same to many columns, eight at once.
+/// Computes the same for many columns, eight at once.
 void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
   const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
   const std::size_t size = 3 * n * num_lanes;
@@ -91,7 +92,7 @@ void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
   model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes, solve_groups, 1);
 }
 
-/// y += K lambda, and rows = K'x, by columns.
+/// Compute y += K lambda, and rows = K'x, column by column.
 void KktSolver::add_reactions(const MatrixXd& lambda, MatrixXd* y) const {
   for (Eigen::Index j = 0; j < lambda.cols(); ++j) equations_.add_reactions(lambda.col(j).data(), y->col(j).data());
 }
@@ -103,7 +104,7 @@ void KktSolver::apply_transposed(const MatrixXd& x, MatrixXd* rows) const {
   }
 }
 
-/// One round: x = A^-1(a + K(Cb - y)).
+/// Performs one round: x = A^-1(a + K(Cb - y)).
 void KktSolver::solve_shifted(MatrixXd* x, MatrixXd* y, double of_rows) {
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   // x = A^-1 (a + K C b), residual = K'x - b
@@ -127,12 +128,12 @@ void KktSolver::solve_roughly(MatrixXd* x) {
   *x -= move_;
 }
 
-/// y by conjugate residuals, which C preconditions, each column for itself; x -= A^-1 K y. What is left of the rows, in
-/// the norm of C, falls with every step, and no more where b is none of K'x.
+/// Finds y by conjugate residuals preconditioned by C, separately for each column, and subtracts A^-1 K y from x. The
+/// residual of the rows in the norm of C falls with every step until its part outside the range of K' is left.
 void KktSolver::find_multipliers(MatrixXd* x, MatrixXd* y, double of_rows) {
   constexpr int most_steps = 12;
   constexpr double least_gain = 0.9;
-  constexpr double nothing = 1e-200;  // squares below lose their digits
+  constexpr double nothing = 1e-200;  // smaller squares lose their digits
   const Eigen::Map<const VectorXd> C(penalties_.data(), static_cast<Eigen::Index>(penalties_.size()));
   const Eigen::Index columns = x->cols();
   y->setZero();

@@ -22,33 +22,33 @@ using Rows = Eigen::Index;
 
 namespace {
 
-/// Shifts are tried from the least one on, each so much larger than the one before.
+/// Shifts are tried from the smallest on; each is larger than the one before by this factor.
 constexpr double growth_of_shift = 8.0;
-/// Modes beyond those that are wanted: the bound below which all are counted finds a gap among them.
+/// Modes computed beyond the wanted ones. The bound below which all modes are counted is put into a gap among them.
 constexpr std::size_t num_guards = 2;
-/// Columns of a block: copies of one mode that are seen at once. Dimensions of the Krylov space beyond twice the modes
-/// that are sought, in blocks.
+/// Largest number of columns in a block, each of which finds one copy of a multiple mode, and the blocks of the Krylov
+/// space beyond twice the number of modes.
 constexpr std::size_t most_in_block = 32;
 constexpr Rows spare_blocks = 5;
-/// Lanczos' method, and inverse iterations on all modes together after it, go on to such a part of the tolerance:
-/// beside a large shift, eigenvalues of the inverse lie close together, and shapes have fewer digits than they.
+/// Part of the tolerance to which Lanczos' method, and the inverse iterations on all modes after it, converge. Beside a
+/// large shift the eigenvalues of the inverse lie close together, and shapes have fewer digits than eigenvalues.
 constexpr double part_of_tolerance = 0.1;
 constexpr int most_refinements = 8;
-/// Where Lanczos' method may leave the rest to inverse iteration next to the lowest modes: Ritz values then have the
-/// square of it.
+/// Tolerance at which Lanczos' method may leave the rest to inverse iteration next to the lowest modes; the errors of
+/// Ritz values are then its square.
 constexpr double rough_tolerance = 3e-3;
-/// Products of Lanczos' method that an inverse iteration takes as long as.
+/// Cost of an inverse iteration in products of Lanczos' method.
 constexpr double cost_of_inverse_iteration = 2.0;
-/// Rounds of a solve with the KKT matrix, and squares of K'x that are left by each: of moves of any kind, of modes,
-/// which inverse iteration refines besides, and of modes to a tolerance below 1e-10 or where K is badly conditioned.
+/// Accuracies of a solve with the KKT matrix: for moves of any kind; for modes, which inverse iteration refines
+/// further; and for modes to a tolerance below 1e-10 or with a badly conditioned K.
 constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-8}, of_precise_modes{8, 1e-24};
 constexpr double least_usual_tolerance = 1e-10;
-/// Of the scale of omega^2, in residuals of modes far from the shift.
+/// Rounding error in residuals of modes far from the shift, relative to the scale of omega^2.
 constexpr double rounding_of_residual = 1e-12;
-/// A gap this much larger than omega^2 + s tells two modes apart for certain: where constraints are penalties of 1e5,
-/// the second factor knows omega^2 to 1e-5 …
+/// A gap that exceeds this part of omega^2 + s separates two modes for certain. With constraints as penalties of 1e5
+/// the second factor knows omega^2 to 1e-5.
 constexpr double clear_gap = 1e-3;
-/// … and rounding leaves so much of the scale of omega^2.
+/// Gaps must also exceed this part of the scale of omega^2, which is lost in rounding.
 constexpr double least_gap = 1e-9;
 constexpr std::size_t most_searches = 8;
 
@@ -73,7 +73,8 @@ ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, st
   group_by_islands(dependent);
 }
 
-/// All together where the rows that depend do not say which freedoms are whose.
+/// Groups coordinates and freedoms by islands. All form one group if the dependent rows do not tell which freedoms
+/// belong to which island.
 void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
   const std::vector<int> island = find_statics_islands(equations_);
   std::map<int, Island> found;
@@ -102,7 +103,7 @@ void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
   for (Rows i = 0; i < mass_.size(); ++i) islands_[0].coordinates.push_back(i);
 }
 
-/// The largest |W_ii| over the mass; 1/s^2 where nothing is stiff.
+/// Finds the scale of omega^2: the largest entry of a diagonal block of W over the mass; 1/s^2 if nothing is stiff.
 void ModeFinder::find_stiffness_scale() {
   const StiffnessMatrix& W = equations_.stiffness();
   double largest = 0.0;
@@ -124,7 +125,7 @@ bool ModeFinder::factorize_below_all(double first_shift) {
   return false;
 }
 
-/// (W + s M) x + K mu = forces, K'x = 0
+/// Solves (W + s M) x + K mu = forces, K'x = 0.
 ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, KktSolver::Accuracy accuracy) {
   MatrixXd none = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), forces.cols());
   Pairs result{std::move(forces), std::move(none)};
@@ -149,7 +150,8 @@ MatrixXd ModeFinder::multiply_by_stiffness(const MatrixXd& x) const {
 std::optional<MatrixXd> ModeFinder::find_basis() {
   const auto s = static_cast<Rows>(freedoms_);
   if (s == 0) return MatrixXd(mass_.size(), 0);
-  // With W + s M near a multiple of M, solutions are almost projections: of random vectors they span all that can move.
+  // With W + s M near a multiple of M, solutions are almost projections: those of random vectors span all possible
+  // moves.
   if (!factorize_below_all(10.0 * scale_)) return std::nullopt;
   MatrixXd forces = random_matrix(mass_.size(), s, 1);
   for (Rows first = 0; const Island& island : islands_) {
@@ -158,7 +160,7 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
     forces(island.coordinates, Eigen::seqN(first, island.freedoms)) = own;
     first += island.freedoms;
   }
-  // s M x: of the size of what it projects.
+  // The forces s M x give solutions of the size of the projected x.
   const MatrixXd moves = root_mass_.asDiagonal() * solve(shift_ * mass_.asDiagonal() * forces, of_moves).x;
   MatrixXd basis = MatrixXd::Zero(mass_.size(), s);
   for (Rows first = 0; const Island& island : islands_) {
@@ -198,7 +200,7 @@ ModeSet ModeFinder::find_all() {
 
 // ---- many freedoms ----
 
-/// Of the `count` lowest modes that are M-orthogonal to those `found`, by the factor that stands.
+/// Starts Lanczos' method for the `count` lowest modes that are M-orthogonal to those `found`, with the current factor.
 BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found) {
   // y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what was found before
   const auto apply = [this, before = MatrixXd(root_mass_.asDiagonal() * found)](const MatrixXd& x) {
@@ -218,15 +220,15 @@ BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found)
   return BlockLanczos(apply, apply(start), wanted, 2 * wanted + spare_blocks * block);
 }
 
-/// Moves the shift next to the lowest omega^2 where inverse iteration then gains more than Lanczos' method does as it
-/// stands, and a factor says that none lies below.
+/// Moves the shift next to the lowest omega^2 if inverse iteration then converges at less cost than Lanczos' method
+/// does now, and if the factor proves that no omega^2 lies below.
 bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
   const Rows count = lanczos.converged();
   const auto omega2 = [&](Rows k) { return 1.0 / lanczos.values()[k] - shift_; };
   if (lanczos.values().size() <= count || !(lanczos.values()[count] > 0.0)) return false;
   const double residual = lanczos.residuals().head(count).cwiseQuotient(lanczos.values().head(count)).maxCoeff();
   const double to_gain = std::log(residual / tolerance);
-  // The error falls by that of a Chebyshev polynomial, by the ratio of two distances from the shift.
+  // The error falls like that of a Chebyshev polynomial, which depends on the ratio of two distances from the shift.
   const double stretch = 2.0 * lanczos.values()[count - 1] / lanczos.values()[count] - 1.0;
   const double steps_now = to_gain / std::acosh(stretch);
   const double lowest = omega2(0);
@@ -242,8 +244,8 @@ bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
   return false;
 }
 
-/// The `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns; fewer where it stalls,
-/// with precise products too.
+/// Returns the `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns. Returns fewer if
+/// the iteration stalls with precise products too.
 MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
   count = std::min(count, freedoms_ - static_cast<std::size_t>(found.cols()));
   if (count == 0) return MatrixXd(mass_.size(), 0);
@@ -255,7 +257,7 @@ MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const Matr
   return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
 }
 
-/// The `count` lowest modes as starts of inverse iteration, with the factor of the shift that suits it.
+/// Returns the `count` lowest modes as starts of inverse iteration, and leaves the factor of a suitable shift.
 MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
   BlockLanczos lanczos = start_lanczos(count, MatrixXd(mass_.size(), 0));
   const bool is_done = lanczos.run(rough_tolerance) && (move_shift(lanczos, tolerance) || lanczos.run(tolerance));
@@ -272,7 +274,8 @@ double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
   return stiffness.cwiseQuotient(masses).minCoeff();
 }
 
-/// Rayleigh-Ritz: the best modes that the columns of x span. The residual is that of the lowest `wanted` ones.
+/// Performs a Rayleigh-Ritz step: finds the best modes that the columns of x span. The residual is that of the lowest
+/// `wanted` ones.
 ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Rows count = pairs.x.cols();
   ModeSet result;
@@ -302,7 +305,7 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   return result;
 }
 
-/// Inverse iteration on all columns together: (W + s M) y + K mu = M x, K'y = 0, then the best modes that y spans.
+/// Performs inverse iteration on all columns together: (W + s M) y + K mu = M x, K'y = 0, then Rayleigh-Ritz on y.
 ModeSet ModeFinder::refine(MatrixXd x, std::size_t wanted, double tolerance) {
   ModeSet best;
   for (int k = 0; k < most_refinements; ++k) {
@@ -320,14 +323,15 @@ double ModeFinder::residual_to_rounding(double lowest_omega2) const {
   return (rounding_of_residual + std::numeric_limits<double>::epsilon() * scale_ / nearest) * scale_;
 }
 
-/// The worst residual is as small as it was asked for, or as rounding lets it be.
+/// Returns true if the worst residual is within the tolerance or within rounding.
 bool ModeFinder::meets(const ModeSet& modes, std::size_t wanted, double tolerance) const {
   const double largest = modes.omega2.head(static_cast<Rows>(wanted)).cwiseAbs().maxCoeff();
   return modes.residual * largest <=
          std::max(tolerance * (largest + std::abs(shift_)), residual_to_rounding(modes.omega2[0]));
 }
 
-/// As refine; where K is so badly conditioned that products had too few digits, after another search with better ones.
+/// Refines the modes. If K is so badly conditioned that products had too few digits, a search with precise ones
+/// precedes.
 ModeSet ModeFinder::refine_or_search(MatrixXd x, std::size_t wanted, double tolerance) {
   const auto sought = static_cast<std::size_t>(x.cols());
   ModeSet modes = refine(std::move(x), wanted, tolerance);
@@ -338,7 +342,7 @@ ModeSet ModeFinder::refine_or_search(MatrixXd x, std::size_t wanted, double tole
   return refine(std::move(again), wanted, tolerance);
 }
 
-/// A number between the omega^2 of two modes that stand clearly apart, at or behind the last one that is wanted.
+/// Returns a number between the omega^2 of two clearly separate modes, at or behind the last wanted one.
 ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t count) const {
   const auto apart = [&](double value) { return std::abs(value) + std::abs(shift_); };
   const double least = least_gap * scale_;
@@ -351,7 +355,7 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
     bound = {0.5 * (omega2[k] + omega2[k - 1]), static_cast<std::size_t>(k)};
   }
   if (bound.modes > 0) return bound;
-  // The last mode that is wanted and those behind it are equal: what lies below all of these is counted.
+  // The last wanted mode and those behind it are equal, so the bound lies below all of these.
   Rows k = static_cast<Rows>(count) - 1;
   const double little = std::max(clear_gap * apart(omega2[k]), least);
   while (k > 0 && omega2[k] - omega2[k - 1] < little) --k;
@@ -359,7 +363,7 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
 }
 
 ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
-  constexpr double tolerance = 1e-8;  // Rayleigh quotients have the square of it
+  constexpr double tolerance = 1e-8;  // the errors of Rayleigh quotients are its square
   shift_ = shift;
   MatrixXd found = run_lanczos(std::min(count, freedoms_), tolerance, MatrixXd(mass_.size(), 0));
   if (found.cols() == 0) return {};
@@ -367,13 +371,13 @@ ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
   return refine(std::move(found), wanted, tolerance);
 }
 
-/// Where none is expected below, a Cholesky factor by fronts says so sooner than the pivots do, and the one that stands
-/// may have said so.
+/// Counts the modes below the bound. If none is expected there, a Cholesky factorization by fronts proves it sooner
+/// than the pivots do, and the current one may have proved it already.
 std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
   if (bound.modes == 0 && bound.omega2 <= -shift_) return 0;
   if (bound.modes == 0 && kkt_.factorize(-bound.omega2)) return 0;
   if (bound.modes == 0 && !kkt_.factorize(shift_)) return std::nullopt;
-  // Clear gaps stand the rounding of a larger C, badly conditioned K does not stand a small one.
+  // Clear gaps tolerate the rounding errors of a larger C, whereas a badly conditioned K does not tolerate a small C.
   constexpr double stiffer = 100.0;
   return kkt_.count_below(bound.omega2, stiffer);
 }
@@ -388,7 +392,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
   while (static_cast<std::size_t>(found.cols()) >= count) {
     ModeSet modes = refine_or_search(std::move(found), count, tolerance);
     const Bound bound = choose_bound(modes.omega2, count);
-    // In(A - omega^2 M): a pivot that vanishes says nothing, but one more search does.
+    // The inertia of A - omega^2 M counts the modes. A vanishing pivot leaves it unknown, and one more search decides.
     const std::optional<std::size_t> counted = count_below(bound);
     const std::size_t below = counted.value_or(bound.modes + 1);
     const std::size_t missing = below > bound.modes ? std::min(below - bound.modes, count) : 0;
@@ -408,7 +412,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     }
     found.resize(mass_.size(), modes.shapes.cols() + more.cols());
     found << modes.shapes, more;
-    // The lowest ones are kept, with as many behind them as before.
+    // Keep the lowest ones, with as many guards as before.
     const ModeSet merged =
         rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())}, count);
     found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));

@@ -21,45 +21,45 @@ struct ModeSet {
   std::size_t solves = 0;  ///< with a factor of the KKT matrix
 };
 
-/// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K; of rows
-/// that depend on others, `dependent` [rows of the model], each island has one freedom more: it is then solved by
-/// itself where there are few, so that a stiff one takes no digits from a soft one.
+/// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K.
+/// `dependent` [rows of the model] lists rows that depend on others; each adds one freedom to its island. With few
+/// freedoms each island is solved by itself, so that a stiff one takes no digits from a soft one.
 class ModeFinder {
  public:
-  /// Both outlive the finder.
+  /// `equations` and `kkt` must outlive the finder.
   ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
              const std::vector<std::size_t>& dependent = {});
 
-  /// Of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 where nothing is stiff.
+  /// Returns the scale of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 if nothing is stiff.
   double scale() const { return scale_; }
 
-  /// s of the last search, 1/s^2.
+  /// Returns s of the last search, 1/s^2.
   double shift() const { return shift_; }
 
-  /// All moves that break no constraint, M-orthonormal by columns; none: the stiffness matrix has no factor.
+  /// Returns a basis of all moves that break no constraint, M-orthonormal by columns, or nothing if the matrix has no
+  /// factor.
   std::optional<Eigen::MatrixXd> find_basis();
-  /// All of them, by a dense basis Z of what can move: for few freedoms.
+  /// Finds all modes from a dense basis Z of the possible moves; suited to few freedoms.
   ModeSet find_all();
-  /// The lowest `count`, at most half of the freedoms: by Lanczos' method on blocks with
+  /// Finds the lowest `count` modes, at most half of the freedoms, by the block Lanczos method with
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///
-  /// with -s below the lowest omega^2, and inverse iteration, for which -s moves next to it where that pays. That none
-  /// is missing, one of several equal ones for instance, is proven by the number of negative pivots of a second factor
-  /// (Sylvester's law of inertia); those that are missing are then sought among what is orthogonal to the modes that
-  /// were found.
+  /// with -s below the lowest omega^2, and by inverse iteration, for which -s moves next to that omega^2 if this pays.
+  /// The number of negative pivots of a second factor (Sylvester's law of inertia) proves that none is missing, such as
+  /// one of several equal ones. Missing modes are sought among the vectors M-orthogonal to the modes that were found.
   ModeSet find_lowest(std::size_t count, double tolerance);
-  /// Some of the lowest, uncounted, with the factor that stands, of the shift s; of copies it sees as many as a block
-  /// has columns. Fewer than `count` where Lanczos' method stalls.
+  /// Finds some of the lowest modes without counting them, with the current factor, which is of the shift s. It finds
+  /// as many copies of a mode as a block has columns, and fewer than `count` modes if Lanczos' method stalls.
   ModeSet find_some_lowest(double shift, std::size_t count);
 
-  /// What rounding leaves of |M^-1/2 (W x + K mu - omega^2 M x)|, 1/s^2: a lowest mode next to the shift drowns digits
-  /// of the others.
+  /// Returns the rounding error of |M^-1/2 (W x + K mu - omega^2 M x)|, 1/s^2. If the lowest mode is next to the shift,
+  /// the other modes lose digits.
   double residual_to_rounding(double lowest_omega2) const;
 
   static constexpr std::size_t fewest_in_block = 4;
-  /// s of the first search, of the scale of omega^2: so near to 0 that the lowest modes stand well apart, so far that
-  /// zero modes do not drown the others' digits.
+  /// The shift s of the first search relative to the scale of omega^2. It is so near to 0 that the lowest modes are
+  /// well separated, and so far from it that zero modes do not take digits from the others.
   static constexpr double least_shift = 1e-9;
 
  private:
@@ -81,7 +81,7 @@ class ModeFinder {
   ModeSet refine_or_search(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   bool meets(const ModeSet& modes, std::size_t wanted, double tolerance) const;
   ModeSet rotate(Pairs pairs, std::size_t wanted) const;
-  /// That so many modes lie below omega2.
+  /// The claim that so many modes lie below omega2.
   struct Bound {
     double omega2 = 0.0;
     std::size_t modes = 0;

@@ -24,12 +24,12 @@ namespace tanor {
 
 namespace {
 
-/// Below so many freedoms all modes are found, by dense matrices with so many numbers at most.
+/// Up to this many freedoms all modes are found by dense matrices, which may have at most `most_dense_numbers` numbers.
 constexpr std::size_t most_dense_freedoms = 300, most_dense_numbers = 50'000'000;
-/// Of damped modes, a part of the scale of omega^2 that passes for zero.
+/// Part of the scale of omega^2 below which damped modes count as zero.
 constexpr double rounding = 1e-12;
 
-/// What says which system it is.
+/// Returns the options that define the system.
 EquilibriumOptions describe_system(const ModesOptions& options) {
   EquilibriumOptions result;
   result.at = options.time;
@@ -39,7 +39,7 @@ EquilibriumOptions describe_system(const ModesOptions& options) {
   return result;
 }
 
-/// What acts on velocities alone, and takes no part.
+/// Notes the forces that act on velocities only and are left out.
 void leave_out_damping(const System& system, bool damped, std::vector<std::string>* left_out) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
     const std::string name = force_name(system, k);
@@ -55,7 +55,7 @@ void leave_out_damping(const System& system, bool damped, std::vector<std::strin
   }
 }
 
-/// Numbers of modes that can be found: all by dense matrices, or the lowest ones.
+/// Plan of the search: the number of modes, and whether all are found by dense matrices or the lowest ones.
 struct Plan {
   std::size_t count;
   bool is_dense;
@@ -73,7 +73,7 @@ Plan make_plan(std::size_t freedoms, std::size_t size, std::size_t wanted) {
   return {wanted, false};
 }
 
-/// A column of real numbers for each mode, in the user's order.
+/// Returns a column of real numbers for each mode, in the user's order.
 std::vector<double> scatter_shapes(const Model& model, const Eigen::Ref<const Eigen::MatrixXd>& shapes) {
   const std::size_t numbers = 3 * model.num_points(), count = static_cast<std::size_t>(shapes.cols());
   std::vector<double> result(count * numbers), inner(numbers, 0.0);
@@ -98,7 +98,7 @@ void write_modes(const Model& model, const ModeSet& found, std::size_t count, co
   }
 }
 
-/// The lowest modes; how many grow is counted where all that were asked for do.
+/// Finds the lowest modes. If all of those asked for grow, the total number of growing modes is counted.
 Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double tolerance, ModeFinder* finder,
                    KktSolver* kkt, Modes* result) {
   const ModeSet found = plan.is_dense ? finder->find_all() : finder->find_lowest(plan.count, tolerance);
@@ -114,7 +114,7 @@ Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double toler
   return {};
 }
 
-/// Real parts below the rounding of the fastest motion are none.
+/// Writes damped modes. A real part below the rounding of the fastest motion counts as zero.
 void write_damped_modes(const Model& model, const DampedModeSet& found, std::size_t count, double zero, Modes* result) {
   constexpr double rounding_of_decay = 1e-12;
   const auto kept = static_cast<Eigen::Index>(std::min(count, static_cast<std::size_t>(found.lambda.size())));
@@ -138,7 +138,7 @@ struct DampedModes {
   DampedModeSet modes;
 };
 
-/// Of many freedoms. Needs Spectra.
+/// Finds damped modes of a system with many freedoms. This needs Spectra.
 DampedModes find_lowest_damped_modes(GivenEquilibrium& state, std::size_t count, double rate, double zero) {
 #if __has_include(<Spectra/GenEigsSolver.h>)
   DampedModeFinder finder(state.equations(), state.positions().data(), rate, zero);
@@ -157,7 +157,7 @@ Modes& fail(Modes& result, Status status, std::string what) {
   return result;
 }
 
-/// What makes the stiffness useless; ok: nothing.
+/// Returns what makes the stiffness useless; ok if nothing does.
 Outcome find_obstacle(GivenEquilibrium& state, std::span<const double> positions, const ModesOptions& options) {
   const double asymmetry = options.damped ? 0.0 : state.equations().stiffness().asymmetry();
   if (asymmetry > symmetric_to) {

@@ -12,9 +12,9 @@ namespace tanor {
 namespace {
 
 constexpr int most_disturbances = 3;
-/// Of forces over their scale, and of lengths.
+/// Residual forces over their scale plus the violation, below which a state counts as near an equilibrium.
 constexpr double near_equilibrium = 1e-3;
-/// Forces that have fallen so far beside the largest one on the way have died away.
+/// Forces that fall below this part of the largest one met on the way have died away.
 constexpr double nothing = 1e-100;
 
 }  // namespace
@@ -48,12 +48,12 @@ StaticResidual NewtonDescent::measure(const StaticState& state) {
   return result;
 }
 
-/// Positions are known to eps of the scene's size.
+/// Returns the tolerance of the violation: positions are accurate to eps of the scene's size.
 double NewtonDescent::violation_tolerance() const {
   return std::max(1e-12, 16.0 * eps * model_.scene_size / model_.smallest_length);
 }
 
-/// Large beside the weight of a few points, small beside that of all.
+/// Returns the first tension, large beside the weight of a few points and small beside that of all.
 double NewtonDescent::find_tension() const {
   double sum = 0.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) sum += norm(load(equations_.forces().data(), i));
@@ -110,7 +110,8 @@ bool NewtonDescent::is_small(const NewtonLimits& limits) const {
   return force <= limits.force_tolerance * residual_.scale && residual_.violation <= violation_tolerance();
 }
 
-/// Rounding is that of this place: one that the search has left, where charges had met, would excuse any force.
+/// Returns true if the residual is small, with rounding measured at this configuration. Rounding of one that the search
+/// has left, where charges had met, would excuse any force.
 bool NewtonDescent::is_small_here(const NewtonLimits& limits, const StaticState& state) {
   equations_.linearise(state.r.data(), state.lambda.data());
   residual_ = measure(state);
@@ -118,8 +119,8 @@ bool NewtonDescent::is_small_here(const NewtonLimits& limits, const StaticState&
   return is_linear_near(state);
 }
 
-/// Whether forces grow as W says, on a way that is short beside the scene and long beside rounding. Where charges meet
-/// they do not, and what W makes of rounding is no measure of them.
+/// Returns true if forces grow as W predicts over a step that is short beside the scene and long beside rounding. Where
+/// charges meet they do not, and W is no measure of rounding.
 bool NewtonDescent::is_linear_near(const StaticState& state) {
   constexpr double part = 1e-8, enough = 0.5;
   std::vector<double> dr(equations_.size()), image(dr.size()), xi(xi_.size());
@@ -130,7 +131,9 @@ bool NewtonDescent::is_linear_near(const StaticState& state) {
   equations_.stiffness().multiply(dr.data(), image.data());
   (void)measure(moved);
   bool is_linear = true;
-  const auto size = [](Vec3 a) { return std::abs(a.x) + std::abs(a.y) + std::abs(a.z); };  // whose squares may overflow
+  const auto size = [](Vec3 a) {
+    return std::abs(a.x) + std::abs(a.y) + std::abs(a.z);
+  };  // squares of its entries may overflow
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     // g(r + dr) = g - W dr
     const Vec3 grown = load(g_.data(), i) - load(before.data(), i), expected = load(image.data(), i);
@@ -140,8 +143,8 @@ bool NewtonDescent::is_linear_near(const StaticState& state) {
   return is_linear;
 }
 
-/// Newton's next step is short. Where motions cost nothing, small springs keep rounding from long ones; where the
-/// energy gains in some direction, stability says so.
+/// Returns true if Newton's next step is short. Small springs prevent long steps from rounding along motions that cost
+/// nothing. If the energy falls in some direction, the stability check reports it.
 bool NewtonDescent::rests(const StaticState& state) {
   const double most = short_step * model_.scene_size;
   if (residual_.force == 0.0 || last_move_ <= most) return true;
@@ -153,7 +156,7 @@ bool NewtonDescent::rests(const StaticState& state) {
   return longest(step.dr) <= most;
 }
 
-/// Newton's step with the factor that stands, where `is_better` says so of what it leaves; else the state stays.
+/// Takes Newton's step with the current factor if `is_better` accepts its residual; otherwise the state stays.
 template <class Judge>
 bool NewtonDescent::take_full_step(StaticState* state, const Judge& is_better) {
   Step step;
@@ -172,8 +175,8 @@ bool NewtonDescent::take_full_step(StaticState* state, const Judge& is_better) {
   return true;
 }
 
-/// Rounding of single points excuses what is left, but a sum of many of the same sign is none: another step of Newton's
-/// method is taken where it halves the rest.
+/// Takes another Newton step if it halves the residual. Rounding of single points excuses their residual forces, but
+/// not a sum of many of the same sign.
 bool NewtonDescent::halves(StaticState* state) {
   equations_.linearise(state->r.data(), state->lambda.data());
   const bool is_taken = factorize(0.0) && take_full_step(state, [this](const StaticResidual& found) {
@@ -199,8 +202,8 @@ void NewtonDescent::solve_step(Step* step, double share, int refinements) {
   for (double& x : step->dlambda) x = -x;
 }
 
-/// Where rows contradict each other to first order, as those of a straight chain that is too long for its supports, a
-/// step that changes no length comes first. Lengths are corrected after it, so that few digits will do.
+/// Solves for a step. If rows contradict each other to first order, as in a straight chain that is too long for its
+/// supports, the step changes no length. Lengths are corrected after it, so that few digits suffice.
 void NewtonDescent::solve_consistent_step(Step* step, double share) {
   constexpr int refinements = 1;
   constexpr double poor = 0.1;
@@ -212,7 +215,7 @@ void NewtonDescent::solve_consistent_step(Step* step, double share) {
   for (double& x : step->dlambda) x = -x;
 }
 
-/// Out of a place of perfect symmetry.
+/// Moves the state out of a configuration of perfect symmetry.
 void NewtonDescent::disturb(StaticState* state) {
   constexpr double part = 0.01;
   ++disturbances_;
@@ -234,7 +237,7 @@ bool NewtonDescent::try_newton(StaticState* state) {
          });
 }
 
-/// U + nu'|xi|
+/// Returns the exact penalty function U + nu'|xi|.
 double NewtonDescent::merit(const std::vector<double>& r) {
   std::vector<double> xi(model_.num_rows());
   (void)equations_.work().constraints.evaluate_values(model_.parallel, r.data(), xi.data());
@@ -243,8 +246,8 @@ double NewtonDescent::merit(const std::vector<double>& r) {
   return sum;
 }
 
-/// Where points turn, lengths change by the square of the step: back along K, with the factor that stands, to what is
-/// left of xi.
+/// Corrects the lengths, which change by the square of the step where rods turn. Points move along K, with the current
+/// factor, until xi is what the step was meant to leave.
 void NewtonDescent::correct_lengths(double share, std::vector<double>* r) {
   const Constraints& constraints = equations_.work().constraints;
   std::vector<double> xi(model_.num_rows()), dr(equations_.size());
@@ -272,16 +275,17 @@ void NewtonDescent::correct_lengths(double share, std::vector<double>* r) {
   }
 }
 
-/// Of W beside the largest mass, 1/s^2; where forces alone keep points on a plane, that of a fall through the scene.
+/// Returns the squared frequency of W with the largest mass, 1/s^2. If forces alone keep points on a plane, it is that
+/// of a fall through the scene.
 double NewtonDescent::find_frequency2() const {
   constexpr double small = 1e-6;
   const double stiffness = std::max(equations_.stiffness().largest(), small * residual_.scale / model_.scene_size);
   return stiffness / *std::max_element(model_.mass.begin(), model_.mass.end());
 }
 
-/// A; or where motions cost nothing, so that rounding and what is left of forces decide the sign of a pivot, with so
-/// little of the masses that the steps stay Newton's (a shift like the residual keeps their order, as in Levenberg and
-/// Marquardt's method).
+/// Factorizes A. If motions cost nothing, so that rounding and residual forces decide the sign of a pivot, a mass shift
+/// is added that is small enough for Newton steps: a shift proportional to the residual keeps their order, as in the
+/// Levenberg-Marquardt method.
 bool NewtonDescent::factorize_nearly_exact() {
   constexpr double little = 1e-9;
   if (factorize(0.0)) return true;
@@ -289,7 +293,7 @@ bool NewtonDescent::factorize_nearly_exact() {
   return factorize(little * find_frequency2() + residual_.force / (model_.scene_size * mass));
 }
 
-/// A + s M, with as much of the masses as it takes.
+/// Factorizes A + s M with a mass shift large enough to make it positive definite.
 bool NewtonDescent::factorize_with_masses() {
   const double frequency2 = find_frequency2(), most = 1e12 * std::max(frequency2, mass_shift_);
   while (!factorize(mass_shift_)) {
@@ -299,8 +303,9 @@ bool NewtonDescent::factorize_with_masses() {
   return true;
 }
 
-/// Near a soft equilibrium, where W is definite but a full step bends too far, W as it is leads there, not slowly; so
-/// it does where the rods of a rigid body push and pull each other much harder than the load.
+/// Chooses between W and its convex part. Near a soft equilibrium, where W is definite but a full step bends too far,
+/// the exact W converges faster. So it does if the rods of a rigid body push and pull each other much harder than the
+/// load.
 StiffnessMatrix::Curvature NewtonDescent::choose_curvature(const StaticState& state) {
   constexpr int many = 5;
   if (slow_steps_ >= 4 * many) return StiffnessMatrix::Curvature::Exact;
@@ -318,7 +323,7 @@ bool NewtonDescent::try_descent(StaticState* state) {
     equations_.linearise(state->r.data(), state->lambda.data(), curvature);
     equations_.stiffness().add_tension(tension_, state->r.data());
     if (!factorize_with_masses()) return false;
-    // Rods that are much too short want steps beyond all that the linear model knows: a part of it first.
+    // Rods that are much too short demand steps beyond the range of the linear model; they are then corrected in parts.
     constexpr double least = 1e-3;
     for (double share = 1.0; share > least; share *= 0.25) {
       Step step;
@@ -331,11 +336,11 @@ bool NewtonDescent::try_descent(StaticState* state) {
   return false;
 }
 
-/// Where the step gains what was predicted; else the state stays.
+/// Takes the step if the gain agrees with the prediction; otherwise the state stays.
 bool NewtonDescent::take_step(const Step& step, double share, const std::vector<double>& penalties_before,
                               StaticState* state) {
   std::vector<double> image(equations_.size()), rows(model_.num_rows());
-  // nu is larger than any multiplier, so that the penalty is exact.
+  // The penalty is exact because nu exceeds every multiplier.
   for (std::size_t a = 0; a < penalties_.size(); ++a)
     penalties_[a] = std::max(penalties_before[a], 1.2 * std::abs(state->lambda[a] + step.dlambda[a]));
   equations_.stiffness().multiply(step.dr.data(), image.data());

@@ -8,16 +8,16 @@
 
 namespace tanor {
 
-/// Where an iteration stands, in the inner order.
+/// The state of an iteration, in the inner order.
 struct StaticState {
   std::vector<double> r;       // [3 points], m
   std::vector<double> lambda;  // [rows]
 };
 
-/// How far from equilibrium a state is.
+/// The distance of a state from equilibrium.
 struct StaticResidual {
   double force = 0.0;      ///< largest |g| of a point, N
-  double known = 0.0;      ///< the same of points where it is more than rounding
+  double known = 0.0;      ///< the same over points where it exceeds rounding
   double scale = 0.0;      ///< the largest force there, N
   double violation = 0.0;  ///< largest |xi|/|gradient|/length
   std::size_t worst_point = 0;
@@ -25,14 +25,14 @@ struct StaticResidual {
   double relative_force() const { return scale > 0.0 ? force / scale : 0.0; }
 };
 
-/// Small forces alone are no equilibrium: far out, as of exp(-x), they die away and nothing is at rest. So Newton's
-/// next step has to be short as well, beside the scene's size, with each coordinate held by a small spring (see
-/// StiffnessMatrix::hold_rows). Where forces are small, so many steps may still be long.
+/// Small forces alone do not prove an equilibrium: far out, forces like exp(-x) die away and nothing is at rest. So
+/// Newton's next step must also be short beside the scene's size, with each coordinate held by a small spring (see
+/// StiffnessMatrix::hold_rows). While forces are small, at most `most_long_steps` steps may be long.
 inline constexpr double short_step = 1e-4, held_rows = 1e-11;
 inline constexpr int most_long_steps = 40;
-/// m, of the moves of points.
+/// Returns the longest move of a point, m.
 double longest(const std::vector<double>& dr);
-/// That forces die away, as those of `residual` after so many iterations.
+/// Returns the failure that forces died away to `residual` after so many iterations.
 Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations);
 
 struct NewtonLimits {
@@ -40,20 +40,22 @@ struct NewtonLimits {
   int max_iterations = 500;
 };
 
-/// Newton's method for g = 0, xi = 0, from far.
+/// Solves g = 0, xi = 0 by Newton's method, globalised to start far from an equilibrium.
 ///
-/// Near an equilibrium, where A = W + K C K' is positive definite and a full step makes the residual smaller, the step
-/// is Newton's own. Elsewhere it is one of a sequential quadratic program: W without what compressed rods take away,
-/// and with a tension sigma more in every rod, so that no rod turns by more than the linear model knows; accepted by
-/// the exact penalty U + nu'|xi| (Nocedal & Wright, chapter 18), after one or two corrections of second order, with the
-/// same factor, for the lengths that a turn changes. Sigma follows the ratio of what is gained to what was predicted.
-/// Where A is still indefinite, masses are added (Waechter & Biegler 2006). So it ends at minima, not at saddles.
+/// Near an equilibrium, where A = W + K C K' is positive definite and a full step reduces the residual, the step is
+/// Newton's own. Elsewhere it is a step of sequential quadratic programming (Nocedal & Wright, chapter 18). Its W omits
+/// the destabilizing part of compressed rods and has an additional tension sigma in every rod, so that no rod turns
+/// beyond the range of the linear model. One or two second-order corrections with the same factor restore the lengths
+/// that a turn changes. The exact penalty U + nu'|xi| decides whether the step is accepted, and sigma follows the ratio
+/// of actual to predicted gain. If A is still indefinite, masses are added (Waechter & Biegler 2006). The search
+/// therefore ends at minima, not at saddles.
 class NewtonDescent {
  public:
   NewtonDescent(EquilibriumEquations& equations, Ordering ordering)
       : equations_(equations), model_(equations.model()), solver_(equations, ordering) {}
 
-  /// From `state`; ok: an equilibrium to the tolerance. `residuals`: of each iteration, N.
+  /// Starts from `state`; ok if it ends at an equilibrium to the tolerance. Appends each iteration's force to
+  /// `residuals`, N.
   Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
   const StaticResidual& residual() const { return residual_; }
   int iterations() const { return iterations_; }  ///< of the last run
@@ -100,10 +102,10 @@ class NewtonDescent {
   std::vector<double> penalties_;  // nu [row]
   double tension_ = 0.0;           // sigma, N
   double mass_shift_ = 0.0;        // 1/s^2
-  double last_move_ = 0.0;         // m, of the last step; infinite where it was none of Newton's own
-  double largest_scale_ = 0.0;     // N, of all forces on the way
+  double last_move_ = 0.0;         // m, of the last step; infinite if that was not Newton's own
+  double largest_scale_ = 0.0;     // N, over all states on the way
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
-  int slow_steps_ = 0;  // one after the other
+  int slow_steps_ = 0;  // consecutive ones
 };
 
 }  // namespace tanor

@@ -13,7 +13,7 @@ namespace tanor {
 
 namespace {
 
-/// [row] the side of each one-sided equation.
+/// Returns the side of each one-sided equation [row].
 std::vector<int> find_sides(const System& system, const std::vector<OneSided>& given) {
   std::vector<int> result(num_equations(system), 0);
   for (const OneSided& each : given) {
@@ -46,7 +46,7 @@ void keep_some(List* list, const Keep& keep) {
   list->resize(kept);
 }
 
-/// A group without some of its members, and without what they alone have.
+/// Removes some members of a group, and the data of these members alone.
 template <class Group, class Keep>
 void keep_members(Group* group, const Keep& keep) {
   const std::size_t members = num_members(*group);
@@ -93,7 +93,7 @@ OneSidedRows::OneSidedRows(const StaticsInput& input, const EquilibriumOptions& 
   for (std::size_t row = 0; row < side_.size(); ++row) open_[row] = side_[row] * xi_[row] > touches * norm_[row];
 }
 
-/// xi, |gradient| and xi'' = K'M^-1 g there; no multipliers: none.
+/// Evaluates xi, |gradient| and xi'' = K'M^-1 g there; empty multipliers count as zero.
 void OneSidedRows::stand_at(const std::vector<double>& positions, const std::vector<double>& multipliers) {
   const Model& model = work_.model();
   const Numbering& numbering = model.numbering;
@@ -136,12 +136,12 @@ std::vector<double> OneSidedRows::spread(const std::vector<double>& kept) const 
   return result;
 }
 
-/// Multipliers are known about as well as forces balance.
+/// Returns the tolerance of multipliers, which are about as accurate as forces balance.
 double OneSidedRows::force_tolerance(const EquilibriumResult& found) const {
   return 10.0 * std::max(tolerance_, 1e-12) * found.largest_force;
 }
 
-/// Of rows with a rank, those that come first at one of their points, in order.
+/// Returns in order, of the rows with a rank, those with the least rank at one of their points.
 OneSidedRows::Rows OneSidedRows::find_first_of_points(const std::vector<std::pair<double, std::size_t>>& rows) const {
   const Model& model = work_.model();
   std::vector<double> rank(side_.size(), std::numeric_limits<double>::infinity());
@@ -183,7 +183,7 @@ OneSidedRows::Rows OneSidedRows::find_pushed(const EquilibriumResult& found) {
   stand_at(found.positions, spread(found.multipliers));
   double largest = 0.0;
   for (const double rate : rate_) largest = std::max(largest, std::abs(rate));
-  // A fall from rest through the gap takes the square root of twice this.
+  // A fall from rest through the gap takes the square root of twice this value.
   std::vector<std::pair<double, std::size_t>> pushed;
   for (std::size_t row = 0; row < side_.size(); ++row) {
     const double rate = side_[row] * rate_[row];

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Constraints that act to one side, s = 1 or -1, and which of them are closed:
+/// One-sided constraints, s = 1 or -1, and which of them are closed:
 ///
 ///   s xi >= 0,   s lambda >= 0,   xi lambda = 0
 ///
@@ -19,28 +19,28 @@ class OneSidedRows {
  public:
   using Rows = std::vector<std::size_t>;
 
-  /// Closed are those that touch or are broken at the start. Throws InputError.
+  /// Closes the constraints that touch or are broken at the start. Throws InputError.
   OneSidedRows(const StaticsInput& input, const EquilibriumOptions& options);
 
   const std::vector<bool>& open() const { return open_; }
   void change(const Rows& rows);
 
-  /// The rows of the closed system among all, and back: 0 at open ones.
+  /// Convert between the rows of all constraints and those of the closed system; `spread` sets open rows to 0.
   std::vector<double> keep(const std::vector<double>& all) const;
   std::vector<double> spread(const std::vector<double>& kept) const;
 
-  /// Where `found`, of the closed system, contradicts: closed ones that pull, and of the open ones that are broken, the
-  /// worst one of each point.
+  /// Returns the rows that contradict `found`, an equilibrium of the closed system: closed ones that pull, and of the
+  /// open ones that are broken the worst one of each point.
   Rows find_wrong(const EquilibriumResult& found);
-  /// Open ones into which what is left of the forces drives points, the one that each point meets first.
+  /// Returns the open rows towards which residual forces drive points: the one that each point meets first.
   Rows find_pushed(const EquilibriumResult& found);
   Rows find_open() const;
-  /// Closed ones that carry nothing.
+  /// Returns the closed rows that carry no force.
   Rows find_weak(const EquilibriumResult& found);
 
-  /// "floor[3], floor[4], floor[5] and 7 more"
+  /// Returns "floor[3], floor[4], floor[5] and 7 more".
   std::string name(const Rows& rows) const;
-  /// Members that the closed system counts are named as the user counts them.
+  /// Replaces the members' numbers in the closed system by those of the user.
   void rename(std::string* text) const;
 
  private:
@@ -52,15 +52,15 @@ class OneSidedRows {
   Workspace work_;
   EquilibriumEquations equations_;
   const double tolerance_;
-  std::vector<int> side_;  // [row] 1, -1; 0: held both ways
+  std::vector<int> side_;  // [row] 1 or -1; 0 if it acts both ways
   std::vector<bool> open_;
-  std::vector<double> xi_, norm_;  // [row] where it stands, and |gradient|
-  std::vector<double> rate_;       // [row] of xi, as what is left of the forces accelerates the points
+  std::vector<double> xi_, norm_;  // [row] values there, and |gradient|
+  std::vector<double> rate_;       // [row] second derivative of xi by residual forces
 };
 
-/// Which of the wrong rows change sides: all of them while they become fewer, and for some rounds more; then the last
-/// one alone until they are fewer than ever (Murty 1974; Judice & Pires 1994). With a positive definite stiffness no
-/// set comes back that way; where one does, `is_stuck`.
+/// Chooses which of the wrong rows change sides. All of them do while they become fewer, and for some rounds more; then
+/// only the last one does until they are fewer than ever (Murty 1974; Judice & Pires 1994). With a positive definite
+/// stiffness no set recurs; if one does, `is_stuck`.
 class Exchange {
  public:
   OneSidedRows::Rows choose(const OneSidedRows::Rows& wrong, const std::vector<bool>& open);
@@ -70,7 +70,7 @@ class Exchange {
   std::size_t fewest_ = ~std::size_t{0};
   int patience_ = 0;
   bool is_stuck_ = false;
-  std::set<std::vector<bool>> seen_;  // while one row changes at a time
+  std::set<std::vector<bool>> seen_;  // sets met while one row changes at a time
 };
 
 }  // namespace tanor

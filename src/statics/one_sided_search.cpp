@@ -6,7 +6,7 @@ namespace tanor {
 
 namespace {
 
-/// The constraints cannot hold together, or not from there.
+/// Returns true if the constraints cannot hold together, at least not from that start.
 bool contradicts(const EquilibriumResult& found) {
   constexpr double broken = 1e-6;
   return !found.outcome.ok() && found.violation > broken;
@@ -14,7 +14,8 @@ bool contradicts(const EquilibriumResult& found) {
 
 }  // namespace
 
-/// From where it rested last; where that does not do, as of a chain that hung through the floor, from the start.
+/// Searches from the last equilibrium. If that fails, as for a chain that hung through the floor, it searches from the
+/// start.
 EquilibriumResult OneSidedSearch::rest(bool is_judged) {
   EquilibriumOptions options = options_;
   if (has_rested_) options.load_steps = 1;
@@ -31,8 +32,10 @@ EquilibriumResult OneSidedSearch::rest(bool is_judged) {
   return contradicts(found) && has_rested_ ? rest_at(input_.system.positions) : found;
 }
 
-/// Where those that are closed contradict each other: less of the last change. Where they do not hold it: what its
-/// points run into besides; where that is nothing, all. None: that was tried.
+/// Returns the next change after a failed search. If the closed constraints contradict each other, part of the last
+/// change is undone. If they do not hold the system, the open rows are closed that its points run into next; without
+/// such rows the wrong rows change, and without those all open rows close. Returns nothing if this set was tried
+/// before.
 OneSidedRows::Rows OneSidedSearch::change_after(const EquilibriumResult& failed) {
   if (contradicts(failed) && !changed_.empty()) return take_part_of_change();
   if (!failed_.insert(rows_.open()).second) return {};
@@ -42,7 +45,7 @@ OneSidedRows::Rows OneSidedSearch::change_after(const EquilibriumResult& failed)
   return wanted_;
 }
 
-/// Half of what was tried; of a single one the others that were wanted.
+/// Halves the change that was tried; if it was a single row, returns the other rows that were wanted.
 OneSidedRows::Rows OneSidedSearch::take_part_of_change() {
   if (changed_.size() == 1) std::erase(wanted_, changed_.front());
   if (wanted_.empty()) return {};
@@ -78,7 +81,7 @@ EquilibriumResult OneSidedSearch::run() {
   }
 }
 
-/// Rows of all constraints, in the user's order.
+/// Writes the results for the rows of all constraints, in the user's order.
 EquilibriumResult OneSidedSearch::write(EquilibriumResult found) {
   const OneSidedRows::Rows weak = rows_.find_weak(found);
   if (found.outcome.ok() && !weak.empty())

@@ -7,14 +7,14 @@
 
 namespace tanor {
 
-/// The equilibrium of a system whose constraints hold both ways, from `start` [3n]; not `is_judged`: whatever its
-/// stability, which nobody asks for.
+/// Finds the equilibrium of a system whose constraints all act both ways, from `start` [3n]. If not `is_judged`, any
+/// equilibrium is accepted and its stability is not computed.
 EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
                             const std::vector<double>& prestress, const std::vector<double>& start, bool is_judged);
 
-/// Rounds of equilibria with the one-sided constraints that are closed, until none of them pulls and no other is broken
-/// (the primal-dual active sets of Hintermueller, Ito & Kunisch 2002). Its stability is judged then; where that moves
-/// it away from an unstable one, rounds go on from there.
+/// Alternates between equilibria with the closed one-sided constraints and changes of this set, until no closed one
+/// pulls and no open one is broken (the primal-dual active sets of Hintermueller, Ito & Kunisch 2002). Only then is the
+/// stability judged; if that leads away from an unstable equilibrium, rounds continue from there.
 class OneSidedSearch {
  public:
   OneSidedSearch(const StaticsInput& input, const EquilibriumOptions& options)
@@ -32,11 +32,11 @@ class OneSidedSearch {
   const EquilibriumOptions& options_;
   OneSidedRows rows_;
   Exchange exchange_;
-  OneSidedRows::Rows wanted_, changed_;  // what should change before this round, and what of it did
-  std::vector<double> positions_;        // where it rested last
+  OneSidedRows::Rows wanted_, changed_;  // what should change before this round, and what did
+  std::vector<double> positions_;        // last equilibrium
   std::set<std::vector<bool>> failed_;   // sets that have no equilibrium
   bool has_rested_ = false;
-  EquilibriumSearch search_;  // of all rounds
+  EquilibriumSearch search_;  // over all rounds
 };
 
 }  // namespace tanor

@@ -12,12 +12,13 @@ namespace {
 // Bitzek et al. 2006, Table I.
 constexpr double growth = 1.1, shrinking = 0.5, first_mixing = 0.1, mixing_decay = 0.99;
 constexpr int patience = 5;
-/// Where Newton's method goes on: tangential force over the largest one.
+/// Ratio of the tangential force to the largest force at which Newton's method takes over.
 constexpr double near = 1e-3;
 
 }  // namespace
 
-/// To xi = 0. From a place of perfect symmetry nothing leads out of it but another place.
+/// Projects the start onto xi = 0. At a configuration of perfect symmetry the projection fails, and it starts again
+/// from disturbed positions.
 Outcome ProjectedDescent::find_start(Projector& projector, std::vector<double>* r) {
   if (model_.num_rows() == 0) return {};
   NearestPoint nearest(equations_.work(), multipliers_.linearization(), projector);
@@ -29,7 +30,7 @@ Outcome ProjectedDescent::find_start(Projector& projector, std::vector<double>* 
   return nearest.find(equations_.time(), r->data()).outcome;
 }
 
-/// v along xi = 0, with the factor of S that stands.
+/// Projects v onto the tangent space of xi = 0, with the current factor of S.
 void ProjectedDescent::turn_along_constraints(std::vector<double>* v) {
   if (model_.num_rows() == 0) return;
   rates_.resize(model_.num_rows());
@@ -85,7 +86,7 @@ Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, st
     const double towards = slope2 > 0.0 ? mixing * std::sqrt(speed2 / slope2) : 0.0;
     for (std::size_t i = 0; i < size; ++i)
       v[i] = (1.0 - mixing) * v[i] + (towards + dt) * model_.inverse_mass[i / 3] * g[i];
-    // At most a tenth of the shortest length at once.
+    // A step moves points by at most a tenth of the shortest length.
     const double longest = dt * model_.largest_norm(v.data());
     const double step = dt * std::min(1.0, 0.1 * model_.smallest_length / std::max(longest, 1e-300));
     for (std::size_t i = 0; i < size; ++i) r[i] += step * v[i];

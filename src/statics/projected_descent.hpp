@@ -8,13 +8,12 @@
 
 namespace tanor {
 
-/// Down the slope of the energy along xi = 0, as a motion that is slowed where it goes uphill (FIRE, Bitzek et al.
-/// 2006):
+/// Descends the energy along xi = 0 as a motion that is damped where it goes uphill (FIRE, Bitzek et al. 2006):
 ///
 ///   v += h (f + K lambda)/mass,   v turned towards the force,   r += h v put back onto xi = 0
 ///
-/// with masses of the size of the stiffness that each point meets, so that one step serves all. It ends near an
-/// equilibrium; Newton's method goes on from there.
+/// The masses are proportional to the stiffness at each point, so that one step suits all points. The descent ends near
+/// an equilibrium, where Newton's method takes over.
 class ProjectedDescent {
  public:
   ProjectedDescent(EquilibriumEquations& equations, SmallestMultipliers& multipliers)

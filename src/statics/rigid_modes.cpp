@@ -15,11 +15,11 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Six motions of every island at once: shifts along the axes, and turns about its centre; all of unit size.
+/// Six motions of every island at once: shifts along the axes, and turns about its centre, all of unit size.
 struct RigidFields {
   RigidFields(const std::vector<int>& island, const double* r);
 
-  std::vector<double> count, radius;         // [island] its points, and how far they stand from their centre
+  std::vector<double> count, radius;         // [island] number of points, and their largest distance from the centre
   std::vector<Vec3> centre;                  // [island]
   std::array<std::vector<double>, 6> moves;  // [3 points]
 };
@@ -48,7 +48,7 @@ RigidFields::RigidFields(const std::vector<int>& island, const double* r)
   }
 }
 
-/// The scalar products of six vectors at one place.
+/// Adds the scalar products of six vectors at one point or row.
 template <class Product>
 void add_products(Matrix6* to, const Product& product) {
   for (std::size_t a = 0; a < 6; ++a) {
@@ -56,13 +56,13 @@ void add_products(Matrix6* to, const Product& product) {
   }
 }
 
-/// Of the six motions of an island, combinations by columns.
+/// Combinations of the six motions of an island, by columns.
 struct RigidMotions {
-  Eigen::MatrixXd unanswered;  // that move points, by 1 m on an average of squares, and that nothing answers to
-  Eigen::MatrixXd idle;        // that move no point: turns about the line of all of them
+  Eigen::MatrixXd unanswered;  // moves of 1 m (root mean square) that nothing answers to
+  Eigen::MatrixXd idle;        // motions that move no point: turns about the line of all of them
 };
 
-/// Squares lose what is small where a turn moves points little: candidates only, up to what rounding may hide.
+/// Finds candidates only, up to what rounding may hide: squares lose small answers where a turn moves points little.
 RigidMotions find_candidates(const Matrix6& moves, const Matrix6& answers, double nothing) {
   const dense::SymmetricEigen eigen = dense::find_eigen(moves);
   const Eigen::Index num_idle = (eigen.values.array() < 1e-10).count();
@@ -73,7 +73,7 @@ RigidMotions find_candidates(const Matrix6& moves, const Matrix6& answers, doubl
   return {basis * answer.vectors.leftCols((answer.values.array() < hidden).count()), eigen.vectors.leftCols(num_idle)};
 }
 
-/// What answers to small motions u of islands: W u over the island's stiffness, and K'u.
+/// The answers to small motions u of islands: W u over the island's stiffness, and K'u.
 class AnswersToMotions {
  public:
   AnswersToMotions(const EquilibriumEquations& equations, const std::vector<int>& island, const RigidFields& fields)
@@ -94,7 +94,7 @@ class AnswersToMotions {
     }
   }
 
-  /// [island]
+  /// Returns the motions of each island that nothing answers to [island].
   std::vector<RigidMotions> find_unanswered() const {
     constexpr double nothing = 1e-14;  // of squares
     const std::size_t n = island_.size();
@@ -123,7 +123,7 @@ class AnswersToMotions {
   }
 
  private:
-  /// The candidates whose own answers, summed before they are squared, are nothing.
+  /// Keeps the candidates whose answers vanish when they are summed before they are squared.
   void keep_unanswered(double nothing, std::vector<RigidMotions>* motions) const {
     std::vector<Eigen::VectorXd> answered(island_.size());
     for (std::size_t own = 0; own < island_.size(); ++own)
@@ -162,7 +162,7 @@ class AnswersToMotions {
   std::vector<int> of_row_;                           // [row] its island, -1: it joins no moving points
 };
 
-/// Where u(x) = shift + turn x (x - c) carries a point within 1 s (exponential of a twist).
+/// Carries points along u(x) = shift + turn x (x - c) for 1 s (exponential of a twist).
 class Screw {
  public:
   Screw(Vec3 shift, Vec3 turn) : turn_(turn) {
@@ -182,7 +182,7 @@ class Screw {
   double first_ = 1.0, second_ = 0.5, third_ = 1.0 / 6.0;
 };
 
-/// Motions of islands on finite ways.
+/// Finite motions of islands.
 class FiniteMotions {
  public:
   FiniteMotions(const EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<int>& island,
@@ -195,12 +195,12 @@ class FiniteMotions {
         before_(forces_at(r)),
         stiffness_(find_island_stiffness(equations, island)) {}
 
-  /// How many of the unanswered motions leave the forces of their island as they are, turned with it, on a finite way
-  /// too: at the top of -x^4 nothing answers to a small one.
+  /// Counts the unanswered motions that leave the forces of their island unchanged, turned with it, also over a finite
+  /// distance. An infinitesimal motion is not enough: at the top of -x^4 nothing answers to it.
   std::size_t count_free() {
     std::size_t result = 0;
     for (Eigen::Index k = 0; k < 6; ++k) result += count_free(k);
-    (void)forces_at(r_);  // which others may read on
+    (void)forces_at(r_);  // restores the forces that others may read
     return result;
   }
 
@@ -216,14 +216,14 @@ class FiniteMotions {
     return f;
   }
 
-  /// How far motion k carries an island: a tenth of its size, or of a turn.
+  /// Returns the size of motion k of an island: a tenth of its radius, or of a radian.
   double find_size(std::size_t each, Eigen::Index k) const {
     constexpr double part = 0.1;
     const double radius = std::max(fields_.radius[each], equations_.model().smallest_length);
     return part * radius / std::max(1.0, motions_[each].unanswered.col(k).tail<3>().norm());
   }
 
-  /// Forces after motion k of all islands, so far as `sizes` say, less those before, turned with them [3 points], N.
+  /// Returns the forces after motion k of all islands by `sizes`, less the earlier ones turned with them [3 points], N.
   std::vector<double> change_of_forces(Eigen::Index k, const std::vector<double>& sizes) const {
     std::vector<std::optional<Screw>> screws(island_.size());
     for (std::size_t each = 0; each < island_.size(); ++each) {
@@ -246,8 +246,9 @@ class FiniteMotions {
     return change;
   }
 
-  /// A turn about the line of all points moves none of them at first, but says about which axis they go on and where
-  /// forces turn to: as much of it as leaves least change, by Gauss and Newton's method.
+  /// Adds a turn about the line of all points of an island. It moves no point at first order, but it decides about
+  /// which axis they go on and where forces turn to. The Gauss-Newton method chooses the amount that changes forces
+  /// least.
   void choose_idle_turns(Eigen::Index k, const std::vector<double>& sizes) {
     constexpr int steps = 8;
     constexpr double small = 1e-4;

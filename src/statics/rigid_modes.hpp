@@ -7,15 +7,16 @@
 
 namespace tanor {
 
-/// The islands of moving points that constraints or forces join: [point] -> the number of a point that stands for all.
+/// Finds the islands of moving points that constraints or forces join: [point] -> number of a point that represents
+/// them.
 std::vector<int> find_statics_islands(const EquilibriumEquations& equations);
 
-/// [point] the largest |W_ij| in its island, where the equations were linearised last, N/m; 1e-150, whose square is a
-/// number, where nothing is stiff.
+/// Returns for each point the largest |W_ij| in its island, N/m, where the equations were linearised last. Islands
+/// without stiffness have 1e-150, whose square is still a positive number.
 std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island);
 
-/// Dimension of the motions of islands as a whole, free ones and those held at a point or an axis, that no constraint
-/// and no force answers to, where the equations were linearised last, at r [3 points].
+/// Returns the dimension of the motions of whole islands, free or about a fixed point or axis, that no constraint and
+/// no force answers to. The equations must have been linearised last at r [3 points].
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r);
 
 }  // namespace tanor

@@ -7,11 +7,12 @@ namespace tanor {
 
 namespace {
 
-/// Of unit columns of K: equilibria of nets that collapse have singular values up to 1e-6, where roots of rounding
-/// know their places, and then none below 1e-2. Those of long chains fall with their length by nature.
+/// A row counts as dependent below this singular value of the unit columns of K. Collapsed nets have singular values up
+/// to 1e-6, as far as roots of rounding errors determine their positions, and then none below 1e-2. Singular values of
+/// long chains fall with their length by nature.
 constexpr double dependent = 1e-5;
 constexpr double short_chain = 1e3;
-/// So many rows are decided by QR in any case; more where S looks singular.
+/// Up to this number of rows QR always decides the rank; with more rows it does if S looks singular.
 constexpr std::size_t most_rows = 3000;
 constexpr double suspect_below = 1e-9;
 
@@ -71,7 +72,7 @@ std::vector<double> SmallestMultipliers::keep_self_stress(std::vector<double> la
   return lambda;
 }
 
-/// S dlambda = -K'M^-1(f + K lambda), without the rows that depend, and again for what rounding leaves.
+/// Solves S dlambda = -K'M^-1(f + K lambda) without the dependent rows, and repeats that with the remaining residual.
 void SmallestMultipliers::solve_by_qr(const std::vector<double>& r, std::vector<double>* lambda) {
   constexpr int rounds = 3;
   const std::vector<double> given = *lambda;

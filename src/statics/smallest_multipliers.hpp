@@ -10,25 +10,25 @@
 
 namespace tanor {
 
-/// The multipliers that come nearest to balancing the forces at one configuration, and what K says about them:
+/// The multipliers that come nearest to balancing the forces at one configuration, and the rank of K there:
 ///
-///   K lambda = -f   in the metric of M^-1, |lambda - given| as small as it can be where several serve.
+///   K lambda = -f   in the metric of M^-1, with the least |lambda - given| if lambda is not unique.
 class SmallestMultipliers {
  public:
   SmallestMultipliers(EquilibriumEquations& equations, const SolverOptions& options)
       : equations_(equations), linearization_(equations.work(), options), rank_(equations.work(), linearization_) {}
 
-  /// lambda [rows] at r [3 points]; `given` [rows].
+  /// Finds lambda [rows] at r [3 points]; `given` is [rows].
   Outcome find(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda);
-  /// The same with the rank of K, where all that is told about an equilibrium is decided: rows that a collapsed net
-  /// has brought together depend on each other, though the places know it to a millionth only.
+  /// Finds lambda and decides the rank of K, on which everything that is reported about an equilibrium rests. Rows that
+  /// a collapsed net has brought together count as dependent, although the positions show it to a millionth only.
   Outcome find_and_decide(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda,
                           RankReport* rank);
-  /// What of lambda [rows] no load sees: its part with K lambda = 0, by the last decision.
+  /// Returns the part of lambda [rows] with K lambda = 0, which no load determines, by the last decision.
   std::vector<double> keep_self_stress(std::vector<double> lambda) const;
-  /// The rank of K at r, where `find` was asked last.
+  /// Returns the rank of K at r, for which `find` must have been called last.
   RankReport rank(const std::vector<double>& r) { return rank_.report(r.data(), false); }
-  /// K and the factor of S there.
+  /// The linearization there: K and the factor of S.
   Linearization& linearization() { return linearization_; }
 
  private:
@@ -38,12 +38,12 @@ class SmallestMultipliers {
   EquilibriumEquations& equations_;
   Linearization linearization_;
   GradientRank rank_;
-  std::optional<Redundancy> redundancy_;  // of the last decision
+  std::optional<Redundancy> redundancy_;  // from the last decision
   std::vector<double> g_, xi_, b_;        // scratch [3 moving points], [rows]
   std::vector<double> w_, dw_;            // scratch [3 points]
 };
 
-/// The rows of the model that depend on others [inner order].
+/// Returns the rows of the model that depend on others [inner order].
 std::vector<std::size_t> list_dependent_rows(const Model& model, const RankReport& rank);
 
 }  // namespace tanor

@@ -36,7 +36,7 @@ ReducedInertia find_dense(const ZeroModes& zero, ModeFinder* finder) {
   return result;
 }
 
-/// How many lie below so much of each zero. Where a pivot vanishes a bound nearby is asked for.
+/// Counts the omega^2 below `part` times the bound of each point. If a pivot vanishes, a nearby bound is used.
 std::optional<std::size_t> count_near(double part, const ZeroModes& zero, KktSolver* solver) {
   for (const double factor : {1.0, 1.3, 0.7, 2.0}) {
     std::vector<double> bounds = zero.of_points();
@@ -46,7 +46,7 @@ std::optional<std::size_t> count_near(double part, const ZeroModes& zero, KktSol
   return std::nullopt;
 }
 
-/// The lowest omega^2 that is no zero mode, by the factor of the least shift that has one.
+/// Finds the lowest omega^2 that is no zero mode, with the factor of the least shift that has one.
 void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, ReducedInertia* result) {
   double shift = -zero.least();
   if (result->negative + result->zero > 0 || !zero.are_equal()) {
@@ -56,7 +56,7 @@ void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, R
       if (shift > 1e4 * finder->scale()) return;
     }
   }
-  // A block of Lanczos' method sees a zero mode as often as it has columns, and then what lies beyond.
+  // A block of Lanczos' method finds as many copies of a zero mode as it has columns, and then the modes beyond it.
   constexpr std::size_t most = 64;
   for (const std::size_t count : {std::size_t{1}, std::clamp(result->zero, ModeFinder::fewest_in_block, most) + 1}) {
     const ModeSet modes = finder->find_some_lowest(shift, count);

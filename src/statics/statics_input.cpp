@@ -50,7 +50,8 @@ void leave_out_coordinates(System* system, std::vector<std::string>* left_out) {
   system->coordinates.clear();
 }
 
-/// Without the stiffness of all forces neither stability nor vibrations are known.
+/// Refuses, or with `ignores_stability` notes, forces that have no stiffness. Without it neither stability nor
+/// vibrations are known.
 void require_stiffness(const System& system, bool ignores_stability, std::vector<std::string>* left_out) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
     const auto* const pairs = std::get_if<PairForces>(&system.forces[k]);
@@ -68,7 +69,7 @@ void require_stiffness(const System& system, bool ignores_stability, std::vector
   }
 }
 
-/// Tensions of named rods as multipliers, lambda = -T.
+/// Returns the tensions of named rods as multipliers, lambda = -T.
 std::vector<double> read_prestress(const System& system, const std::vector<Prestress>& prestress) {
   std::vector<double> result(num_equations(system), 0.0);
   for (std::size_t k = 0; k < prestress.size(); ++k) {
@@ -120,7 +121,7 @@ void note_useless_prestress(const std::vector<double>& prestress, std::size_t se
 
 void note_changed_prestress(const EquilibriumEquations& equations, const std::vector<double>& given,
                             const std::vector<double>& found, std::vector<std::string>* left_out) {
-  constexpr double digits = 1e-6;  // to which tensions are given
+  constexpr double digits = 1e-6;  // accuracy to which tensions are given
   const auto largest = [](const std::vector<double>& x) {
     double result = 0.0;
     for (const double each : x) result = larger(result, std::abs(each));

@@ -9,30 +9,30 @@ namespace tanor {
 
 class EquilibriumEquations;
 
-/// The system that is searched, and what was taken out of it.
+/// The system whose equilibrium is sought, and what was taken out of it.
 struct StaticsInput {
-  /// Checks options; throws InputError.
+  /// Checks the options; throws InputError.
   StaticsInput(const System& given, const EquilibriumOptions& options);
 
   System system;                      ///< at rest, without friction and coordinates
-  std::vector<double> prestress;      ///< [equations] lambda that is asked for; 0 elsewhere
+  std::vector<double> prestress;      ///< [equations] requested lambda; 0 elsewhere
   std::vector<std::string> left_out;  ///< by name
 };
 
-/// Says where tensions were asked for, multipliers that are not 0, and nothing is free to have them.
+/// Notes requested tensions, multipliers that are not 0, in a system without states of self-stress.
 void note_useless_prestress(const std::vector<double>& prestress, std::size_t self_stress_states,
                             std::vector<std::string>* left_out);
 
-/// Says where the tensions that were asked for are neither a state of self-stress nor balance the forces, so that the
-/// multipliers found, which come nearest to them, are others: which one changes most. `given`, `found` [rows of the
-/// model]; the equations were evaluated at the equilibrium.
+/// Notes requested tensions that are neither a state of self-stress nor balance the forces. The multipliers found are
+/// then the ones nearest to them, and the note names the one that differs most. `given` and `found` are [rows of the
+/// model]; the equations must have been evaluated at the equilibrium.
 void note_changed_prestress(const EquilibriumEquations& equations, const std::vector<double>& given,
                             const std::vector<double>& found, std::vector<std::string>* left_out);
 
-/// "3 points from point 7 on: held rigid by prestress …"
+/// Returns "3 points from point 7 on: held rigid by prestress …".
 std::string describe_rigid_points(const std::vector<Index>& points);
 
-/// With gravity and constant forces times `factor`, at t.
+/// Returns the system with gravity and constant forces at t multiplied by `factor`.
 System with_load(const System& system, double factor, double t);
 
 }  // namespace tanor

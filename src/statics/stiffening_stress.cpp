@@ -19,8 +19,8 @@ void StiffeningStress::choose(const std::vector<double>& r, std::vector<double>*
   if (is_marginal && equations_.size() <= most_dense_unknowns) seek(r, lambda, inertia);
 }
 
-/// Motions that cost nothing with the multipliers at hand, as in a square with both diagonals, may cost energy with
-/// some self-stress more: a few are tried, either way.
+/// Tries a few states of self-stress, with either sign. Motions that cost nothing with the current multipliers, as in a
+/// square with both diagonals, may cost energy with a self-stress.
 void StiffeningStress::seek(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
   constexpr std::size_t most_tries = 4;
   const double stiffest = equations_.stiffness().largest() * equations_.model().smallest_length,
@@ -44,8 +44,8 @@ void StiffeningStress::seek(const std::vector<double>& r, std::vector<double>* l
   }
 }
 
-/// As long as a motion gains energy, multipliers move to where it does not, by the relaxation of Agmon and Motzkin
-/// (1954).
+/// Moves the multipliers, as long as some motion gains energy, to where it does not, by the relaxation of Agmon and
+/// Motzkin (1954).
 void StiffeningStress::relax(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
   constexpr int most_times = 100;
   constexpr double beyond = 1.5;
@@ -64,7 +64,7 @@ void StiffeningStress::relax(const std::vector<double>& r, std::vector<double>* 
   *inertia = std::move(here);
 }
 
-/// -q'Hess xi_a q of each row: what one more of its multiplier adds to the stiffness of a motion q.
+/// Returns -q'Hess xi_a q of each row, the stiffness that one unit of its multiplier adds to a motion q.
 std::vector<double> StiffeningStress::stiffening(const std::vector<double>& r, const std::vector<double>& lambda,
                                                  const std::vector<double>& q) {
   constexpr double part = 1e-5;

@@ -9,17 +9,18 @@
 
 namespace tanor {
 
-/// The energy has a strict minimum where Z'WZ is positive definite with some multipliers that balance the load. Where
-/// rods pull against each other in ways that no load determines there are many: those are looked for with which the
-/// place is stable, so far as there are any (prestress stability, Connelly and Whiteley 1996).
+/// Chooses a self-stress that makes an equilibrium stable. The energy has a strict minimum where Z'WZ is positive
+/// definite with some multipliers that balance the load. If rods pull against each other in ways that no load
+/// determines, there are many such multipliers, and this class looks for stabilizing ones (prestress stability,
+/// Connelly and Whiteley 1996).
 class StiffeningStress {
  public:
   using FindInertia = std::function<ReducedInertia(const std::vector<double>& lambda)>;
 
-  /// `multipliers` have decided there which rows depend on others. All outlive it.
+  /// `multipliers` must have decided there which rows depend on others. All arguments must outlive this object.
   StiffeningStress(EquilibriumEquations& equations, const SmallestMultipliers& multipliers, FindInertia find);
 
-  /// lambda [rows] at r [3 points], and its inertia; both stay where nothing better is found.
+  /// Chooses lambda [rows] at r [3 points], and its inertia; both stay if nothing better is found.
   void choose(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia);
 
  private:

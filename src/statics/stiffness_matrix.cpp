@@ -94,7 +94,7 @@ bool StiffnessMatrix::has_block(int i, int j) const {
   return std::binary_search(begin, end, j);
 }
 
-/// Whether the pairs that feel each other at r are those that the pattern was made for.
+/// Returns true if the interacting pairs at r are those that the pattern was made for.
 bool StiffnessMatrix::knows_all_pairs(const double* r) {
   std::size_t count = 0;
   bool has_all = true;
@@ -119,7 +119,8 @@ void StiffnessMatrix::add_pairs(const double* r) {
   });
 }
 
-/// With B the derivative of the force on j in r_j, W has -B at (i, i) and (j, j), and B at (i, j) and (j, i).
+/// Adds a coupling: if B is the derivative of the force on j in r_j, W has -B at (i, i) and (j, j), and B at (i, j) and
+/// (j, i).
 void StiffnessMatrix::add_coupling(std::size_t k, const Block3& derivative) {
   const auto& [points, ij, ji] = couplings_[k];
   for (const int point : {points.i, points.j}) {
@@ -153,14 +154,15 @@ void StiffnessMatrix::evaluate(double t, const double* r, const double* lambda, 
     if (curvature == Curvature::Exact || !is_compressed) add_coupling(k, derivative);
   }
   for (std::size_t k = 0; k < influences_.size(); ++k) {
-    // Energies say df/dr, curved constraints -lambda Hess xi, which is a part of W already.
+    // Energies give df/dr; curved constraints give -lambda Hess xi, which already has the sign of W.
     const double sign = k < num_energies_ ? -1.0 : 1.0;
     if (influence_slots_[k] >= 0) add(sign, influences_[k], &blocks_[static_cast<std::size_t>(influence_slots_[k])]);
   }
 }
 
 void StiffnessMatrix::add_tension(double tension, const double* r) {
-  constexpr double little = 1e-3;  // beside the scene's size: whole islands that float are held, too
+  constexpr double little =
+      1e-3;  // points with rods also get this part of the tension, so that floating islands are held
   std::vector<char> has_rod(num_points(), 0);
   for (std::size_t k = num_springs_; k < couplings_.size(); ++k) {
     const auto [i, j] = couplings_[k].points;

@@ -9,50 +9,51 @@
 
 namespace tanor {
 
-/// How forces and reactions answer to a small move of the points, at fixed lambda and t and at rest:
+/// The response of forces and reactions to a small move of the points, at fixed lambda and t and at rest:
 ///
 ///   W = -df/dr - sum over rows a of lambda_a Hess xi_a      [3n x 3n], N/m, of the n moving points
 ///
-/// The first part is the material stiffness, the second one the geometric stiffness, which is that of tensions. Stored
-/// as blocks of 3 x 3 numbers by rows of points, both triangles, in the inner order. W is symmetric where all forces
-/// have a potential.
+/// The first part is the material stiffness, the second the geometric stiffness, which comes from tensions. W is stored
+/// as blocks of 3 x 3 numbers by rows of points, both triangles, in the inner order. It is symmetric if all forces have
+/// a potential.
 class StiffnessMatrix {
  public:
   explicit StiffnessMatrix(Workspace& work);
 
-  /// Convex leaves out what compressed rods take away, so that W is less often indefinite: far from an equilibrium that
-  /// leads downhill.
+  /// Convex omits the destabilizing part of compressed rods, so that W is less often indefinite. Far from an
+  /// equilibrium that leads downhill.
   enum class Curvature { Exact, Convex };
-  /// W at (t, r, lambda); r [3 points], lambda [rows].
+  /// Evaluates W at (t, r, lambda); r [3 points], lambda [rows].
   void evaluate(double t, const double* r, const double* lambda, Curvature curvature = Curvature::Exact);
 
-  /// As if every rod were tightened by `tension`, N, where it turns and where it is drawn out: tension/length between
-  /// its ends; where points have no rods, tension over the scene's size.
+  /// Adds the stiffness of a tension, N, in every rod, both against turning and against stretching: tension/length
+  /// between the ends of the rod. Points without rods get tension over the scene's size.
   void add_tension(double tension, const double* r);
-  /// As if every coordinate were held by a spring of the given share of the largest entry in its row, or `otherwise`,
-  /// N/m, where that is 0: what rounding leaves of a force then moves nothing far where motions cost nothing.
+  /// Adds a spring to every coordinate: the given share of the largest entry in its row, or `otherwise`, N/m, if that
+  /// is 0. Rounding errors of forces then move nothing far along motions that cost nothing.
   void hold_rows(double share, double otherwise);
 
-  /// Changes where blocks come and go: pair forces with a cutoff have those of the pairs within it.
+  /// Returns a number that changes when blocks come and go: pair forces with a cutoff have blocks for the pairs within
+  /// it.
   std::size_t pattern_version() const { return pattern_version_; }
   std::size_t num_points() const { return start_.size() - 1; }  ///< that move
-  /// Blocks of point i: start()[i] … start()[i + 1] - 1, beside increasing columns().
+  /// The blocks of point i are start()[i] … start()[i + 1] - 1, in the increasing columns().
   std::span<const int> start() const { return start_; }
   std::span<const int> columns() const { return columns_; }
   std::span<const Block3> blocks() const { return blocks_; }
 
-  /// y = W x [3 num_points()].
+  /// Computes y = W x [3 num_points()].
   void multiply(const double* x, double* y) const;
-  /// x'Wx is a sum of terms; theirs without signs, of which its rounding is a part.
+  /// Returns the sum of the absolute terms of x'Wx, to which its rounding error is proportional.
   double sum_terms(const double* x) const;
-  /// Largest |W - W'| over the largest |W|: beyond rounding, some force has no potential.
+  /// Returns the largest |W - W'| over the largest |W|. Some force has no potential if it exceeds rounding.
   double asymmetry() const;
-  /// Largest |W_ij|, N/m, and that of the rows of one point.
+  /// Return the largest |W_ij|, N/m, of all rows, and of those of one point.
   double largest() const;
   double largest_of(std::size_t point) const;
 
  private:
-  /// `r`: where pair forces are; null: without them.
+  /// `r` are the positions that decide about pair forces; null leaves these out.
   void make_pattern(const double* r);
   bool knows_all_pairs(const double* r);
   void add_pairs(const double* r);
@@ -67,10 +68,11 @@ class StiffnessMatrix {
   std::vector<Block3> blocks_;
   std::vector<int> diagonal_;  // [moving point] its own block
 
-  /// Of springs, then of rods; of tuples with an energy, then of curved constraints.
+  /// Couplings are those of springs, then of rods; influences are those of tuples with an energy, then of curved
+  /// constraints.
   struct CoupledBlocks {
     Coupling points;
-    int ij, ji;  // -1: one of them does not move
+    int ij, ji;  // -1 if one of the points does not move
   };
   std::vector<CoupledBlocks> couplings_;
   std::vector<int> influence_slots_;

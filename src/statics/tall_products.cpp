@@ -13,10 +13,10 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr std::size_t tile = 4;      // columns of each factor that are worked on at once
-constexpr std::size_t height = 512;  // rows of all columns in the second cache
+constexpr std::size_t tile = 4;      // columns of each factor that are processed at once
+constexpr std::size_t height = 512;  // rows of all columns that fit the second-level cache
 
-/// A matrix by columns, which stand `stride` numbers apart.
+/// A matrix by columns, `stride` numbers apart.
 template <class Number>
 struct Columns {
   Number* numbers;
@@ -32,7 +32,7 @@ template <class Body>
   for (; j < columns; ++j) body(std::integral_constant<std::size_t, 1>{}, j);
 }
 
-/// c_pq += sum over `rows` of a_ip b_iq
+/// Computes c_pq += sum over `rows` of a_ip b_iq.
 template <class Lanes, std::size_t wide, std::size_t broad>
 [[gnu::always_inline]] inline void add_dots(std::size_t rows, const Columns<const double>& a,
                                             const Columns<const double>& b, std::size_t i, const Columns<double>& c,
@@ -56,7 +56,7 @@ template <class Lanes, std::size_t wide, std::size_t broad>
   }
 }
 
-/// b_iq -= sum over k of a_ik c_kq, in `lanes` x 8 rows from the i-th on.
+/// Computes b_iq -= sum over k of a_ik c_kq, in `lanes` x 8 rows from the i-th on.
 template <class Lanes, std::size_t lanes, std::size_t broad>
 [[gnu::always_inline]] inline void subtract_rows(const Columns<const double>& a, const Columns<const double>& c,
                                                  const Columns<double>& b, std::size_t i, std::size_t q) {

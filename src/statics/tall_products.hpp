@@ -2,17 +2,17 @@
 
 #include <Eigen/Core>
 
-/// \file Products of matrices with many rows and few columns, a part of the rows at a time that stays in the second
-/// cache, compiled for each instruction set.
+/// \file Products of matrices with many rows and few columns. Rows are processed in portions that stay in the
+/// second-level cache; the code is compiled for each instruction set.
 namespace tanor {
 
 using TallMatrix = Eigen::Ref<const Eigen::MatrixXd>;
 
-/// A'B
+/// Returns A'B.
 Eigen::MatrixXd multiply_transposed(const TallMatrix& A, const TallMatrix& B);
-/// A C
+/// Returns A C.
 Eigen::MatrixXd multiply_tall(const TallMatrix& A, const Eigen::MatrixXd& C);
-/// B -= A C
+/// Computes B -= A C.
 void subtract_product(const TallMatrix& A, const Eigen::MatrixXd& C, Eigen::MatrixXd* B);
 
 }  // namespace tanor

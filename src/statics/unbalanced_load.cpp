@@ -18,12 +18,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// What answers to a shift of an island along the axes, u'(KK' + WW')u, and the force on it.
+/// The answer to a shift of an island along the axes, u'(KK' + WW')u, and the force on it.
 struct Shifted {
   Matrix3d answer = Matrix3d::Zero();
   Vector3d force = Vector3d::Zero();
-  double scale = 0.0;                                 // N, of the forces that are summed
-  int first_point = std::numeric_limits<int>::max();  // the user's
+  double scale = 0.0;                                 // N, of the summed forces
+  int first_point = std::numeric_limits<int>::max();  // in the user's order
 };
 
 std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std::vector<int>& island) {
@@ -49,7 +49,7 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
   for (std::size_t row = 0; row < of_row.size(); ++row) {
     if (of_row[row] >= 0) result[of_row[row]].answer += row_shift[row] * row_shift[row].transpose();
   }
-  // The whole force along u does not depend on where the points are where u'W = 0.
+  // If u'W = 0, the total force along u does not depend on the positions.
   const StiffnessMatrix& W = equations.stiffness();
   std::vector<Matrix3d> sums(n, Matrix3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
@@ -65,7 +65,7 @@ std::map<int, Shifted> shift_islands(EquilibriumEquations& equations, const std:
   return result;
 }
 
-/// What nothing answers to a shift by, of each island.
+/// Returns the force on an island along the shifts that nothing answers to.
 Vector3d find_pull(const Shifted& island) {
   constexpr double nothing = 1e-20, of_forces = 1e-9;
   const dense::SymmetricEigen eigen = dense::find_eigen(island.answer);
@@ -77,7 +77,7 @@ Vector3d find_pull(const Shifted& island) {
   return pull.norm() > of_forces * island.scale ? pull : Vector3d::Zero();
 }
 
-/// What constraints and forces make of shifts along the pulls.
+/// Evaluates constraints and forces after shifts along the pulls.
 class ShiftedIslands {
  public:
   ShiftedIslands(EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<double>& lambda,
@@ -86,8 +86,8 @@ class ShiftedIslands {
     xi_before_ = evaluate(r);
   }
 
-  /// Stiffness may be too small to see where a search starts, as far above an exponential floor, beside a stiff spring,
-  /// or zero but at a kink: those pulls stay that are the same wherever the island is shifted to along them.
+  /// Keeps the pulls that are the same wherever the island is shifted along them. At the start a stiffness may be too
+  /// small to be seen, as far above an exponential floor or beside a stiff spring, or zero except at a kink.
   void keep_endless(std::map<int, Vector3d>* pulls) {
     for (const double part : {1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 1e3}) {
       const double distance = part * model_.scene_size;
@@ -150,7 +150,8 @@ bool has_gravity(const System& system) {
 
 std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vector<double>& r) {
   const Model& model = equations.model();
-  // Somewhere else, with other multipliers: what answers nowhere does not answer here by chance.
+  // The equations are linearised at a disturbed configuration with arbitrary multipliers, so that no answer vanishes by
+  // accident.
   std::vector<double> elsewhere = r, lambda(model.num_rows()), g(equations.size()), xi(model.num_rows());
   for (std::size_t i = 0; i < equations.size(); ++i)
     elsewhere[i] += 0.03 * model.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));

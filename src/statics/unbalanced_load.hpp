@@ -6,8 +6,8 @@
 
 namespace tanor {
 
-/// Says which island of points a load pulls along without end, because nothing answers to a shift of it: no constraint
-/// and no force, wherever it is. Empty: none. r [3 points].
+/// Names the island of points that a load pulls along without end, because no constraint and no force answers to a
+/// shift of it anywhere. Returns an empty text if there is none. r is [3 points].
 std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vector<double>& r);
 
 }  // namespace tanor

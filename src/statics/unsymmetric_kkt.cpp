@@ -68,7 +68,7 @@ int UnsymmetricKkt::slot(std::size_t row, std::size_t column) const {
 }
 
 void UnsymmetricKkt::assemble() {
-  constexpr double compliance = 1e-14;  // over the largest stiffness
+  constexpr double compliance = 1e-14;  // relative to the inverse of the largest stiffness
   const StiffnessMatrix& W = equations_.stiffness();
   if (pattern_version_ != W.pattern_version()) make_pattern();
   const std::size_t n = equations_.size();

@@ -10,27 +10,27 @@
 
 namespace tanor {
 
-/// The factor of the whole matrix, where some force may have no potential and A need not be symmetric:
+/// LU factorization of the whole matrix, for forces that may have no potential, so that A need not be symmetric:
 ///
 ///   [ A  K ] [ x  ]   [ b ]
 ///   [ K' 0 ] [ mu ] = [ c ],   A = W + c D + s M
 ///
-/// A tiny compliance in the place of 0 lets rows depend on each other; residuals take it back.
+/// A tiny compliance in the zero block lets rows depend on each other; iterative refinement removes its effect.
 class UnsymmetricKkt {
  public:
   explicit UnsymmetricKkt(const EquilibriumEquations& equations);
 
-  /// Damping D, whose entries lie where W has some.
+  /// A damping matrix D, whose entries lie within the pattern of W.
   struct Damped {
     const Eigen::SparseMatrix<double>* damping = nullptr;
     double rate = 0.0;  // c, 1/s
   };
-  /// W and K as they were linearised last; s in 1/s^2. False: it is singular.
+  /// Factorizes with W and K as they were linearised last; s in 1/s^2. Returns false if the matrix is singular.
   [[nodiscard]] bool factorize(double shift) { return factorize(shift, {}); }
   [[nodiscard]] bool factorize(double shift, const Damped& damped);
-  /// x [size()] and mu [num_rows()] come as the right-hand side b and c.
+  /// Solves in place: x [size()] and mu [num_rows()] hold b and c on entry and the solution on return.
   void solve(std::vector<double>* x, std::vector<double>* mu);
-  /// y = A x [size()].
+  /// Computes y = A x [size()].
   void multiply(const std::vector<double>& x, std::vector<double>* y) const;
 
  private:
@@ -40,11 +40,11 @@ class UnsymmetricKkt {
 
   const EquilibriumEquations& equations_;
   const Model& model_;
-  std::size_t pattern_version_ = 0;  // of W, for which all this was made
+  std::size_t pattern_version_ = 0;  // of W, for which the pattern was made
   SquarePattern pattern_;
   std::unique_ptr<SparseLu<double>> factor_;
   std::vector<int> stiffness_slots_;                // [9 block of W]
-  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence]: of K and of K'
+  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence] slots of K and of K'
   double shift_ = 0.0;
   Damped damped_;
 };

@@ -11,7 +11,7 @@ namespace tanor {
 UnsymmetricNewton::UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure)
     : equations_(equations), model_(equations.model()), measure_(measure), kkt_(equations) {}
 
-/// W, K, g and xi at a state; returns the largest single force, N.
+/// Evaluates W, K, g and xi at a state; returns the largest single force, N.
 double UnsymmetricNewton::linearise(const StaticState& state) {
   equations_.linearise(state.r.data(), state.lambda.data());
   return equations_.evaluate(state.r.data(), state.lambda.data(), g_.data(), xi_.data());
@@ -60,9 +60,9 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
     residuals->push_back(now.force);
     if (!std::isfinite(now.force + now.scale + now.violation))
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
-    // A lone force that vanishes where the point rests has no size there: it is small beside what it was.
+    // A single force that vanishes at equilibrium has no scale there; it is compared with the scale at the start.
     const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * first_scale;
-    const double force = iterations_ > 0 ? now.known : now.force;  // rounding is known where W was found
+    const double force = iterations_ > 0 ? now.known : now.force;  // rounding is known after W was evaluated
     if (force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) {
       if (now.force == 0.0 || rests(*state)) return {};
       if (++long_steps == most_long_steps) return explain_fading(model_, now, iterations_);

@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// Newton's method where some force may have no potential: W need not be symmetric, and there is no energy to descend.
-/// Steps by the factor of the whole matrix are shortened until the residual sinks.
+/// Newton's method for forces that may have no potential: W need not be symmetric, and there is no energy to descend.
+/// Steps with the factor of the whole matrix are shortened until the residual falls.
 class UnsymmetricNewton {
  public:
   UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure);

@@ -12,8 +12,8 @@ namespace {
 
 using Rows = Eigen::Index;
 
-/// The largest sum of |W_ij| over a row of each point [moving point], N/m: |q_i'Wq| is no larger than it and |q_i|
-/// where all |q_j| are.
+/// Returns for each moving point the largest sum of |W_ij| over one of its rows, N/m. |q_i'Wq| is at most this sum
+/// times |q_i| if all |q_j| are equal.
 std::vector<double> sum_rows(const StiffnessMatrix& W) {
   std::vector<double> result(W.num_points());
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -27,7 +27,7 @@ std::vector<double> sum_rows(const StiffnessMatrix& W) {
   return result;
 }
 
-/// What an island's size and rows leave of its stiffness.
+/// Size and stiffness of an island, and whether constraints act on it.
 struct Island {
   double points = 0.0, stiffness = 0.0;  // the stiffest row, N/m
   bool has_rows = false;
@@ -57,13 +57,13 @@ double find_rounding(const Island& island, ZeroModes::Found found) {
 }  // namespace
 
 ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found) : model_(equations.model()) {
-  constexpr double soft = 1e-3;  // beside the stiffest row of its island, whose moves it shares
+  constexpr double soft = 1e-3;  // relative to the stiffest row of the island, whose moves the point shares
   const std::vector<int> island = find_statics_islands(equations);
   const std::vector<double> stiffness = sum_rows(equations.stiffness());
   const std::vector<Island> islands = describe(equations, island, stiffness);
   for (std::size_t i = 0; i < island.size(); ++i) {
     const Island& own = islands[static_cast<std::size_t>(island[i])];
-    // Where nothing is stiff, all of them are zero, by whatever number.
+    // If nothing is stiff, all modes are zero modes whatever the bound is.
     const double of_row = own.stiffness > 0.0 ? std::max(stiffness[i], soft * own.stiffness) / model_.mass[i] : 1.0;
     of_points_.push_back(find_rounding(own, found) * of_row);
   }

@@ -36,7 +36,8 @@ std::string find_type(const fs::path& file) {
   return std::string(found == types.end() ? "application/octet-stream" : (*found)[1]);
 }
 
-/// The file of a request: a regular one in the folder, reached without "..", hidden names, or links that lead out.
+/// Returns the file of a request: a regular file in the folder, not reached through "..", hidden names, or links that
+/// lead out.
 std::optional<fs::path> find_file(const fs::path& folder, const std::string& wanted) {
   if (wanted.find('\0') != std::string::npos || wanted.find('\\') != std::string::npos) return std::nullopt;
   for (const fs::path& part : fs::path(wanted)) {
@@ -49,7 +50,7 @@ std::optional<fs::path> find_file(const fs::path& folder, const std::string& wan
   return end == folder.end() && rest != file.end() ? std::optional(file) : std::nullopt;
 }
 
-/// Another one for each version of a file, since files are replaced as a whole.
+/// Returns a tag that differs for each version of a file, since files are replaced as a whole.
 std::string make_tag(const fs::path& file, std::uintmax_t size) {
   std::error_code error;
   const auto time = fs::last_write_time(file, error).time_since_epoch().count();
@@ -78,7 +79,7 @@ void answer(const fs::path& file, const httplib::Request& request, httplib::Resp
       });
 }
 
-/// Refuses what would write, and pages of other sites that made a name of theirs point to this machine.
+/// Refuses requests that would write, and pages of other sites that use a name of theirs for this machine.
 httplib::Server::HandlerResponse admit(int port, const httplib::Request& request, httplib::Response* response) {
   using Answer = httplib::Server::HandlerResponse;
   const std::string host = request.get_header_value("Host"), number = ":" + std::to_string(port);
@@ -92,7 +93,7 @@ httplib::Server::HandlerResponse admit(int port, const httplib::Request& request
   return Answer::Handled;
 }
 
-/// Signals that end the server, held back from all threads that begin from now on, so that one of them can wait.
+/// Blocks the signals that end the server in all threads started from now on, so that one thread can wait for them.
 sigset_t hold_signals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -111,12 +112,12 @@ int bind(int port, httplib::Server* server) {
 std::string serve(const Service& service) {
   const fs::path folder = fs::canonical(service.folder);
   httplib::Server server;
-  // One server a port: without this two of them would share it.
+  // Without this two servers would share a port.
   server.set_socket_options([](socket_t socket) {
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  // An idle connection would delay the end, and many of them a page.
+  // An idle connection would delay the end, and many of them would delay a page.
   server.set_keep_alive_max_count(1);
   server.set_read_timeout(std::chrono::seconds(1));
   server.new_task_queue = [] { return new httplib::ThreadPool(32); };
@@ -129,7 +130,7 @@ std::string serve(const Service& service) {
   server.set_pre_routing_handler(
       [port](const httplib::Request& request, httplib::Response& response) { return admit(port, request, &response); });
   server.Get("/.*", [&](const httplib::Request& request, httplib::Response& response) {
-    // Before the file is looked at: a run writes its last page while it still goes on.
+    // This precedes the look at the file, because a run writes its last page before it ends.
     response.set_header("X-Tanor-Run", service.is_running() ? "running" : "ended");
     const std::string wanted = request.path == "/" ? service.first : request.path.substr(1);
     const std::optional<fs::path> file = find_file(folder, wanted);

@@ -3,10 +3,10 @@ import { words, type ErrorTimeRow, type PageData } from "./data";
 import { find } from "./dom";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-// uPlot has ticks down to 1e-24 and looks for others without end.
+// uPlot has ticks down to 1e-24 and would search for smaller ones without end.
 const least_shown = 1e-20;
 
-/** Logarithmic from power of ten to power of ten, two different ones. */
+/** A logarithmic scale between two different powers of ten. */
 const logarithmic: uPlot.Scale = {
   distr: 3,
   range: (_, least, most) => {
@@ -16,7 +16,7 @@ const logarithmic: uPlot.Scale = {
   },
 };
 
-/** Numbers that differ by their rounding alone get an axis on which they are equal: there are no ticks between them. */
+/** A linear scale. Numbers that differ by rounding alone appear as equal, because there are no ticks between them. */
 const linear: uPlot.Scale = {
   range: (_, least, most) => {
     const size = Math.max(Math.abs(least), Math.abs(most)), margin = Math.max(1e-3 * size, 1e-15);
@@ -24,21 +24,21 @@ const linear: uPlot.Scale = {
   },
 };
 
-/** As page.css has them on the time line of the view. */
+/** The same colours as in page.css for the time line of the view. */
 const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent" };
-/** Told apart by their dashes, too. */
+/** The curves also differ in their dashes. */
 const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
 const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
 
 const lineOf = (k: number) => ({ stroke: strokes[k % strokes.length], dash: dashes[k % dashes.length], width: 1.6 });
 const tell = (_: uPlot, number: number | null) => (number === null ? "–" : words(number));
 
-/** Histories over the time of the motion. All share the time of the view, and a click goes there. */
+/** Draws histories over the time of the motion. All charts share the time of the view, and a click selects a time. */
 export class Charts {
   private plots: uPlot[] = [];
   private watches: ResizeObserver[] = [];
   private time = 0;
-  private index = 0; // of the last step until then
+  private index = 0; // last step before this time
 
   constructor(private host: HTMLElement, private data: PageData, private seek: (time: number) => void) {
     const h = data.history;
@@ -57,7 +57,7 @@ export class Charts {
     this.host.replaceChildren();
   }
 
-  /** Puts the bar of the view there, and the values of that time into the legends. */
+  /** Puts the bar of the view at a time, and the values of that time into the legends. */
   stand(time: number): void {
     this.time = time;
     const times = this.data.history.t as number[];
@@ -80,7 +80,7 @@ export class Charts {
   }
 
   private fit(plot: uPlot, card: HTMLElement): void {
-    // Both empty the legend.
+    // A resize and a leaving mouse both empty the legend.
     const tellAgain = () => plot.setLegend({ idx: this.index });
     const watch = new ResizeObserver(() => { plot.setSize({ width: card.clientWidth - 34, height: 190 }); tellAgain(); });
     plot.over.addEventListener("mouseleave", () => setTimeout(tellAgain));
@@ -90,9 +90,9 @@ export class Charts {
 
   private axes(isLog: boolean): uPlot.Axis[] {
     const common = { stroke: style("--soft"), grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, font: "11px system-ui, sans-serif" };
-    // Lines at powers of ten alone.
+    // Grid lines are drawn at powers of ten only.
     const filter = (_: uPlot, splits: number[]) => splits.map((y) => (!isLog || (y > 0 && Number.isInteger(+Math.log10(y).toFixed(9))) ? y : null));
-    // 0.1 is not 0.30000000000000004, and 0.0000025 would not fit beside the axis.
+    // Ticks are rounded: 0.30000000000000004 becomes 0.3. Small numbers such as 0.0000025 would not fit beside the axis.
     const isLong = (tick: number) => tick !== 0 && (Math.abs(tick) < 1e-3 || Math.abs(tick) >= 1e5);
     const short = (tick: number) => (isLog || isLong(tick) ? (+tick.toPrecision(3)).toExponential() : String(+tick.toPrecision(6)));
     return [{ ...common, size: 30 }, { ...common, grid: { ...common.grid, filter }, size: 64, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) }];
@@ -118,7 +118,7 @@ export class Charts {
     this.fit(plot, card);
   }
 
-  /** Events, and where the view stands. */
+  /** Draws the events and the time of the view. */
   private drawMarks(plot: uPlot): void {
     const { ctx, bbox } = plot;
     const bar = (time: number, colour: string, width: number, height: number) => {
@@ -134,7 +134,7 @@ export class Charts {
     ctx.restore();
   }
 
-  /** Error against wall time from the table of `tanor error-time`, one curve a method. */
+  /** Draws error against wall time from the table of `tanor error-time`, with one curve for each method. */
   private addErrorTime(rows: ErrorTimeRow[]): void {
     find("errors-line").hidden = rows.length > 0;
     const methods = [...new Set(rows.map((row) => row.method))];

@@ -1,7 +1,7 @@
-/** A number that was not computed, or is none, is null. */
+/** A number; null if it was not computed or is not finite. */
 type Figure = number | null;
 
-/** Facts of a run, of those that src/report/html_page.cpp tells, as the page shows them. Times of the motion and times that somebody waits in s. */
+/** The facts of a run that the page shows, out of those that src/report/html_page.cpp writes. Times are in s. */
 export interface Run {
   scene: string;
   version: string;
@@ -19,7 +19,7 @@ export interface Run {
   certificate: { checks: { identity: string; error: Figure }[] };
   certificate_line: string;
   certified_to: Figure;
-  certificate_passed: boolean | null; // null: there is none
+  certificate_passed: boolean | null; // null if there is none
   wants_certificate: boolean;
   warnings: string[];
   left_out: string[];
@@ -28,30 +28,30 @@ export interface Run {
   velocity_violation: Figure;
   wall: { total: number } & Record<string, number>; // by phase
   is_running: boolean;
-  text: string; // empty where the run goes on
+  text: string; // empty while the run goes on
 }
 
 /** A run of `tanor error-time`. */
 export interface ErrorTimeRow {
   method: string;
   wall_s: number | null;
-  error_m: number | null; // none: it did not arrive
+  error_m: number | null; // null if t_end was not reached
 }
 
-/** What src/report/html_page.cpp puts into the page. */
+/** The data that src/report/html_page.cpp puts into the page. */
 export interface PageData {
   run: Run;
   motion: Motion;
   history: Record<string, Figure[]>;
   events: { t: number; kind: string; what: string }[]; // the first ones of each kind
-  events_seen: Record<string, number>; // of each kind, in all
+  events_seen: Record<string, number>; // number of each kind
   error_time: ErrorTimeRow[];
 }
 
 export interface Guide {
   kind: string;
   name: string;
-  rows: number[][]; // one, or one a frame
+  rows: number[][]; // one, or one for each frame
 }
 
 export interface Motion {
@@ -65,13 +65,14 @@ export interface Motion {
   without_picture: string[];
   has_friction: boolean;
   up: number[];
-  ranges: Record<"positions" | "tensions" | "normal" | "tangent", [number, number][]>; // one, or one a frame
+  ranges: Record<"positions" | "tensions" | "normal" | "tangent", [number, number][]>; // one, or one for each frame
   arrays: { name: string; type: string; at: number; count: number; columns: number }[];
 }
 
 /**
- * What rows `frame` - 1 to `frame` + 2 count for at `part` of the way from row `frame` to the next one: cubic, with the slopes of
- * parabolas through three rows at their times, or of the way itself where the third is missing or far nearer than the second.
+ * Returns the weights of rows `frame` - 1 to `frame` + 2 at `part` of the way from row `frame` to the next one. The interpolation is
+ * cubic, with the slopes of parabolas through three rows at their times, or of the straight line if the third row is missing or much
+ * nearer than the second.
  */
 export function weighRows(times: number[], frame: number, part: number): number[] {
   const span = (k: number) => (k >= 0 && k + 1 < times.length ? times[k + 1] - times[k] : 0);
@@ -82,13 +83,13 @@ export function weighRows(times: number[], frame: number, part: number): number[
   return [-a * first, 1 - end + (a - b) * first - c * second, end + b * first + (c - d) * second, d * second];
 }
 
-/** Rows of numbers in 65536 steps between two ends, of all rows or of each. */
+/** Rows of numbers in 65536 steps between two ends, which are those of all rows or of each row. */
 export class Rows {
   constructor(private steps: Uint16Array, readonly columns: number, private ranges: [number, number][]) {}
 
   private least = (frame: number) => this.ranges[Math.min(frame, this.ranges.length - 1)][0];
 
-  /** Between two numbers that differ. */
+  /** Returns the smallest difference of two numbers. */
   step(frame: number): number {
     const [least, most] = this.ranges[Math.min(frame, this.ranges.length - 1)];
     return (most - least) / 65535;
@@ -98,7 +99,7 @@ export class Rows {
     return this.least(frame) + this.step(frame) * this.steps[frame * this.columns + column];
   }
 
-  /** Row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */
+  /** Reads row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */
   read(frame: number, weights: number[], into: Float32Array): void {
     if (this.columns === 0) return;
     const last = this.steps.length / this.columns - 1, s = this.steps;
@@ -125,7 +126,7 @@ export function readPage(page: Document): { data: PageData; packed: string } {
   return { data: JSON.parse(text("data")), packed: text("motion").trim() };
 }
 
-/** Unpacks what src/report/packed_bytes.cpp packed. */
+/** Unpacks the arrays that src/report/packed_bytes.cpp packed. */
 export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
   const text = atob(packed), letters = new Uint8Array(text.length);
   for (let k = 0; k < text.length; ++k) letters[k] = text.charCodeAt(k);
@@ -147,7 +148,7 @@ export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
     normal: rows("normal"), tangent: rows("tangent") };
 }
 
-/** "1.23e-7 N" and the like, to so many digits. */
+/** Returns "1.23e-7 N" and the like, rounded to `digits` digits. */
 export function words(number: Figure | undefined, unit = "", digits = 4): string {
   if (number === null || number === undefined || !Number.isFinite(number)) return "undefined";
   const size = Math.abs(number);
@@ -155,7 +156,7 @@ export function words(number: Figure | undefined, unit = "", digits = 4): string
   return unit ? `${text} ${unit}` : text;
 }
 
-/** "45.2 ms": a time that somebody waits for. */
+/** Returns a computing time as "45.2 ms". */
 export function wait(time: number): string {
   const [factor, unit] = time >= 1 ? [1, "s"] : time >= 1e-3 ? [1e3, "ms"] : [1e6, "µs"];
   return words(factor * time, unit, 3);

@@ -3,7 +3,7 @@ import { fillList, find, make } from "./dom";
 
 const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
 
-/** What was proven of the last instant, in a word or two. */
+/** Returns what was proven of the last instant, in a word or two. */
 function describeCertificate(run: Run): string {
   if (run.is_running) return "at the end";
   if (run.certificate_passed === null) return run.wants_certificate ? "not made" : "not asked for";
@@ -12,10 +12,10 @@ function describeCertificate(run: Run): string {
   return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
 }
 
-/** How far the motion is off: of this, a certificate of equations says nothing. */
+/** Returns where the error of the motion is shown. A certificate of the equations says nothing about it. */
 const describeError = (data: PageData) => data.error_time.length ? "see error against time" : "not measured";
 
-/** Warnings first, then what ran, how well and how fast, and what was left out. */
+/** Fills in the warnings, then what ran, how well and how fast, and what was left out. */
 export function fillHeadline(data: PageData): void {
   const { run, motion } = data;
   const done = run.t_end > run.t_start ? (run.t_reached - run.t_start) / (run.t_end - run.t_start) : 1;
@@ -59,7 +59,7 @@ function fillPhases(run: Run): void {
 
 const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations" };
 
-/** "500 of 760 contact switches are listed, the first ones." */
+/** Returns "500 of 760 contact switches are listed, the first ones." */
 function tellLeftOut({ events, events_seen }: PageData): string {
   return Object.entries(events_seen).map(([kind, seen]) => {
     const listed = events.filter((event) => event.kind === kind).length;

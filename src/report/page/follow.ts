@@ -5,18 +5,18 @@ const interval = 1500; // ms
 const pause = (time: number) => new Promise((go) => setTimeout(go, time));
 
 /**
- * Where `tanor view` serves the page, takes every newer one that the run writes. A page that was opened as a file stays
- * as it is.
+ * Shows every newer page that the run writes if `tanor view` serves this one. A page that was opened as a file stays as
+ * it is.
  */
 export async function follow(isRunning: boolean, show: (next: { data: PageData; packed: string }) => Promise<void>): Promise<void> {
   if (!location.protocol.startsWith("http")) return;
-  // Of a run that goes on, another page may have come since this one was read.
+  // While the run goes on, another page may have been written since this one was read.
   let runs = isRunning, shown = isRunning ? "" : await ask("HEAD").then((answer) => answer.headers.get("ETag"), () => "");
   for (;;) {
     await pause(interval);
     try {
       const { headers } = await ask("HEAD"), tag = headers.get("ETag");
-      // A run that ends by itself writes its page before it lets go of its folder.
+      // A run that ends by itself writes its page before it releases its folder.
       const isKilled = runs && tag === shown && headers.get("X-Tanor-Run") === "ended";
       say(isKilled ? "The run ended without a word: it was killed, or its machine stopped. tanor run with --resume goes on at its checkpoint." : "");
       if (isKilled) find("running").hidden = true;

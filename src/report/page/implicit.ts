@@ -3,7 +3,7 @@
 type Place = [number, number, number];
 type Formula = (place: Place) => number;
 
-/** In the order of Expression::Operation, include/tanor/expression.hpp, from the constant on. */
+/** The order is that of Expression::Operation, include/tanor/expression.hpp, from the constant on. */
 const operations: ((a: number, b: number, constant: number) => number)[] = [
   (_a, _b, c) => c, (a, _b, c) => a * c, (a, _b, c) => a + c,
   (a, b) => a + b, (a, b) => a - b, (a, b) => a * b, (a, b) => a / b,
@@ -11,7 +11,7 @@ const operations: ((a: number, b: number, constant: number) => number)[] = [
   Math.abs, (a, b) => Math.min(a, b), (a, b) => Math.max(a, b),
 ];
 
-/** From the numbers of a guide of kind "formula", as src/report/guides.hpp has them. */
+/** Reads a formula from the numbers of a guide of kind "formula", as described in src/report/guides.hpp. */
 export function readFormula(row: number[]): Formula {
   const [t, result] = row, count = (row.length - 2) / 4, values = new Float64Array(count);
   return ([x, y, z]) => {
@@ -25,17 +25,17 @@ export function readFormula(row: number[]): Formula {
 interface Node { at: Place; r: Place; xi: number }
 interface Crossing { inside: Node; outside: Node; r: Place }
 
-const parts = 24; // of a side of the cube
-const partsOfALine = 2; // of the net that is drawn on the surface
+const parts = 24; // along a side of the cube
+const partsOfALine = 2; // between lines of the net that is drawn on the surface
 const tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]; // bits: x, y, z
 
-/** Two crossings span an edge along a line of the net where their corners are in one plane of it. */
+/** Returns true if two crossings span an edge along a line of the net: their corners lie in one of its planes. */
 const isOnLine = (a: Crossing, b: Crossing) => [0, 1, 2].some((axis) => {
   const plane = a.inside.at[axis];
   return plane % partsOfALine === 0 && [a.outside, b.inside, b.outside].every((node) => node.at[axis] === plane);
 });
 
-/** Where xi is 0 between two corners, by halving; null where it has a pole there or jumps, and does not come to be small. */
+/** Returns the zero of xi between two corners, found by bisection; null if xi does not become small, because it has a pole or jumps. */
 function findZero(xi: Formula, inside: Node, outside: Node): Place | null {
   const between = (a: Place, b: Place, part: number) => a.map((x, axis) => x + part * (b[axis] - x)) as Place;
   let [a, b, xiA, xiB] = [inside.r, outside.r, inside.xi, outside.xi];
@@ -47,7 +47,7 @@ function findZero(xi: Formula, inside: Node, outside: Node): Place | null {
   return xiB - xiA < 0.5 * (outside.xi - inside.xi) ? between(a, b, xiA / (xiA - xiB)) : null;
 }
 
-/** The surface in a tetrahedron: nothing, a triangle or two. */
+/** Adds the surface in a tetrahedron: nothing, or one or two triangles. */
 function cut(xi: Formula, corners: Node[], triangles: number[], lines: number[]): void {
   const crossings: Crossing[] = [];
   for (const inside of corners.filter((node) => node.xi < 0))
@@ -65,7 +65,7 @@ function cut(xi: Formula, corners: Node[], triangles: number[], lines: number[])
   if (crossings.length === 4) { add(a, b, d); add(a, d, c); }
 }
 
-/** Triangles and lines on them, in a cube, by marching tetrahedra. */
+/** Returns triangles, and the lines on them, in a cube by marching tetrahedra. */
 export function polygonise(xi: Formula, middle: Place, halfSide: number): { triangles: number[]; lines: number[] } {
   const nodes: Node[] = [], count = parts + 1, triangles: number[] = [], lines: number[] = [];
   for (let i = 0; i < count; ++i) for (let j = 0; j < count; ++j) for (let k = 0; k < count; ++k) {

@@ -8,7 +8,7 @@ import { Stage, View, chooseTheme } from "./view";
 const most_listed = 40;
 const parts = ["points", "rods", "guides", "normal", "tangent"] as const;
 
-/** How many numbers are below a bound, and where the least of them are, in their order. */
+/** Returns how many numbers are below a bound, and the positions of the smallest ones in increasing order of the numbers. */
 function findLeast(numbers: Float32Array, bound: number, most: number): { count: number; first: number[] } {
   const first: number[] = [];
   let count = 0;
@@ -24,9 +24,9 @@ function findLeast(numbers: Float32Array, bound: number, most: number): { count:
   return { count, first };
 }
 
-/** One run, shown; shown again where a newer state of it comes. */
+/** The page of one run, which is shown again for each newer state of the run. */
 class Page {
-  private stage: Stage | null = null; // null: the browser draws nothing
+  private stage: Stage | null = null; // null if the browser cannot draw
   private view: View | null = null;
   private charts: Charts | null = null;
   private data!: PageData;
@@ -34,10 +34,10 @@ class Page {
   private begin = 0;
   private end = 0;
   private time = 0;
-  private timeOfNumbers = NaN; // which the words beside the picture tell
+  private timeOfNumbers = NaN; // time of the words beside the picture
   private plays = false;
   private speed = 1;
-  private before = 0; // ms, of the last picture while it plays
+  private before = 0; // ms, time of the last picture while it plays
   private isDirty = true;
   private frames = 0;
   firstPicture = 0; // ms
@@ -51,7 +51,7 @@ class Page {
     this.listen();
   }
 
-  /** Shows a state of the run. The eye, the choice and the time stay; who looked at the end sees the new end. */
+  /** Shows a state of the run. The eye, the chosen rod and the time stay, except that a view at the end moves to the new end. */
   async show(data: PageData, packed: string): Promise<void> {
     const isFirst = !this.data, wasAtEnd = !isFirst && this.time >= this.end && !this.plays;
     const arrays = await unpack(data.motion, packed);
@@ -82,7 +82,7 @@ class Page {
     this.charts.stand(this.time);
   }
 
-  /** Draws what is due; called for every picture of the screen. */
+  /** Draws what has changed; called for every picture of the screen. */
   tick(now: number): void {
     if (this.plays) {
       const passed = this.before > 0 ? now - this.before : 0;
@@ -117,7 +117,7 @@ class Page {
     if (!on) this.settle();
   }
 
-  /** What a test asks for. */
+  /** The state that tests read. */
   get hooks() {
     const page = this;
     return {
@@ -139,7 +139,7 @@ class Page {
     };
   }
 
-  /** s of the motion in a second at "1": all of it in 6 to 20 seconds or somewhat longer, as a round number. */
+  /** Returns the seconds of motion per second at speed "1": round, so that the whole motion takes 6 to 20 seconds or somewhat longer. */
   private natural(): number {
     const wanted = (this.end - this.begin) / Math.min(20, Math.max(6, this.data.motion.times.length / 12));
     const power = 10 ** Math.floor(Math.log10(wanted));
@@ -227,7 +227,7 @@ class Page {
     find("play").onclick = () => this.play(!this.plays);
     find("reset").onclick = () => this.reset();
     find("time").oninput = (event) => {
-      const part = Number((event.target as HTMLInputElement).value); // before the slider is put where the view stands
+      const part = Number((event.target as HTMLInputElement).value); // must be read before the slider is put at the time of the view
       this.play(false);
       this.seek(this.begin + part * (this.end - this.begin));
     };

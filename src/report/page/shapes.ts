@@ -6,10 +6,10 @@ import {
 import type { Guide } from "./data";
 import { polygonise, readFormula } from "./implicit";
 
-/** What is far away takes on the colour of the ground, so that a crowd has depth; shared by all materials of a view. */
+/** Makes the haze, which gives distant parts the colour of the ground to show depth. All materials of a view share it. */
 export const makeHaze = (ground: number[], most: number) => ({
   ground: { value: new Vector3(...ground) },
-  haze: { value: new Vector3(0, 1, most) }, // distances at which it begins and is full, and how full
+  haze: { value: new Vector3(0, 1, most) }, // distances at which it begins and is full, and its largest strength
 });
 export type Haze = ReturnType<typeof makeHaze>;
 const hazeVertex = `
@@ -42,8 +42,8 @@ in vec3 shade; in float across;
 void main() { paint(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across)))); }`;
 
 /**
- * Bands that face the eye from a to b, some pixels or some metres wide: rods, arrows where `hasHeads`, or what shows
- * around a rod since it `isBehind` it.
+ * Draws bands from a to b that face the eye, some pixels or some metres wide: rods, arrows if `hasHeads`, or the rim of a
+ * rod if `isBehind`.
  */
 export class Ribbons {
   readonly mesh: Mesh;
@@ -54,7 +54,7 @@ export class Ribbons {
   private material: ShaderMaterial;
 
   constructor(readonly count: number, width: number, least: number, haze: Haze, { hasHeads = false, isBehind = false } = {}) {
-    // A shaft; with a head, the shaft ends where that begins (z < 0), and the head is a triangle (z > 0 at its foot).
+    // The shaft ends where a head begins (z < 0), and the head is a triangle (z > 0 at its foot).
     const end = hasHeads ? -1 : 0;
     const corners = [0, -0.5, 0, 0, 0.5, 0, 1, -0.5, end, 1, 0.5, end];
     const index = [0, 2, 1, 1, 2, 3];
@@ -97,7 +97,7 @@ void main() {
   paint(shade * light);
 }`;
 
-/** Points as small lit balls. */
+/** Draws points as small lit balls. */
 export class Beads {
   readonly mesh: Points;
   readonly positions: Float32Array;
@@ -124,7 +124,7 @@ export class Beads {
 
 const vector = (row: number[], k: number) => new Vector3(row[k], row[k + 1], row[k + 2]);
 
-/** The axes of a guide: x, y, z of a unit shape become u, v, w. */
+/** Returns the axes of a guide: x, y, z of a unit shape become u, v, w. */
 function frameAround(w: Vector3): [Vector3, Vector3, Vector3] {
   const axis = w.clone().normalize();
   const other = Math.abs(axis.x) < 0.8 ? new Vector3(1, 0, 0) : new Vector3(0, 1, 0);
@@ -157,7 +157,7 @@ function ball(u: Vector3, v: Vector3, w: Vector3, center: Vector3, colour: numbe
   return group;
 }
 
-/** The picture of a guide at one frame; `middle` and `size` bound what has no end. */
+/** Returns the picture of a guide at one frame; `middle` and `size` bound unbounded guides. */
 export function drawGuide(guide: Guide, row: number[], middle: Vector3, size: number, colour: number): Group {
   const group = new Group(), turn = 2 * Math.PI;
   if (guide.kind === "plane") {
@@ -188,7 +188,7 @@ export function drawGuide(guide: Guide, row: number[], middle: Vector3, size: nu
       points.push(center.clone().addScaledVector(u, row[6] * Math.cos((turn * k) / 128)).addScaledVector(v, row[6] * Math.sin((turn * k) / 128)));
     group.add(curve(points, colour));
   } else if (guide.kind === "helix") {
-    // e1 and e2 as include/tanor/kinds/line_frame.hpp has them.
+    // The vectors e1 and e2 are those of include/tanor/kinds/line_frame.hpp.
     const d = vector(row, 3).normalize(), x = [Math.abs(d.x), Math.abs(d.y), Math.abs(d.z)];
     const axis = x[0] <= x[1] + 1e-6 && x[0] <= x[2] + 1e-6 ? 0 : x[1] <= x[2] + 1e-6 ? 1 : 2;
     const h = new Vector3().setComponent(axis, 1), e1 = h.addScaledVector(d, -d.getComponent(axis)).normalize();

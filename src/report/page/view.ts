@@ -16,7 +16,7 @@ export interface Theme {
   ground: [number, number, number];
 }
 
-/** Colour-blind-safe: blue is pushed, orange is pulled; sRGB, 0 … 1. */
+/** Returns colours that remain distinct with colour-blindness: blue is pushed, orange is pulled; sRGB, 0 … 1. */
 export function chooseTheme(isDark: boolean): Theme {
   return isDark
     ? { pushed: [0.36, 0.66, 0.98], middle: [0.42, 0.45, 0.49], pulled: [1, 0.6, 0.2], bead: [0.72, 0.77, 0.83], support: [0.95, 0.95, 0.95],
@@ -27,7 +27,7 @@ export function chooseTheme(isDark: boolean): Theme {
         ground: [0.984, 0.988, 0.992] };
 }
 
-/** The largest size but for the top thirtieth, so that outliers do not grey the others. */
+/** Returns the largest size below the top 3 %, so that outliers do not grey the others. */
 function typicalLargest(read: (k: number) => number, count: number): number {
   const sizes: number[] = [], stride = Math.max(1, Math.floor(count / 20000));
   for (let k = 0; k < count; k += stride) sizes.push(Math.abs(read(k)));
@@ -35,7 +35,7 @@ function typicalLargest(read: (k: number) => number, count: number): number {
   return sizes.length ? sizes[Math.floor(0.97 * (sizes.length - 1))] : 0;
 }
 
-/** Where it is drawn, and from where it is seen; it outlives the views of one run. */
+/** The canvas, the camera and its controls, which outlive the views of one run. */
 export class Stage {
   readonly renderer: WebGLRenderer;
   readonly camera = new PerspectiveCamera(35, 1, 0.01, 1000);
@@ -50,7 +50,7 @@ export class Stage {
     new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
   }
 
-  /** A hand turns the picture around this direction, for which OrbitControls ask only when they are made. */
+  /** Sets the direction around which a hand turns the picture. OrbitControls read it only when they are made. */
   setUp(up: Vector3): void {
     this.camera.up.copy(up);
     this.controls.dispose();
@@ -72,7 +72,7 @@ export class Stage {
   }
 }
 
-/** Gives back what the graphics hold of all that is drawn in it. */
+/** Releases the graphics memory of everything drawn in an object. */
 function release(drawn: Object3D): void {
   drawn.traverse((child) => {
     if (!(child instanceof Mesh || child instanceof Line || child instanceof Points)) return;
@@ -86,13 +86,13 @@ const shades = 256; // from no tension to the largest
 /** The motion in 3-D. */
 export class View {
   readonly scale: number; // N, the end of the colours
-  readonly newtonsPerSize: number; // N, of an arrow as long as a sixth of the picture
+  readonly newtonsPerSize: number; // N, force of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
-  tensionStep = 0; // N, smaller ones are 0
+  tensionStep = 0; // N, resolution of the packed tensions
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
   private colours: Float32Array; // of tensions from -scale to scale
-  readonly scene = new Scene(); // a test finds arrows and guides in it by their names
+  readonly scene = new Scene(); // tests find arrows and guides in it by their names
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
@@ -106,7 +106,7 @@ export class View {
   private guides = new Group();
   private guideFrame = -1;
   private middle = new Vector3();
-  size = 1; // m, of all that is shown
+  size = 1; // m, size of all that is shown
   private frame = 0;
 
   constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private theme: Theme, looksAnew: boolean) {
@@ -144,13 +144,13 @@ export class View {
     release(this.scene);
   }
 
-  /** The rod that pulls or pushes most at a time. */
+  /** Returns the rod that pulls or pushes most at a time. */
   findStrongest(time: number): number {
     this.stand(time);
     return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > Math.abs(this.tensions[best]) ? rod : best), 0);
   }
 
-  /** The middle and the size of all that is shown over the whole motion, round guides too where they are not much larger. */
+  /** Measures the middle and the size of all that is shown over the whole motion, including round guides that are not much larger. */
   private measure(): void {
     const least = new Vector3(Infinity, Infinity, Infinity), most = new Vector3(-Infinity, -Infinity, -Infinity), p = new Vector3();
     const frames = this.motion.times.length, each = Math.max(1, Math.floor(frames / 12));
@@ -172,7 +172,7 @@ export class View {
   }
   private extent = new Vector3();
 
-  /** From a corner; straight onto a motion in a plane. */
+  /** Looks from a corner, or straight at a motion in a plane. */
   lookFrom(): void {
     const up = new Vector3(...(this.motion.up as [number, number, number])).normalize();
     const flat = [0, 1, 2].find((axis) => this.extent.getComponent(axis) < 0.02 * this.size);
@@ -192,7 +192,7 @@ export class View {
     controls.update();
   }
 
-  /** From where the box around all that is shown fills the picture, and no corner of it is cut off. */
+  /** Returns the distance at which the box around all that is shown fills the picture without being cut off. */
   private findDistance(from: Vector3): number {
     const { camera } = this.stage, margin = 1.12, corner = new Vector3();
     camera.lookAt(this.middle);
@@ -220,7 +220,7 @@ export class View {
     }
   }
 
-  /** Stands at a time between the frames: curves between positions, straight lines between forces. */
+  /** Shows a time between the frames: positions follow curves, forces straight lines. */
   stand(time: number): void {
     const times = this.motion.times;
     let low = 0, high = times.length - 1;
@@ -242,7 +242,7 @@ export class View {
     this.placeGuides();
   }
 
-  /** Colours of 513 tensions, evenly in the root of their size. */
+  /** Returns the colours of 513 tensions, evenly spaced in the root of their size. */
   private mixColours(): Float32Array {
     const colours = new Float32Array(3 * (2 * shades + 1));
     for (let k = -shades; k <= shades; ++k) colours.set(this.colourOf((Math.sign(k) * (k / shades) ** 2) * this.scale), 3 * (k + shades));
@@ -279,7 +279,7 @@ export class View {
   private placeArrows(arrows: Ribbons, forces: Float32Array): void {
     const held = this.arrays.held, length = this.newtonsPerSize > 0 ? (0.16 * this.size) / this.newtonsPerSize : 0;
     for (let k = 0; k < held.length; ++k) {
-      // They begin where the ball of the point ends.
+      // The arrows begin at the surface of the point's ball.
       const size = length * Math.hypot(forces[3 * k] ?? 0, forces[3 * k + 1] ?? 0, forces[3 * k + 2] ?? 0);
       const shift = size > 0.1 * this.beadRadius ? this.beadRadius / size : 0;
       for (let axis = 0; axis < 3; ++axis) {
@@ -317,7 +317,7 @@ export class View {
     this.stage.renderer.render(this.scene, this.stage.camera);
   }
 
-  /** The rod nearest to a place of the picture, at most 12 pixels away. */
+  /** Returns the rod nearest to a position in the picture, at most 12 pixels away. */
   pick(x: number, y: number): number | null {
     const width = this.stage.host.clientWidth, height = this.stage.host.clientHeight, p = new Vector3();
     const onScreen = (array: Float32Array, k: number) => {
