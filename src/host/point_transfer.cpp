@@ -66,7 +66,7 @@ const double* PointTransfer::straight(const ConstPointArray& array) const {
   return array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]));
 }
 
-/// A host's numbers may stand at any address.
+/// The points are copied bytewise, since a host's numbers may stand at any address.
 const double* PointTransfer::load(const ConstPointArray& array, std::size_t first, std::size_t count,
                                   double* scratch) const {
   if (const double* const there = straight(array)) return there + 3 * first;
