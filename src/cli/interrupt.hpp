@@ -10,7 +10,7 @@ namespace tanor::cli {
 /// A signal that was ignored when the program started (nohup) stays ignored.
 void catch_interrupts();
 
-/// The signal that came, if one did.
+/// A signal that came.
 struct Interrupt {
   const char* name;
   ExitCode code;
