@@ -33,7 +33,7 @@ struct Argument {
 struct Option {
   std::string name;   ///< "--out"
   std::string place;  ///< the name of its value, "DIR"; empty if it has none
-  Value value;        ///< an option without a value is told ""
+  Value value;        ///< reads the value, or "" if it has none
   std::string what;
   bool is_required = false;
   std::vector<std::string> excludes = {};  ///< options that may not stand beside it

@@ -20,20 +20,20 @@ System make_incline(double speed) {
   return system;
 }
 
-/// The way downhill is s = t + g (sin 30 - 0.3 cos 30) t^2/2.
+/// Solves the slide downhill, s = t + g (sin 30 - 0.3 cos 30) t^2/2.
 Finding slide_down() {
   const double s = 2.0 + 2.0 * g * (0.5 - 0.3 * std::sqrt(0.75));
   return follow(make_incline(1.0), tightly(Method::Dop853), 2.0, 0, {s * std::sqrt(0.75), -0.5 * s, 0.0});
 }
 
-/// The point is at rest after 1/(g (sin 30 + 0.3 cos 30)). It then slides back, since 0.3 < tan 30.
+/// Solves the slide uphill. The point is at rest after 1/(g (sin 30 + 0.3 cos 30)), then slides back (0.3 < tan 30).
 Finding slide_up() {
   Simulation simulation(make_incline(-1.0), tightly(Method::Dopri5), {.threads = 1});
   const Outcome outcome = simulation.advance_to(0.5);
   return {relative_error({{simulation.report().last_event}}, {{1.0 / (g * (0.5 + 0.3 * std::sqrt(0.75)))}}), outcome};
 }
 
-/// A bead at 3 m/s on a rough ring of 1 m, mu = 0.2, goes through the angle ln(1 + 0.6 t)/0.2.
+/// Solves a bead at 3 m/s on a rough ring of 1 m, mu = 0.2, which goes through the angle ln(1 + 0.6 t)/0.2.
 Finding circle_around() {
   System system;
   add_point({1, 0, 0}, {0, 3, 0}, 1.0, &system);
@@ -43,7 +43,8 @@ Finding circle_around() {
   return follow(system, tightly(Method::Dop853), 5.0, 0, {std::cos(angle), std::sin(angle), 0.0});
 }
 
-/// Solves Euler's and Eytelwein's rope of 10 beads half around a rough cylinder, mu = 0.3, about to slide. Bead by bead
+/// Solves the rope of Euler and Eytelwein: 10 beads half around a rough cylinder, mu = 0.3, about to slide. At each
+/// bead
 ///
 ///   T'/T = (1 + mu tan(D/2))/(1 - mu tan(D/2)),   D = pi/10;   2.5884 in all, e^(mu pi) = 2.5663 for fine beads
 Finding pull_rope() {
@@ -88,8 +89,8 @@ Answer push_rod(double mu, double push) {
   return solve_start(system);
 }
 
-/// The rod's compression T obeys T c 2 + mu |g + T s| = -f2, which has one solution for mu = 0.4, and two or none for
-/// mu = 0.6.
+/// Solves the jammed rod. Its compression T obeys T c 2 + mu |g + T s| = -f2, which has one solution for mu = 0.4, and
+/// two or none for mu = 0.6.
 Finding jam_rod() {
   if (push_rod(0.6, 1.0).outcome.status != Status::NotUnique) {
     return {HUGE_VAL, {Status::NotUnique, "two solutions were not found out"}};

@@ -57,7 +57,7 @@ std::vector<double> find_friction(Simulation& simulation) {
 /// A checkpoint may take one part in this many of the run's time. Replacing a file can wait for the disk
 /// (milliseconds), which would be most of the time of a small system with many frames.
 constexpr int publishing_share = 20;  // one twentieth
-/// The same for the page of a running simulation, which need not be newer than a second.
+/// The page of a running simulation has a share likewise. It need not be newer than a second.
 constexpr int page_share = 50;
 constexpr std::chrono::milliseconds shortest_page_interval(1000);
 
@@ -207,7 +207,7 @@ void RunFolder::publish(const Simulation& simulation) {
       report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
       remove_from_strange_folder(report::recording_name);
     }
-    // Before the first step there is nothing to lose that would be worth the wait.
+    // There is nothing worth the wait before the first step.
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames are written first, since a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();

@@ -12,9 +12,9 @@
 
 namespace tanor {
 
-/// What one call found in a part of the host's islands.
+/// The findings of one call in a part of the host's islands.
 struct PartReport : ConstraintReport {
-  double worst = -1.0;  ///< by how much `worst_row` is violated
+  double worst = -1.0;  ///< violation of `worst_row`
 };
 
 /// Some islands of a host that are planned together, with all arrays in the inner order, and what is kept from call to

@@ -52,7 +52,7 @@ double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report)
   incoming.measure(step.velocities, v.data());
   report->outcome = place.stand_at(step.positions, step.time, place.present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
-  // Rates are small or large beside the velocities of this call.
+  // Rates are measured against the velocities of this call.
   const double speed = incoming.largest();
   if (!work.constraints.depends_on_time()) return speed;
   work.set_time(step.time);

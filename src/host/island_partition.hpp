@@ -39,7 +39,7 @@ class IslandPartition {
   void touch_point(Index point);
   void touch_constraint(ConstraintId id);
   void touch_all();
-  /// From now on a part of several islands holds at most this many points and rows.
+  /// Limits parts of several islands to this many points and rows from now on.
   void cut(std::int64_t most_of_part);
   std::int64_t most_of_part() const { return most_of_part_; }
   /// Starts anew after points and constraints were renumbered; all of them are new.

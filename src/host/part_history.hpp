@@ -8,8 +8,8 @@ namespace tanor {
 
 void add_up(const Counters& more, Counters* sum);
 
-/// What parts hand over to those that take their place: where the host's points were, the multipliers from which the
-/// next step's are guessed, and the counts of work.
+/// The state that parts hand over to those that take their place: where the host's points were, the multipliers from
+/// which the next step's are guessed, and the counts of work.
 class PartHistory {
  public:
   /// Points and inventory outlive it. Only the positions of the points are written.

@@ -94,8 +94,8 @@ class TANOR_API SharedFile {
 /// the first rank the supports too, so that the file has all of them.
 TANOR_API std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part);
 
-/// Saves a motion of `whole` so that it can go on on any number of ranks. The file is replaced when the disk has all of
-/// it. `mark` is what the host knows its input by, the same on every rank.
+/// Saves a motion of `whole` so that it can be resumed on any number of ranks. The file is replaced when the disk has
+/// all of it. `mark` is what the host knows its input by, the same on every rank.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                 const System& whole, const Simulation& simulation, const std::string& mark = {});
 /// Goes on from a checkpoint. Throws InputError if one byte of the file is not what was written, or if it is of a

@@ -14,7 +14,7 @@
 #include "scene/modes.hpp"
 
 /// \file
-/// Statics: find_equilibrium, modes, find_buckling.
+/// Rest and small vibrations: find_equilibrium, modes, find_buckling.
 namespace tanor::python {
 namespace {
 

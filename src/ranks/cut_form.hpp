@@ -18,7 +18,7 @@
 namespace tanor {
 
 /// The equations of motion in normal form of a rank's part, where ideal constraints or forces reach from rank to rank.
-/// What a rank writes for its own points it writes for its guests, too.
+/// A rank writes for its guests, too, whatever it writes for its own points.
 ///
 /// Guests are supports here, whose motion their owners prescribe. Their positions and velocities are fetched after a
 /// projection has moved them, their accelerations after these were found. In between a step does the same arithmetic to

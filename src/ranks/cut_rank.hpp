@@ -24,7 +24,7 @@ class CutRank {
   bool decide(const double* blocks, const double* r);
   /// True if some row depends on others, on some rank.
   bool is_found() const { return solver_ != nullptr && !solver_->dependences().empty(); }
-  /// [inner row of an island] empty if all take part
+  /// Returns [inner row of an island] 1 for rows that take part, 0 for others; empty if all take part.
   std::span<const char> active_rows() const { return active_; }
   /// Returns "rods[5] depends on rods[0], rods[3], …" for the first dependent row, with this verb.
   std::string explain(const std::string& verb);

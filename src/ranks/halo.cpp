@@ -36,7 +36,7 @@ void Halo::make(std::span<const Vec3> own, double skin) {
     here[3] = static_cast<double>(own_numbers_[i]);
   }
   ranks_.sum(all);
-  // Own points come first, as those that move. The others are supports, which are no pairs of each other.
+  // Own points come first, as those that move. The others count as supports, which are no pairs of each other.
   std::vector<Vec3> places(own.begin(), own.end());
   std::vector<std::size_t> others;  // numbers among those of all ranks
   for (std::size_t k = 0; k < num_all; ++k) {
