@@ -23,9 +23,9 @@ namespace {
 using report::in_words;
 using report::Json;
 
-/// What was found before something failed, if something did.
+/// The findings until something failed, if something did.
 struct Findings {
-  std::string scene, friction;  ///< no friction: empty
+  std::string scene, friction;  ///< friction is empty if there is none
   Form form = Form::Normal;
   std::size_t equations = 0;
   double position_violation = 0.0, velocity_violation = 0.0;

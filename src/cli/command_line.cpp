@@ -26,7 +26,7 @@ std::vector<std::string> list_names(const Entries& entries) {
   return names;
 }
 
-/// Reads the words of one place; a wrong one is told with the place.
+/// Returns a callback that reads the words of one place. A wrong word is reported with the place.
 CLI::callback_t make_reader(const std::string& place, const Value& value) {
   return [place, value](const CLI::results_t& words) {
     for (const std::string& word : words) {
@@ -36,7 +36,7 @@ CLI::callback_t make_reader(const std::string& place, const Value& value) {
   };
 }
 
-/// Tells CLI11 of a command. What is left over or missing is told by ourselves, in our words.
+/// Adds a command to CLI11. Words that are left over or missing are reported by our own messages.
 void add_command(const Command& command, CLI::App* app) {
   CLI::App* const added = app->add_subcommand(command.name, command.summary)->allow_extras();
   std::map<std::string, CLI::Option*> options;
@@ -51,7 +51,7 @@ void add_command(const Command& command, CLI::App* app) {
   }
 }
 
-/// Refuses what nobody knows, and asks for what is missing.
+/// Refuses unknown words and options, and asks for what is missing.
 void require_complete(const Command& command, const CLI::App& found) {
   const std::string help = "; see tanor " + command.name + " --help";
   if (const std::vector<std::string> extras = found.remaining(); !extras.empty()) {
@@ -83,7 +83,7 @@ void require_known(const CLI::App& app, const std::vector<Command>& commands) {
                            "; see tanor --help");
 }
 
-/// A line each: name, order, kind of steps, what it is.
+/// Returns a line for each method: name, order, kind of steps, what it is.
 std::string list_methods() {
   std::string text;
   for (const MethodTraits& each : methods()) {
@@ -107,7 +107,7 @@ ExitCode execute(const VersionOptions& options) {
 }
 
 ExitCode execute(const MethodsOptions& options) {
-  constexpr std::size_t column = 48;  // of what a method is
+  constexpr std::size_t column = 48;  // column of the description of a method
   if (!options.json) return print_lines(list_methods(), column), ExitCode::Done;
   nlohmann::ordered_json table = nlohmann::json::array();
   for (const MethodTraits& each : methods()) {

@@ -12,21 +12,21 @@
 
 namespace tanor::cli {
 
-/// What every command is asked.
+/// Options that every command has.
 struct CommonOptions {
-  bool quiet = false;  ///< nothing but the result and what went wrong
-  bool json = false;   ///< the result as JSON
+  bool quiet = false;  ///< prints nothing but the result and what went wrong
+  bool json = false;   ///< prints the result as JSON
 };
 
 /// `tanor run`
 struct RunOptions : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
-  scene::Overrides overrides;                ///< a step excludes tolerances
+  scene::Overrides overrides;                ///< a step and tolerances exclude each other
   bool resume = false;
-  bool overwrite = false;                  ///< the same run lies there, and is not at its end
+  bool overwrite = false;                  ///< replaces the same run if it lies there and is not at its end
   std::optional<double> checkpoint_every;  ///< s of the clock, at most, between two checkpoints; default 60
-  bool report = false;                     ///< a page for a browser, report.html
+  bool report = false;                     ///< writes a page for a browser, report.html
 };
 
 /// `tanor solve`
@@ -52,7 +52,7 @@ struct CheckOptions : CommonOptions {
   std::filesystem::path scene;
 };
 
-/// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
+/// `tanor error-time`: compares each method at four step sizes or tolerances with a finer run of another method.
 struct ErrorTimeOptions : CommonOptions {
   std::filesystem::path scene;
   std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor, auto
@@ -65,28 +65,28 @@ struct ErrorTimeOptions : CommonOptions {
 struct EquilibriumCommand : CommonOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.equilibrium.out`
-  std::optional<std::size_t> modes;          ///< how many, about what is found; none: not asked for
+  std::optional<std::size_t> modes;          ///< number of vibrations about the rest position; none if not asked for
 };
 
 /// `tanor modes`: small vibrations about the scene's positions.
 struct ModesCommand : CommonOptions {
   std::filesystem::path scene;
-  std::optional<std::size_t> count;          ///< over the scene's own; ModesOptions::all: all
+  std::optional<std::size_t> count;          ///< replaces the scene's own; ModesOptions::all for all
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.modes.out`
-  bool pictures = false;                     ///< of each mode, for ParaView
+  bool pictures = false;                     ///< writes a picture of each mode, for ParaView
 };
 
-/// `tanor selftest`: problems with known answers, digits won.
+/// `tanor selftest`: solves problems with known answers and counts the correct digits.
 struct SelftestOptions : CommonOptions {};
 
 /// `tanor view`: the page of a run in a browser.
 struct ViewOptions : CommonOptions {
   std::filesystem::path folder;
-  int port = 0;  ///< on 127.0.0.1; 0: any that is free
+  int port = 0;  ///< on 127.0.0.1; 0 for any that is free
   bool no_open = false;
 };
 
-/// `tanor picture`: an instant of a run as PNG.
+/// `tanor picture`: draws an instant of a run as PNG.
 struct PictureOptions : CommonOptions {
   std::filesystem::path folder;
   std::optional<double> time;                ///< s; default: the last frame
@@ -94,13 +94,13 @@ struct PictureOptions : CommonOptions {
   picture::Style style;
 };
 
-/// `tanor help`, `tanor manual`, `tanor completion`: what the table of commands says.
+/// `tanor help`, `tanor manual`, `tanor completion`: print what the table of commands says.
 struct HelpOptions : CommonOptions {
-  std::string command;  ///< empty: all
+  std::string command;  ///< empty for all
 };
 struct ManualOptions : CommonOptions {
-  std::string command;                       ///< empty: the program
-  std::optional<std::filesystem::path> out;  ///< folder of all pages; default: one on standard output
+  std::string command;                       ///< empty for the program
+  std::optional<std::filesystem::path> out;  ///< folder for all pages; default: one page on standard output
 };
 struct CompletionOptions : CommonOptions {
   std::string shell;
@@ -110,15 +110,15 @@ struct CompletionOptions : CommonOptions {
 struct VersionOptions : CommonOptions {};
 struct MethodsOptions : CommonOptions {};
 
-/// What a command line asks for.
+/// The request of a command line.
 using Request = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
                              EquilibriumCommand, ModesCommand, SelftestOptions, ViewOptions, PictureOptions,
                              HelpOptions, ManualOptions, CompletionOptions, VersionOptions, MethodsOptions>;
 
-/// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
+/// Reads the command line. Throws InputError for wrong usage, with the option in its `where()` if there is one.
 Request parse_command_line(int argc, const char* const* argv);
 
-// One for each command, in the file of its name.
+// There is one function for each command, in the file of its name.
 ExitCode execute(const RunOptions& options);
 ExitCode execute(const SolveOptions& options);
 ExitCode execute(const ForcesOptions& options);

@@ -23,7 +23,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// A text of any kind but an empty one. `Target` is a string, a path, or one that need not be there.
+/// Reads any text but an empty one. `Target` is a string, a path, or an optional one of them.
 template <class Target>
 Value text(Word word, Target* target) {
   return {word, [target](const std::string& given) -> std::string {
@@ -43,7 +43,7 @@ Value positive(std::optional<double>* target) {
           }};
 }
 
-/// What a clock can add, s.
+/// Reads a time that a clock can add, s.
 Value interval(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
             const std::optional<double> number = read_number<double>(given);
@@ -86,7 +86,7 @@ Value method(std::optional<std::string>* target) {
                                     }});
 }
 
-/// Words of an enumeration between commas; one that comes twice counts once.
+/// Reads words of an enumeration between commas; one that comes twice counts once.
 template <class Enum>
 Value names(std::optional<std::vector<Enum>>* target) {
   std::vector<std::string> known;
@@ -115,7 +115,7 @@ Value yes(bool* target, bool says = true) {
           }};
 }
 
-/// Before the first hot loop runs, which chooses for good.
+/// Sets the instruction set before the first hot loop runs, which chooses for good.
 Value instruction_set() {
   return offer({"avx512", "avx2", "baseline"}, {Word::Text, [](const std::string& given) -> std::string {
                                                   setenv("TANOR_ISA", given.c_str(), 1);
@@ -133,7 +133,7 @@ Argument scene_argument(const std::shared_ptr<Options>& options) {
   return {"SCENE", text(Word::Scene, &options->scene), "scene file (JSON)"};
 }
 
-/// Adds what every command has.
+/// Adds the options that every command has.
 template <class Options>
 Command complete(const std::shared_ptr<Options>& options, Command command) {
   command.options.push_back(

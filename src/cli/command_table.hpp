@@ -8,18 +8,19 @@
 
 #include "cli/command_line.hpp"
 
-/// The one description of the command line: the parser, the help, the completions of shells and the manual pages all
-/// read it. docs/contributing.md, "How to add a command".
+/// The one description of the command line, read by the parser, the help, the completions of shells and the manual
+/// pages. See docs/contributing.md, "How to add a command".
 namespace tanor::cli {
 
-/// What may stand in a place of the command line. Shells complete it.
+/// The kind of word at a place of the command line, which shells complete.
 enum class Word { Text, Number, File, Folder, Scene, Choice, Choices, Command };
 
-/// Reads one word and keeps it; returns what would be right where it is wrong ("must be …, not '0'"), else nothing.
+/// Reads one word and keeps it. If the word is wrong, `take` returns what would be right ("must be …, not '0'"), else
+/// nothing.
 struct Value {
   Word word = Word::Text;
   std::function<std::string(const std::string&)> take;
-  std::vector<std::string> offers = {};  ///< of a Choice, or of Choices between commas
+  std::vector<std::string> offers = {};  ///< the words of a Choice, or of Choices between commas
 };
 
 struct Argument {
@@ -31,8 +32,8 @@ struct Argument {
 
 struct Option {
   std::string name;   ///< "--out"
-  std::string place;  ///< the name of its value, "DIR"; empty: it has none
-  Value value;        ///< without a value: told "" where the option is given
+  std::string place;  ///< the name of its value, "DIR"; empty if it has none
+  Value value;        ///< reads the value, or "" if it has none
   std::string what;
   bool is_required = false;
   std::vector<std::string> excludes = {};  ///< options that may not stand beside it
@@ -45,18 +46,18 @@ struct Example {
 struct Command {
   std::string name;     ///< "run"
   std::string summary;  ///< a line
-  std::string text;     ///< a paragraph or some, each a line
+  std::string text;     ///< one or several paragraphs, each a line
   std::vector<Argument> arguments = {};
   std::vector<Option> options = {};
   std::vector<Example> examples = {};
-  std::function<Request()> request = {};  ///< what was read
+  std::function<Request()> request = {};  ///< returns what was read
 };
 
-/// All commands in the order of the help, which is that in which a new user needs them. What they read is in them:
-/// each call makes new ones.
+/// Returns all commands in the order of the help, which is that in which a new user needs them. A command holds what it
+/// has read, so each call makes new ones.
 std::vector<Command> make_commands();
 
-/// The command of a name. Throws InputError where there is none.
+/// Returns the command of a name. Throws InputError if there is none.
 Command find_command(const std::string& name);
 
 /// Options of the program itself: --help, --version, --methods, --json.
@@ -64,10 +65,10 @@ struct ProgramOption {
   std::string_view names, what;
 };
 std::span<const ProgramOption> program_options();
-/// Their long names, "--help" and so on.
+/// Returns their long names, "--help" and so on.
 std::vector<std::string> list_program_options();
 
-/// What an exit code means.
+/// The meaning of an exit code.
 struct ExitMeaning {
   std::string_view codes, what;
 };
@@ -79,10 +80,10 @@ std::span<const Example> first_examples();
 inline constexpr std::string_view program_summary =
     "Motion and reactions of large systems of material points under constraints.";
 
-/// "fixed step, s; not with --rtol, --atol"
+/// Returns "fixed step, s; not with --rtol, --atol" or the like.
 std::string describe(const Option& option);
 
-/// "tanor run SCENE [OPTION...]"
+/// Returns "tanor run SCENE [OPTION...]" or the like.
 std::string usage(const Command& command);
 
 }  // namespace tanor::cli

@@ -21,7 +21,7 @@ std::string list_commands(const std::vector<Command>& commands) {
   return names;
 }
 
-/// What bash does for a value; `commands` are their names.
+/// Returns what bash does for a value; `commands` are their names.
 std::string complete_in_bash(const Value& value, const std::string& commands) {
   switch (value.word) {
     case Word::File:
@@ -43,7 +43,7 @@ std::string complete_in_bash(const Value& value, const std::string& commands) {
   return ":";
 }
 
-/// Behind a command: the value of an option, an option, or the command's first argument.
+/// Returns what bash completes behind a command: the value of an option, an option, or the command's first argument.
 std::string complete_command_in_bash(const Command& command, const std::string& words) {
   std::string options = "--help", values;
   for (const Option& each : command.options) {
@@ -95,7 +95,7 @@ complete -F _tanor tanor
 )";
 }
 
-/// A text inside single quotes and brackets of _arguments.
+/// Quotes a text inside single quotes and brackets of _arguments.
 std::string quote_in_zsh(std::string_view text) {
   std::string quoted;
   for (const char c : text) {

@@ -7,22 +7,22 @@ namespace tanor::cli {
 
 namespace {
 
-// One thread of a 2.6 GHz EPYC, bench/phases, minima over chains of 1e4 and 3e5 rods and nets of 30^2 to 300^2 beads:
-// evaluate, assemble and reactions take 15 to 25 ns an equation; the formula gives 0.6 to 1.1 of a factorization and
-// 0.8 (chains) to 3.4 (small nets) of a solve. The time per point is from whole runs: of steps of chains, nets and a
-// melt, each method, the formula gives 0.8 to 1.6.
+// The constants are measured on one thread of a 2.6 GHz EPYC, bench/phases, as minima over chains of 1e4 and 3e5 rods
+// and nets of 30^2 to 300^2 beads. Evaluation, assembly and reactions take 15 to 25 ns an equation; the formula gives
+// 0.6 to 1.1 of a factorization and 0.8 (chains) to 3.4 (small nets) of a solve. The time per point is from whole runs:
+// for steps of chains, nets and a melt, with each method, the formula gives 0.8 to 1.6 of the time.
 constexpr double seconds_per_point = 15e-9;  // forces, sums of vectors
 constexpr double seconds_per_equation = 20e-9;
 constexpr double factor_seconds_per_nonzero = 10e-9;
 constexpr double factor_flops = 5e9;
 constexpr double solve_seconds_per_nonzero = 5e-9;
 
-// Largest resident memory of runs on one thread, chains and trees of 1e4 and 1e5 rods, 1e4 clusters of 10, nets of 30^2
-// to 300^2, lattices of 10^3 and 16^3, each method: the formula gives 0.8 to 1.4 of them.
+// The bytes are the largest resident memory of runs on one thread: chains and trees of 1e4 and 1e5 rods, 1e4 clusters
+// of 10, nets of 30^2 to 300^2, lattices of 10^3 and 16^3, each method. The formula gives 0.8 to 1.4 of them.
 constexpr double program_bytes = 14e6;
 constexpr double bytes_per_point = 475.0, bytes_per_equation = 475.0, bytes_per_nonzero = 12.0;
 
-/// As src/motion/taylor.cpp chooses them.
+/// Returns the number of terms that src/motion/taylor.cpp chooses.
 double count_terms(const MotionOptions& motion, std::size_t num_points) {
   if (motion.order > 0) return motion.order;
   const bool is_large = 3 * num_points >= 50000;
@@ -34,8 +34,8 @@ bool is_general(const PlanSummary& plan) {
   return plan.linear_solvers.front() == LinearSolver::General;
 }
 
-/// Stages or terms, then what projections onto the constraints take, of which the solvers of one structure do a part
-/// unseen.
+/// Counts the solves of stages or terms, and those of projections onto the constraints. Solvers of one structure do
+/// some of the latter in a fused pass, which is not counted.
 void count_solves(const PlannedRun& run, Method method, RunCost* cost) {
   const MethodCost& step = traits_of(method).cost;
   const bool projects = run.plan.form == Form::Normal && run.plan.equations > 0;
@@ -45,7 +45,7 @@ void count_solves(const PlannedRun& run, Method method, RunCost* cost) {
   cost->factorizations = step.factorizations;
 }
 
-/// What a method keeps beside the state: stages, terms of series, Newton's matrix with its factor.
+/// Returns the bytes that a method keeps beside the state: stages, terms of series, Newton's matrix with its factor.
 double count_bytes(const PlannedRun& run, Method method, double equations) {
   const MethodCost& step = traits_of(method).cost;
   const double terms = method == Method::Taylor ? count_terms(run.motion, run.num_points) + 1.0 : 1.0;
@@ -53,7 +53,7 @@ double count_bytes(const PlannedRun& run, Method method, double equations) {
                   step.bytes_a_nonzero * static_cast<double>(run.plan.factor_nonzeros));
 }
 
-/// The certificate: QR of M^-1/2 K, or another Cholesky where that is too large, and vectors.
+/// Returns the bytes of the certificate: QR of M^-1/2 K, or another Cholesky factor if that is too large, and vectors.
 double count_certificate(const PlannedRun& run, double equations) {
   constexpr double most_rows_of_qr = 200000;
   if (!run.is_certified || run.plan.equations == 0) return 0.0;

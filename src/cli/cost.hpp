@@ -6,19 +6,19 @@
 
 namespace tanor::cli {
 
-/// What is known about a run before any number was computed.
+/// The facts about a run that are known before any number is computed.
 struct PlannedRun {
   const PlanSummary& plan;
   std::size_t num_points;
-  bool is_certified;  ///< at the end, by a second factorization
+  bool is_certified;  ///< by a second factorization at the end
   MotionOptions motion;
 };
 
-/// Cost of a run and of each of its steps by a method, as counted and measured (see cost.cpp), within a factor of 2.
+/// Predicted cost of a run and of each of its steps by a method, within a factor of 2 (see cost.cpp).
 struct RunCost {
   double solves = 0.0;          ///< S lambda = b, a step
   double factorizations = 0.0;  ///< of S, a step
-  double seconds = 0.0;         ///< of a step, one thread of a 2.6 GHz machine
+  double seconds = 0.0;         ///< time of a step on one thread of a 2.6 GHz machine
   double bytes = 0.0;           ///< largest resident memory of the program
 };
 

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// "stable after 7 iterations, residual 3e-15 N (6e-16 of the largest force)"
+/// Returns "stable after 7 iterations, residual 3e-15 N (6e-16 of the largest force)" or the like.
 std::string describe(const EquilibriumResult& found) {
   if (std::isnan(found.largest_force)) return "stable: no point can move";
   const double relative = found.largest_force > 0.0 ? found.residual_force / found.largest_force : 0.0;
@@ -72,7 +72,7 @@ ExitCode execute(const EquilibriumCommand& command) {
         ModesOptions wanted = scene::modes_options(scene);
         wanted.count = *command.modes;
         const std::vector<double> multipliers = multipliers_of_closed(found);
-        // Else modes() says whether they depend on a self-stress.
+        // Otherwise modes() says whether they depend on a self-stress.
         const bool are_known = std::ranges::none_of(multipliers, [](double each) { return std::isnan(each); });
         if (found.self_stress_states == 0 && are_known) wanted.multipliers = multipliers;
         vibrations = modes(held, found.positions, wanted);
@@ -85,7 +85,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   }
 
   remove_results(directory);
-  report::remove_file(directory / report::scene_at_rest_name);  // this search may find none
+  report::remove_file(directory / report::scene_at_rest_name);  // this search may find no state of rest
   report::write_equilibrium(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);

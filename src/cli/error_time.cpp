@@ -33,7 +33,8 @@ std::vector<Method> read_methods(const std::vector<std::string>& names) {
   return result;
 }
 
-/// Each once; `auto` is the scene's own: the method that it names, or the one that suits it (stiff: an implicit one).
+/// Returns each method once. `auto` stands for the scene's own method: the one that it names, or the one that suits it
+/// (an implicit one for a stiff scene).
 std::vector<Method> choose_methods(const std::vector<Method>& wanted, const scene::Scene& scene) {
   std::vector<Method> methods;
   for (Method method : wanted) {

@@ -2,13 +2,13 @@
 
 namespace tanor::cli {
 
-/// What the program tells its caller.
+/// Exit codes of the program.
 enum class ExitCode {
   Done = 0,
   BadInput = 2,        ///< or wrong usage
   NoAnswer = 3,        ///< numerical outcome: no answer, several (friction), tolerance not reached, stopped early
   MachineFailure = 4,  ///< memory, disk, or our own bug
-  // 128 + signal, as a shell tells it; what was found until then is complete and can be resumed.
+  // 128 + signal, as shells report it; what was found until then is complete and can be resumed.
   HungUp = 129,
   Interrupted = 130,
   Terminated = 143

@@ -19,7 +19,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// Who holds a lock: "1234" and "run". Both are empty where that is not written yet.
+/// The holder of a lock, such as "1234" and "run". Both are empty while they are not written yet.
 struct Holder {
   std::string process, command;
 };
@@ -40,7 +40,7 @@ Holder read_holder(int descriptor) {
       fmt::format("{}: is in use by {}; wait for it, or choose another folder with --out", folder.string(), who));
 }
 
-/// Whether the file is still the one of that name. Its last holder removes it.
+/// True if the file is still the one of that name. Its last holder removes it.
 bool is_named(int descriptor, const std::filesystem::path& path) {
   struct stat opened = {}, named = {};
   return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
@@ -49,10 +49,10 @@ bool is_named(int descriptor, const std::filesystem::path& path) {
 
 constexpr const char* lock_name = ".tanor.lock";
 
-/// Takes a lock. Who looks whether there is one (`look`) holds it for a moment, and is waited for.
+/// Takes a lock. A process that only looks whether there is one holds it for a moment, so this function waits.
 bool take(int descriptor) {
   for (int tries = 0; flock(descriptor, LOCK_EX | LOCK_NB) != 0; ++tries) {
-    // A file system that knows no locks gives none; the run is not refused for that.
+    // A file system without locks gives none; the run is not refused for that.
     if (errno != EWOULDBLOCK) return true;
     if (tries == 10) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -84,7 +84,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& c
     close(descriptor_);
   }
   const std::string text = fmt::format("{} {}\n", getpid(), command);
-  // On a full disk the file stays empty: the lock holds, though it cannot name its process.
+  // On a full disk the file stays empty; the lock holds, though it cannot name its process.
   [[maybe_unused]] const bool names_us =
       ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) > 0;
 }

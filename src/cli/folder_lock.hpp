@@ -8,18 +8,18 @@ namespace tanor::cli {
 
 /// Keeps other processes that write results out of a folder while it lives.
 ///
-/// The lock is an flock on `<folder>/.tanor.lock`, a file that holds the number of its process and the command. It ends
-/// with the process, however that ends, and the file goes with it.
+/// The lock is an flock on `<folder>/.tanor.lock`, a file that holds the number of the process and the command. The
+/// lock ends with the process, however that ends; the destructor also removes the file.
 class FolderLock {
  public:
-  /// The folder is there. Throws InputError that names the process which holds it, WriteError where no file can be
-  /// made.
+  /// Locks a folder that exists. Throws InputError that names the process which holds the folder, and WriteError if no
+  /// file can be made.
   FolderLock(const std::filesystem::path& folder, const std::string& command);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
-  /// The folder of that name is still the one that was locked.
+  /// True if the folder of that name is still the one that was locked.
   bool is_in_place() const;
 
  private:
@@ -27,9 +27,10 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
-/// The command of the process that holds a folder; none: it is free.
+/// Returns the command of the process that holds a folder, or none if the folder is free.
 std::optional<std::string> find_holder(const std::filesystem::path& folder);
-/// For those who write a file there and hold nothing. Throws as FolderLock does where another process holds the folder.
+/// Checks a folder for those who write a file there without holding it. Throws as FolderLock does if another process
+/// holds the folder.
 void require_free(const std::filesystem::path& folder);
 
 }  // namespace tanor::cli

@@ -21,16 +21,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A motion whose positions break the constraints by more is none of the scene's. The samples decide: velocities and
-/// accelerations are those of the spline between them, and their violations tell how well it is sampled.
+/// Largest violation of the constraints by positions that count as a motion of the scene. Only the samples decide:
+/// velocities and accelerations are those of the spline between them, and their violations tell how well the motion is
+/// sampled.
 constexpr double allowed_violation = 1e-6;
-/// Of the largest acceleration: where the spline's accelerations break the constraints by more, forces have no four
-/// digits.
+/// Fraction of the largest acceleration. If the spline's accelerations break the constraints by more, forces do not
+/// have four correct digits.
 constexpr double poor_acceleration = 1e-4;
-/// Samples that a spline of degree 5 needs; through fewer goes a polynomial.
+/// Fewest samples for a spline of degree 5; fewer samples get a polynomial.
 constexpr std::size_t fewest_samples = 6;
 
-/// A motion from its file: r(t), or q(t) where the scene has coordinates.
+/// A motion from its file: r(t), or q(t) if the scene has coordinates.
 struct GivenMotion {
   MotionTable table;
   bool by_coordinates;
@@ -54,7 +55,7 @@ GivenMotion read_motion(const fs::path& file, std::size_t num_points, std::size_
           rows.columns != by_points};
 }
 
-/// The largest of w, eta/m and u/m over the points that move.
+/// Returns the largest of w, eta/m and u/m over the points that move.
 double measure_acceleration(const System& system, const MotionState& state, const MotionForces& forces) {
   std::vector<char> moves(system.num_points(), 1);
   for (const Support& support : system.supports) {
@@ -87,7 +88,7 @@ report::ForcesOfMotion find_forces(const GivenMotion& motion, InverseDynamics* p
   return result;
 }
 
-/// Why the accelerations, and with them all forces, are poorly known; empty: they are not.
+/// Returns why the accelerations, and with them all forces, are poorly known; empty if they are not.
 std::string find_doubt(const report::ForcesOfMotion& forces) {
   std::string doubt;
   const std::size_t count = forces.times.size();
@@ -108,7 +109,7 @@ std::string find_doubt(const report::ForcesOfMotion& forces) {
   return doubt;
 }
 
-/// Why the answer is incomplete, or no motion of this scene; empty: neither.
+/// Returns why the answer is incomplete or no motion of this scene; empty if neither holds.
 std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst) {
   for (const MotionForces& sample : forces.samples) {
     if (!sample.outcome.ok()) return sample.outcome.what;

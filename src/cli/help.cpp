@@ -18,7 +18,7 @@ namespace {
 using report::Terminal;
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
-/// Two columns; the second is broken into lines where the window ends.
+/// Sets two columns; the second is broken into lines where the window ends.
 std::string set_rows(const Rows& rows, const Terminal& terminal) {
   std::size_t widest = 0;
   for (const auto& [left, right] : rows) widest = std::max(widest, report::count_columns(left));

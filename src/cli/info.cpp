@@ -24,13 +24,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What a method would take.
+/// The predicted cost of a method.
 struct Prediction {
   std::string_view method;
   RunCost cost;
 };
 
-/// What is known of a scene that was planned.
+/// The facts about a scene that was planned.
 struct Needs {
   const scene::Scene& scene;
   std::string constraints, coordinates, forces, friction;
@@ -44,7 +44,7 @@ struct Needs {
   }
 };
 
-/// "rods (rod), rail (line)"
+/// Returns "rods (rod), rail (line)" or the like.
 template <class Entries>
 std::string list_entries(const Entries& entries) {
   std::string list;
@@ -56,7 +56,7 @@ std::string list_entries(const Entries& entries) {
   return list.empty() ? "none" : list;
 }
 
-/// "1.2 ms": three digits and a unit that keeps them short.
+/// Returns "1.2 ms" or the like: three digits and a unit that keeps them short.
 std::string with_unit(double number, double step, std::span<const char* const> units) {
   std::size_t unit = 0;
   for (; number >= step && unit + 1 < units.size(); ++unit) number /= step;
@@ -73,7 +73,7 @@ std::string describe_seconds(double seconds) {
   return seconds < 1.0 ? with_unit(1e9 * seconds, 1000.0, units) : fmt::format("{:.3g} s", seconds);
 }
 
-/// "tangent: 1.2e+03 flops an instant; normal 4.5e+06"
+/// Returns "tangent: 1.2e+03 flops an instant; normal 4.5e+06" or the like.
 std::string describe_form(const PlanSummary& plan, Form wanted) {
   const bool is_tangent = plan.form == Form::Tangent;
   const double own = is_tangent ? plan.tangent_flops : plan.normal_flops;

@@ -17,7 +17,7 @@ extern "C" void note_signal(int signal) {
 void catch_interrupts() {
   struct sigaction action = {};
   action.sa_handler = note_signal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // the second signal finds the default; writes go on
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // a second signal finds the default; writes go on
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before = {};
     sigaction(signal, nullptr, &before);

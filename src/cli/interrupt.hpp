@@ -6,11 +6,11 @@
 
 namespace tanor::cli {
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP is only noted; the second one of its kind ends the program at once.
-/// A signal that was ignored when the program started (nohup) stays ignored.
+/// Catches signals: the first SIGINT, SIGTERM or SIGHUP is only noted, the second one of its kind ends the program at
+/// once. A signal that was ignored when the program started (nohup) stays ignored.
 void catch_interrupts();
 
-/// The signal that came, if one did.
+/// A signal that came.
 struct Interrupt {
   const char* name;
   ExitCode code;

@@ -9,8 +9,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Ten rods of 0.1 m, beads of 0.1 kg, ends 0.8 m apart. The tensions have one horizontal part H in common and vertical
-/// ones that grow by m g from bead to bead; H is what makes the rods end where they must.
+/// Solves a chain of ten rods of 0.1 m, beads of 0.1 kg, ends 0.8 m apart. All tensions have the same horizontal part
+/// H, and vertical ones that grow by m g from bead to bead. H is such that the rods end where they must.
 Finding hang_chain() {
   constexpr double H = 3.308923709683320025, m = 0.1, l = 0.1;
   System system;
@@ -33,8 +33,8 @@ Finding hang_chain() {
   return {relative_error(answer.multipliers, tensions), answer.outcome};
 }
 
-/// A straight chain of 20 light beads and a tip of 1e12 kg that turns about its anchor at 3 rad/s while it begins to
-/// fall across its rods: w_k = (-omega^2 x_k, -g), though forces of 1e12 N meet at beads of 1 kg.
+/// Solves a straight chain of 20 light beads and a tip of 1e12 kg that turns about its anchor at 3 rad/s while it
+/// begins to fall across its rods: w_k = (-omega^2 x_k, -g), though forces of 1e12 N meet at beads of 1 kg.
 Finding whirl_heavy_tip() {
   constexpr double omega = 3.0;
   System system;
@@ -53,10 +53,10 @@ Finding whirl_heavy_tip() {
   return {relative_error(answer.accelerations, known), answer.outcome};
 }
 
-/// Fekete points, IVP test set, Release 2.4, part II-4: 20 points of 1 kg on the unit sphere repel each other by
+/// Moves Fekete points, IVP test set, Release 2.4, part II-4: 20 points of 1 kg on the unit sphere repel each other by
 /// (p_i - p_j)/|p_i - p_j|^2 in a drag of 0.5 v. Each of the others pushes with 1/2 along p_i, so that
 ///
-///   lambda_i = -19/2 - |v_i|^2,   whatever the motion.
+///   lambda_i = -19/2 - |v_i|^2 for any motion.
 Finding move_fekete_points() {
   System system;
   Spheres sphere{"sphere", {}, Vector3{}, 1.0};

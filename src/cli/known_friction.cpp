@@ -9,7 +9,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// 2 kg on a rough line, 30 degrees steep, mu = 0.3; along it with the given speed, downhill.
+/// Makes a point of 2 kg on a rough line, 30 degrees steep, mu = 0.3, with the given speed downhill along it.
 System make_incline(double speed) {
   const Vector3 downhill{std::sqrt(0.75), -0.5, 0.0};
   System system;
@@ -20,20 +20,20 @@ System make_incline(double speed) {
   return system;
 }
 
-/// s = t + g (sin 30 - 0.3 cos 30) t^2/2
+/// Solves the slide downhill, s = t + g (sin 30 - 0.3 cos 30) t^2/2.
 Finding slide_down() {
   const double s = 2.0 + 2.0 * g * (0.5 - 0.3 * std::sqrt(0.75));
   return follow(make_incline(1.0), tightly(Method::Dop853), 2.0, 0, {s * std::sqrt(0.75), -0.5 * s, 0.0});
 }
 
-/// At rest after 1/(g (sin 30 + 0.3 cos 30)), then it slides back, since 0.3 < tan 30.
+/// Solves the slide uphill. The point is at rest after 1/(g (sin 30 + 0.3 cos 30)), then slides back (0.3 < tan 30).
 Finding slide_up() {
   Simulation simulation(make_incline(-1.0), tightly(Method::Dopri5), {.threads = 1});
   const Outcome outcome = simulation.advance_to(0.5);
   return {relative_error({{simulation.report().last_event}}, {{1.0 / (g * (0.5 + 0.3 * std::sqrt(0.75)))}}), outcome};
 }
 
-/// A bead at 3 m/s on a rough ring of 1 m, mu = 0.2: angle = ln(1 + 0.6 t)/0.2
+/// Solves a bead at 3 m/s on a rough ring of 1 m, mu = 0.2, which goes through the angle ln(1 + 0.6 t)/0.2.
 Finding circle_around() {
   System system;
   add_point({1, 0, 0}, {0, 3, 0}, 1.0, &system);
@@ -43,7 +43,8 @@ Finding circle_around() {
   return follow(system, tightly(Method::Dop853), 5.0, 0, {std::cos(angle), std::sin(angle), 0.0});
 }
 
-/// Euler and Eytelwein: a rope of 10 beads half around a rough cylinder, mu = 0.3, about to slide. Bead by bead
+/// Solves the rope of Euler and Eytelwein: 10 beads half around a rough cylinder, mu = 0.3, about to slide. At each
+/// bead
 ///
 ///   T'/T = (1 + mu tan(D/2))/(1 - mu tan(D/2)),   D = pi/10;   2.5884 in all, e^(mu pi) = 2.5663 for fine beads
 Finding pull_rope() {
@@ -61,7 +62,7 @@ Finding pull_rope() {
     rods.pairs.push_back({k - 1, k});
     tensions.push_back(std::pow(ratio, k));
   }
-  const auto pull = [](double from, double sense, double force) {  // along the rod that would come next
+  const auto pull = [](double from, double sense, double force) {  // along the next rod, if there were one
     const double angle = from + sense * 0.5 * turn;
     return Vector3{-sense * force * std::sin(angle), sense * force * std::cos(angle), 0.0};
   };
@@ -75,7 +76,8 @@ Finding pull_rope() {
   return {relative_error(std::span(answer.multipliers).subspan(2 * count), tensions), answer.outcome};
 }
 
-/// Painleve: a rough rail and a smooth one, a rod of 75 degrees between beads of 1 kg that slide, pushed by `push`.
+/// Solves Painleve's problem: a rough rail and a smooth one, a rod of 75 degrees between beads of 1 kg that slide,
+/// pushed by `push`.
 Answer push_rod(double mu, double push) {
   System system;
   add_point({0, 0, 0}, {1, 0, 0}, 1.0, &system);
@@ -87,7 +89,8 @@ Answer push_rod(double mu, double push) {
   return solve_start(system);
 }
 
-/// T c 2 + mu |g + T s| = -f2 for the rod's compression T: one solution for mu = 0.4; for mu = 0.6 two, or none.
+/// Solves the jammed rod. Its compression T obeys T c 2 + mu |g + T s| = -f2, which has one solution for mu = 0.4, and
+/// two or none for mu = 0.6.
 Finding jam_rod() {
   if (push_rod(0.6, 1.0).outcome.status != Status::NotUnique) {
     return {HUGE_VAL, {Status::NotUnique, "two solutions were not found out"}};
@@ -97,7 +100,7 @@ Finding jam_rod() {
   }
   const Answer answer = push_rod(0.4, 1.0);
   const double alpha = 5.0 * pi / 12.0, c = std::cos(alpha), s = std::sin(alpha);
-  const double compression = -(1.0 + 0.4 * g) / (2.0 * c + 0.4 * s);  // where the bead is pushed down, g + T s > 0
+  const double compression = -(1.0 + 0.4 * g) / (2.0 * c + 0.4 * s);  // valid if the bead is pushed down, g + T s > 0
   return {relative_error({{answer.multipliers.back()}}, {{compression}}), answer.outcome};
 }
 

@@ -6,8 +6,8 @@ namespace tanor::cli {
 
 namespace {
 
-/// IVP test set, Release 2.4, part II-1 (M = 10, eps = 0.01): the support at (xb, yb) is the road under the right
-/// wheel.
+/// Solves the car axis of the IVP test set, Release 2.4, part II-1 (M = 10, eps = 0.01). The support at (xb, yb) is the
+/// road under the right wheel.
 ///
 ///   left 2 ----axle---- 3 right
 ///        |spring        |spring
@@ -26,15 +26,15 @@ Finding drive_car_axis() {
                 {0.0493455784275402809, 0.496989460230171154, 0.0, 1.04174252488542152, 0.373911027265361257, 0.0});
 }
 
-/// IFToMM benchmark A02: a row of 40 four-bar linkages of uniform bars, 1 m and 1 kg each, upright, sent off at 1 m/s.
-/// A uniform bar is a sixth of its mass at each end and two thirds in the middle.
+/// Solves IFToMM benchmark A02: a row of 40 four-bar linkages of uniform bars, 1 m and 1 kg each, upright, sent off at
+/// 1 m/s. A uniform bar has a sixth of its mass at each end and two thirds in the middle.
 ///
 ///   B0 --o-- B1 --o-- B2 …       all cranks turn alike: (41/3 + 40) angle'' = -(41/2 + 40) g cos(angle),
 ///   o        o        o          and wherever they lie flat, 40 equations depend on the others
 ///   A0       A1       A2 …
 ///
-/// Near a flat place rounding counts as much more as S is worse there: after 20 of them 7.7 to 9.7 digits are left, by
-/// where steps happen to end.
+/// Near a flat configuration S is worse conditioned, and rounding counts that much more. After 20 of them 7.7 to 9.7
+/// digits are left, depending on where steps happen to end.
 Finding turn_four_bars(Method method) {
   constexpr Index loops = 40, cranks = loops + 1;
   System system;
@@ -66,7 +66,7 @@ Finding turn_four_bars(Method method) {
                 {0.410901153762945, 0.911679900971981, 0.0});
 }
 
-/// Three parallel cranks of 1 m whose tips are coupled by one rod too many.
+/// Solves three parallel cranks of 1 m whose tips are coupled by one rod too many.
 Finding swing_parallelogram() {
   constexpr double x[] = {0.0, 1.0, 2.5};
   System system;

@@ -11,11 +11,11 @@ using std::numbers::pi;
 
 // ---- planar pendulum: elliptic functions ---------------------------------------------------------------------------
 
-/// angle'' = -frequency^2 sin(angle), let go at rest at `amplitude`:
+/// Returns the angle of angle'' = -frequency^2 sin(angle), released at rest at `amplitude`:
 ///
 ///   sin(angle/2) = k sin(phi),   F(phi, k) = K(k) - frequency t,   k = sin(amplitude/2)
 ///
-/// in long double, since 2000 s are some 1000 swings.
+/// It is computed in long double, since 2000 s are some 1000 swings.
 double swing(long double amplitude, long double frequency, long double t) {
   const long double k = std::sin(0.5L * amplitude), quarter = std::comp_ellint_1(k);
   const long double u = std::remainder(quarter - frequency * t, 4.0L * quarter);
@@ -27,7 +27,7 @@ double swing(long double amplitude, long double frequency, long double t) {
   return static_cast<double>(2.0L * std::asin(k * std::sin(phi)));
 }
 
-/// IFToMM benchmark A01: l = 1, from (-1, 0) at rest.
+/// Solves IFToMM benchmark A01: l = 1, from (-1, 0) at rest.
 Finding swing_pendulum(const MotionOptions& options, double t_end) {
   System system;
   const Index pivot = add_point({0, 0, 0}, {}, 1.0, &system), bob = add_point({-1, 0, 0}, {}, 1.0, &system);
@@ -40,7 +40,7 @@ Finding swing_pendulum(const MotionOptions& options, double t_end) {
 
 // ---- quadruple precision, two ways each ----------------------------------------------------------------------------
 
-/// l = 1, m = 1, 1 rad from the vertical, sent sideways.
+/// Solves a spherical pendulum: l = 1, m = 1, 1 rad from the vertical, sent sideways.
 Finding swing_spherical_pendulum() {
   System system;
   const Index pivot = add_point({0, 0, 0}, {}, 1.0, &system);
@@ -52,7 +52,7 @@ Finding swing_spherical_pendulum() {
                 {0.2353831972905855, -0.5206158610393884, -0.8207032811360500});
 }
 
-/// A bead on a hoop of radius 1 that turns about its vertical diameter.
+/// Solves a bead on a hoop of radius 1 that turns about its vertical diameter.
 Finding ride_hoop() {
   System system;
   const Index bead = add_point({std::sin(0.5), 0, -std::cos(0.5)}, {0, 5.0 * std::sin(0.5), 0}, 1.0, &system);
@@ -63,7 +63,7 @@ Finding ride_hoop() {
                 {0.5657286909859283, -0.0755397194563478, -0.8211241069287126});
 }
 
-/// theta = 0.5, l = 1 + 0.3 sin 2t
+/// Solves a pendulum on a reeled line: theta = 0.5, l = 1 + 0.3 sin 2t.
 Finding reel_pendulum() {
   System system;
   const Index pivot = add_point({0, 0, 0}, {}, 1.0, &system);
@@ -75,7 +75,7 @@ Finding reel_pendulum() {
   return follow(system, tightly(Method::Radau5), 5.0, bob, {-0.3925337867436984, -0.7390134416567998, 0.0});
 }
 
-/// Ten rods of 0.1 m with beads of 0.1 kg, released horizontally.
+/// Solves ten rods of 0.1 m with beads of 0.1 kg, released horizontally.
 Finding drop_chain() {
   System system;
   Rods rods{"rods", {}, 0.1, {}};
@@ -92,8 +92,8 @@ Finding drop_chain() {
 
 // ---- waves on a chain ----------------------------------------------------------------------------------------------
 
-/// Nine beads of 1 kg on rods of 1 m, pulled straight by 10 N, in the shape of the first mode with amplitude 1 mm, for
-/// about one period.
+/// Solves nine beads of 1 kg on rods of 1 m, pulled straight by 10 N, in the shape of the first mode with amplitude 1
+/// mm, for about one period.
 Finding send_wave() {
   System system;
   Rods rods{"rods", {}, 1.0, {}};
@@ -122,7 +122,8 @@ Finding send_wave() {
 
 // ---- repulsion -----------------------------------------------------------------------------------------------------
 
-/// Four WCA beads at distances of 0.95 fly apart from rest: all energy becomes motion. epsilon = sigma = m = 1.
+/// Solves four WCA beads that fly apart from rest at distances of 0.95: all energy becomes motion. epsilon = sigma = m
+/// = 1.
 ///
 ///   6 u(0.95) = 4 v^2/2,   u(a) = 4 (a^-12 - a^-6) + 1
 Finding explode_tetrahedron() {
@@ -158,7 +159,7 @@ std::vector<KnownProblem> list_known_motions() {
                         [options = options] { return swing_pendulum(options, 10.0); }});
   }
   const std::string quadruple = "quadruple precision, two ways";
-  // What 15,000 steps leave out adds up.
+  // The truncation errors of 15,000 steps add up.
   const MotionOptions for_long_runs{.method = Method::Taylor, .rtol = 1e-14, .atol = 1e-16};
   problems.insert(problems.end(), {{"pendulum, 2000 s (IFToMM A01)", "elliptic functions", "taylor", 8.0,
                                     [for_long_runs] { return swing_pendulum(for_long_runs, 2000.0); }},

@@ -19,7 +19,7 @@ MotionOptions tightly(Method method) {
 double relative_error(std::span<const double> found, std::span<const double> known) {
   double difference = 0.0, size = 0.0;
   for (std::size_t i = 0; i < known.size(); ++i) {
-    // max(x, NaN) would be x
+    // max(x, NaN) would be x.
     if (!std::isfinite(found[i])) return HUGE_VAL;
     difference = std::max(difference, std::abs(found[i] - known[i]));
     size = std::max(size, std::abs(known[i]));

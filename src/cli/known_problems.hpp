@@ -7,10 +7,10 @@
 
 #include <tanor/tanor.hpp>
 
-/// Problems whose answers are known in closed form or to published digits: what `tanor selftest` solves.
+/// Problems whose answers are known in closed form or to published digits. `tanor selftest` solves them.
 namespace tanor::cli {
 
-/// How far an answer is from what is known, or why there is none.
+/// The difference of an answer from what is known, or the reason why there is no answer.
 struct Finding {
   double error = 0.0;  ///< largest difference over the largest known number
   Outcome outcome{};
@@ -18,14 +18,14 @@ struct Finding {
 
 struct KnownProblem {
   std::string name, known, method;
-  double promised = 0.0;  ///< digits: about half a digit less than they are, for other compilers' rounding
+  double promised = 0.0;  ///< about half a digit less than found, for other compilers' rounding
   std::function<Finding()> solve;
 };
 
-/// Pendulums, chains and mechanisms on their way.
+/// Pendulums, chains and moving mechanisms.
 std::vector<KnownProblem> list_known_motions();
 std::vector<KnownProblem> list_known_mechanisms();
-/// Sliding, sticking, jamming.
+/// Points that slide, stick and jam.
 std::vector<KnownProblem> list_known_friction();
 /// Forces at one instant.
 std::vector<KnownProblem> list_known_forces();
@@ -34,10 +34,10 @@ std::vector<KnownProblem> list_known_forces();
 
 inline constexpr double g = 9.81;
 
-/// Adds a point and gives its number.
+/// Adds a point and returns its number.
 Index add_point(const Vector3& place, const Vector3& velocity, double mass, System* system);
 
-/// Tolerances near rounding.
+/// Returns options with tolerances near rounding.
 MotionOptions tightly(Method method);
 
 double relative_error(std::span<const double> found, std::span<const double> known);

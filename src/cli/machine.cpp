@@ -14,7 +14,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// A function of a library that may be loaded in this process, or null.
+/// Returns a function of a library that may be loaded in this process, or null.
 template <class Function>
 Function* find_function(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_DEFAULT, name));

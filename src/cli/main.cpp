@@ -22,7 +22,7 @@ namespace {
   _exit(static_cast<int>(ExitCode::MachineFailure));
 }
 
-/// Executes what the command line asks for; any trouble is one line on stderr.
+/// Executes what the command line asks for. Any trouble is one line on stderr.
 ExitCode run_command(int argc, const char* const* argv) {
   try {
     return std::visit([](const auto& request) { return execute(request); }, parse_command_line(argc, argv));
@@ -33,7 +33,8 @@ ExitCode run_command(int argc, const char* const* argv) {
   }
 }
 
-/// Standard output is complete only when the system has taken its last byte.
+/// Closes standard output, which is complete only when the system has taken its last byte. Returns false if that
+/// failed.
 bool close_output() {
   const bool had_error = std::ferror(stdout) != 0;
   errno = 0;
@@ -47,7 +48,7 @@ bool close_output() {
 
 }  // namespace tanor::cli
 
-/// The `tanor` program: scene files in, reports out. Called by the launcher, which has loaded it.
+/// Runs the `tanor` program: scene files in, reports out. It is called by the launcher, which has loaded it.
 extern "C" __attribute__((visibility("default"))) int tanor_run_program(int argc, char** argv) {
   using namespace tanor::cli;
   std::set_terminate(end_with_last_words);

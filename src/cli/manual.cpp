@@ -15,7 +15,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// A text in which nothing is a command of roff.
+/// Returns a text in which nothing is a command of roff.
 std::string escape(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -41,7 +41,7 @@ std::string begin_page(const std::string& name, std::string_view summary) {
                      TANOR_VERSION, escape(name), escape(summary));
 }
 
-/// A term and what it means.
+/// Returns a term and what it means.
 std::string item(std::string_view term, std::string_view what) {
   return fmt::format(".TP\n.B {}\n{}\n", escape(term), escape(what));
 }

@@ -31,7 +31,7 @@ void print_message(const std::string& message, Tone tone) {
   std::string line = message;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  constexpr std::size_t column = 7;  // behind the name
+  constexpr std::size_t column = 7;  // column behind the program's name
   std::fputs((name + " " + report::wrap(line, column, terminal.width()) + "\n").c_str(), stderr);
 }
 
@@ -112,7 +112,7 @@ scene::Scene prepare(scene::Scene scene) {
 }
 
 std::string describe(const InputError& error) {
-  // A file that cannot be read is named by the sentence already.
+  // If a file cannot be read, the sentence names it already.
   const std::string& where = error.where();
   const std::string what = error.what();
   return where.empty() || what.starts_with(where + " ") ? what : where + ": " + what;

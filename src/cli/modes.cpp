@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// "lowest modes 0.123, 0.456, … rad/s"
+/// Returns "lowest modes 0.123, 0.456, … rad/s" or the like.
 std::string describe(const Modes& modes) {
   constexpr std::size_t most_shown = 6;
   std::string text;

@@ -46,7 +46,7 @@ void require_no_run(const fs::path& folder, const std::string& command) {
 
 namespace {
 
-/// What `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` may leave in a folder, but for the scene at rest.
+/// Lists what `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` may leave in a folder, except the scene at rest.
 std::vector<fs::path> list_results(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const char* name :
@@ -61,12 +61,12 @@ std::vector<fs::path> list_results(const fs::path& folder) {
 }  // namespace
 
 bool holds_results(const fs::path& folder) {
-  std::error_code error;  // what cannot be asked for is not there
+  std::error_code error;  // a file that cannot be asked about counts as absent
   return std::ranges::any_of(list_results(folder), [&](const fs::path& file) { return fs::exists(file, error); });
 }
 
 void require_not_read(const fs::path& result, const std::vector<fs::path>& read) {
-  std::error_code error;  // what is not there is no file that was read
+  std::error_code error;  // a file that does not exist was not read
   for (const fs::path& file : read) {
     if (fs::equivalent(result, file, error))
       throw InputError(file.string(),
@@ -87,7 +87,7 @@ void require_results_not_read(const fs::path& folder, const std::vector<fs::path
 void remove_results(const fs::path& folder) {
   for (const fs::path& file : list_results(folder)) {
     report::remove_file(file);
-    std::error_code error;  // where the folder of frames has more of them, or is gone
+    std::error_code error;  // the folder of frames has more of them, or is gone
     if (!fs::equivalent(file.parent_path(), folder, error)) fs::remove(file.parent_path(), error);
   }
 }

@@ -12,21 +12,23 @@
 
 namespace tanor::cli {
 
-/// Where a command writes: --out, else the scene's name with an ending; a name may hold what a folder's name must not.
+/// Returns where a command writes: --out, else the scene's name with an ending. Characters that a folder's name must
+/// not have are replaced.
 inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out, const scene::Scene& scene,
                                            const char* ending = ".out") {
   if (out) return *out;
   std::string name = scene.name;
   std::ranges::replace_if(
       name, [](unsigned char c) { return c == '/' || std::iscntrl(c) != 0; }, '_');
-  if (name.starts_with('.')) name[0] = '_';  // a folder that is hidden would be looked for
+  if (name.starts_with('.')) name[0] = '_';  // nobody would find a hidden folder
   return name + ending;
 }
 
-/// The folder of results of a command, there and held before anything is computed; goes again where nothing came of it.
+/// The folder of a command's results. It is made and held before anything is computed, and removed if nothing came of
+/// it.
 class OutputFolder {
  public:
-  /// Throws as FolderLock does, WriteError where no folder can be made.
+  /// Throws as FolderLock does, and WriteError if no folder can be made.
   OutputFolder(std::filesystem::path path, const std::string& command);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -40,23 +42,24 @@ class OutputFolder {
   std::optional<FolderLock> lock_;
 };
 
-/// Throws InputError where a run has left what it takes to go on: a run alone begins anew there.
+/// Throws InputError if a run has left what it needs to go on; only another run may begin anew there.
 void require_no_run(const std::filesystem::path& folder, const std::string& command);
 
-/// What tanor-mpi writes beside a summary.
+/// The files that tanor-mpi writes beside a summary.
 inline constexpr const char *mpi_checkpoint_name = "checkpoint.mpi", *mpi_trajectory_name = "trajectory.npy",
                             *mpi_times_name = "trajectory_times.npy";
 
-/// Throws InputError where a command would replace a file that it has read: a result of its own, or of those that it
-/// removes from its folder.
+/// Throws InputError if a command would replace a file that it has read: by a result of its own, or among the results
+/// that it removes from its folder.
 void require_not_read(const std::filesystem::path& result, const std::vector<std::filesystem::path>& read);
 void require_results_not_read(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& read);
 
-/// Whether any results are in a folder.
+/// True if any results are in a folder.
 bool holds_results(const std::filesystem::path& folder);
 
-/// Removes what an earlier `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` has left, and nothing else: none of
-/// it could be told from the new results. The scene at rest, equilibrium.json, stays: it is a scene to go on from.
+/// Removes what an earlier `run` (tanor's or tanor-mpi's), `equilibrium` or `modes` has left, and nothing else, since
+/// it could not be told from the new results. The scene at rest, equilibrium.json, stays, because it is a scene to go
+/// on from.
 void remove_results(const std::filesystem::path& folder);
 
 }  // namespace tanor::cli

@@ -29,10 +29,10 @@ picture::Drawn draw(const picture::Picture& picture) {
   return drawn;
 }
 
-/// The instant that is asked for; the last one where none is.
+/// Returns the time that is asked for, or the last one if none is.
 double choose_time(const PictureOptions& options, const report::StoredMotion& motion) {
   const double begin = motion.begin(), end = motion.end(), time = options.time.value_or(end);
-  // What was printed with some digits is meant.
+  // A time may have been printed with few digits.
   const double rounding = 1e-9 * (end - begin);
   if (!(time >= begin - rounding && time <= end + rounding)) {
     throw InputError("--time", fmt::format("must be between {:g} and {:g} s, the frames of {}, not {:g}", begin, end,

@@ -6,12 +6,12 @@
 /// Values of the options of `tanor picture`.
 namespace tanor::cli {
 
-/// "1600x1000"
+/// Reads "1600x1000".
 Value size_of_picture(picture::Style* style);
-/// "auto", an axis, or two angles
+/// Reads "auto", an axis, or two angles.
 Value view_of_picture(picture::Style* style);
 Value projection_of_picture(picture::Style* style);
-/// What is shown, names between commas; what is not named is not shown.
+/// Reads what is shown, as names between commas. What is not named is not shown.
 Value parts_of_picture(picture::Style* style);
 
 }  // namespace tanor::cli

@@ -29,12 +29,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A forgotten --resume is not to cost a week.
+/// Refuses to replace an interrupted run, so that a forgotten --resume does not cost a week.
 void require_no_interrupted(const RunPlan& plan, double t_start) {
   std::optional<report::Checkpoint> before;
   try {
     before = report::read_checkpoint(plan.directory, plan.fingerprint);
-  } catch (const InputError&) {  // it is of another run, or damaged
+  } catch (const InputError&) {  // the checkpoint is of another run, or damaged
   }
   if (before && before->time > t_start && before->time < before->t_end)
     throw InputError(
@@ -44,7 +44,7 @@ void require_no_interrupted(const RunPlan& plan, double t_start) {
                     before->time, before->t_end));
 }
 
-/// A folder that is there is held before its checkpoint is looked at.
+/// Plans a run. A folder that exists is locked before its checkpoint is read.
 RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
@@ -69,7 +69,7 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   return plan;
 }
 
-/// At the scene's start, or where an interrupted run stopped. Takes the scene's system.
+/// Makes the simulation at the scene's start, or where an interrupted run stopped. Takes the scene's system.
 Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   Simulation simulation = naming_file(
       scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver, scene->t_start); });
@@ -79,9 +79,9 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   return simulation;
 }
 
-/// What surely does not fit is refused before its folder is touched, not when memory ends.
+/// Refuses a run that surely does not fit into memory, before its folder is touched.
 void require_memory(const scene::Scene& scene, const Simulation& simulation) {
-  constexpr double most_overrated = 1.4;  // predictions over what was used, src/cli/cost.cpp
+  constexpr double most_overrated = 1.4;  // largest ratio of prediction to use, src/cli/cost.cpp
   const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
   const std::size_t num_points = simulation.positions().size() / 3;
   const Method method = simulation.report().method;
@@ -94,7 +94,7 @@ void require_memory(const scene::Scene& scene, const Simulation& simulation) {
                   name_of(method), 1e-9 * needed, 1e-9 * there));
 }
 
-/// Frames must have a format that this program can write, and places for them.
+/// Throws unless this program can write the formats of the frames and has room for all of them.
 void require_output(const scene::Scene& scene, std::size_t num_points) {
   const double frames = scene.output_every > 0.0 ? scene.t_end / scene.output_every + 2.0 : 2.0;
   try {
@@ -104,28 +104,28 @@ void require_output(const scene::Scene& scene, std::size_t num_points) {
   }
 }
 
-/// Why a run ended; no words when it reached its end.
+/// The reason why a run ended; `why` is empty if it reached its end.
 struct Ending {
   ExitCode code = ExitCode::Done;
   std::string why;
-  bool is_between_steps = true;  ///< the simulation stands at a state of the motion: no exception came out of it
+  bool is_between_steps = true;  ///< the simulation stands at a state of the motion; no exception came out of it
 };
 
-/// Whether the answer after this step is to be proven; the last one is anyway.
+/// True if the answer after this step is to be certified. The last one is in any case.
 bool is_due(const scene::CertificatePolicy& policy, std::size_t step) {
   using When = scene::CertificatePolicy::When;
   return policy.when == When::Always ||
          (policy.when == When::Every && step % static_cast<std::size_t>(policy.every) == 0);
 }
 
-/// Certifies the present state; returns why it failed, nothing where it passed.
+/// Certifies the present state. Returns why that failed, or nothing if it passed.
 std::string prove(Simulation* simulation, RunFolder* folder) {
   const Certificate certificate = simulation->certify();
   folder->take_certificate(certificate);
   return certificate.passed() ? std::string() : certificate.line();
 }
 
-/// From output time to output time until t_end, a failure, or a signal.
+/// Advances from output time to output time until t_end, a failure, or a signal.
 Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
   std::string not_proven;
   double target = 0.0;
@@ -154,7 +154,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
   return {not_proven.empty() ? ExitCode::Done : ExitCode::NoAnswer, not_proven};
 }
 
-/// The start and all that follows; trouble of any kind is an ending.
+/// Runs the start and all that follows; trouble of any kind is an ending.
 Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, RunFolder* folder,
                 report::Progress* progress) {
   try {
@@ -170,7 +170,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
   }
 }
 
-/// The page of the run. After a failure of the machine the last words are tried, no more.
+/// Finishes the folder and returns the page of the run. After a failure of the machine this is only tried.
 std::string finish(const Ending& ending, Simulation& simulation, RunFolder* folder) {
   try {
     std::string page = folder->finish(simulation, ending.why, ending.is_between_steps);
@@ -182,7 +182,7 @@ std::string finish(const Ending& ending, Simulation& simulation, RunFolder* fold
   }
 }
 
-/// Redundant equations are no fault, but nothing to be silent about.
+/// Prints redundant equations, which are no fault but should be known.
 void tell_redundancy(const RunOptions& options, Simulation& simulation) {
   if (const std::string redundancy = report::describe_redundancy(simulation.rank()); !redundancy.empty())
     print_message(options.scene.string() + ": " + redundancy);

@@ -49,15 +49,15 @@ report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scen
   return {plan.directory, system, options};
 }
 
-/// N, 3n; empty where the system has none.
+/// Returns the friction forces [3n], N; empty if the system has no friction.
 std::vector<double> find_friction(Simulation& simulation) {
   return simulation.system().friction.empty() ? std::vector<double>() : simulation.friction_forces();
 }
 
-/// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
-/// would be most of the time of a small system with many frames.
+/// A checkpoint may take one part in this many of the run's time. Replacing a file can wait for the disk
+/// (milliseconds), which would be most of the time of a small system with many frames.
 constexpr int publishing_share = 20;  // one twentieth
-/// The page of a run that goes on is for somebody who looks, and need not be newer than a second.
+/// The page of a running simulation has a share likewise. It need not be newer than a second.
 constexpr int page_share = 50;
 constexpr std::chrono::milliseconds shortest_page_interval(1000);
 
@@ -110,7 +110,7 @@ void RunFolder::write_frame(Simulation& simulation) {
 
 void RunFolder::write_stop(Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
-  publish(simulation);  // which marks the end of the frames that are kept
+  publish(simulation);  // marks the end of the frames that are kept
   append_frame(simulation);
   output_ += seconds_since(begin);
 }
@@ -123,7 +123,7 @@ void RunFolder::take_resumed(Simulation& simulation) {
   if (now.outcome.ok()) recording_->take_frame(simulation.system(), now, find_friction(simulation));
 }
 
-/// What was written just now, where another folder has taken the place of ours.
+/// Removes what was written just now if another folder has taken the place of ours.
 void RunFolder::remove_from_strange_folder(const char* file) const {
   std::error_code failed;
   if (!is_in_place()) std::filesystem::remove(directory_ / file, failed);
@@ -133,7 +133,7 @@ bool RunFolder::is_in_place() const {
   return lock_->is_in_place();
 }
 
-/// A folder that somebody has put in the place of ours stays as it is.
+/// Throws if somebody has put another folder in the place of ours, which stays as it is.
 void RunFolder::require_folder(const std::string& file) const {
   if (!is_in_place()) throw report::WriteError((directory_ / file).string(), "its folder is gone");
 }
@@ -202,16 +202,16 @@ void RunFolder::publish(Simulation& simulation) {
     checkpoint_.wall = measure_wall();
     checkpoint_.time = simulation.time();
     checkpoint_.state = simulation.save();
-    // It comes before the checkpoint, which is never ahead of it.
+    // The recording is written first, since the checkpoint is never ahead of it.
     if (recording_) {
       report::write_recording(directory_, checkpoint_.scene, checkpoint_.time, *recording_);
       remove_from_strange_folder(report::recording_name);
     }
-    // Before the first step there is nothing to lose that would be worth the wait.
+    // There is nothing worth the wait before the first step.
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
-    // The frames first: a checkpoint promises that they are there.
+    // The frames are written first, since a checkpoint promises that they are there.
     if (wait == report::Wait::ForDisk) trajectory_.synchronize();
-    require_folder(report::checkpoint_name);  // the disk takes its time
+    require_folder(report::checkpoint_name);  // the folder may have been replaced while the disk was busy
     report::write_checkpoint(directory_, checkpoint_, wait);
     remove_from_strange_folder(report::checkpoint_name);
     require_folder(report::checkpoint_name);

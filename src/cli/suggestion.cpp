@@ -9,7 +9,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// Changes of single letters that make one word of the other (Levenshtein).
+/// Counts the changes of single letters that turn one word into the other (Levenshtein).
 std::size_t count_changes(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

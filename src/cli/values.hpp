@@ -10,7 +10,7 @@
 
 namespace tanor::cli {
 
-/// The number that the whole text is.
+/// Returns the number that the whole text is, or none.
 template <class Number>
 std::optional<Number> read_number(const std::string& text) {
   Number number{};
@@ -18,10 +18,10 @@ std::optional<Number> read_number(const std::string& text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-/// Words between commas; each use of the option adds some.
+/// Reads words between commas; each use of the option adds some.
 Value list(std::vector<std::string>* target);
 
-/// A word, or some between commas, of those that shells are to offer.
+/// Reads a word, or several between commas, of those that shells offer.
 Value offer(std::vector<std::string> offers, Value value, Word word = Word::Choice);
 
 }  // namespace tanor::cli

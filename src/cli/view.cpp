@@ -38,7 +38,7 @@ bool is_running(const fs::path& folder) {
   return holder && (holder->empty() || *holder == "run");
 }
 
-/// The folder of a run that has a page, or the reason why there is none to see.
+/// Returns the folder of a run that has a page, or throws the reason why there is none.
 fs::path require_page(const fs::path& given) {
   const fs::path folder = given.filename() == report::html_page_name ? fs::absolute(given).parent_path() : given;
   if (!fs::exists(folder)) throw InputError(given.string(), "there is no such folder");
@@ -51,7 +51,7 @@ fs::path require_page(const fs::path& given) {
                                                 report::html_page_name, typed(folder)));
 }
 
-/// Whether there is a window in which a browser could open: elsewhere one that writes into the terminal might.
+/// True if there is a window in which a browser could open; without one, a browser might write into the terminal.
 bool has_display() {
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
     const char* const value = std::getenv(name);
@@ -60,7 +60,7 @@ bool has_display() {
   return false;
 }
 
-/// How a browser starts: Ctrl-C is not for it, and signals do there what they always do.
+/// The attributes with which a browser starts: it does not get Ctrl-C, and signals have their default actions.
 struct BrowserAttributes {
   posix_spawnattr_t all;
   BrowserAttributes() {
@@ -77,7 +77,7 @@ struct BrowserAttributes {
   ~BrowserAttributes() { posix_spawnattr_destroy(&all); }
 };
 
-/// Opens the user's browser, as xdg-utils find it; false where they are not there.
+/// Opens the user's browser, as xdg-utils find it. Returns false if they are missing.
 bool open_browser(const std::string& url) {
   std::string program = "xdg-open", place = url;
   std::array<char*, 3> words{program.data(), place.data(), nullptr};

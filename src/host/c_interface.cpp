@@ -21,12 +21,12 @@
 #include "host/c_members.hpp"
 #include "host/point_address.hpp"
 
-/// A Constrainer that is made when something is constrained: until then there may come a cell.
+/// A handle, whose Constrainer is made on first use; before that a cell may be set.
 struct tn_system {
-  std::vector<double> masses, positions;  // of tn_create, until it is made
+  std::vector<double> masses, positions;  // given to tn_create; kept until `made`
   std::optional<tanor::PeriodicCell> cell, old_cell;
   tanor::SolverOptions options;
-  double tolerance = 0.0;  // of positions
+  double tolerance = 0.0;  // of constrained positions
   std::optional<tanor::Constrainer> made;
   std::string error;
 
@@ -70,7 +70,7 @@ int code_of(Status status) {
   return TN_EINTERNAL;
 }
 
-/// Nothing is thrown across: what `call` throws becomes a code, and its text goes into `error`.
+/// Lets no exception pass. What `call` throws becomes a code, and its text goes into `error`.
 template <class Call>
 int guard(std::string* error, const Call& call) noexcept {
   try {
@@ -89,11 +89,11 @@ int guard(std::string* error, const Call& call) noexcept {
       return TN_EINTERNAL;
     }
   } catch (...) {
-    return TN_EINTERNAL;  // no memory for the text either
+    return TN_EINTERNAL;  // there is no memory for the text either
   }
 }
 
-/// The same for calls on a handle, which may be null.
+/// Does the same for calls on a handle, which may be null.
 template <class Call>
 int guard(tn_system* system, const Call& call) noexcept {
   if (system == nullptr)
@@ -113,7 +113,7 @@ ConstPointArray array_of(const tn_const_points& points) {
   return {points.data, points.stride, points.index};
 }
 
-/// What `size` says that there is.
+/// Returns the part of a struct that its `size` covers; the rest is zero.
 template <class Struct>
 Struct known_part(const Struct* given) {
   Struct result{};
@@ -128,13 +128,13 @@ void require(const void* pointer, const char* name) {
   if (pointer == nullptr) throw InputError("", std::string(name) + " is a null pointer");
 }
 
-/// [count] numbers that may be absent.
+/// Returns a list of `count` numbers, which may be absent.
 template <class Number>
 std::span<const Number> list_of(const Number* numbers, size_t count) {
   return {numbers, numbers != nullptr ? count : 0};
 }
 
-/// The same that must be there.
+/// Returns the same list, which must be there.
 template <class Number>
 std::span<const Number> list_of(const Number* numbers, size_t count, const char* name) {
   if (count > 0) require(numbers, name);
@@ -157,12 +157,12 @@ ConstraintForces forces_of(const tn_wanted& wanted, std::size_t num_rows) {
   return result;
 }
 
-/// The ids of `count` members from `first` on.
+/// Writes the ids of `count` members from `first` on.
 void write_ids(ConstraintId first, size_t count, int64_t* ids) {
   for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
 }
 
-/// As far as `size` of the struct says.
+/// Writes as much of the report as `size` of the struct covers.
 void write_numbers(const ConstraintReport& found, tn_report* report) {
   tn_report own{};
   own.size = report->size;

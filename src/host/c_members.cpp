@@ -13,8 +13,8 @@ Vector3 vector_at(const double* numbers) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-/// How tn_add has a kind: so many points and numbers a member, the last number its own where `has_number`; a group has
-/// the others.
+/// The layout of a kind in tn_add: the points and the numbers of a member. If `has_number`, the last number is the
+/// member's own, and the group has the others.
 struct KindLayout {
   size_t num_points, num_parameters;
   bool has_number;
@@ -42,7 +42,7 @@ KindLayout layout_of(tn_kind kind) {
   throw InputError("", "there is no kind " + std::to_string(static_cast<int>(kind)));
 }
 
-/// Members [begin, end), which have the same shape.
+/// Makes a group of the members [begin, end), which have the same shape.
 Constraint make_group(const KindLayout& layout, size_t begin, size_t end, const int32_t* points,
                       const double* parameters) {
   Constraint constraint = layout.make(parameters != nullptr ? parameters + begin * layout.num_parameters : nullptr);
@@ -84,7 +84,7 @@ std::vector<ConstraintId> add_members(Constrainer* constrainer, tn_kind kind, si
         return shape == 0 || std::equal(first, first + shape, parameters + k * width);
       };
       while (end < count && has_shape(end)) ++end;
-      end = std::max(end, begin + 1);  // a NaN, which is refused
+      end = std::max(end, begin + 1);  // a NaN differs from itself; `add` refuses it
       const ConstraintId id = constrainer->add(make_group(layout, begin, end, points, parameters));
       for (size_t k = begin; k < end; ++k) added.push_back(id + static_cast<ConstraintId>(k - begin));
     }

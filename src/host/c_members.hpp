@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// Members as tn_add has them, in groups of neighbours with the same shape; where one of them is wrong none is added.
-/// Returns their ids.
+/// Adds members laid out as in tn_add, in groups of neighbours with the same shape. If one of them is wrong, none is
+/// added. Returns their ids.
 std::vector<ConstraintId> add_members(Constrainer* constrainer, tn_kind kind, size_t count, const int32_t* points,
                                       const double* parameters);
 

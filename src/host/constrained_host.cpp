@@ -14,7 +14,7 @@ namespace tanor {
 namespace {
 
 SolverOptions without_reuse(SolverOptions options) {
-  options.reuse = false;  // of factors inside the steps of methods
+  options.reuse = false;  // factors inside the steps of methods are not kept
   return options;
 }
 
@@ -33,7 +33,7 @@ void ConstrainedHost::set_images(std::unique_ptr<PeriodicImages> given) {
   check_cell();
 }
 
-/// Nearest images are unique for rods that are shorter than half of the cell.
+/// Nearest images are unique only for rods that are shorter than half of the cell.
 void ConstrainedHost::check_cell() {
   if (!place.images->are_nearest()) return;
   const double height = place.images->lattice().smallest_height();
@@ -54,7 +54,7 @@ Outcome ConstrainedHost::check_place(double h) {
   double violation = linearization.evaluate_values(place.r.data(), rows.data());
   std::size_t row = sums.worst_position_row(rows);
   if (violation > allowed && work.constraints.depends_on_time()) {
-    // Lengths that are set before each step are those at its end: xi - h xi_t is what they were.
+    // Lengths that are set before each step are those at its end; xi - h xi_t is the value with the lengths before.
     std::fill(w.begin(), w.end(), 0.0);
     (void)linearization.evaluate_rates(place.r.data(), w.data(), sum.data());
     for (std::size_t a = 0; a < rows.size(); ++a) rows[a] = std::min(std::abs(rows[a]), std::abs(rows[a] - h * sum[a]));
@@ -69,8 +69,8 @@ Outcome ConstrainedHost::check_place(double h) {
                                     " of its length; project_positions puts them right, before the first forces"};
 }
 
-/// The host's positions into `moved`, put onto the constraints. Where rows depend on others the step may not be along
-/// K, and the velocities are moved with it; else they are when they are written.
+/// Reads the host's positions into `moved` and projects them onto the constraints. If rows depend on others, the step
+/// may not be along K, and the velocities are moved with it; otherwise they are moved when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
@@ -81,7 +81,7 @@ ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
                                    has_moved_velocities ? v.data() : nullptr, step.tolerance);
 }
 
-/// The host's velocities += M^-1 K mu/h, where they are if they have the inner order there.
+/// Adds M^-1 K mu/h to the host's velocities, in place if they are packed in the inner order.
 void ConstrainedHost::write_step_velocities(const PointArray& velocities) {
   if (!has_moved_velocities) {
     double* const there = transfer.straight(velocities);
@@ -92,8 +92,8 @@ void ConstrainedHost::write_step_velocities(const PointArray& velocities) {
   transfer.write(v.data(), model.num_moving(), velocities);
 }
 
-/// -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of supports, those in `v`: what lengths that depend on time, and
-/// supports that move, do to the points by the `multipliers`.
+/// Returns -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of the supports in `v`. That is the work of lengths that
+/// depend on time, and of moving supports, on the points through the `multipliers`.
 double ConstrainedHost::support_work(double h) {
   const auto moving = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::fill(w.begin(), w.begin() + moving, 0.0);
@@ -116,7 +116,7 @@ void ConstrainedHost::note_worst_position(PartReport* report) {
   note_worst(row, std::abs(rows[row]) / sums.lengths()[row], report);
 }
 
-/// What a step from `place` to `moved` says beside the positions.
+/// Measures a step from `place` to `moved`: all that its report says beside the positions.
 void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report) {
   note_worst_position(report);
   work.set_time(step.time - step.step);

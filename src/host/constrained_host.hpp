@@ -12,14 +12,14 @@
 
 namespace tanor {
 
-/// What one call found in a part of the host's islands.
+/// The findings of one call in a part of the host's islands.
 struct PartReport : ConstraintReport {
-  double worst = -1.0;  ///< by how much `worst_row` is violated
+  double worst = -1.0;  ///< violation of `worst_row`
 };
 
-/// Some islands of a host, planned together: everything in the inner order, and what is known from call to call. A call
-/// is made of `find_…`, which writes nothing of the host's, and `write_…`, which follows where all parts have
-/// succeeded. At supports, which several parts may share, `reactions.add_to_supports` adds to what the host's arrays
+/// Some islands of a host that are planned together, with all arrays in the inner order, and what is kept from call to
+/// call. A call consists of `find_…`, which writes nothing of the host's, and `write_…`, which follows once all parts
+/// have succeeded. Several parts may share a support; there `reactions.add_to_supports` adds to what the host's arrays
 /// hold.
 struct ConstrainedHost {
   Forms forms;
@@ -29,7 +29,7 @@ struct ConstrainedHost {
   Linearization& linearization = form.linearization();
   PointTransfer transfer{model.numbering, model.parallel};
   RowSums sums{work};
-  std::vector<Index> host_row = model.numbering.user_row;  // [inner row] the host's number of it
+  std::vector<Index> host_row = model.numbering.user_row;  // [inner row] the host's number of the row
   HostConfiguration place{work, linearization, transfer};
   MovedPositions moved{place};
   ReactionWriter reactions{work, linearization, transfer, sums, host_row};
@@ -37,9 +37,9 @@ struct ConstrainedHost {
   std::vector<double> v, f, w;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
-  bool has_moved_velocities = false;              // `v` is what the step makes of them; else it is not read yet
-  std::unique_ptr<SchurDeterminant> determinant;  // made where it is first wanted
-  std::vector<double> gradient;                   // [3n] of its logarithm
+  bool has_moved_velocities = false;              // `v` holds what the step makes of them; if false, it is not read yet
+  std::unique_ptr<SchurDeterminant> determinant;  // made on first use
+  std::vector<double> gradient;                   // [3n] gradient of ln det S
 
   ConstrainedHost(System system, const SolverOptions& options);
 
@@ -57,9 +57,10 @@ struct ConstrainedHost {
 
   void find_positions(const PositionStep& step, PartReport* report);
   void write_positions(const PositionStep& step, PartReport* report);
-  /// Stands there and reads the velocities; returns what is large among them.
+  /// Linearizes at the step's positions and reads the velocities. Returns the largest velocity, or the largest rate K'v
+  /// + xi_t if that is larger and constraints depend on time.
   double find_speed(const VelocityStep& step, PartReport* report);
-  /// `speed`: of the whole host.
+  /// `speed` is the largest `find_speed` of all parts.
   void find_velocities(const VelocityStep& step, double speed, PartReport* report);
   void write_velocities(const VelocityStep& step, PartReport* report);
   void find_accelerations(const HostState& at, PartReport* report);

@@ -23,7 +23,7 @@ struct Constrainer::Implementation : HostParts {
     check_array(wanted.forces, num_points(), 3, "forces");
     check_array(wanted.stress, num_points(), 9, "stress");
   }
-  /// Of every call: what is wanted at these positions.
+  /// Checks the arguments that every call has: positions, time, and what is wanted there.
   void check(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {},
              const char* name = "positions") const {
     check_finite(time, "time");
@@ -43,7 +43,7 @@ struct Constrainer::Implementation : HostParts {
 
 namespace {
 
-/// One call on a handle: without traps, with all that has changed planned.
+/// One call on a handle, with floating-point traps off and all changes planned.
 template <class Pointer>
 class Call {
  public:
@@ -66,7 +66,7 @@ void Constrainer::Implementation::clear_supports(const PointArray& array, std::s
   }
 }
 
-/// The parts' reports together; of several that failed the first one's outcome.
+/// Combines the parts' reports. If several parts failed, the outcome is that of the first one.
 ConstraintReport Constrainer::Implementation::sum_up() {
   ConstraintReport all;
   double worst = -1.0;
@@ -88,7 +88,7 @@ ConstraintReport Constrainer::Implementation::sum_up() {
   return all;
 }
 
-/// find(part, its report), and where all parts have found something write(part, its report).
+/// Calls find(part, its report) for all parts and, if all of them have succeeded, write(part, its report).
 template <class Find, class Write>
 ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write) {
   for_each([&](ConstrainedHost& part, PartReport* report) {
@@ -100,7 +100,7 @@ ConstraintReport Constrainer::Implementation::call(const Find& find, const Write
   return sum_up();
 }
 
-/// At supports the parts add up.
+/// Writes what is wanted at supports, where the parts add up.
 void Constrainer::Implementation::write_supports(const ConstraintForces& wanted) {
   clear_supports(wanted.forces, 3);
   clear_supports(wanted.stress, 9);

@@ -9,14 +9,14 @@
 
 namespace tanor {
 
-/// Weights of whole numbers, summed over the intervals [k 2^m, (k + 1) 2^m).
+/// Sums of the weights of whole numbers over the intervals [k 2^m, (k + 1) 2^m).
 class DyadicSums {
  public:
   struct Interval {
     Index begin, end;
   };
 
-  /// Numbers are below `count`.
+  /// Makes room for the numbers below `count`.
   void resize(std::size_t count) {
     if (count <= size_) return;
     const std::size_t old_size = size_;
@@ -30,7 +30,7 @@ class DyadicSums {
   void add(Index number, std::int64_t weight) {
     for (std::size_t node = size_ + static_cast<std::size_t>(number); node > 0; node /= 2) sums_[node] += weight;
   }
-  /// The largest interval around a number whose sum is no more than `most`; the number alone where there is none.
+  /// Returns the largest interval around a number whose sum is at most `most`, or the number alone if there is none.
   Interval around(Index number, std::int64_t most) const {
     std::size_t node = 1, begin = 0, length = size_;
     while (length > 1 && sums_[node] > most) {
@@ -44,7 +44,7 @@ class DyadicSums {
 
  private:
   std::size_t size_ = 0;            // a power of two
-  std::vector<std::int64_t> sums_;  // [node]: of 1 the whole, of 2k and 2k + 1 the halves of node k
+  std::vector<std::int64_t> sums_;  // [node] node 1 is the whole; 2k and 2k + 1 are the halves of node k
 };
 
 }  // namespace tanor

@@ -6,7 +6,7 @@ namespace tanor {
 
 namespace {
 
-/// Groups of a part are called "\x1f3": the host's group 3.
+/// The first character of a group's name in a part: "\x1f3" is the host's group 3.
 constexpr char mark = '\x1f';
 
 }  // namespace

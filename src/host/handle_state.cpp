@@ -19,7 +19,7 @@ SavedHeader header_of(std::uint64_t fingerprint) {
 }
 constexpr SavedBy by{"/state", "a Constrainer", "other points or constraints"};
 
-/// Of the masses, and of what is constrained, as the host numbers it.
+/// Returns a fingerprint of the masses and of the constraints, by the host's numbers.
 std::uint64_t fingerprint_of(const HostParts& parts) {
   Checksum sum;
   const auto add = [&]<class Number>(Number number) { sum.add(std::span<const Number>(&number, 1)); };

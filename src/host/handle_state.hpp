@@ -8,11 +8,12 @@
 
 namespace tanor {
 
-/// The bytes of what the parts remember: "tanor co", the number of the format and of the byte order, a mark of points
-/// and constraints, the numbers, and a checksum of everything before.
+/// Returns what the parts remember as bytes: "tanor co", the numbers of the format and of the byte order, a fingerprint
+/// of points and constraints, the numbers, and a checksum of everything before.
 std::vector<std::byte> save_state(HostParts* parts);
 
-/// Throws InputError where these are no such bytes, are damaged, or belong to other points or constraints.
+/// Restores what `save_state` saved. Throws InputError if the bytes are of another kind or damaged, or belong to other
+/// points or constraints.
 void restore_state(std::span<const std::byte> bytes, HostParts* parts);
 
 }  // namespace tanor

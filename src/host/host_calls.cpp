@@ -21,7 +21,7 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
   if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
   ProjectionReport found = step_positions(step);
   if (!found.outcome.ok()) {
-    // The guess may have come from another motion.
+    // The guess may have come from another motion. The second try begins without it.
     form.steps().forget_steps();
     if (report->outcome = linearization.update(start, place.r.data()); report->outcome.ok())
       found = step_positions(step);
@@ -35,7 +35,7 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
     return;
   }
   multipliers = form.steps().sum().data();
-  // Where K lost rank it stands elsewhere now, and the multipliers are not known.
+  // If K lost rank, it was evaluated elsewhere in the meantime, and the multipliers are not known.
   place.stands = model.num_rows() == 0 || std::isfinite(multipliers[0]);
   if (step.measures) measure_step(step, report);
 }
@@ -52,7 +52,7 @@ double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report)
   incoming.measure(step.velocities, v.data());
   report->outcome = place.stand_at(step.positions, step.time, place.present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
-  // Small is what is small beside the velocities of this call.
+  // Rates are measured against the velocities of this call.
   const double speed = incoming.largest();
   if (!work.constraints.depends_on_time()) return speed;
   work.set_time(step.time);
@@ -144,7 +144,7 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
 }
 
 void ConstrainedHost::write_forces(const PointArray& forces, PartReport* report) {
-  if (report->iterations == 0) return;  // they are right as they are
+  if (report->iterations == 0) return;  // the forces are right as they are
   for (std::size_t k = 0; k < 3 * model.num_moving(); ++k) w[k] *= model.mass[k / 3];
   report->correction = transfer.scatter(w.data(), model.num_moving(), forces);
 }
@@ -190,7 +190,7 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
   determinant->write_gradient(blocks, sums.lengths().data(), gradient.data());
   const auto is_finite = [](double x) { return std::isfinite(x); };
   if (!std::ranges::all_of(gradient, is_finite))
-    result.outcome = model.not_finite(time);  // rods of lengths next to zero
+    result.outcome = model.not_finite(time);  // a rod's length is next to zero
   return result;
 }
 

@@ -12,35 +12,35 @@
 
 namespace tanor {
 
-/// The positions of a host at which K and the factor of S stand, in a periodic cell at the images that its constraints
-/// mean. They serve the next call, too, where the same positions are given.
+/// The positions of a host at which K and the factor of S were evaluated, in a periodic cell at the images that its
+/// constraints mean. The next call uses them again if it is given the same positions.
 struct HostConfiguration {
   Workspace& work;
   Linearization& linearization;
   const PointTransfer& transfer;
-  std::unique_ptr<PeriodicImages> images;  ///< null: there is no cell
-  std::vector<double> r, host;             ///< [3n] positions; in a cell also as the host has them
-  PeriodicCell cell;                       ///< of these
+  std::unique_ptr<PeriodicImages> images;  ///< null if there is no cell
+  std::vector<double> r, host;             ///< [3n] positions; in a cell `host` has them as the host does
+  PeriodicCell cell;                       ///< the cell of these positions
   double time = 0.0;
-  bool stands = false;       ///< K and the factor are there
+  bool stands = false;       ///< K and the factor belong to `r`
   bool was_checked = false;  ///< the host's first positions were on the constraints
   bool was_called = false;   ///< the positions are those with which the host's last call began
 
-  /// All outlive it.
+  /// All arguments outlive it.
   HostConfiguration(Workspace& moving, Linearization& of_it, const PointTransfer& to_host)
       : work(moving), linearization(of_it), transfer(to_host), r(3 * moving.model().num_points()) {}
 
   void set_images(std::unique_ptr<PeriodicImages> given);
   const PeriodicCell* present_cell() const { return images ? &images->cell() : nullptr; }
 
-  /// Goes to the host's positions in a cell; null: in the cell of `r`, if these are its positions bit by bit, else in
-  /// the present one. What has to be brought there is added to `incoming`. Returns whether K and the factor of S stand
-  /// there already.
+  /// Goes to the host's positions in the cell `of_positions`. If that is null, the cell is that of `r` if these are its
+  /// positions bit by bit, else the present one. Positions that have to be copied are added to `incoming`. Returns true
+  /// if K and the factor of S belong to these positions already.
   bool find(const ConstPointArray& positions, double t, const PeriodicCell* of_positions, IncomingPoints* incoming);
-  /// The same, with K and the factor of S; what else is in `incoming` is brought, too.
+  /// Does the same and evaluates K and the factor of S. All arrays in `incoming` are copied.
   Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* of_positions,
                    IncomingPoints* incoming);
-  /// In the present cell.
+  /// Does the same in the present cell.
   Outcome stand_at(const ConstPointArray& positions, double t) {
     LargestSquare largest;
     IncomingPoints incoming(transfer, &largest);
@@ -52,16 +52,17 @@ struct HostConfiguration {
 struct MovedPositions {
   const HostConfiguration& place;
   std::vector<double> r;       ///< [3n]
-  std::vector<double> before;  ///< in a cell: r before it moved
+  std::vector<double> before;  ///< r before it moved, in a cell only
 
   /// The configuration outlives it.
   explicit MovedPositions(const HostConfiguration& from) : place(from), r(from.r.size()) {}
 
-  /// r := the host's positions, at the images that constraints mean in the present cell.
+  /// Sets r to the host's positions, at the images that constraints mean in the present cell.
   void gather(const ConstPointArray& positions);
-  /// r := the host's positions after a step from `place`; where there is no cell `incoming` brings them.
+  /// Sets r to the host's positions after a step from `place`. If there is no cell, `incoming` copies them.
   void follow(const ConstPointArray& positions, IncomingPoints* incoming);
-  /// The host's positions := r, in a cell as moves, at whatever images they are. Returns the largest move.
+  /// Moves the host's positions to r. In a cell it adds the moves, so each point stays at the host's image. Returns the
+  /// largest move.
   double scatter(const PointArray& positions);
 };
 

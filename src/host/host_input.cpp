@@ -12,11 +12,11 @@ namespace tanor {
 
 namespace {
 
-/// A member's points in space: in a cell the images that it joins.
+/// The positions of a member's points, in a cell at the images that it joins.
 struct MemberImages {
   const HostPoints& points;
-  const Lattice* lattice;           // null: there is no cell
-  const std::array<int, 3>* image;  // null: the nearest ones
+  const Lattice* lattice;           // null if there is no cell
+  const std::array<int, 3>* image;  // null for the nearest ones
   std::span<const Index> members;
 
   TripleOf<double> operator[](std::size_t p) const {
@@ -32,7 +32,7 @@ struct MemberImages {
   }
 };
 
-/// "initial" := the numbers that the members have.
+/// Replaces "initial" by the values that the members have.
 void fix_initial(const HostPoints& points, const Lattice* lattice, std::span<const std::array<int, 3>> images,
                  Constraint* constraint) {
   const auto fix = [&]<class Kind>(Kind& group) {
@@ -51,7 +51,7 @@ void fix_initial(const HostPoints& points, const Lattice* lattice, std::span<con
   std::visit(fix, *constraint);
 }
 
-/// The same group on the points that it has, and no others.
+/// Makes a system of the group and of the points that it has, and no others.
 System make_small(const HostPoints& points, Constraint group) {
   std::set<Index> used;
   const auto for_each_point = [&](const auto& visit) {
@@ -120,7 +120,7 @@ void check_group(const HostParts& parts, const Constraint& group, std::size_t nu
   try {
     validate(make_small(parts.points(), group));
   } catch (const InputError&) {
-    validate(make_system(parts.points(), {group}));  // whose points have the host's numbers
+    validate(make_system(parts.points(), {group}));  // here points have the host's numbers
     throw;
   }
 }

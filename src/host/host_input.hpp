@@ -12,26 +12,26 @@
 #include "base/text.hpp"
 #include "host/host_parts.hpp"
 
-/// \file What a host hands over, checked. Complaints are InputErrors.
+/// \file Checks of what a host hands over. Errors are thrown as InputError.
 namespace tanor {
 
-/// The host's points, whose numbers are its own.
+/// Makes the points of a host, with the host's own numbers.
 HostPoints make_points(std::span<const double> masses, const ConstPointArray& at);
 
-/// The constraints on the points as the host numbers them: what is checked, and what messages speak of.
+/// Makes a system of the constraints on the points as the host numbers them, for checks and for messages.
 System make_system(const HostPoints& points, std::vector<Constraint> constraints);
 
-/// Throws where the group, on the host's points, could not be added.
+/// Throws if the group, on points with the host's numbers, cannot be added.
 void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images);
 
-/// Parts := the group on the host's points. "initial" becomes the numbers that it has, and `images` [row] those of each
-/// member.
+/// Adds the group, on points with the host's numbers, to the parts. "initial" becomes the values at the present
+/// positions, and `images` [row] become those of each member. Returns the id of the first member.
 ConstraintId add_group(Constraint group, std::vector<std::array<int, 3>> images, HostParts* parts);
 
-/// Throws unless a point may have this mass instead of `before`; infinite is a support.
+/// Throws unless a point may have this mass instead of `before`. An infinite mass makes a support.
 void check_mass(double mass, std::optional<double> before, std::size_t point);
 
-/// The numbers of points that are from[i], see Constrainer::renumber.
+/// Returns the numbers of the points from[i], -1 for a new one. Throws if they are wrong, see Constrainer::renumber.
 std::vector<Index> check_numbers(const HostParts& parts, std::span<const std::int64_t> from,
                                  std::span<const double> masses);
 

@@ -4,7 +4,8 @@
 
 namespace tanor {
 
-/// Rows only come at the end, or move forward together with all that follow.
+/// Rows are only added at the end, or move forward together with all that follow. So if the first and the last row move
+/// by the same number, all rows do.
 void HostPart::number_rows(const Inventory& inventory) {
   if (members.empty()) return;
   const std::size_t first = inventory.first_row(members.front());

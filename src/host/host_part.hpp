@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// What constraints connect. Its key is its smallest point.
+/// Points and constraints that are connected. The key is the smallest point.
 struct HostIsland {
   Index key;
   std::int64_t weight;  ///< points and rows
@@ -19,29 +19,29 @@ struct HostIsland {
 /// The multipliers of a row in the last two steps, from which the next step's are guessed (see StepProjection).
 struct MultiplierGuess {
   ConstraintId id;
-  std::size_t row;  ///< of that constraint
+  std::size_t row;  ///< number of the row in that constraint
   double last, before;
   bool was_checked;  ///< the host's positions were on the constraint
 };
 
-/// Some islands of a host that are planned together, by the host's numbers; the plan itself is `host`.
+/// Some islands of a host that are planned together, by the numbers of HostPoints; the plan itself is `host`.
 struct HostPart {
   std::vector<HostIsland> islands;       ///< ascending, like the lists below
   std::vector<Index> moving, places;     ///< points without and with supports
   std::vector<ConstraintId> members;     ///< its constraints
-  std::vector<MultiplierGuess> guesses;  ///< until there is a plan
+  std::vector<MultiplierGuess> guesses;  ///< kept until there is a plan
   std::unique_ptr<ConstrainedHost> host;
-  bool has_own_threads = false;  ///< else it shares them with other parts
+  bool has_own_threads = false;  ///< if false, it shares them with other parts
 
   Index key() const { return islands.front().key; }
-  /// The plan's rows := the host's numbers of them, which have changed.
+  /// Gives the plan's rows the numbers that the host has for them now.
   void number_rows(const Inventory& inventory);
-  /// The plan's points := the host's numbers of them, which have changed.
+  /// Gives the plan's points the numbers that the host has for them now.
   void number_points(const HostPoints& points) const;
 
  private:
-  bool has_rows_ = false;                     // their numbers
-  std::size_t first_row_ = 0, last_row_ = 0;  // of the first and the last member
+  bool has_rows_ = false;                     // the rows have numbers
+  std::size_t first_row_ = 0, last_row_ = 0;  // first rows of the first and the last member
 };
 
 }  // namespace tanor

@@ -81,7 +81,7 @@ void HostParts::renumber(std::vector<Index> of_host, std::span<const double> mas
 }
 
 void HostParts::set_positions(const ConstPointArray& at) {
-  read_positions();  // nothing is read from parts later
+  read_positions();  // later calls then read no positions from parts
   copy_points(at, points_.of_host, points_.positions.data());
   if (cell_) points_.cell = *cell_;
 }
@@ -113,7 +113,7 @@ void HostParts::set_cell(const PeriodicCell& cell) {
   }
 }
 
-/// All is planned anew in parts of no more than that.
+/// Cuts into parts of at most `most_of_part` points and rows. All is planned anew.
 void HostParts::cut(std::int64_t most_of_part) {
   if (most_of_part == partition_.most_of_part()) return;
   partition_.cut(most_of_part);
@@ -159,11 +159,11 @@ void HostParts::exchange_memory(Memory& memory) {
   (void)plan_changes();
   for (const auto& part : parts()) {
     part->host->form.exchange_memory(memory);
-    part->host->place.stands = false;  // here and there the next call factorizes
+    part->host->place.stands = false;  // so that the next call factorizes, in the saved handle and in the restored one
   }
 }
 
-/// All is planned anew.
+/// Gives other numbers to the points. All is planned anew.
 void HostParts::rename_points(const std::vector<Index>& of_host, std::size_t size) {
   read_positions();
   HostPoints points = points_.renamed(of_host, size);

@@ -14,12 +14,12 @@
 
 namespace tanor {
 
-/// The islands of a host: one part, which fills lanes and threads best, until `expect_edits` or the first edit of what
-/// was planned cuts it into parts that are planned one by one (IslandPartition says which).
+/// The islands of a host. They are one part, which fills lanes and threads best, until `expect_edits` or the first edit
+/// of what was planned cuts it into parts that are planned one by one (see IslandPartition).
 class HostParts {
  public:
   HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options);
-  HostParts(const HostParts&) = delete;  // parts know where their names are
+  HostParts(const HostParts&) = delete;  // members refer to one another
   HostParts& operator=(const HostParts&) = delete;
 
   const HostPoints& points() const { return points_; }
@@ -30,23 +30,24 @@ class HostParts {
 
   // ---- edits, already checked; the next `plan` plans them ----
 
-  /// On points by their numbers in `points`, see Inventory::add.
+  /// Adds a group on points by their numbers in `points`, see Inventory::add.
   ConstraintId add(Constraint group, std::vector<std::array<int, 3>> images);
   void remove(std::span<const ConstraintId> ids);
   void set_length(ConstraintId id, double length, double rate);
   void set_mass(Index point, double mass);
-  /// [host's number] the number of that point, -1: of a new one. Those that are missing have left.
+  /// Renumbers the host's points: `of_host` [host's number] is the number of that point, -1 for a new one. Those that
+  /// are missing have left.
   void renumber(std::vector<Index> of_host, std::span<const double> masses);
-  /// Where the host's points are, in the present cell.
+  /// Sets the host's positions, in the present cell.
   void set_positions(const ConstPointArray& at);
-  /// The same from the last call.
+  /// Sets the positions to those with which the last call began.
   void read_positions();
-  /// Throws InputError where it is too small; then nothing has changed.
+  /// Throws InputError if the cell is too small; then nothing has changed.
   void set_cell(const PeriodicCell& cell);
 
-  /// Cuts into parts; the next `plan` plans those that this has touched.
+  /// Cuts the islands into parts of limited size; the next `plan` plans those that have changed.
   void expect_edits();
-  /// Returns how many islands were planned. Throws InputError where that is impossible; what has changed then waits.
+  /// Returns how many islands were planned. Throws InputError if that is impossible; what has changed then waits.
   std::size_t plan();
   const PlanSummary& summary() const { return summary_; }
   Counters counters() const;
@@ -56,7 +57,7 @@ class HostParts {
 
   std::size_t size() const { return parts().size(); }
   ConstrainedHost& operator[](std::size_t k) { return *parts()[k]->host; }
-  /// body(part, its report) for each part: small ones are shared among the threads, large ones have them all.
+  /// Calls body(part, its report) for each part. Small parts are shared among the threads; large ones use them all.
   template <class Body>
   void for_each(const Body& body) {
     for (const std::size_t k : large_) body(*parts()[k]->host, &reports_[k]);
@@ -64,10 +65,10 @@ class HostParts {
   }
   std::span<PartReport> reports() { return reports_; }
   RankReport find_rank(const ConstPointArray& positions, double time);
-  /// The text of a part's outcome with the host's names in it.
+  /// Returns the text of a part's outcome with the host's names in it.
   std::string with_names(std::size_t part, const std::string& text) const { return with_names(*parts()[part], text); }
 
-  /// What parts remember from call to call, and the numbers of points: into `memory` or from it.
+  /// Writes what parts remember from call to call, and the numbers of points, to `memory`, or reads it from there.
   void exchange_memory(Memory& memory);
 
  private:

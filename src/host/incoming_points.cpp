@@ -20,7 +20,7 @@ void IncomingPoints::bring(std::size_t first, std::size_t count) const {
   largest_.see(square);
 }
 
-/// Returns the largest square where it is wanted.
+/// Copies a piece of the array. Returns the largest square of its points if that is measured, else 0.
 double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::size_t count) const {
   double* const own = array.to + 3 * first;
   if (!array.factors.empty()) {

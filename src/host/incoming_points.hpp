@@ -11,7 +11,7 @@
 
 namespace tanor {
 
-/// The largest of the squares that threads find; NaN where any of them is.
+/// The largest of the squares that threads find, or NaN if any of them is NaN.
 class LargestSquare {
  public:
   void see(double square);
@@ -21,23 +21,24 @@ class LargestSquare {
   std::atomic<double> value_{0.0};
 };
 
-/// Arrays of a host on their way into arrays in the inner order: whoever works on some points brings them there.
+/// Arrays of a host that are copied into arrays in the inner order. Whoever works on some points copies those points.
 class IncomingPoints final : public GivenMotion {
  public:
-  /// Transfer and `largest`, in which what is measured is kept, outlive the points.
+  /// `transfer` outlives the object, as does `largest`, which keeps the largest measured square.
   IncomingPoints(const PointTransfer& transfer, LargestSquare* largest) : transfer_(transfer), largest_(*largest) {}
 
-  /// to [3n] := the host's points.
+  /// Copies the host's points to `to` [3n].
   void copy(const ConstPointArray& from, double* to) { arrays_[count_++] = {from, to, {}, false}; }
-  /// The same; the largest of them is wanted.
+  /// Does the same and measures the largest of them.
   void measure(const ConstPointArray& from, double* to) { arrays_[count_++] = {from, to, {}, true}; }
-  /// to := factor_i times the host's points, as far as there are factors; the largest of the products is wanted.
+  /// Sets `to` to factor_i times the host's points, for as many points as there are factors, and measures the largest
+  /// product.
   void scale(const ConstPointArray& from, std::span<const double> factors, double* to) {
     arrays_[count_++] = {from, to, factors, true};
   }
 
   void bring(std::size_t first, std::size_t count) const override;
-  /// Of those that were brought; NaN where any is not finite.
+  /// Returns the largest measured length of the points copied so far, or NaN if any is not finite.
   double largest() const override;
 
  private:

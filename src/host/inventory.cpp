@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-/// The Parameter of a kind that has one; else null.
+/// Returns the Parameter of a kind that has one, else null.
 template <class Kind>
 auto* parameter_of(Kind& group) {
   if constexpr (requires { KindOf<std::remove_const_t<Kind>>::parameter; })
@@ -24,7 +24,7 @@ Parameter* parameter_of(Constraint* constraint) {
   return std::visit([](auto& group) { return parameter_of(group); }, *constraint);
 }
 
-/// The values with these numbers; all of them where members share one.
+/// Returns the values with these numbers, or all values if members share one.
 template <class Value>
 std::vector<Value> pick_values(const std::vector<Value>& values, std::size_t num_members,
                                const std::vector<Index>& numbers) {
@@ -168,7 +168,7 @@ bool Inventory::set_length(ConstraintId id, double length, double rate) {
   return false;
 }
 
-/// A function of time that is what is set next.
+/// Makes the length a function of time that returns what `set_length` has set last.
 void Inventory::drive(Group* group, std::size_t number) {
   const std::size_t count = shape_of(group->all).members;
   group->driven.resize(count);
@@ -189,8 +189,8 @@ bool Inventory::drives_some(const Group& group, const std::vector<Index>& number
   return !group.driven.empty() && std::ranges::any_of(numbers, is_driven);
 }
 
-/// Rods whose lengths move stand in memory behind those whose lengths do not. Where one is driven all are among the
-/// former, so that it does not matter to which groups they belong.
+/// In memory, rods whose lengths move stand behind those whose lengths do not. If one rod is driven, all of them are
+/// put among the former, so that it does not matter to which groups they belong.
 void Inventory::let_move(Constraint& constraint) {
   if (Rods* const rods = std::get_if<Rods>(&constraint)) {
     for (const double constant : std::exchange(rods->length.constants, {}))

@@ -14,22 +14,21 @@
 
 namespace tanor {
 
-/// The constraints of a host, one by one. Ids ascend in the order in which constraints came, and none is given twice;
-/// rows are numbered in the order of ids. Points are numbers that never change (see Points).
+/// The constraints of a host, one by one. Ids ascend in the order in which constraints came, and none is given twice.
+/// Rows are numbered in the order of ids. Points have numbers that never change (see HostPoints).
 class Inventory {
  public:
-  /// A group whose numbers are known: none is "initial". `images` [member]: empty, or as Periodicity has them. Returns
-  /// the id of the first member, which the others follow.
+  /// Adds a group whose parameters are numbers, none "initial". `images` [member] is empty, or as Periodicity has them.
+  /// Returns the id of the first member; the others follow.
   ConstraintId add(Constraint group, std::vector<std::array<int, 3>> images);
-  /// Each id is there, once.
+  /// Removes constraints. Each id exists and is given once.
   void remove(std::span<const ConstraintId> ids);
-  /// A length (radius, offset, cosine) and how fast it changes. Returns whether it is read in every call from now on;
-  /// else the constraint has to be planned anew. Throws InputError where the kind has none, or where it is out of
-  /// range.
+  /// Sets a length (radius, offset, cosine) and its rate of change, which have passed `check_length`. Returns true if
+  /// every call reads it from now on; if false, the constraint has to be planned anew.
   bool set_length(ConstraintId id, double length, double rate);
-  /// What `set_length` would complain about.
+  /// Throws InputError if there is no such constraint, its kind has no length, or a number is out of range.
   void check_length(ConstraintId id, double length, double rate) const;
-  /// Points := number_of(point).
+  /// Replaces each point by number_of(point).
   template <class NumberOf>
   void rename_points(const NumberOf& number_of) {
     for (Group& group : groups_) for_each_point(&group.all, [&](Index* point) { *point = number_of(*point); });
@@ -38,23 +37,23 @@ class Inventory {
   bool has(ConstraintId id) const {
     return id >= 0 && id < static_cast<ConstraintId>(group_of_.size()) && group_of_[static_cast<std::size_t>(id)] >= 0;
   }
-  /// Throws InputError where there is none.
+  /// Throws InputError if there is no constraint with this id.
   void require(ConstraintId id) const;
-  /// The ids that were given so far are below it.
+  /// Returns the id of the next constraint; all ids given so far are below it.
   ConstraintId next_id() const { return static_cast<ConstraintId>(group_of_.size()); }
-  /// Also of an id that was removed.
+  /// Returns the number of the constraint's group, also for an id that was removed.
   std::size_t group_number(ConstraintId id) const {
     const Index number = group_of_[static_cast<std::size_t>(id)];
     return static_cast<std::size_t>(number < 0 ? ~number : number);
   }
   const std::string& group_name(std::size_t group) const { return groups_[group].name; }
-  /// "rods[17]": by its place in the group that was added.
+  /// Returns a name such as "rods[17]", by the place in the group that was added.
   std::string member_name(ConstraintId id) const;
   bool has_name(const std::string& name) const { return names_.contains(name); }
   bool has_images() const { return has_images_; }
   std::span<const Index> points(ConstraintId id) const;
   std::size_t kind(ConstraintId id) const { return group_of(id).shell.index(); }
-  /// Also of an id that was removed.
+  /// Returns the number of rows, also for an id that was removed.
   std::size_t num_rows(ConstraintId id) const { return shape_of(group_of(id).shell).rows_per_member; }
 
   // ---- rows ----
@@ -64,12 +63,12 @@ class Inventory {
     return static_cast<std::size_t>(first_row_[static_cast<std::size_t>(id)]);
   }
   ConstraintId id_of_row(std::size_t row) const;
-  /// "rods[17]", "wire[4].1"
+  /// Returns a name such as "rods[17]" or "wire[4].1".
   std::string row_name(std::size_t row) const;
 
   // ---- members together ----
 
-  /// The constraints with these ids, which ascend, on the points number_of(point).
+  /// Returns the constraints with these ids, which ascend, on the points number_of(point).
   template <class NumberOf>
   std::vector<Constraint> take(std::span<const ConstraintId> ids, const NumberOf& number_of) const {
     std::vector<Constraint> result;
@@ -82,7 +81,7 @@ class Inventory {
     if (drives_rods) std::ranges::for_each(result, let_move);
     return result;
   }
-  /// Returns the images of their rows.
+  /// Returns the images of the rows of these constraints.
   std::vector<std::array<int, 3>> take_images(std::span<const ConstraintId> ids) const;
 
  private:
@@ -99,7 +98,7 @@ class Inventory {
   };
 
   const Group& group_of(ConstraintId id) const { return groups_[group_number(id)]; }
-  /// visit(group, numbers of members) for each run of ids of one group.
+  /// Calls visit(group, numbers of members) for each run of ids of one group.
   template <class Visit>
   void for_each_run(std::span<const ConstraintId> ids, const Visit& visit) const {
     for (std::size_t k = 0; k < ids.size();) {
@@ -129,11 +128,11 @@ class Inventory {
   static void drive(Group* group, std::size_t number);
   void number_rows(ConstraintId from);
 
-  std::vector<Group> groups_;    // those without a member left are empty
-  std::vector<Index> group_of_;  // [id] its complement: removed
+  std::vector<Group> groups_;    // a group without a member left is empty
+  std::vector<Index> group_of_;  // [id] number of its group; the complement if removed
   std::set<std::string> names_;
   bool has_images_ = false;
-  std::vector<Index> first_row_{0};  // [id], and how many there are; removed ones have none
+  std::vector<Index> first_row_{0};  // [id] and then the number of rows; removed ids have no rows
 };
 
 }  // namespace tanor

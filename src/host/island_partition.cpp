@@ -77,7 +77,7 @@ bool IslandPartition::has_edits() const {
   return first_new_ > 0 && (!touched_.empty() || !new_points_.empty() || first_new_ < inventory_.next_id());
 }
 
-/// Constraints of supports alone are islands with the smallest of them as key.
+/// The key of a constraint that holds supports alone is the smallest of them.
 Index IslandPartition::key_of(ConstraintId id) const {
   const std::span<const Index> points = inventory_.points(id);
   for (const Index point : points) {
@@ -106,7 +106,7 @@ void IslandPartition::divide_changes(PartHistory* history) {
   divide(&pool);
 }
 
-/// The parts of islands that have changed, and what is new.
+/// Collects the parts of islands that have changed, and what is new.
 void IslandPartition::collect_changes(Pool* pool) {
   std::set<HostPart*> old;
   const auto add = [&](Index key) {
@@ -139,7 +139,7 @@ void IslandPartition::take_in(HostPart* part, Pool* pool) {
   append(part->guesses, &pool->all.guesses);
 }
 
-/// Sorts points and members, and finds what they connect.
+/// Sorts points and members, and finds the islands that they form.
 void IslandPartition::find_islands(HostPart* all) {
   std::ranges::sort(all->moving);
   std::ranges::sort(all->members);
@@ -156,7 +156,7 @@ void IslandPartition::find_islands(HostPart* all) {
   }
   std::map<Index, std::int64_t> without_points;
   for (const Index point : all->moving) {
-    const Index key = parent[point] = parent[parent[point]];  // smaller ones know theirs
+    const Index key = parent[point] = parent[parent[point]];  // smaller points have their key
     if (key == point) {
       place_[static_cast<std::size_t>(key)] = static_cast<Index>(all->islands.size());
       all->islands.push_back({key, 0});
@@ -180,8 +180,8 @@ void IslandPartition::weigh(const std::vector<HostIsland>& islands, int sign) {
   }
 }
 
-/// Parts whose islands belong together with those of the pool, or with one another where those of the pool have been.
-/// Returns whether there are any.
+/// Takes in the parts whose islands belong together with those of the pool, or with one another where islands of the
+/// pool have been. Returns true if there are any.
 bool IslandPartition::take_in_neighbours(Pool* pool, const std::vector<Index>& keys) {
   std::ranges::sort(pool->all.islands, {}, &HostIsland::key);
   bool result = false;
@@ -217,7 +217,7 @@ bool IslandPartition::take_in_interval(Pool* pool, DyadicSums::Interval interval
   return true;
 }
 
-/// The pool into new parts, which take the place of the old ones.
+/// Divides the pool into new parts, which replace the old ones.
 void IslandPartition::divide(Pool* pool) {
   std::ranges::sort(pool->old);
   std::erase_if(parts_, [&](const auto& part) { return std::ranges::binary_search(pool->old, part.get()); });

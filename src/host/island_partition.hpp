@@ -12,41 +12,42 @@
 
 namespace tanor {
 
-/// Which islands of a host are planned together: all of them, until `cut` limits what a part holds.
+/// The division of a host's islands into parts that are planned together. All islands are one part, until `cut` limits
+/// what a part holds.
 ///
-/// Islands of no more than that many points and rows are put together by their keys: those of a part are all with keys
-/// in the largest interval [k 2^m, (k + 1) 2^m) that has no more in it. A larger island is a part by itself. So parts
-/// are the same however the constraints came together, and an edit divides anew the parts of the islands that it
-/// touches, no others.
+/// Islands within that limit of points and rows are put together by their keys. A part holds all those with keys in the
+/// largest interval [k 2^m, (k + 1) 2^m) whose sum is within the limit. A larger island is a part by itself. So the
+/// parts do not depend on how the constraints came together, and an edit divides anew only the parts of the islands
+/// that it touches, with those neighbours that now belong together with them.
 class IslandPartition {
  public:
-  /// Both outlive it. All moving points are new, all constraints too.
+  /// Points and inventory outlive it. At first all moving points and all constraints are new.
   IslandPartition(const HostPoints& points, const Inventory& inventory);
 
-  /// Ascending by key. Those without a plan are new.
+  /// The parts, ascending by key. Those without a plan are new.
   std::span<const std::unique_ptr<HostPart>> parts() const { return parts_; }
-  /// The part that a constraint has; null: it has none yet, or the part is going to be divided anew.
+  /// Returns the part of a constraint, or null if it has none yet or the part is going to be divided anew.
   HostPart* part_of(ConstraintId id) const { return id < first_new_ ? part_at(key_of(id)) : nullptr; }
 
   // ---- what the next `divide_changes` divides anew ----
 
-  /// Points that have come.
+  /// Adds points that have come.
   void add_points(std::span<const Index> points);
-  /// Points without a number of the host's have left.
+  /// Drops points that have left, which have no number of the host's.
   void drop_left_points();
   void touch(Index key) { touched_.insert(key); }
   void touch_point(Index point);
   void touch_constraint(ConstraintId id);
   void touch_all();
-  /// From now on parts hold no more points and rows than that.
+  /// Limits parts of several islands to this many points and rows from now on.
   void cut(std::int64_t most_of_part);
   std::int64_t most_of_part() const { return most_of_part_; }
-  /// Points and constraints have other numbers: all is new.
+  /// Starts anew after points and constraints were renumbered; all of them are new.
   void restart();
-  /// Whether the islands were divided before and something has changed since.
+  /// True if the islands were divided before and something has changed since.
   bool has_edits() const;
 
-  /// What the old parts knew goes to `history` and to the new ones.
+  /// Divides what has changed. What the old parts knew goes to `history` and to the new parts.
   void divide_changes(PartHistory* history);
 
   static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
@@ -56,7 +57,7 @@ class IslandPartition {
   struct Pool {
     PartHistory& history;
     std::vector<HostPart*> old{};
-    HostPart all{};  // their contents
+    HostPart all{};  // contents of `old`, and what is new
   };
 
   HostPart* part_at(Index key) const { return part_of_key_[static_cast<std::size_t>(key)]; }
@@ -72,15 +73,15 @@ class IslandPartition {
   const HostPoints& points_;
   const Inventory& inventory_;
   std::int64_t most_of_part_ = no_limit;
-  std::vector<std::unique_ptr<HostPart>> parts_;  // by key
+  std::vector<std::unique_ptr<HostPart>> parts_;  // ascending by key
   // [point]
-  std::vector<Index> key_of_point_;  // of its island; supports: -1
+  std::vector<Index> key_of_point_;  // key of the point's island; -1 for supports
   std::vector<HostPart*> part_of_key_;
-  std::vector<Index> place_;  // scratch: of the island with that key in a list
+  std::vector<Index> place_;  // scratch: place of the island with that key in a list
   DyadicSums sums_;           // by key, of islands that share parts
   std::set<Index> touched_;   // keys of islands that have changed
   std::vector<Index> new_points_;
-  ConstraintId first_new_ = 0;  // from it on they have no part yet
+  ConstraintId first_new_ = 0;  // constraints from this id on have no part yet
 };
 
 }  // namespace tanor

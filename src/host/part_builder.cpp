@@ -10,7 +10,7 @@ namespace tanor {
 
 namespace {
 
-/// Points and rows of a part that pays for threads of its own.
+/// Points and rows from which threads of its own pay for a part.
 constexpr std::int64_t least_for_threads = 16384;
 
 }  // namespace

@@ -16,7 +16,7 @@ class PartBuilder {
               const SolverOptions& options)
       : points_(points), inventory_(inventory), cell_(cell), options_(options) {}
 
-  /// Plans the part, whose lists are there. Throws InputError, by the host's names, where that is impossible.
+  /// Plans the part, whose lists are filled. Throws InputError, with the host's names, if that is impossible.
   void build(HostPart* part);
 
  private:

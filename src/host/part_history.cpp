@@ -8,7 +8,7 @@ namespace tanor {
 
 namespace {
 
-/// What StepProjection remembers: the multipliers of the last step [d] and of the one before, and their h.
+/// Returns what StepProjection remembers: the multipliers of the last step [d] and of the one before, and their h.
 std::vector<double> read_steps(ConstrainedHost* host) {
   std::vector<double> numbers;
   Memory memory(&numbers);

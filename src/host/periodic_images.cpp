@@ -17,7 +17,7 @@ Lattice::Lattice(const PeriodicCell& cell) : repeats_(cell.repeats) {
   const double volume = dot(edge_[0], cross(edge_[1], edge_[2]));
   const double largest = norm(edge_[0]) * norm(edge_[1]) * norm(edge_[2]);
   for (std::size_t k = 0; k < 3; ++k) reciprocal_[k] = (1.0 / volume) * cross(edge_[(k + 1) % 3], edge_[(k + 2) % 3]);
-  // Edges of 1e-320 span space, but have no reciprocal ones.
+  // Edges of 1e-320 span space, but their reciprocals are not finite.
   const double sizes = volume + norm(reciprocal_[0]) + norm(reciprocal_[1]) + norm(reciprocal_[2]);
   if (!(std::abs(volume) > 1e-10 * largest) || !std::isfinite(sizes))
     throw InputError("/cell", "the three edges of a cell are finite and span space, also those that do not repeat");
@@ -40,7 +40,7 @@ double Lattice::smallest_height() const {
 
 namespace {
 
-/// A member and its first row.
+/// A member with its first row.
 struct Joined {
   std::vector<Index> points;
   std::size_t row;
@@ -71,7 +71,7 @@ void PeriodicImages::set_cell(const PeriodicCell& cell) {
   cell_ = cell;
 }
 
-/// Breadth first from each point that nothing has reached, along members with their first rows.
+/// Grows a tree breadth first from each point that is not reached yet, along members with their first rows.
 void PeriodicImages::grow_tree(const System& system, std::span<const std::array<int, 3>> images) {
   std::vector<Joined> members;
   std::size_t row = 0;
@@ -98,7 +98,7 @@ void PeriodicImages::grow_tree(const System& system, std::span<const std::array<
           if (std::exchange(is_reached[static_cast<std::size_t>(point)], 1) != 0) continue;
           branches_.push_back({point, parent});
           if (!are_given) continue;
-          // r_j + H n belongs to r_i
+          // r_j + H n is the image that belongs to r_i
           const Vec3 n = make_counts(images[member.row]);
           const Vec3 own = counts_[static_cast<std::size_t>(parent)];
           counts_[static_cast<std::size_t>(point)] = parent == member.points[0] ? own + n : own - n;
@@ -109,7 +109,8 @@ void PeriodicImages::grow_tree(const System& system, std::span<const std::array<
   tree_start_.push_back(branches_.size());
 }
 
-/// By how many edges the ends of each rod are apart, which only rods of a net that closes round the cell are.
+/// Finds by how many edges the ends of each rod are apart. Only rods of a net that closes round the cell have such
+/// offsets.
 void PeriodicImages::find_offsets(const System& system, std::span<const std::array<int, 3>> images) {
   std::vector<double> x(system.positions.size());
   unwrap(Parallel(1), lattice_, system.positions.data(), x.data());

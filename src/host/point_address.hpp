@@ -10,7 +10,7 @@
 /// \file One point in an array of a host, which need not be aligned.
 namespace tanor {
 
-/// Where the numbers of the host's point i begin, of which there are `width`.
+/// Returns the address of the host's point i, which has `width` numbers.
 template <class Number>
 auto* address_of(const BasicPointArray<Number>& array, std::size_t i, std::size_t width = 3) {
   using Byte = std::conditional_t<std::is_const_v<Number>, const std::byte, std::byte>;

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t numbers = 3 * num_lanes;  // of eight points
+constexpr std::size_t numbers = 3 * num_lanes;  // numbers of eight points
 
 [[gnu::always_inline]] inline Eight3 load_eight(const double* from) {
   Eight3 points;

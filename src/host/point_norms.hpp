@@ -2,15 +2,15 @@
 
 #include <cstddef>
 
-/// \file Points that follow one another, eight side by side. See instruction_sets.hpp.
+/// \file Norms of packed points, eight side by side. See instruction_sets.hpp.
 namespace tanor {
 
-/// Largest |x_i|^2 of `count` points; NaN where any number is not finite.
+/// Returns the largest |x_i|^2 of `count` points, or NaN if any number is not finite.
 double largest_square(const double* x, std::size_t count);
-/// Largest |x_i - y_i|^2 likewise.
+/// Returns the largest |x_i - y_i|^2 likewise.
 double largest_squared_distance(const double* x, const double* y, std::size_t count);
 
-/// y_i := factor_i x_i; y may be x. Returns the largest |y_i|^2 likewise.
+/// Sets y_i to factor_i x_i, where y may be x. Returns the largest |y_i|^2 likewise.
 double scale(const double* x, const double* factors, std::size_t count, double* y);
 
 }  // namespace tanor

@@ -65,7 +65,7 @@ bool PointTransfer::is_straight(const ConstPointArray& array) const {
   return is_natural_ && is_packed && is_aligned && array.index == nullptr;
 }
 
-/// A host's numbers may stand at any address.
+/// The points are copied bytewise, since a host's numbers may stand at any address.
 const double* PointTransfer::load(const ConstPointArray& array, std::size_t first, std::size_t count,
                                   double* scratch) const {
   if (const double* const there = straight(array)) return there + 3 * first;

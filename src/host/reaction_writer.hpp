@@ -10,10 +10,10 @@
 
 namespace tanor {
 
-/// What a call may write of the constraints' forces, on the way into the host's arrays: multipliers, K lambda, stress.
+/// Writes what a call wants of the constraints' forces into the host's arrays: multipliers, K lambda, stress.
 class ReactionWriter {
  public:
-  /// All outlive it; `host_row` [inner row] is the host's number of it.
+  /// All arguments outlive it. `host_row` [inner row] is the host's number of the row.
   ReactionWriter(const Workspace& work, const Linearization& linearization, const PointTransfer& transfer,
                  RowSums& sums, const std::vector<Index>& host_row)
       : model_(work.model()),
@@ -23,10 +23,10 @@ class ReactionWriter {
         host_row_(host_row),
         eta_(3 * work.model().num_points()) {}
 
-  /// Writes what is wanted, but at supports, of `multipliers` [d] times `factor`, which belong to the K that stands at
-  /// r.
+  /// Writes what is wanted, except at supports, for `multipliers` [d] times `factor`, which belong to the K evaluated
+  /// at r.
   void write(const double* multipliers, double factor, const double* r, const ConstraintForces& wanted);
-  /// At supports, which several parts may share: adds to what the host's arrays hold.
+  /// Adds to what the host's arrays hold at supports, which several parts may share.
   void add_to_supports(const ConstraintForces& wanted) const;
 
  private:
@@ -36,7 +36,7 @@ class ReactionWriter {
   RowSums& sums_;
   const std::vector<Index>& host_row_;
   std::vector<double> eta_;     // [3n]
-  std::vector<double> stress_;  // [9n], made where it is first wanted
+  std::vector<double> stress_;  // [9n], made on first use
 };
 
 }  // namespace tanor

@@ -7,7 +7,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t num_parts = 64;  // of sums that do not depend on the number of threads
+constexpr std::size_t num_parts = 64;  // partial sums, whatever the number of threads
 
 std::size_t largest_of(const std::vector<double>& rows, const auto& size) {
   std::size_t worst = 0;
@@ -60,7 +60,7 @@ const std::vector<double>& RowSums::lengths() {
   return lengths_;
 }
 
-/// lambda L u (x) u
+/// Returns lambda L u (x) u.
 Block3 RowSums::rod_virial(const RodRow& rod, const double* lambda, double factor, const double* blocks) const {
   const Vec3 u = load(blocks, rod.block);
   Block3 result;
@@ -68,7 +68,7 @@ Block3 RowSums::rod_virial(const RodRow& rod, const double* lambda, double facto
   return result;
 }
 
-/// add(point, its part of the row's virial)
+/// Calls add(point, its part of the row's virial).
 template <class Add>
 void RowSums::split_row(std::size_t row, double lambda, const double* blocks, const double* r, const Add& add) const {
   const std::span<const End> ends = others_[row];

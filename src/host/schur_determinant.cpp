@@ -24,7 +24,7 @@ SchurDeterminant::SchurDeterminant(const Workspace& work)
   inverse_lower_.resize(lower_.size());
 }
 
-/// Column j of L has the rows of S below it, and those of the columns whose first row below the diagonal is j.
+/// Column j of L has the rows of S below it, and the rows of the columns whose first row below the diagonal is j.
 void SchurDeterminant::plan_pattern() {
   std::vector<std::set<Index>> rows(diagonal_.size());
   for (std::size_t i = 0; i < by_point_.size(); ++i) {
@@ -44,14 +44,14 @@ void SchurDeterminant::plan_pattern() {
   }
 }
 
-/// Of the entry at (row, column).
+/// Returns the number of the entry at (row, column).
 std::size_t SchurDeterminant::place(std::size_t column, Index row) const {
   const std::span<const Index> rows = below(column);
   const auto found = std::lower_bound(rows.begin(), rows.end(), row);
   return static_cast<std::size_t>(pattern_.start[column]) + static_cast<std::size_t>(found - rows.begin());
 }
 
-/// S_ab = sum over the points of K_a'K_b/m
+/// Assembles S_ab = sum over the points of K_a'K_b/m.
 void SchurDeterminant::assemble(const double* blocks) {
   std::fill(lower_.begin(), lower_.end(), 0.0);
   std::fill(diagonal_.begin(), diagonal_.end(), 0.0);
@@ -73,7 +73,7 @@ double SchurDeterminant::evaluate(const double* blocks) {
   assemble(blocks);
   const std::vector<double> of_s = diagonal_;
   double result = 0.0;
-  // Right-looking: column j takes its outer product from those behind it.
+  // The elimination is right-looking: the outer product of column j is subtracted from the columns behind it.
   for (std::size_t j = 0; j < diagonal_.size(); ++j) {
     if (!(diagonal_[j] > rounding * of_s[j])) {
       dependent_row_ = j;
@@ -93,7 +93,7 @@ double SchurDeterminant::evaluate(const double* blocks) {
   return result;
 }
 
-/// From the last column on: Z_ij = -sum over k of L_kj Z_ik, Z_jj = 1/D_j - sum over k of L_kj Z_kj.
+/// Computes Z from the last column on: Z_ij = -sum over k of L_kj Z_ik, Z_jj = 1/D_j - sum over k of L_kj Z_kj.
 void SchurDeterminant::invert() {
   for (std::size_t j = diagonal_.size(); j-- > 0;) {
     const auto first = static_cast<std::size_t>(pattern_.start[j]);
@@ -113,7 +113,7 @@ void SchurDeterminant::invert() {
   }
 }
 
-/// With y = M^-1 K Z_a at both ends of rod a: 2 (I - uu')(y_j - y_i)/L at j, minus that at i.
+/// With y = M^-1 K Z_a, rod a adds 2 (I - uu')(y_j - y_i)/L to the gradient at j, and subtracts it at i.
 void SchurDeterminant::write_gradient(const double* blocks, const double* lengths, double* gradient) {
   invert();
   std::fill(gradient, gradient + 3 * model_.num_points(), 0.0);

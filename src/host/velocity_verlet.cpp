@@ -13,7 +13,7 @@ namespace tanor {
 
 namespace {
 
-/// A host's arrays with the state in which a step begins.
+/// A step on a host's arrays, which keeps the state in which it begins.
 class Step {
  public:
   Step(Constrainer* constrainer, const VelocityVerlet& run)
@@ -24,8 +24,8 @@ class Step {
     for (auto& kept : kept_) kept.resize(num_points_);
   }
 
-  /// Returns the reports of constrain_positions and constrain_velocities. Where one of them fails the arrays are as
-  /// they were.
+  /// Takes a step. Returns the reports of constrain_positions and constrain_velocities. If one of them fails, the
+  /// arrays are as they were before.
   std::array<ConstraintReport, 2> take(double time) {
     for (std::size_t k = 0; k < arrays_.size(); ++k)
       for (std::size_t i = 0; i < num_points_; ++i) kept_[k][i] = read_point(arrays_[k], i);
@@ -63,7 +63,8 @@ class Step {
     return reports;
   }
 
-  /// v += h/2 M^-1 f, with the masses as they are: an observer may have changed them. A support's is infinite.
+  /// Computes v += h/2 M^-1 f with the present masses, which an observer may have changed. A support's mass is
+  /// infinite.
   void kick() {
     for (std::size_t i = 0; i < num_points_; ++i)
       add(0.5 * run_.step / constrainer_->mass(static_cast<Index>(i)), run_.forces, i, run_.velocities);
@@ -83,7 +84,7 @@ class Step {
   const VelocityVerlet& run_;
   const std::size_t num_points_;
   const std::array<PointArray, 3> arrays_;
-  std::array<std::vector<std::array<double, 3>>, 3> kept_;  // the same
+  std::array<std::vector<std::array<double, 3>>, 3> kept_;  // [array][point] at the beginning of the step
 };
 
 }  // namespace

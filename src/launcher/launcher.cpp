@@ -12,8 +12,8 @@
 #include <filesystem>
 #include <string>
 
-// The `tanor` executable. It needs the C++ library alone, makes the process fit for work, and only then loads the
-// program with all its libraries: whatever is missing then, also memory for the libraries themselves, has an answer.
+// The `tanor` executable. It needs only the C++ library, prepares the process, and only then loads the program with all
+// its libraries. So whatever is missing then, also memory for the libraries themselves, is reported.
 
 namespace {
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int machine_failure = 4;  // cli/exit_code.hpp
 
-/// The last words of a process that cannot do more. Allocates nothing and touches no buffer.
+/// Ends a process that cannot do more, with a message. Allocates nothing and touches no buffer.
 [[noreturn]] void give_up(const char* why) {
   for (const char* part : {"tanor: ", why, "\n"}) {
     if (write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
@@ -29,8 +29,8 @@ constexpr int machine_failure = 4;  // cli/exit_code.hpp
   _exit(machine_failure);
 }
 
-/// A descriptor below 3 that is closed would be given to the first file that is opened, and what is printed would land
-/// in it. Each gets a stand-in on which printing fails as it does on the closed one.
+/// Occupies closed descriptors below 3. Such a descriptor would be given to the first file that is opened, and what is
+/// printed would land in it. Each gets a stand-in on which printing fails as it does on the closed one.
 void occupy_closed_descriptors() {
   for (int descriptor = 0; descriptor < 3; ++descriptor) {
     if (fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
@@ -39,7 +39,8 @@ void occupy_closed_descriptors() {
   }
 }
 
-/// A file that may not grow (ulimit -f) and a reader that is gone are failed writes, which have an answer.
+/// Ignores the signals of a file that may not grow (ulimit -f) and of a reader that is gone. Writing then fails, which
+/// is reported.
 void turn_signals_into_failed_writes() {
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
@@ -47,14 +48,15 @@ void turn_signals_into_failed_writes() {
 
 bool has_answered = false;
 
-/// A library that gives up calls exit: libgomp does where it cannot start a thread. That is the machine's trouble.
+/// Handles a library that calls exit when it gives up, as libgomp does if it cannot start a thread. The exit code is
+/// that of a machine failure.
 void judge_exit() {
   if (has_answered) return;
   std::fflush(nullptr);
   _exit(machine_failure);
 }
 
-/// The program's file: beside this one (build tree), or where it was installed.
+/// Returns the program's file: beside this one (build tree), or where it was installed.
 std::string find_program() {
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
@@ -65,8 +67,8 @@ std::string find_program() {
 using RunProgram = int(int, char**);
 
 RunProgram* load_program() {
-  // BLAS starts its threads where it is loaded. Our own loops use all processors, and a thread of BLAS that gets no
-  // memory asks for ever.
+  // BLAS starts its threads when it is loaded. Our own loops use all processors, and a thread of BLAS that gets no
+  // memory asks for it forever.
   setenv("OPENBLAS_NUM_THREADS", "1", 1);
   void* const program = dlopen(find_program().c_str(), RTLD_NOW | RTLD_GLOBAL);
   void* const function = program ? dlsym(program, "tanor_run_program") : nullptr;
@@ -76,9 +78,9 @@ RunProgram* load_program() {
 
 }  // namespace
 
-/// Stands before the C library's mmap for every library of the process. OpenBLAS maps its work space (128 MiB a thread)
-/// inside the first call that needs it, has no way to say that it got none, and tries again for ever: instead, the
-/// program ends there. Everybody else is told of the failure as ever.
+/// Replaces the C library's mmap for every library of the process. OpenBLAS maps its work space (128 MiB a thread)
+/// inside the first call that needs it, has no way to report that it got none, and tries again forever; the program
+/// ends here instead. All other callers get the failure as usual.
 extern "C" __attribute__((visibility("default"))) void* mmap(void* address, std::size_t length, int protection,
                                                              int flags, int descriptor, off_t offset) {
   void* const memory =

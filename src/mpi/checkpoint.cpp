@@ -18,12 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a checkpoint begins with. The mark and the motion's progress follow, with zeros up to a multiple of 8 bytes:
-/// that is the head; then positions and velocities of all points.
+/// The beginning of a checkpoint. The mark and the motion's progress follow, with zeros up to a multiple of 8 bytes.
+/// These are the head; then come positions and velocities of all points.
 struct Header {
   std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', 'm', 'p', 'i'};
   std::uint64_t version = 2, num_points = 0, fingerprint = 0, mark_size = 0, progress_size = 0;
-  std::uint64_t sum_of_points = 0, sum_of_head = 0;  ///< the second of the head without itself
+  std::uint64_t sum_of_points = 0, sum_of_head = 0;  ///< the second is of the head without itself
 
   std::size_t head_size() const { return (sizeof(Header) + mark_size + progress_size + 7) / 8 * 8; }
   std::size_t positions() const { return head_size(); }
@@ -31,7 +31,7 @@ struct Header {
   std::size_t file_size() const { return head_size() + 48 * num_points; }
 };
 
-/// Header and all that follows up to the points.
+/// The header and all that follows up to the points.
 struct Head {
   Header header;
   std::vector<std::byte> bytes;
@@ -61,7 +61,8 @@ struct Head {
   }
 };
 
-/// The sum of what each point's number and state give: the same for any number of ranks.
+/// Returns the sum over the points of a checksum of each point's number and state, which is the same for any number of
+/// ranks.
 std::uint64_t sum_points(const MpiRanks& ranks, std::span<const Index> points, std::span<const double> positions,
                          std::span<const double> velocities) {
   std::uint64_t own = 0, all = 0;
@@ -76,7 +77,7 @@ std::uint64_t sum_points(const MpiRanks& ranks, std::span<const Index> points, s
   return all;
 }
 
-/// That of the first rank stands in the file; others' progress may have other lengths.
+/// Makes the head. The file has the head of the first rank; the progress of others may have other lengths.
 Head make_head(const MpiRanks& ranks, const Header& header, const std::string& mark,
                std::span<const std::byte> progress) {
   Head head{header, {}};
@@ -91,13 +92,13 @@ Head make_head(const MpiRanks& ranks, const Header& header, const std::string& m
   return head;
 }
 
-/// A disk has a new name when it has the folder.
+/// Renames a file and returns the error, or 0. A disk has the new name when it has the folder.
 int rename_and_wait(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::rename(from, to, error);
   if (error) return error.value();
   const int folder = open(to.has_parent_path() ? to.parent_path().c_str() : ".", O_RDONLY | O_DIRECTORY);
-  if (folder < 0) return 0;  // a file system that opens no folders
+  if (folder < 0) return 0;  // this file system opens no folders
   fsync(folder);
   close(folder);
   return 0;
@@ -107,7 +108,7 @@ int rename_and_wait(const fs::path& from, const fs::path& to) {
   throw InputError(name.string(), why);
 }
 
-/// Every rank reads the same bytes, and finds the same wrong.
+/// Reads the head. Every rank reads the same bytes, and finds the same errors.
 Head read_head(SharedFile* file, const fs::path& name) {
   constexpr const char* damaged = "is damaged: its checksum is another one";
   Head head;
@@ -119,7 +120,7 @@ Head read_head(SharedFile* file, const fs::path& name) {
   if (head.header.version != expected.version) refuse(name, "is of another version of tanor-mpi");
   const Header& header = head.header;
   const std::uint64_t size = fs::file_size(name);
-  // No number of a damaged header may count beyond the file.
+  // No number of a damaged header may reach beyond the file.
   if (header.mark_size > size || header.progress_size > size || header.num_points > size / 48) refuse(name, damaged);
   if (size != header.file_size()) refuse(name, "is damaged: it ends too early, or too late");
   head.bytes = file->read(0, header.head_size());
@@ -146,7 +147,7 @@ void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSys
   const fs::path unfinished = name.string() + ".part";
   {
     SharedFile file(ranks, unfinished, SharedFile::Mode::Write);
-    file.resize(head.header.file_size());  // an earlier one may have been longer
+    file.resize(head.header.file_size());  // an earlier file may have been longer
     file.write(0, head.bytes);
     file.write_points(head.header.positions(), 3, points, positions);
     file.write_points(head.header.velocities(), 3, points, velocities);

@@ -7,9 +7,9 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t largest_piece = std::size_t{1} << 28;  // numbers of one call: counts are int
+constexpr std::size_t largest_piece = std::size_t{1} << 28;  // numbers of one call, since counts are int
 
-/// call(pointer, count) over pieces of the numbers.
+/// Calls call(pointer, count) for pieces of the numbers.
 template <class Call>
 void in_pieces(std::span<double> numbers, const Call& call) {
   for (std::size_t first = 0; first < numbers.size(); first += largest_piece)

@@ -19,29 +19,29 @@ namespace {
 
 constexpr int nobody = -1;
 
-/// Points that something joins; some of them may be cut.
+/// Points that are joined. A cluster may be cut unless something holds it together.
 struct Cluster {
   std::vector<Index> points;
   double rows = 0.0;
   bool may_be_cut = true;
 
-  /// ns of an evaluation: measured on chains (20 a row) and nets (bench/linear_solvers), where what closes rings makes
-  /// fill.
+  /// Returns the predicted time of an evaluation, ns. It was measured on chains (20 a row) and nets
+  /// (bench/linear_solvers), where rows that close rings make fill.
   double cost() const {
     const double rings = std::max(0.0, rows + 1.0 - static_cast<double>(points.size()));
     return 10.0 * static_cast<double>(points.size()) + 20.0 * rows + std::pow(rings, 1.5);
   }
 };
 
-/// visit(points, rows) of what joins points and may be cut: members of constraints, tuples of forces, these without
-/// rows.
+/// Calls visit(points, rows) for what joins points and may be cut: members of constraints, and tuples of forces, which
+/// have no rows.
 template <class Visit>
 void for_each_link(const System& system, const Visit& visit) {
   for_each_member(system, visit);
   for_each_tuple(system, [&](std::span<const Index> points) { visit(points, 0); });
 }
 
-/// Which points are supports, [n].
+/// Returns a flag for each point [n] that is a support.
 std::vector<char> mark_supports(const System& system) {
   std::vector<char> result(system.num_points(), 0);
   for (const Support& support : system.supports)
@@ -49,13 +49,14 @@ std::vector<char> mark_supports(const System& system) {
   return result;
 }
 
-/// Ranks may share pairs that a cutoff ends. What supports carry is counted by one rank, which has all of the group.
+/// True if ranks may share the pairs. They need a cutoff. What supports carry is counted by one rank, which has all of
+/// the group.
 bool may_be_shared(const PairForces& pairs, std::span<const Index> points, std::span<const char> is_support) {
   return has_cutoff(pairs) &&
          std::ranges::none_of(points, [&](Index point) { return is_support[static_cast<std::size_t>(point)] != 0; });
 }
 
-/// visit(pairs, points) for pair forces; `all` [n] are the points.
+/// Calls visit(pairs, points) for pair forces; `all` [n] are the points.
 template <class Visit>
 void for_each_pair_group(const System& system, std::span<const Index> all, const Visit& visit) {
   for (const Force& force : system.forces)
@@ -63,7 +64,7 @@ void for_each_pair_group(const System& system, std::span<const Index> all, const
       visit(*pairs, pairs->points.empty() ? all : std::span<const Index>(pairs->points));
 }
 
-/// visit(points) of what joins points that one rank must have; `all` [n] are the points.
+/// Calls visit(points) for what joins points that one rank must have; `all` [n] are the points.
 template <class Visit>
 void for_each_bundle(const System& system, std::span<const Index> all, const Visit& visit) {
   const std::vector<char> is_support = mark_supports(system);
@@ -106,11 +107,11 @@ class Clusters {
   }
 
   const std::vector<Cluster>& all() const { return clusters_; }
-  /// Some pair forces reach from cluster to cluster.
+  /// True if some pair forces reach from cluster to cluster.
   bool has_shared_pairs() const { return has_shared_pairs_; }
 
-  /// METIS's cut of one cluster into pieces of equally many points: the part of each of its points. What a force joins
-  /// to a support stays together, since what the support carries is counted there.
+  /// Cuts one cluster with METIS into pieces of equally many points, and returns the piece of each of its points.
+  /// Points that a force joins to a support stay together, since what the support carries is counted there.
   std::vector<int> cut(const Cluster& cluster, int pieces) {
     std::vector<idx_t> weights = number_vertices(cluster);
     const auto is_here = [&](Index point) { return of_point(point) == of_point(cluster.points.front()); };
@@ -140,8 +141,8 @@ class Clusters {
   }
 
  private:
-  /// Numbers the vertices of a cluster's graph, each of one point or of several that stay together; returns how many
-  /// points each has.
+  /// Numbers the vertices of a cluster's graph, each of one point or of several that stay together. Returns how many
+  /// points each vertex has.
   std::vector<idx_t> number_vertices(const Cluster& cluster) {
     std::vector<Index> together(root_.size());
     std::iota(together.begin(), together.end(), 0);
@@ -190,7 +191,7 @@ class Clusters {
     }
   }
   int of_point(Index point) const { return cluster_of_[static_cast<std::size_t>(point)]; }
-  /// Null: all are supports.
+  /// Returns the cluster of the points, or null if all are supports.
   Cluster* find_cluster(std::span<const Index> points) {
     for (const Index point : points)
       if (of_point(point) != nobody) return &clusters_[static_cast<std::size_t>(of_point(point))];
@@ -198,11 +199,11 @@ class Clusters {
   }
 
   const System& system_;
-  std::vector<Index> root_;  // -1: a support
+  std::vector<Index> root_;  // -1 for a support
   std::vector<int> cluster_of_;
   std::vector<Cluster> clusters_;
   bool has_shared_pairs_ = false;
-  std::vector<idx_t> vertex_;  // [point] of the cluster that is cut
+  std::vector<idx_t> vertex_;  // [point] vertex in the cluster that is cut
 };
 
 /// Points that go to one rank.
@@ -222,7 +223,8 @@ Piece make_piece(const System& system, std::vector<Index> points, double cost) {
   return piece;
 }
 
-/// Each cluster whole, or in pieces where it costs much more than a rank's share; the most expensive ones first.
+/// Returns each cluster whole, or in pieces if it costs much more than a rank's share. The most expensive ones come
+/// first.
 std::vector<Piece> make_pieces(const System& system, Clusters* clusters, int num_ranks) {
   double total = 0.0;
   std::vector<const Cluster*> order;
@@ -250,7 +252,7 @@ std::vector<Piece> make_pieces(const System& system, Clusters* clusters, int num
   return pieces;
 }
 
-/// Each piece to the rank with the least load so far.
+/// Gives each piece to the rank with the least load so far.
 void balance(std::span<Piece> pieces, int num_ranks) {
   std::vector<double> loads(static_cast<std::size_t>(num_ranks), 0.0);
   for (Piece& piece : pieces) {
@@ -260,8 +262,8 @@ void balance(std::span<Piece> pieces, int num_ranks) {
   }
 }
 
-/// Pieces side by side to one rank, so that few points are near to others': recursive bisection across the longest
-/// side.
+/// Gives neighbouring pieces to one rank, so that few points are near to others', by recursive bisection across the
+/// longest side.
 void bisect(std::span<Piece> pieces, int first_rank, int num_ranks) {
   for (Piece& piece : pieces) piece.rank = first_rank;
   const auto count = static_cast<std::ptrdiff_t>(pieces.size());
@@ -283,7 +285,7 @@ void bisect(std::span<Piece> pieces, int first_rank, int num_ranks) {
   std::ptrdiff_t split = 0;
   while (split < count && left + 0.5 * pieces[static_cast<std::size_t>(split)].cost < total * on_the_left / num_ranks)
     left += pieces[static_cast<std::size_t>(split++)].cost;
-  // No rank goes without, where there are pieces enough.
+  // No rank is left without a piece if there are enough of them.
   const std::ptrdiff_t least = std::min<std::ptrdiff_t>(on_the_left, count - 1);
   split = std::clamp(split, least, std::max(least, count - (num_ranks - on_the_left)));
   bisect(pieces.first(static_cast<std::size_t>(split)), first_rank, on_the_left);

@@ -29,7 +29,7 @@ namespace {
 using Descriptor = std::array<int, 9>;
 constexpr int block = 64, zero = 0, one = 1;
 
-/// A grid of processes as square as it can be; those that are left over take no part in it.
+/// A grid of processes, as square as it can be. Processes that are left over take no part in it.
 struct Grid {
   int context, rows = 1, columns = 1, row = -1, column = -1;
 
@@ -71,7 +71,7 @@ class ScalapackRows final : public SharedRows {
   }
 
   double factorize(std::span<const double> triangle) override {
-    std::ranges::fill(scale_, 0.0);  // the diagonal first
+    std::ranges::fill(scale_, 0.0);  // the diagonal is summed first
     auto entry = triangle.begin();
     for (std::size_t j = 0; j < own_.size(); entry += static_cast<std::ptrdiff_t>(own_.size() - j), ++j)
       scale_[own_[j]] = *entry;
@@ -121,7 +121,7 @@ class ScalapackRows final : public SharedRows {
     b_.resize(static_cast<std::size_t>(num_local_rows_));
   }
 
-  /// Who sends which entries to whom, once and for all: later the numbers alone go.
+  /// Agrees once on who sends which entries to whom; later only the numbers are sent.
   void agree_on_entries() {
     const auto size = static_cast<std::size_t>(ranks_.size());
     std::vector<std::vector<long>> to(size);
@@ -173,7 +173,7 @@ class ScalapackRows final : public SharedRows {
     }
   }
 
-  /// From the pivots, as Cholesky estimates it.
+  /// Estimates the condition from the pivots, as Cholesky does.
   double find_condition(int info) {
     std::array<double, 3> found{static_cast<double>(std::abs(info)), -std::numeric_limits<double>::max(), 0.0};
     for (int i = 0; i < n_ && info == 0; ++i) {

@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// Shared rows whose matrix is spread over the ranks in blocks (ScaLAPACK, pdpotrf). Null where tanor_mpi was built
-/// without it.
+/// Makes shared rows whose matrix is spread over the ranks in blocks (ScaLAPACK, pdpotrf). Returns null if tanor_mpi
+/// was built without it.
 std::unique_ptr<SharedRows> make_scalapack_rows(MpiRanks& ranks, std::size_t num_rows,
                                                 std::span<const std::size_t> own);
 

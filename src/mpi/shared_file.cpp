@@ -57,7 +57,7 @@ std::vector<std::byte> SharedFile::read(std::size_t offset, std::size_t size) {
   return bytes;
 }
 
-/// A view of the places of some points, in rising order, as MPI asks.
+/// Sets a view of the places of some points, in ascending order, as MPI asks.
 void SharedFile::set_view(std::size_t offset, std::size_t width, std::span<const Index> points) {
   std::vector<MPI_Aint> places;
   for (const Index point : points) places.push_back(static_cast<MPI_Aint>(8 * width * static_cast<std::size_t>(point)));
@@ -73,7 +73,7 @@ void SharedFile::set_view(std::size_t offset, std::size_t width, std::span<const
 
 namespace {
 
-/// Points in rising order, and their numbers likewise.
+/// Points in ascending order, with their numbers.
 struct Sorted {
   std::vector<std::size_t> order;
   std::vector<Index> points;

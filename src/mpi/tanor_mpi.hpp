@@ -13,15 +13,15 @@
 #include <tanor/motion.hpp>
 #include <tanor/ranks.hpp>
 
-/// \file tanor on many machines: ranks of MPI, who owns which point, and files that all ranks write together. The
-/// library `tanor_mpi` has it; libtanor knows no MPI.
+/// \file tanor on many machines: ranks of MPI, the assignment of points to ranks, and files that all ranks write
+/// together. This is the library `tanor_mpi`; libtanor knows no MPI.
 namespace tanor {
 
-/// The processes of a communicator, which is the host's and outlives this.
+/// The processes of a communicator, which belongs to the host and outlives this object.
 class TANOR_API MpiRanks final : public Ranks {
  public:
-  /// Shared rows beyond `most_replicated` are spread over the ranks and factorized by ScaLAPACK, where tanor_mpi was
-  /// built with it; else, and below, each rank solves all of them.
+  /// Takes the communicator. If there are more than `most_replicated` shared rows, they are spread over the ranks and
+  /// factorized by ScaLAPACK, provided that tanor_mpi was built with it; otherwise each rank solves all of them.
   explicit MpiRanks(MPI_Comm communicator, std::size_t most_replicated = 3000);
 
   MPI_Comm communicator() const { return communicator_; }
@@ -34,7 +34,7 @@ class TANOR_API MpiRanks final : public Ranks {
   void exchange(std::span<const Message> messages) override;
   std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override;
 
-  /// What this rank handed to MPI so far.
+  /// The amount of data that this rank has handed to MPI so far.
   struct Traffic {
     std::size_t reductions = 0, reduced_bytes = 0;  ///< sums and maxima, a rank's own numbers once
     std::size_t messages = 0, message_bytes = 0;    ///< to other ranks
@@ -51,15 +51,16 @@ class TANOR_API MpiRanks final : public Ranks {
   std::vector<MPI_Request> requests_;
 };
 
-/// [point] The rank that owns each point that moves; of supports: 0. The same on every rank.
+/// Returns [point] the rank that owns each point that moves, and 0 for supports. The result is the same on every rank.
 ///
-/// What constraints and forces join stays together, and goes where it balances the predicted cost of the ranks. What
-/// costs more than a rank's share is cut into pieces with METIS, its points being the graph's vertices, unless forces
-/// of several points, friction or coordinates hold it together. Throws InputError where a rank would own nothing.
+/// Points that constraints and forces join stay together, and go where they balance the predicted cost of the ranks. A
+/// group that costs more than a rank's share is cut into pieces with METIS, its points being the graph's vertices,
+/// unless forces of several points, friction or coordinates hold it together. Throws InputError if a rank would own
+/// nothing.
 TANOR_API std::vector<int> assign_owners(const System& system, int num_ranks);
 
-/// An array of the numbers of points, of which every rank has some, in a file that all ranks write together; numbers
-/// stand in the order of all points. All functions are collective and throw std::runtime_error where a file fails.
+/// An array of the numbers of points, of which every rank has some, in a file that all ranks write together. Numbers
+/// stand in the order of all points. All functions are collective and throw std::runtime_error if a file fails.
 class TANOR_API SharedFile {
  public:
   enum class Mode { Read, Write };
@@ -72,10 +73,10 @@ class TANOR_API SharedFile {
   void resize(std::size_t size);
   /// Waits until the disk has what was written.
   void synchronize();
-  /// Bytes of the first rank, at an offset.
+  /// Writes bytes of the first rank at an offset.
   void write(std::size_t offset, std::span<const std::byte> bytes);
   std::vector<std::byte> read(std::size_t offset, std::size_t size);
-  /// `width` numbers of each of these points, which stand in `numbers` point by point; point p of all stands at
+  /// Writes `width` numbers for each of these points, which stand in `numbers` point by point. Point p of all stands at
   /// offset + 8 width p bytes.
   void write_points(std::size_t offset, std::size_t width, std::span<const Index> points,
                     std::span<const double> numbers);
@@ -89,20 +90,20 @@ class TANOR_API SharedFile {
   MPI_File file_ = MPI_FILE_NULL;
 };
 
-/// How many of its points, the first ones, a rank writes into such a file: those that it owns, and on the first rank
-/// the supports too, so that the file has all of them.
+/// Returns how many of its points, the first ones, a rank writes into such a file. It writes those that it owns, and
+/// the first rank the supports too, so that the file has all of them.
 TANOR_API std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part);
 
-/// Saves a motion of `whole` so that it goes on on any number of ranks; replaces the file when the disk has all of it.
-/// `mark` is what the host knows its input by, the same on every rank.
+/// Saves a motion of `whole` so that it can be resumed on any number of ranks. The file is replaced when the disk has
+/// all of it. `mark` is what the host knows its input by, the same on every rank.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                 const System& whole, const Simulation& simulation, const std::string& mark = {});
-/// Goes on from there. Throws InputError where one byte of the file is not what was written, or where it is of a system
-/// with other points, masses, supports, members of constraints or kinds of entries. (What functions compute cannot be
-/// compared: a host marks its files.)
+/// Goes on from a checkpoint. Throws InputError if one byte of the file is not what was written, or if it is of a
+/// system with other points, masses, supports, members of constraints or kinds of entries. (What functions compute
+/// cannot be compared, so a host marks its files.)
 TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                const System& whole, Simulation* simulation);
-/// The mark of a file. Throws InputError where the file is none of these, or its mark is damaged.
+/// Returns the mark of a file. Throws InputError if the file is no checkpoint, or its mark is damaged.
 TANOR_API std::string read_checkpoint_mark(const MpiRanks& ranks, const std::filesystem::path& name);
 
 }  // namespace tanor

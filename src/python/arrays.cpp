@@ -17,7 +17,7 @@ std::string shape_of(const Wanted& wanted) {
   return wanted.columns > 0 ? "[" + rows + ", " + std::to_string(wanted.columns) + "]" : "[" + rows + "]";
 }
 
-/// An array of Numbers in the wanted shape.
+/// Returns an array of Numbers in the wanted shape.
 template <class Number>
 py::array take(const py::object& object, const Wanted& wanted) {
   const std::string name = wanted.name;

@@ -12,32 +12,32 @@
 #include "python/call.hpp"
 
 /// \file
-/// The host's numpy arrays as the library sees them: nothing is copied. A wrong type of numbers is a TypeError, a wrong
-/// shape or a read-only array that is to be written a ValueError; the message begins with the argument's name.
+/// The host's numpy arrays as the library sees them, without copies. A wrong type of numbers is a TypeError. A wrong
+/// shape, or a read-only array that is to be written, is a ValueError. The message begins with the argument's name.
 namespace tanor::python {
 
-/// An argument has to be this.
+/// The requirements on an argument.
 struct Wanted {
   const char* name;
-  std::optional<py::ssize_t> rows = {};  ///< none: any number
-  py::ssize_t columns = 3;               ///< 0: a list of numbers, [rows]
+  std::optional<py::ssize_t> rows = {};  ///< none for any number
+  py::ssize_t columns = 3;               ///< 0 for a list of numbers, [rows]
 };
 
-/// float64 [rows, 3] in memory of any distance between rows; None: no array. The index, int32, says which row is which
-/// point; it must outlive the result.
+/// Return float64 [rows, 3] in memory with any distance between rows, or no array for None. The index, int32, says
+/// which row is which point; it must outlive the result.
 ConstPointArray points_to_read(const py::object& array, const Wanted& wanted, std::span<const Index> index = {});
 PointArray points_to_write(const py::object& array, const Wanted& wanted, std::span<const Index> index = {});
 
-/// Packed float64; None: an empty span.
+/// Return packed float64, or an empty span for None.
 std::span<const double> numbers_to_read(const py::object& array, const Wanted& wanted);
 std::span<double> numbers_to_write(const py::object& array, const Wanted& wanted);
 
-/// int32 [rows], packed; None: an empty span.
+/// Returns packed int32 [rows], or an empty span for None.
 std::span<const Index> index_to_read(const py::object& array, const Wanted& wanted);
 
-/// An array of Python's on numbers that `owner` keeps; [rows, columns], or [rows] where columns is 0. Read-only.
+/// Returns a read-only array of Python on numbers that `owner` keeps: [rows, columns], or [rows] if columns is 0.
 py::array view(std::span<const double> numbers, py::ssize_t columns, py::handle owner);
-/// A copy of numbers as a new array.
+/// Returns a copy of numbers as a new array.
 py::array copy(std::span<const double> numbers, py::ssize_t columns);
 
 }  // namespace tanor::python

@@ -11,7 +11,7 @@
 #include <utility>
 
 /// \file
-/// How Python calls the library, and the library calls Python.
+/// Calls of the library from Python, and of Python from the library.
 namespace tanor::python {
 
 namespace py = pybind11;
@@ -32,7 +32,7 @@ class Shared {
           delete last;
         }) {}
 
-  /// With the interpreter's lock held.
+  /// Returns the object. Requires the interpreter's lock.
   const py::object& operator*() const { return *object_; }
 
  private:

@@ -14,7 +14,7 @@
 namespace tanor::python {
 namespace {
 
-/// The arrays of a call: as many rows as points, or, with an index, those that it names.
+/// The arrays of a call, with as many rows as points or, with an index, as it names.
 class CallArrays {
  public:
   CallArrays(HostHandle& handle, const py::object& index)
@@ -138,7 +138,7 @@ std::unique_ptr<HostHandle> make_handle(const py::object& masses, const py::obje
   auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"),
                                                                      py::list(constraints), copy_array(positions), cell,
                                                                      repeats, images, options, py::none()});
-  handle->run([](const Constrainer&) {});  // complains now
+  handle->run([](const Constrainer&) {});  // reports errors now
   return handle;
 }
 
@@ -192,7 +192,7 @@ options      SolverOptions
 Raises InputError, naming the place.
 )doc";
 
-/// What is constrained, and what is remembered.
+/// Binds edits, and what is remembered.
 void bind_edits(py::class_<HostHandle>* type) {
   using py::arg;
   const py::none none;

@@ -15,7 +15,7 @@
 namespace tanor::python {
 namespace {
 
-/// A Dynamics or an InverseDynamics with its description, and made of it where it is first needed.
+/// A Dynamics or an InverseDynamics with its description, from which it is made on first use.
 template <class Library>
 class Problem : public Handle<Library> {
  public:
@@ -41,18 +41,18 @@ using InverseProblem = Problem<InverseDynamics>;
 template <class Library>
 std::unique_ptr<Problem<Library>> make_problem(const py::object& system, const py::object& options) {
   auto problem = std::make_unique<Problem<Library>>(system, options);
-  problem->run([](Library&) {});  // complains now
+  problem->run([](Library&) {});  // reports errors now
   return problem;
 }
 
-/// The description, kept by pickle and deepcopy.
+/// Binds pickle and deepcopy, which keep the description.
 template <class Library, class Class>
 void bind_pickle(Class* type) {
   type->def(py::pickle([](const Problem<Library>& self) { return py::make_tuple(self.system, self.options); },
                        [](const py::tuple& state) { return std::make_unique<Problem<Library>>(state[0], state[1]); }));
 }
 
-/// Arguments (positions, velocities, time) of a call.
+/// Returns the state of the arguments (positions, velocities, time) of a call.
 StateView state_of(const DynamicsProblem& self, const py::object& positions, const py::object& velocities,
                    double time) {
   return {.time = time,
@@ -78,7 +78,7 @@ SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::
   return self.run([&](Dynamics& d) { return d.solve(at, wanted); });
 }
 
-/// call(dynamics, state) for arguments (positions, velocities, time).
+/// Returns a function of the arguments (positions, velocities, time) that runs call(dynamics, state).
 template <class Call>
 auto at_state(const Call& call) {
   return [call](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time) {

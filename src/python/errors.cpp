@@ -4,7 +4,7 @@
 
 namespace tanor::python {
 
-/// tanor.InputError, a ValueError: its text is "where: what", its attribute `where` the place.
+/// Binds tanor.InputError, a ValueError. Its text is "where: what", its attribute `where` the place.
 void bind_errors(py::module_& module) {
   static const py::handle type = PyErr_NewExceptionWithDoc(
       "tanor.InputError",

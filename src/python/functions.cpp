@@ -36,7 +36,7 @@ std::vector<std::string> texts_of(const Given& given, const Text& text, const ch
   return texts;
 }
 
-/// What the library says of a text, with the place of the text.
+/// Adds the place of a text to what the library says of it.
 template <class Make>
 auto locate(const Given& given, const Make& make) {
   try {
@@ -46,7 +46,7 @@ auto locate(const Given& given, const Make& make) {
   }
 }
 
-/// f(t) and its derivatives, with the jet of t put in.
+/// Returns f(t) and its derivatives, with the jet of t inserted.
 Jet<2> compose(const std::array<double, 3>& f, const Jet<2>& t) {
   Jet<2> result(f[0]);
   // (f o t)(e) = f + f' t1 e + (f' t2 + f'' t1^2/2) e^2
@@ -55,7 +55,7 @@ Jet<2> compose(const std::array<double, 3>& f, const Jet<2>& t) {
   return result;
 }
 
-/// What a function of a user returned, in a given number of values: a packed array.
+/// Returns what a function of a user returned as a packed array. Throws unless it has the given number of values.
 py::array_t<double> result_of(const py::handle& result, py::ssize_t size, const char* what) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(result);
   if (!array) {
@@ -74,7 +74,7 @@ void copy_result(const py::handle& result, std::size_t size, const char* what, d
   std::copy_n(array.data(), size, to);
 }
 
-/// Numbers of the library for the time of a call: a read-only array of the given shape.
+/// Returns a read-only array of the given shape on numbers that the library lends for the time of a call.
 py::array lend(const double* numbers, std::vector<py::ssize_t> shape) {
   py::array array(py::dtype::of<double>(), std::move(shape), numbers, py::none());
   array.attr("flags").attr("writeable") = false;
@@ -85,7 +85,7 @@ const py::object& callable_of(const void* context) {
   return **static_cast<const Shared*>(context);
 }
 
-/// The parts of a tuple that a function returned.
+/// Returns the parts of a tuple that a function returned.
 std::vector<py::object> parts_of(const py::object& result, std::size_t count, const char* wanted) {
   if (!py::isinstance<py::tuple>(result) || py::len(result) != count)
     throw py::type_error(std::string("a function returned ") + py::repr(py::type::of(result)).cast<std::string>() +
@@ -95,7 +95,7 @@ std::vector<py::object> parts_of(const py::object& result, std::size_t count, co
   return parts;
 }
 
-/// `p`: points of a tuple, 0 where each point stands alone.
+/// Evaluates a force. `p` is the number of points of a tuple, 0 if each point stands alone.
 void evaluate_force(const void* context, const ForceBatch& batch, py::ssize_t p) {
   const py::gil_scoped_acquire acquired;
   const auto k = static_cast<py::ssize_t>(batch.count);
@@ -109,7 +109,7 @@ void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::
   const py::gil_scoped_acquire acquired;
   const auto k = static_cast<py::ssize_t>(batch.count);
   const std::size_t size = 3 * static_cast<std::size_t>(p) * batch.count;
-  // The library asks for values alone, too: without velocities they count as zero.
+  // The library also asks for values alone; the velocities are then zero.
   const std::vector<double> rest(batch.rate == nullptr ? size : 0, 0.0);
   const py::object result = callable_of(context)(batch.t, lend(batch.r, {k, p, 3}),
                                                  lend(batch.rate == nullptr ? rest.data() : batch.v, {k, p, 3}));

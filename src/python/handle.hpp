@@ -8,7 +8,7 @@
 
 namespace tanor::python {
 
-/// An object of the library that is made where it is first needed, of a description: what copies and pickles keep.
+/// An object of the library that is made from a description on first use. Copies and pickles keep the description.
 template <class Library>
 class Handle {
  public:
@@ -17,7 +17,7 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
 
-  /// call(library's object), without the interpreter's lock.
+  /// Returns call(library's object), run without the interpreter's lock.
   template <class Call>
   auto run(const Call& call) {
     const Turns::Turn turn(turns_, name_.c_str());

@@ -5,8 +5,8 @@
 
 namespace tanor::python {
 
-/// What the public headers say of "Rods" or "Rods.length" (their `///` comments, by write_header_docs.py); empty:
-/// nothing.
+/// Returns what the public headers say of "Rods" or "Rods.length" (their `///` comments, by write_header_docs.py), or
+/// an empty text.
 std::string header_doc(std::string_view name);
 
 }  // namespace tanor::python

@@ -24,7 +24,7 @@ Constraint read_constraint(const py::object& constraint) {
   return std::move(read_constraints(list).front());
 }
 
-/// Some number of the group is what its points have where it is added.
+/// True if some number of the group is measured where its points are when it is added.
 bool has_initial(const Constraint& constraint) {
   return std::visit(
       []<class Kind>(const Kind& group) {
@@ -162,7 +162,7 @@ void HostHandle::renumber(const py::object& from, const py::object& masses, cons
   }
   take_positions(at);
   if (py::len(edits_) > 0 && edits_[py::len(edits_) - 1].cast<py::tuple>()[0].cast<std::string>() == "renumber") {
-    // Two in a row are one, so points that migrate in every step make no list that grows.
+    // Two renumberings in a row become one, so that the list does not grow if points migrate in every step.
     const auto first = edits_[py::len(edits_) - 1].cast<py::tuple>()[1].cast<std::vector<std::int64_t>>();
     for (std::int64_t& number : numbers) number = number < 0 ? number : first[static_cast<std::size_t>(number)];
     edits_.attr("pop")();
@@ -224,7 +224,7 @@ Constrainer HostHandle::make() {
   return made;
 }
 
-/// The edits, none of which plans anything, then what is so at present.
+/// Replays the edits, none of which plans anything, then sets the present state.
 void HostHandle::replay(Constrainer* constrainer) const {
   const auto set_cell = [&](const py::object& cell) {
     if (cell.is_none()) return;
@@ -250,7 +250,7 @@ void HostHandle::replay(Constrainer* constrainer) const {
   set_cell(description_.present_cell);
 }
 
-/// A length that had a rate once is read in every call ever after: so it gets one first.
+/// Sets lengths. A length that had a rate once is read in every call from then on, so it first gets a rate here, too.
 void HostHandle::replay_lengths(Constrainer* constrainer) const {
   std::vector<ConstraintId> ids;
   std::vector<double> lengths, rates, first_rates;

@@ -15,17 +15,17 @@
 
 namespace tanor::python {
 
-/// float [3, 3], edges a, b, c row by row, or float [3] for an orthogonal cell.
+/// Reads float [3, 3], edges a, b, c row by row, or float [3] for an orthogonal cell.
 PeriodicCell read_cell(const py::object& cell, const py::object& repeats);
-/// int [rows, 3]; None: none.
+/// Reads int [rows, 3], or no images for None.
 std::vector<std::array<int, 3>> read_images(const py::object& images);
 
-/// A Constrainer with its description and what was edited since, from which copies are made. Copies go through the
-/// groups that came and went and the points that were renumbered in their order, because ids tell that order; of
-/// lengths, masses, positions and the cell they need only the present ones.
+/// A Constrainer with its description and the edits since, from which copies are made. Copies replay in their order the
+/// groups that came and went and the points that were renumbered, because ids tell that order. Of lengths, masses,
+/// positions and the cell they need only the present ones.
 class HostHandle : public Handle<Constrainer> {
  public:
-  /// What the user gave; None where nothing was given. `present_cell` is that of the last set_cell.
+  /// The arguments that the user gave, None for those that were not given. `present_cell` is that of the last set_cell.
   struct Description {
     py::object masses, constraints, positions, cell, repeats, images, options, present_cell;
   };
@@ -52,7 +52,7 @@ class HostHandle : public Handle<Constrainer> {
   static std::unique_ptr<HostHandle> from_state(const py::tuple& state);
 
  private:
-  /// Length, rate, and whether there was a rate once.
+  /// The length, its rate, and true if there was a rate once.
   using Length = std::tuple<double, double, bool>;
 
   Constrainer make() override;
@@ -63,9 +63,9 @@ class HostHandle : public Handle<Constrainer> {
 
   Description description_;
   py::list edits_;                          // ("add", ...), ("remove", ids), ("renumber", from, masses)
-  std::map<ConstraintId, Length> lengths_;  // that were set
-  std::vector<double> masses_, positions_;  // [n], [3 n]: present ones; positions that were given last
-  py::object saved_ = py::none();           // of the original, until the copy is made
+  std::map<ConstraintId, Length> lengths_;  // lengths that were set
+  std::vector<double> masses_, positions_;  // [n], [3 n]: present masses; positions that were given last
+  py::object saved_ = py::none();           // saved state of the original, until the copy is made
 };
 
 }  // namespace tanor::python

@@ -16,7 +16,7 @@
 namespace tanor::python {
 namespace {
 
-/// "Rods": the struct's own name.
+/// Returns the struct's own name, such as "Rods".
 template <class Struct>
 std::string name_of_struct() {
   const std::unique_ptr<char, void (*)(void*)> name(
@@ -25,7 +25,7 @@ std::string name_of_struct() {
   return full.substr(full.rfind(':') + 1);
 }
 
-/// What the fields of a kind do not say: members of its struct that scene files spell in a way of their own.
+/// Members of a struct that the fields of its kind do not list, since scene files spell them in a way of their own.
 template <class Group>
 struct Extra {
   static constexpr std::tuple<> fields{};
@@ -87,7 +87,7 @@ concept HasOptionalMembers = requires {
   Extra<Group>::members_are_optional;
 };
 
-/// All fields of a kind of <tanor/kinds.hpp>, its members and guides first, its name last.
+/// All fields of a kind of <tanor/kinds.hpp>: its members and guides first, its name last.
 template <class Group>
 struct Description {
   static constexpr auto members() {
@@ -164,7 +164,7 @@ void for_each_described(const Visit& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, Description<Struct>::fields);
 }
 
-/// A kernel needs what else its group says.
+/// Reads a field. A kernel also needs what else its group says.
 template <class Group, class Value>
 void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* group) {
   const Given own = given[field.name];
@@ -199,7 +199,7 @@ Struct read_struct(const Given& given) {
   return result;
 }
 
-/// One of the kinds of a list.
+/// Reads one of the kinds of a list.
 template <class Entry>
 struct AnyOf;
 template <class... Groups>
@@ -223,7 +223,7 @@ std::vector<Entry> read_entries(const Given& list, const char* wanted) {
   return entries;
 }
 
-/// What a kernel may be, in words.
+/// Returns what a kernel may be, in words.
 template <class Kernel>
 constexpr const char* kernel_in_words() {
   if constexpr (std::is_same_v<Kernel, ForceKernel>)
@@ -245,7 +245,7 @@ constexpr const char* kernel_in_words() {
   return "";
 }
 
-/// "float [3]; m; …": shape, then what the header says of the field, or its unit.
+/// Returns "float [3]; m; …": the shape, then what the header says of the field, or its unit.
 template <class Struct, class Value>
 std::string text_of(const FieldOf<Struct, Value>& field) {
   const std::string said = header_doc(name_of_struct<Struct>() + "." + field.name);

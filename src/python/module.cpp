@@ -3,7 +3,7 @@
 #include "python/bindings.hpp"
 #include "python/kinds.hpp"
 
-/// The compiled part of the package `tanor`, which tanor/__init__.py shows.
+/// The compiled part of the package `tanor`, which tanor/__init__.py exports.
 PYBIND11_MODULE(_core, module) {
   using namespace tanor::python;
   module.doc() = "The compiled part of tanor.";

@@ -15,17 +15,17 @@
 #include "python/header_docs.hpp"
 
 /// \file
-/// Reports as small objects of Python: their members by name, read-only, with the headers' own comments, and a repr
-/// that shows them all.
+/// Reports as small objects of Python. Their members are read-only attributes with the headers' own comments, and a
+/// repr shows them all.
 namespace tanor::python {
 
-/// Whether a report's outcome is ok.
+/// True if a report's outcome is ok.
 template <class Report>
 bool is_ok(const Report& report) {
   return report.outcome.ok();
 }
 
-/// A member as Python sees it. `columns`: of an array of numbers; `owner`: whose memory it is.
+/// Returns a member as Python sees it. `columns` are those of an array of numbers, and `owner` owns its memory.
 template <class Value>
 py::object value_of(const Value& value, py::ssize_t columns, const py::object& owner) {
   if constexpr (std::is_same_v<Value, Method>) {
@@ -59,7 +59,7 @@ py::object value_of(const Value& value, py::ssize_t columns, const py::object& o
 template <class Report>
 class Record {
  public:
-  /// `otherwise`: where the header says nothing of the whole.
+  /// Makes the class. `otherwise` is its docstring if the header says nothing of the whole.
   Record(py::module_& module, const char* name, const char* otherwise = "")
       : name_(name), type_(module, name, (header_doc(name) + otherwise).c_str(), py::module_local()) {
     type_.attr("_fields") = fields_;
@@ -84,8 +84,8 @@ class Record {
         },
         in_stub<Value>());
   }
-  /// A member of a part of the report, which stands among the others in Python; its comment is that of `where`, such as
-  /// "Violations.position".
+  /// Adds a member of a part of the report, which stands among the others in Python. Its comment is that of `where`,
+  /// such as "Violations.position".
   template <class Part, class Value>
   Record& field(const char* name, const char* where, Part Report::*part, Value Part::*member, py::ssize_t columns = 0) {
     return property(
@@ -95,7 +95,7 @@ class Record {
         },
         in_stub<Value>(), where);
   }
-  /// A member that is no plain field; `type` as the stubs write it.
+  /// Adds a member that is no plain field, with its `type` as the stubs write it.
   template <class Get>
   Record& property(const char* name, const Get& get, const std::string& type) {
     return property(name, get, type, name_ + "." + name);
@@ -108,7 +108,7 @@ class Record {
   }
 
  private:
-  /// `where`: what the headers' comment belongs to.
+  /// Adds a property. `where` is what the headers' comment belongs to.
   template <class Get>
   Record& property(const char* name, const Get& get, const std::string& type, const std::string& where) {
     const std::string said = header_doc(where);

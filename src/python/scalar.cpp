@@ -10,11 +10,11 @@
 namespace tanor::python {
 namespace {
 
-/// A number of a function that is being taken down. It may outlive the expression that it belongs to: then it is of no
-/// use any more.
+/// A number of a function that is being recorded. It may outlive the expression that it belongs to, but cannot be used
+/// any more then.
 struct Scalar {
   Traced value;
-  std::shared_ptr<const bool> is_recording{};  // null: a constant
+  std::shared_ptr<const bool> is_recording{};  // null for a constant
 };
 
 using Recording = std::shared_ptr<bool>;
@@ -46,7 +46,7 @@ auto of_two(const Operation& operation) {
       "that returns (energy, gradient, hessian)");
 }
 
-/// x, y, z as an array of numpy's, so that whole vectors can be added, crossed and multiplied.
+/// Returns x, y, z as an array of numpy, so that whole vectors can be added, crossed and multiplied.
 py::object vector_of(const Scalar& x, const Scalar& y, const Scalar& z) {
   return py::module_::import("numpy").attr("array")(py::make_tuple(x, y, z), py::arg("dtype") = py::dtype("O"));
 }
@@ -107,7 +107,7 @@ linalg.norm. It has no value: a function of the module math, and an `if`, cannot
     type.def(comparison, &refuse_comparison);
   type.def("__bool__", [](const Scalar& a) { return refuse_comparison(a, py::none()); });
 
-  // By these names numpy calls its functions on numbers that are none of its own.
+  // The names are those by which numpy calls its functions on numbers that are none of its own.
   const auto unary = [&](const char* name, const auto& operation) {
     type.def(name, of_one(operation), ("As numpy." + std::string(name) + ".").c_str());
   };

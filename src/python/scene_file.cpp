@@ -34,7 +34,7 @@ std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method
     throw InputError(path, error.what());
   }
   auto result = std::make_unique<SceneFile>(std::move(text), path, std::move(overrides));
-  result->read();  // complains now
+  result->read();  // reports errors now
   return result;
 }
 

@@ -8,13 +8,13 @@
 
 namespace tanor::python {
 
-/// A scene file as Python holds it. Its text and what stands over it are the description; the scene is read anew after
-/// a pickle.
+/// A scene file as Python holds it. The description is its text and what overrides it; the scene is read anew after a
+/// pickle.
 class SceneFile {
  public:
   SceneFile(std::string text, std::string file, scene::Overrides overrides);
 
-  /// Throws InputError.
+  /// Returns the scene. Throws InputError.
   const scene::Scene& read();
 
   const std::string text, file;

@@ -18,8 +18,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Looks after each step whether Python wants the run to end: signals (Ctrl-C) every 50 ms, the user's callback after
-/// each step. What it raises is kept until the library has come back.
+/// Checks after each step if Python wants the run to end: signals (Ctrl-C) every 50 ms, the user's callback after each
+/// step. What the callback raises is kept until the library has returned.
 class Watch {
  public:
   explicit Watch(const py::object& progress) : progress_(progress) {}
@@ -56,7 +56,7 @@ py::bytes to_bytes(const std::vector<std::byte>& saved) {
   return {reinterpret_cast<const char*>(saved.data()), saved.size()};
 }
 
-/// A Simulation with the description that it was made of.
+/// A Simulation with the description from which it was made.
 class Run {
  public:
   Run(py::object the_system, py::object motion, py::object solver, double t_start)
@@ -68,14 +68,14 @@ class Run {
 
   const py::object system;
 
-  /// call(simulation), without the interpreter's lock.
+  /// Returns call(simulation), run without the interpreter's lock.
   template <class Call>
   auto run(const Call& call) {
     const Turns::Turn turn(turns_, "Simulation");
     return without_lock([&] { return call(simulation_); });
   }
   const Simulation& now() const { return simulation_; }
-  /// What pickle and deepcopy keep: the description and the bytes of `save`.
+  /// Returns what pickle and deepcopy keep: the description and the bytes of `save`.
   py::tuple state() {
     const std::vector<std::byte> saved = run([](Simulation& s) { return s.save(); });
     return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(saved));

@@ -18,7 +18,7 @@
 namespace tanor::python {
 namespace {
 
-/// Those that were given; None: those of the scene, or the defaults.
+/// Returns the options that were given. For None it returns those of the scene, or the defaults.
 template <class Options, class Read, class OfScene>
 Options choose_options(const py::object& system, const py::object& options, const py::object& solver, const Read& read,
                        const OfScene& of_scene) {
@@ -33,7 +33,7 @@ Options choose_options(const py::object& system, const py::object& options, cons
   return chosen;
 }
 
-/// What the user gave, or what the description says.
+/// Returns the positions that the user gave, or those of the description.
 std::vector<double> positions_of(const System& system, const py::object& positions) {
   if (positions.is_none()) return system.positions;
   const auto numbers = numbers_to_read(positions, {"positions", static_cast<py::ssize_t>(system.num_points())});
@@ -47,7 +47,7 @@ EquilibriumResult rest(const py::object& object, const py::object& options, cons
   return without_lock([&] { return find_equilibrium(system, chosen); });
 }
 
-/// [equations]; None: no flag.
+/// Reads flags [equations], or no flag for None.
 std::vector<bool> flags_to_read(const py::object& flags) {
   if (flags.is_none()) return {};
   const py::array_t<bool, py::array::c_style | py::array::forcecast> given(flags);
@@ -79,7 +79,7 @@ Buckling buckle(const py::object& object, const py::object& options, const py::o
   return without_lock([&] { return find_buckling(held, at, chosen); });
 }
 
-/// [modes, n, 3], a view; of modes without damping no imaginary ones.
+/// Returns shapes [modes, n, 3] as a view. Modes without damping have no imaginary shapes.
 template <std::vector<double> Modes::*numbers>
 py::array shapes_of(const py::object& self) {
   const auto& found = self.cast<const Modes&>();

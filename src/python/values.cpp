@@ -15,7 +15,7 @@ bool is_number(const py::object& value) {
          (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) && PySequence_Check(value.ptr()) == 0);
 }
 
-/// An array of whole numbers that Index can hold; an empty list is one.
+/// Takes an array of whole numbers that Index can hold. An empty list is one.
 template <class Take>
 void take_indices(const Given& given, py::ssize_t dimensions, py::ssize_t columns, const char* wanted,
                   const Take& take) {
@@ -40,7 +40,7 @@ void take_indices(const Given& given, py::ssize_t dimensions, py::ssize_t column
   }
 }
 
-/// A packed array of doubles, empty where the value is no array of numbers.
+/// Returns a packed array of doubles, empty if the value is no array of numbers.
 py::array_t<double> numbers_of(const py::object& value) {
   const auto raw = py::array::ensure(value);
   PyErr_Clear();
@@ -228,7 +228,7 @@ void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples) {
 
 namespace {
 
-/// visit(name, numbers) for each entry of a dict; a number is a list of one.
+/// Calls visit(name, numbers) for each entry of a dict. A number is a list of one.
 template <class Visit>
 void for_each_list(const Given& given, const char* wanted, const Visit& visit) {
   if (py::len(given.value) == 0) return;

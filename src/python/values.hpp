@@ -16,20 +16,20 @@
 #include "python/call.hpp"
 
 /// \file
-/// Values of a description, both ways: what a field of a C++ struct is made of, and its default in Python. What cannot
-/// be read is an InputError that says where, what was found and what is wanted.
+/// Conversion of values of a description, both ways: what a field of a C++ struct is made of, and its default in
+/// Python. A value that cannot be read is an InputError that says where, what was found and what is wanted.
 namespace tanor::python {
 
-/// A value of Python's and its place in the description, as the library's own messages name it.
+/// A value of Python and its place in the description, as the library's own messages name it.
 struct Given {
   py::object value;
   std::string place;  ///< a JSON pointer: "/constraints/2/length"
 
   /// Throws InputError.
   [[noreturn]] void fail(const std::string& wanted) const;
-  /// An attribute of the value.
+  /// Returns an attribute of the value.
   Given operator[](const char* name) const;
-  /// The entries of a sequence.
+  /// Returns the entries of a sequence.
   std::vector<Given> entries(const char* wanted) const;
 };
 
@@ -54,11 +54,11 @@ void read(const Given& given, std::vector<std::array<Index, 2>>* pairs);
 void read(const Given& given, std::vector<std::array<Index, 3>>* triples);
 void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples);
 void read(const Given& given, std::vector<std::vector<Index>>* tuples);
-void read(const Given& given, std::vector<std::vector<double>>* constants);  // of a dict of names
-void read(const Given& given, std::vector<Prestress>* prestress);            // likewise
-void read(const Given& given, std::vector<OneSided>* sides);                 // likewise
+void read(const Given& given, std::vector<std::vector<double>>* constants);  // a dict of names
+void read(const Given& given, std::vector<Prestress>* prestress);            // likewise a dict
+void read(const Given& given, std::vector<OneSided>* sides);                 // likewise a dict
 
-/// The words of an enumeration, "auto, normal, tangent".
+/// Returns the words of an enumeration, "auto, normal, tangent".
 template <class Enum>
 std::string words_of() {
   std::string words;
@@ -76,7 +76,7 @@ void read(const Given& given, Enum* value) {
   *value = *found;
 }
 
-/// The default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
+/// Return the default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
 py::object default_of(bool flag);
 py::object default_of(int number);
 py::object default_of(std::size_t count);
@@ -97,7 +97,7 @@ requires std::is_enum_v<Enum> py::object default_of(Enum value) {
   return py::str(std::string(name_of(value)));
 }
 
-/// What a field of this type takes, in words for docstrings, and its type in the stubs.
+/// The values that a field of this type takes, in words for docstrings, and its type in the stubs.
 struct TypeInWords {
   const char* annotation;
   const char* shape;

@@ -32,7 +32,8 @@ Outcome Agreement::agree(Outcome own, std::span<double> numbers) {
   return conclude({static_cast<int>(own.status), std::move(own.what)}, numbers);
 }
 
-/// One message where nothing failed: the codes go before the numbers. Of equal codes the first rank's is the largest.
+/// Takes one message if nothing failed, since the code goes before the numbers. Of equal codes the first rank's is the
+/// largest.
 Outcome Agreement::conclude(Report own, std::span<double> numbers) {
   const int size = ranks_.size();
   std::vector<double> all{own.code == 0 ? 0.0 : 1.0 + own.code * size + (size - 1 - ranks_.rank())};

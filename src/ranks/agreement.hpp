@@ -9,23 +9,25 @@
 
 namespace tanor {
 
-/// What ranks decide together: every rank then takes the same branch. All functions are collective.
+/// Decisions that ranks take together, so that every rank takes the same branch. All functions are collective.
 class Agreement {
  public:
   explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
 
-  /// A number that is not finite somewhere is infinite everywhere.
+  /// Returns the largest number of all ranks. A number that is not finite somewhere is infinite everywhere.
   double largest(double own);
   double smallest(double own) { return -largest(-own); }
   double sum(double own);
   bool any(bool own) { return largest(own ? 1.0 : 0.0) > 0.0; }
   bool all(bool own) { return !any(!own); }
-  /// The worst outcome of all, as the first rank that has it explains it. `numbers` become the largest ones.
+  /// Returns the worst outcome of all ranks, as the first rank that has it explains it. `numbers` become the largest
+  /// ones.
   Outcome agree(Outcome own, std::span<double> numbers = {});
-  /// The text of the first rank that has one.
+  /// Returns the text of the first rank that has one.
   std::string first_text(std::string own);
 
-  /// work() -> Outcome, without a collective call in it. What it throws on some rank is thrown on all.
+  /// Runs work() -> Outcome, which makes no collective call, and agrees on its outcome. What it throws on some rank is
+  /// thrown on all.
   template <class Work>
   Outcome together(const Work& work, std::span<double> numbers = {}) {
     Report report;

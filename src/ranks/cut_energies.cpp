@@ -39,7 +39,7 @@ double CutEnergies::power_of_reactions(const double* accelerations, const double
   return is_rheonomic_ ? model_.power(accelerations, v) : 0.0;
 }
 
-/// Guests move in here as supports would, but what forces do to them is not counted as work of supports.
+/// Guests move here as supports would, but what forces do to them is not counted as work of supports.
 Power CutEnergies::power(const Kinematics& at, double of_constraints) {
   Power result;
   if (is_rheonomic_) {

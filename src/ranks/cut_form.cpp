@@ -46,7 +46,7 @@ std::string CutForm::why_no_series() const {
 
 // ---- accelerations ----
 
-/// rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
+/// Refines with rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
 int CutForm::refine(const double* b, double scale, double good_enough, double* residual) {
   return refine_solution(
       RefinementLimits{5},
@@ -62,8 +62,8 @@ int CutForm::refine(const double* b, double scale, double good_enough, double* r
       });
 }
 
-/// S lambda = -b, dw = M^-1 K lambda. Rows that depended where K was seen last may be independent here, or contradict
-/// the others.
+/// Solves S lambda = -b, dw = M^-1 K lambda. Rows that depended on others at the last decision may be independent here,
+/// or contradict the others.
 Outcome CutForm::solve(const Kinematics& at, const Request& request, double scale, SolveReport* report) {
   constexpr double contradiction = 1e-9;
   const Stopwatch watch(&work_.times.solve);
@@ -115,7 +115,7 @@ Outcome CutForm::accelerations(const Kinematics& at, const Request& request, con
   return {};
 }
 
-/// Errors of guests count where they are at home.
+/// Errors of guests count on the ranks that own them.
 ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   const auto take = [&](const double* from, std::vector<double>* own) {
     own->assign(from, from + size());
@@ -130,7 +130,7 @@ ErrorRatios CutForm::error_ratios(double, const StepErrors& errors, double atol,
 
 // ---- the start, and what is told ----
 
-/// Throws InputError where the given start violates constraints by more than is corrected.
+/// Throws InputError if the given start violates constraints by more than is corrected.
 void CutForm::check_start(const double* r, const double* v) {
   constexpr double allowed = 1e-3;
   const auto complain = [&](const char* what, std::vector<double>& violations) -> Outcome {
@@ -148,8 +148,9 @@ void CutForm::check_start(const double* r, const double* v) {
   (void)agreement_.together([&] { return complain("velocities", velocity); });
 }
 
-/// Where rows depend, they may hold what K alone lets move, such as the inner points of a straight row of rods between
-/// two supports. Some velocity that K allows then asks for accelerations that no multipliers give.
+/// Refuses systems with prestress. Dependent rows may hold what K alone lets move, such as the inner points of a
+/// straight row of rods between two supports. Some velocity that K allows then asks for accelerations that no
+/// multipliers give.
 Outcome CutForm::refuse_prestress(const Kinematics& at) {
   std::vector<double> u(at.v, at.v + size()), w(size());
   for (std::size_t k = 0; k < 3 * model_.num_moving(); ++k) u[k] += work_.velocity_scale * irregular(k);

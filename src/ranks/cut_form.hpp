@@ -18,10 +18,11 @@
 namespace tanor {
 
 /// The equations of motion in normal form of a rank's part, where ideal constraints or forces reach from rank to rank.
-/// What a rank writes of its own points it writes of its guests, too.
+/// A rank writes for its guests, too, whatever it writes for its own points.
 ///
-/// Guests are supports here, for which motion is prescribed by their owners: positions and velocities come where a
-/// projection moved them, accelerations where these were found. In between a step does the same arithmetic to both.
+/// Guests are supports here, whose motion their owners prescribe. Their positions and velocities are fetched after a
+/// projection has moved them, their accelerations after these were found. In between a step does the same arithmetic to
+/// both.
 class CutForm final : public PointForm {
  public:
   CutForm(Workspace& work, const SolverOptions& options, const Part& part);
@@ -57,7 +58,7 @@ class CutForm final : public PointForm {
   void fetch_guests(double* r, double* v) override;
 
  private:
-  /// A rank of K that is lost ends the motion with an outcome: nothing is watched.
+  /// Watches nothing, since losing a rank of K ends the motion with an outcome.
   class LastingRank final : public RankMonitor {
    public:
     explicit LastingRank(double mass_ratio) : mass_ratio_(mass_ratio) {}
@@ -80,11 +81,11 @@ class CutForm final : public PointForm {
   CutProjector projector_;
   CutEnergies energies_;
   SharedNeighbourhoods neighbourhoods_;
-  std::unique_ptr<CutSeries> series_;  // null: nobody has asked yet
+  std::unique_ptr<CutSeries> series_;  // null until somebody asks
   LastingRank rank_;
   std::vector<double> lambda_, b_, rows_;  // [d]
   std::vector<double> dw_;                 // [3n]
-  std::vector<double> own_x_, own_v_;      // [3n] errors, those of guests left out
+  std::vector<double> own_x_, own_v_;      // [3n] errors, without those of guests
 };
 
 }  // namespace tanor

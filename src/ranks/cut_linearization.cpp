@@ -35,7 +35,7 @@ Outcome CutLinearization::factorize(double t, const double* r) {
   has_factor_ = factorize_rows();
   if (!has_factor_ && !agreement_.all(is_finite(blocks_)))
     return {Status::Singular, "some constraint has no gradient at t = " + text(t)};
-  // S of rows that depend has pivots of some roundings.
+  // If rows depend on others, S has pivots of the size of rounding.
   if (!has_factor_ && rank_.decide(blocks_.data(), r)) {
     solver_.set_active(rank_.active_rows());
     has_factor_ = factorize_rows();
@@ -45,7 +45,7 @@ Outcome CutLinearization::factorize(double t, const double* r) {
           "constraints that several ranks share are singular to rounding at t = " + text(t) + "; take one rank"};
 }
 
-/// Whether S is definite, and not singular to rounding, on all ranks.
+/// Factorizes. Returns true if S is definite, and not singular to rounding, on all ranks.
 bool CutLinearization::factorize_rows() {
   constexpr double poor = 1e-12;
   const Stopwatch watch(&work_.times.factor);

@@ -12,30 +12,30 @@
 
 namespace tanor {
 
-/// K and the factor of S = K'M^-1K at one configuration, where constraints reach from rank to rank, and what is solved
-/// with them. What is written of points is written of guests, too. All functions that solve are collective.
+/// K and the factor of S = K'M^-1K at one configuration, where constraints reach from rank to rank, and the solves with
+/// them. What is written for points is written for guests, too. All functions that solve are collective.
 class CutLinearization {
  public:
   CutLinearization(Workspace& work, const Part& part, Ordering ordering);
 
-  /// K at (t, r), and the factor of its S. Nothing is done where K is constant.
+  /// Evaluates K at (t, r) and factorizes its S. Does nothing if K is constant and S is factorized.
   Outcome update(double t, const double* r);
-  /// Factorizes S for the K that `blocks()` has, which stands at r.
+  /// Factorizes S for the K in `blocks()`, which was evaluated at r.
   Outcome factorize(double t, const double* r);
-  /// Decides anew which rows of K depend, at r, if some do. Returns whether they changed; S is then factorized without
-  /// them.
+  /// Decides anew at r which rows of K depend on others, if some do. Returns true if they changed; S is then factorized
+  /// without them.
   bool decide_rank_again(double t, const double* r);
   bool needs_factor() const { return !(has_factor_ && has_constant_gradients_); }
-  /// 1/cond(S) of the last factorization.
+  /// Returns 1/cond(S) of the last factorization.
   double reciprocal_condition() const { return reciprocal_condition_; }
   std::vector<double>& blocks() { return blocks_; }
   const std::vector<double>& blocks() const { return blocks_; }
 
-  /// x = -S^-1 b [d], dw = M^-1 K x [3n]; the two may share nothing with b but x itself.
+  /// Computes x = -S^-1 b [d] and dw = M^-1 K x [3n]. `x` may be `b`; the outputs share nothing else with it.
   void solve(const double* b, double* x, double* dw);
-  /// rows := -S^-1 rows [d], points += M^-1 K rows [3n].
+  /// Replaces rows by -S^-1 rows [d] and adds M^-1 K rows to points [3n].
   void correct(double* rows, double* points);
-  /// dw := M^-1 K rows
+  /// Sets dw to M^-1 K rows.
   void write_reactions(const double* rows, double* dw);
 
   void describe(PlanSummary* plan) const;

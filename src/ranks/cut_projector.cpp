@@ -45,7 +45,7 @@ double CutProjector::beyond_rounding(const double* r, double violation, double a
   return violation <= std::max(allowed, times * rounding) ? 0.0 : violation;
 }
 
-/// The rows of lines are those of the frames that were chosen with K.
+/// The rows of lines are evaluated again, in the frames that were chosen with K.
 Outcome CutProjector::linearise_at(double t, const double* r) {
   Outcome outcome = linearization_.update(t, r);
   if (outcome.ok()) (void)evaluate_values(r);
@@ -62,7 +62,7 @@ Outcome CutProjector::explain_stall(double t, double violation) const {
           "projection onto the constraints stalls at t = " + text(t) + ", violation " + text(violation)};
 }
 
-/// Along the gradients of the step's beginning; the velocity takes the same multipliers.
+/// Projects along the gradients of the step's beginning. The velocity takes the same multipliers.
 ProjectionReport CutProjector::project_step(double t, double h, double* x, double* step_velocity) {
   step_sum_.assign(model_.num_rows(), 0.0);
   ProjectionReport report = iterate_positions(t, x, step_sum_.data());
@@ -88,7 +88,7 @@ ProjectionReport CutProjector::project_velocities(double t, const double* r, dou
       report.outcome = model_.not_finite(t);
       return report;
     }
-    // Linear in v: one solve is exact up to rounding, more only refine.
+    // The problem is linear in v: one solve is exact up to rounding, further solves only refine.
     const bool stands = !(report.violation < 0.5 * before);
     if (report.violation <= target || report.iterations == most_iterations || stands) return report;
     before = report.violation;

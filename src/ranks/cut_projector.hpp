@@ -7,16 +7,16 @@
 
 namespace tanor {
 
-/// Projections onto xi = 0 and K'v + xi_t = 0 along the M^-1 K that stands, where constraints reach from rank to rank:
-/// the role StepProjector of CutForm as well. Every rank makes the same iterations.
+/// Projections onto xi = 0 and K'v + xi_t = 0 along the present M^-1 K, where constraints reach from rank to rank. It
+/// is the StepProjector of CutForm as well. Every rank makes the same iterations.
 class CutProjector final : public StepProjector, private ChordEquations {
  public:
   CutProjector(Workspace& work, CutLinearization& linearization);
 
-  /// Linearizes anew where the iterations stall.
+  /// Projects positions, and linearizes anew if the iterations stall.
   ProjectionReport project_positions(double t, double* r) { return iterate_positions(t, r, nullptr); }
   ProjectionReport project_velocities(double t, const double* r, double* v);
-  /// The speeds of neighbourhoods have changed.
+  /// Sets the least speed, after the speeds of neighbourhoods have changed.
   void set_least_speed(double speed) { least_speed_ = speed; }
   void exchange_memory(Memory& memory) { memory.exchange(least_speed_); }
 
@@ -30,11 +30,11 @@ class CutProjector final : public StepProjector, private ChordEquations {
     return project_velocities(t, x, v);
   }
 
-  /// w0 = M^-1 f, of guests as well; returns the largest of this rank's.
+  /// Computes w0 = M^-1 f, also for guests. Returns the largest on this rank.
   double evaluate_free(const Kinematics& at, double* w);
 
  private:
-  /// `sum` [d], the multipliers' sum of a step, keeps to the K that stands.
+  /// Projects positions. If `sum` [d], the sum of a step's multipliers, is given, K is not evaluated anew.
   ProjectionReport iterate_positions(double t, double* r, double* sum);
   // ChordEquations
   double evaluate_values(const double* r) override;
@@ -48,7 +48,7 @@ class CutProjector final : public StepProjector, private ChordEquations {
   const Model& model_;
   CutLinearization& linearization_;
   double least_speed_ = 1.0;
-  std::vector<double> rows_;      // [d] what is violated, then its correction
+  std::vector<double> rows_;      // [d] violations, then their correction
   std::vector<double> step_sum_;  // [d]
   std::vector<double> move_;      // [3n]
 };

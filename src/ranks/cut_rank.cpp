@@ -34,7 +34,7 @@ CutRank::CutRank(Workspace& work, const Part& part, Agreement& agreement)
   }
 }
 
-/// K or M^-1/2 K of all ranks: each tells the gradients at its own points.
+/// Returns K or M^-1/2 K of all ranks. Each rank sends the gradients at its own points.
 SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
   constexpr std::size_t width = 5;  // row, point, gradient
   std::vector<double> own;

@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// The motion as a power series in time, where constraints and forces reach from rank to rank: every order is one solve
-/// with the factor that spans the ranks, and brings that order's coefficients of the guests.
+/// The motion as a power series in time, where constraints and forces reach from rank to rank. Every order is one solve
+/// with the factor that spans the ranks, after which that order's coefficients of the guests are fetched.
 class CutSeries final : public SeriesExpansion, private SeriesFactor {
  public:
   /// All arguments outlive it.

@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// Rows of a rank in the order of elimination, the shared ones last, by their place among those of all ranks.
+/// The rows of a rank in the order of elimination, shared rows last, by their place among those of all ranks.
 struct CutSolver::Order {
   std::vector<Product> products;
   std::vector<int> permutation, place;    // [place] -> row and back
@@ -63,7 +63,7 @@ void CutSolver::set_active(std::span<const char> rows) {
     is_active_.push_back(rows[static_cast<std::size_t>(permutation_[k])]);
 }
 
-/// Rows that take no part stand by themselves, with 1 on the diagonal.
+/// Turns rows that take no part into rows of the identity.
 void CutSolver::leave_out_rows() {
   double* value = factor_.values();
   for (std::size_t j = 0; j < is_active_.size(); ++j) {
@@ -80,7 +80,7 @@ CutSolver::Quality CutSolver::factorize(const double* blocks) {
   const Cholesky::Quality own = factor_.factorize(threads_);
   Quality result{own.positive_definite, true, 0, own.reciprocal_condition};
   if (factor_.num_eliminated() > 0) result.weakest_row = static_cast<std::size_t>(permutation_[own.weakest_column]);
-  // Every rank takes part in the sum, also one that has failed. Each has scaled S by what it has of it.
+  // Every rank takes part in the sum, also one that has failed. The scaling of S by each rank is undone.
   factor_.write_complement(triangle_.data());
   const double* const scale = plan_.scale().data() + factor_.num_eliminated();
   double* entry = triangle_.data();
@@ -97,7 +97,7 @@ void CutSolver::solve_negative(const double* b, double* x) {
   const std::size_t n = permutation_.size(), first_shared = factor_.num_eliminated();
   const double* const scale = plan_.scale().data();
   const auto row = [&](std::size_t k) { return static_cast<std::size_t>(permutation_[k]); };
-  // S = D^-1 (scaled S) D^-1 with D = diag(scale)
+  // S = D^-1 (scaled S) D^-1 with D = diag(scale).
   for (std::size_t k = 0; k < n; ++k) x_[k] = -scale[k] * b[row(k)];
   for (std::size_t k = first_shared; k < n; ++k) {
     if (is_counted_[k - first_shared] == 0) x_[k] = 0.0;

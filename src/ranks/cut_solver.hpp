@@ -12,19 +12,19 @@
 
 namespace tanor {
 
-/// x = -S^-1 b where equations reach from rank to rank. Each rank has the rows of its own points; of a rod that is cut,
-/// it has the gradient at its own end, as if the other one were a support. S is the sum of what the ranks have:
+/// Solves x = -S^-1 b where equations reach from rank to rank. Each rank has the rows of its own points. For a rod that
+/// is cut, it has the gradient at its own end, as if the other one were a support. S is the sum of what the ranks have:
 ///
 ///   [ S_1         S_1G          ]     each rank eliminates its own rows S_r (PartialCholesky), the complements
 ///   [      S_2    S_2G          ]     C_r = S_GG,r - S_Gr S_r^-1 S_rG are summed on the rows G that they share
 ///   [ S_G1 S_G2   sum of S_GG,r ]     (SharedRows)
 ///
-/// It is direct: nothing iterates. What a rank has of the shared rows may be singular, its own rows alone are not.
+/// It is direct: nothing iterates. A rank's part of the shared rows may be singular; its own rows alone are not.
 class CutSolver {
  public:
   CutSolver(const Model& model, const Part& part, Ordering ordering);
 
-  /// [inner row of an island] The others take no part: x is 0 there, whatever b is. Empty: all do.
+  /// Sets the rows that take part [inner row of an island]; empty for all. For the others x is 0, whatever b is.
   void set_active(std::span<const char> rows);
 
   struct Quality {
@@ -32,9 +32,9 @@ class CutSolver {
     std::size_t weakest_row = 0;        ///< inner, of this rank's own rows
     double reciprocal_condition = 1.0;  ///< of this rank's own rows, and of the shared ones
   };
-  /// Assembles and factorizes S of the blocks of K. Collective; `Quality` is this rank's own.
+  /// Assembles and factorizes S from the blocks of K. `Quality` is this rank's own. Collective.
   Quality factorize(const double* blocks);
-  /// x := -S^-1 b [d]; x may be b. Shared rows have the same b on all ranks that have them, and get the same x.
+  /// Sets x to -S^-1 b [d]; x may be b. Shared rows have the same b on all ranks that have them, and get the same x.
   /// Collective.
   void solve_negative(const double* b, double* x);
 
@@ -50,9 +50,9 @@ class CutSolver {
 
   int threads_;
   std::size_t num_all_shared_;
-  std::vector<int> permutation_;  // [place] -> inner row; shared ones last
-  std::vector<char> is_counted_;  // [own shared row] its b is this rank's to add
-  std::vector<char> is_active_;   // [place] empty: all
+  std::vector<int> permutation_;  // [place] -> inner row; shared rows last
+  std::vector<char> is_counted_;  // [own shared row] 1 if this rank adds its b
+  std::vector<char> is_active_;   // [place] empty if all are
   GatherPlan plan_;
   PartialCholesky factor_;
   std::unique_ptr<SharedRows> shared_;

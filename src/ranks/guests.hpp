@@ -9,12 +9,12 @@
 
 namespace tanor {
 
-/// Points of other ranks that equations join to this one's: their numbers come from the ranks that own them.
+/// Points of other ranks that equations join to this rank's. The ranks that own them send their numbers.
 class Guests {
  public:
   Guests(const Part& part, const Numbering& numbering);
 
-  /// Of an array [3n] in the inner order, the numbers of guests. Collective.
+  /// Fetches the numbers of guests in an array [3n] in the inner order. Collective.
   void fetch(double* points);
   bool empty() const { return links_.empty(); }
 

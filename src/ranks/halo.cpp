@@ -36,9 +36,9 @@ void Halo::make(std::span<const Vec3> own, double skin) {
     here[3] = static_cast<double>(own_numbers_[i]);
   }
   ranks_.sum(all);
-  // Own points first, as those that move: supports are no pairs of each other.
+  // Own points come first, as those that move. The others count as supports, which are no pairs of each other.
   std::vector<Vec3> places(own.begin(), own.end());
-  std::vector<std::size_t> others;  // among those of all ranks
+  std::vector<std::size_t> others;  // numbers among those of all ranks
   for (std::size_t k = 0; k < num_all; ++k) {
     if (k >= first_own && k < first_own + own.size()) continue;
     others.push_back(k);
@@ -76,7 +76,8 @@ void Halo::make(std::span<const Vec3> own, double skin) {
   connect(std::move(found));
 }
 
-/// Others' lists name the same points in the same order: distances are the same from both sides, bit by bit.
+/// Connects to other ranks. Their lists name the same points in the same order, since distances are the same from both
+/// sides, bit by bit.
 void Halo::connect(std::vector<Link> links) {
   links_ = std::move(links);
   messages_.clear();

@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-/// Lists last for some ten steps of a melt; their making tells all places to all ranks.
+/// Returns a skin with which lists last for some ten steps of a melt. Making them sends all places to all ranks.
 double skin_of(const PairPotential& potential) {
   constexpr double part_of_sigma = 0.5, part_of_cutoff = 0.3;
   return potential.is_lennard_jones() ? part_of_sigma * potential.sigma() : part_of_cutoff * potential.cutoff();
@@ -60,9 +60,9 @@ HaloPairs::Feeling HaloPairs::feel(std::size_t i) const {
   return sum;
 }
 
-/// Forces and energies at r, unless they are known.
+/// Computes forces and energies at r, unless they are known.
 void HaloPairs::follow(const double* r) {
-  std::array<double, 2> all{0.0, 0.0};  // the largest move, and whether some place is another one
+  std::array<double, 2> all{0.0, 0.0};  // the largest move, and 1 if some place has changed
   for (std::size_t i = 0; i < own_.size(); ++i) {
     const Vec3 place = load(r, own_[i]), before = places_[i];
     if (!(place.x == before.x && place.y == before.y && place.z == before.z)) all[1] = 1.0;
@@ -102,16 +102,16 @@ double HaloPairs::potential(const double* r) {
 
 // ---- passages ----
 
-/// A system of the own points that the halo is near to and, as supports, of the halo's.
+/// A system of the own points that the halo is near to and, as supports, of the halo's points.
 struct HaloPairs::Surroundings {
-  std::vector<std::size_t> own;  // points first, by their number among all own ones
+  std::vector<std::size_t> own;  // the system's first points, by their number among all own ones
   System system;
   Numbering numbering;
-  std::vector<double> masses;  // of all: the halo's points are pushed as well
+  std::vector<double> masses;  // masses of all points, since the halo's points are pushed as well
   std::unique_ptr<PairField> field;
 
   explicit Surroundings(const HaloPairs& of) {
-    Rods rods{"rods", {}, {}, {}};  // which leave each other alone
+    Rods rods{"rods", {}, {}, {}};  // pairs without a force
     for (std::size_t i = 0; i < of.own_.size(); ++i)
       if (!of.halo_.near(i).empty()) own.push_back(i);
     const auto first = static_cast<Index>(own.size());
@@ -131,7 +131,7 @@ struct HaloPairs::Surroundings {
     system.constraints = {rods};
     numbering = number(system);
     PairForces law = of.law_;
-    law.points.clear();  // all
+    law.points.clear();  // empty for all points
     law.exclude_rods = true;
     field = std::make_unique<PairField>(system, law, numbering);
   }
@@ -141,7 +141,7 @@ struct HaloPairs::Surroundings {
     system.positions.insert(system.positions.end(), {place.x, place.y, place.z});
     system.masses.push_back(1.0);
   }
-  /// Rods between own points.
+  /// Adds a rod between own points that exclude each other.
   void exclude_own(const HaloPairs& of, Rods* rods) const {
     if (!of.law_.exclude_rods) return;
     std::vector<Index> place(of.model_.num_points(), -1);  // [user's point]
@@ -161,7 +161,7 @@ struct HaloPairs::Surroundings {
 /// The step of these points, at knots that all ranks have.
 class HaloPairs::Path final : public PointPath {
  public:
-  /// Brings the halo's points. Collective.
+  /// Fetches the halo's points. Collective.
   Path(const PointPath& of, std::size_t pieces, std::span<const double> masses, HaloPairs* pairs)
       : PointPath(of), pairs_(*pairs) {
     positions.clear();
@@ -185,7 +185,7 @@ class HaloPairs::Path final : public PointPath {
   }
   void refine(double) override {}
 
-  /// Places stand in the order of the surroundings, and so do the masses.
+  /// Puts places and masses into the order of the surroundings.
   void arrange(std::vector<double>* masses) {
     for (Knot& knot : knots_) {
       write(knot.own_r, knot.halo_r, &knot.r);
@@ -208,7 +208,7 @@ class HaloPairs::Path final : public PointPath {
  private:
   struct Knot {
     std::vector<Vec3> own_r, own_v, halo_r, halo_v;
-    std::vector<double> r, v;  // of both
+    std::vector<double> r, v;  // own and halo points
   };
   std::size_t inner(std::size_t user) const {
     return static_cast<std::size_t>(pairs_.surroundings_->numbering.inner_point[user]);
@@ -225,7 +225,8 @@ class HaloPairs::Path final : public PointPath {
   std::vector<double> atols_r_, atols_v_;
 };
 
-/// The largest distance of own points on their way from where the lists were made, and from where the step begins, m.
+/// Returns the largest distance of own points on their way from where the lists were made, and from where the step
+/// begins, m.
 std::array<double, 2> HaloPairs::measure_reach(const PointPath& path) {
   const std::size_t pieces = path.num_pieces();
   const double length = path.h / static_cast<double>(pieces);
@@ -249,7 +250,7 @@ std::array<double, 2> HaloPairs::measure_reach(const PointPath& path) {
   return reach;
 }
 
-/// As PairField's, of all ranks.
+/// Does the same as PairField's, for all ranks.
 bool HaloPairs::are_too_many(std::span<const Vec3> own, double radius) {
   PointRoom room;
   for (const Vec3& r : own) room.add(r);
@@ -262,7 +263,7 @@ double HaloPairs::find_passage(const PointPath& path, std::span<const double> ma
   const std::array<double, 2> own = measure_reach(path);
   all = {own[0], own[1], static_cast<double>(path.num_pieces())};
   (void)agreement_.agree({}, all);
-  if (!std::isfinite(all[0])) return 1.0;  // and so say the forces
+  if (!std::isfinite(all[0])) return 1.0;  // the forces report this
   const double needed = 2.2 * all[1];
   if (2.0 * all[0] > halo_.skin()) {
     std::vector<Vec3> begin;

@@ -48,12 +48,12 @@ class HaloPairs final : public PairsBeyond {
   PeriodicBox box_;
   double default_skin_;
   std::vector<Index> own_;                      // inner
-  std::vector<std::array<Index, 2>> excluded_;  // own point, number of another one's; rising
+  std::vector<std::array<Index, 2>> excluded_;  // own point, number of another rank's; ascending
   Halo halo_;
   bool is_made_ = false, is_known_ = false;
-  std::vector<Vec3> places_, halo_places_;      // of the last evaluation
+  std::vector<Vec3> places_, halo_places_;      // places of the last evaluation
   std::vector<Feeling> felt_;                   // [own point]
-  std::unique_ptr<Surroundings> surroundings_;  // where passages are looked for; null: not since the lists were made
+  std::unique_ptr<Surroundings> surroundings_;  // for passages; null if none were looked for since the lists were made
 };
 
 }  // namespace tanor

@@ -10,11 +10,11 @@ namespace tanor {
 /// Things that each rank has some of, numbered one rank behind the other.
 struct Share {
   Share() = default;
-  /// Of a rank that has `own` of them. Collective.
+  /// Makes the share of a rank that has `own` of them. Collective.
   Share(Ranks& ranks, std::size_t own);
 
-  std::vector<std::size_t> start{0};  ///< [rank + 1] numbers of the ranks' first ones; how many there are
-  std::size_t first = 0;              ///< of this rank
+  std::vector<std::size_t> start{0};  ///< [rank + 1] number of each rank's first one, then the number of all
+  std::size_t first = 0;              ///< number of this rank's first one
 
   std::size_t all() const { return start.back(); }
 };

@@ -51,7 +51,7 @@ SeriesExpansion* SharedMechanics::series() {
 
 // ---- what all ranks say ----
 
-/// With `numbers`, of which the largest count, goes where the last linearisation stands.
+/// Concludes with `numbers`, of which the largest count, and takes over the state of the last linearisation.
 template <class Work>
 Outcome SharedMechanics::conclude_with(const Work& work, std::span<double> numbers) {
   std::vector<double> all(numbers.size() + 2);

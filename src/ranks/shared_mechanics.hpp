@@ -11,11 +11,11 @@
 
 namespace tanor {
 
-/// Equations of motion of which every rank has a part: the part's own answer, and what all of them say together where a
-/// number or an outcome decides about a step. So every rank makes the same steps. Where no equation reaches from rank
-/// to rank this is all that they tell each other.
+/// Equations of motion of which every rank has a part. A function gives the part's own answer, and what all parts say
+/// together where a number or an outcome decides about a step, so that every rank makes the same steps. If no equation
+/// reaches from rank to rank, ranks tell each other nothing else.
 ///
-/// A role is there where some rank has it (series: where all have). A rank without it answers what changes nothing.
+/// A role exists if some rank has it (series: if all have). A rank without it gives an answer that changes nothing.
 class SharedMechanics final : public EquationsOfMotion {
  public:
   /// `own` outlives it.
@@ -78,14 +78,14 @@ class SharedMechanics final : public EquationsOfMotion {
   class Drives;
   class Events;
 
-  /// work() -> Outcome, which may linearise, and what all ranks say of it.
+  /// Runs work() -> Outcome, which may linearise, and returns what all ranks say of it.
   template <class Work>
   Outcome conclude(const Work& work, const AccelerationOutput& to);
   template <class Work>
   Outcome conclude(const Work& work) {
     return conclude(work, AccelerationOutput(nullptr));
   }
-  /// work() -> ProjectionReport.
+  /// Does the same for work() -> ProjectionReport.
   template <class Work>
   ProjectionReport conclude_projection(const Work& work);
   template <class Work>
@@ -95,7 +95,7 @@ class SharedMechanics final : public EquationsOfMotion {
   Ranks& ranks_;
   Agreement agreement_;
   bool keeps_variables_, has_work_;
-  double reciprocal_condition_ = 1.0;  // as the last linearisation left it
+  double reciprocal_condition_ = 1.0;  // state after the last linearisation
   std::size_t own_rank_ = 0, rank_ = 0;
   std::unique_ptr<Projector> projector_;
   std::unique_ptr<Monitor> monitor_;
@@ -107,7 +107,7 @@ class SharedMechanics final : public EquationsOfMotion {
   std::string why_no_series_;
 };
 
-/// The powers of all ranks together.
+/// Returns the powers of all ranks together.
 Power sum_powers(Ranks& ranks, const Power& own);
 
 }  // namespace tanor

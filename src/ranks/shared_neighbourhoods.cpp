@@ -21,10 +21,10 @@ SharedNeighbourhoods::SharedNeighbourhoods(Workspace& work, const Part& part)
   for (const auto& [here, of_all] : shared) shared_.push_back({here, of_all});
 }
 
-/// They have the length of all their points together.
+/// Gives them the length of all their points together.
 void SharedNeighbourhoods::measure_lengths(const Part& part) {
   constexpr double far = -std::numeric_limits<double>::max();
-  std::vector<double> ends(6 * num_shared_, far);  // the largest of r and of -r
+  std::vector<double> ends(6 * num_shared_, far);  // largest r and largest -r
   const Model& model = work_.model();
   const System& system = model.system;
   const auto shared_of = [&](Index point) { return part.shared_neighbourhood[static_cast<std::size_t>(point)]; };
@@ -37,7 +37,7 @@ void SharedNeighbourhoods::measure_lengths(const Part& part) {
   };
   for (std::size_t i = 0; i < system.num_points(); ++i)
     if (shared_of(static_cast<Index>(i)) >= 0) include(shared_of(static_cast<Index>(i)), i);
-  // Supports belong to none, but hold those that do.
+  // Supports belong to no neighbourhood, but hold those that do.
   for_each_member(system, [&](std::span<const Index> points, int) {
     const auto shared = std::ranges::max(points, {}, shared_of);
     for (const Index point : points)

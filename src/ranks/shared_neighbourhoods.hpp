@@ -10,16 +10,16 @@
 
 namespace tanor {
 
-/// Neighbourhoods that lie on several ranks: what is small there is small beside all of their points. All functions are
+/// Neighbourhoods that lie on several ranks, whose errors are measured against all of their points. All functions are
 /// collective.
 class SharedNeighbourhoods {
  public:
   /// Gives the scales of `work` the lengths of all ranks' points.
   SharedNeighbourhoods(Workspace& work, const Part& part);
 
-  /// Of one number for each neighbourhood here, makes the largest of all ranks.
+  /// Replaces one number for each neighbourhood here by the largest of all ranks.
   void find_largest(std::span<double> of_neighbourhoods) const;
-  /// Likewise of the speeds in the scales; the scene's speed is the largest of all.
+  /// Does the same for the speeds in the scales. The scene's speed is the largest of all.
   void share_speeds(Agreement& agreement);
 
  private:
@@ -31,7 +31,7 @@ class SharedNeighbourhoods {
   struct Shared {
     std::size_t here, of_all;
   };
-  std::vector<Shared> shared_;  // rising
+  std::vector<Shared> shared_;  // ascending
 };
 
 }  // namespace tanor

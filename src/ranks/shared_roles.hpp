@@ -47,7 +47,7 @@ class SharedMechanics::Monitor final : public RankMonitor {
   void remember_gradients() override {
     if (own_ != nullptr) own_->remember_gradients();
   }
-  /// What went through 0 somewhere, or came nearest to it.
+  /// Returns the ratio that went through 0 somewhere, or came nearest to it.
   double compare_gradients() override { return agreement_.smallest(own_ != nullptr ? own_->compare_gradients() : 1.0); }
 
  private:
@@ -56,7 +56,7 @@ class SharedMechanics::Monitor final : public RankMonitor {
   double mass_ratio_;
 };
 
-/// Groups are a rank's own; a rank without any counts as one that rounds nowhere.
+/// Groups are a rank's own. A rank without any counts as one with a single group that does not round.
 class SharedMechanics::Rounding final : public RoundingGroups {
  public:
   Rounding(RoundingGroups* own, SharedMechanics& mechanics)
@@ -154,11 +154,11 @@ class SharedMechanics::Drives final : public DriveMonitor {
  private:
   DriveMonitor* own_;
   SharedMechanics& mechanics_;
-  double most_ = 0.0;  // velocity that was not seen, so far
+  double most_ = 0.0;  // largest unseen velocity so far
   bool has_worst_ = false;
 };
 
-/// The functions of all ranks one after the other, on every rank.
+/// The event functions of all ranks one after the other, on every rank.
 class SharedMechanics::Events final : public EventFunctions {
  public:
   Events(EventFunctions* own, SharedMechanics& mechanics) : own_(own), mechanics_(mechanics) { count(); }
@@ -212,7 +212,7 @@ class SharedMechanics::Events final : public EventFunctions {
   EventFunctions* own_;
   SharedMechanics& mechanics_;
   std::size_t num_own_ = 0;
-  Share share_;  // of the events of all ranks
+  Share share_;  // share of the events of all ranks
   bool has_switched_ = false;
 };
 

@@ -23,7 +23,7 @@ std::unique_ptr<SharedRows> Ranks::make_shared_rows(std::size_t, std::span<const
 
 namespace {
 
-/// The numbers of chosen members where there is one for each of `count`; those for all stay.
+/// Keeps the values of chosen members if there is one for each of `count`. Values shared by all stay.
 template <class Value>
 void select(const std::vector<std::size_t>& members, std::size_t count, std::vector<Value>* values) {
   if (values->size() != count || count == 1) return;
@@ -37,7 +37,7 @@ void select(const std::vector<std::size_t>& members, std::size_t count, Paramete
   select(members, count, &parameter->functions);
 }
 
-/// A group with some of its members and all that belongs to these.
+/// Returns a group with some of its members and all that belongs to these.
 template <class Group>
 Group with_members(const Group& group, const std::vector<std::size_t>& members) {
   Group result = group;
@@ -56,7 +56,7 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
   return result;
 }
 
-/// A force with some of its tuples and all that belongs to these.
+/// Returns a force with some of its tuples and all that belongs to these.
 template <class Force>
 Force with_tuples(const Force& force, const std::vector<std::size_t>& chosen) {
   if constexpr (requires { force.tuples; }) {
@@ -68,7 +68,7 @@ Force with_tuples(const Force& force, const std::vector<std::size_t>& chosen) {
   }
 }
 
-/// A list of single points that is empty stands for all.
+/// True if the group means all points, as an empty list of single points does.
 template <class Group>
 bool means_all_points(const Group& group) {
   if constexpr (requires { KindOf<Group>::members; }) {
@@ -111,7 +111,7 @@ class PartTaker {
   int owner(Index point) const { return owner_[static_cast<std::size_t>(point)]; }
   Index local(Index point) const { return local_[static_cast<std::size_t>(point)]; }
 
-  /// The ranks that own points of a member, in rising order.
+  /// Returns the ranks that own points of a member, in ascending order.
   std::vector<int> owners_of(std::span<const Index> points) const {
     std::vector<int> result;
     for (const Index point : points)
@@ -120,7 +120,7 @@ class PartTaker {
     result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
   }
-  /// Members between supports alone are the first rank's.
+  /// True if this rank has a member with these owners. Members between supports alone are the first rank's.
   bool has(const std::vector<int>& owners) const {
     return owners.empty() ? rank() == 0 : std::ranges::binary_search(owners, rank());
   }
@@ -131,7 +131,8 @@ class PartTaker {
     result_.points.push_back(point);
   }
 
-  /// Own points in their order, then supports and guests that members need; who is a guest where.
+  /// Lists own points in their order, then supports and guests that members need, and which points are guests on which
+  /// rank.
   void list_points() {
     const std::size_t num_points = whole_.num_points();
     for (std::size_t i = 0; i < num_points; ++i)
@@ -154,12 +155,12 @@ class PartTaker {
       if constexpr (std::is_same_v<Group, PairForces>) {
         if (const std::vector<Index> points = points_of(group); owners_of(points).size() <= 1) visit_member(points);
       } else if constexpr (requires { KindOf<Group>::members; }) {
-        if (!has_single_points<Group>) return;  // tuples, see above
+        if (!has_single_points<Group>) return;  // these are tuples, see above
         for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
       }
     };
     for (const Force& force : whole_.forces) std::visit(visit_single_points, force);
-    if (rank() == 0) {  // supports that nothing holds on to
+    if (rank() == 0) {  // supports that no member needs
       for (std::size_t i = 0; i < num_points; ++i)
         if (owner_[i] == nobody) needed_supports_.insert(static_cast<Index>(i));
     }
@@ -249,14 +250,14 @@ class PartTaker {
         if (members.empty()) return;
         own = with_local_points(with_members(own, members));
       } else if constexpr (has_single_points<Group>) {
-        list_own_points(&own);  // guests are others'
+        list_own_points(&own);  // guests belong to others
         if (list_of(own).empty()) return;
       }
     }
     result_.system.forces.emplace_back(std::move(own));
   }
 
-  /// Tuples with own points. Where other ranks have some, too, the first of them counts the energy.
+  /// Takes tuples with own points. If other ranks have some, too, the first of them counts the energy.
   template <class Group>
   void take_tuples(const Group& group, const std::string& name, const std::string& where) {
     std::vector<std::size_t> counted_here, counted_elsewhere;
@@ -298,7 +299,8 @@ class PartTaker {
     return all;
   }
 
-  /// All pairs of one rank's points; of several ranks' those of own points, and what tells of the others.
+  /// Takes all pairs of one rank's points. If several ranks have points, takes the pairs of own points, and shares the
+  /// others.
   void take_pairs(const PairForces& group, const std::string& name, const std::string& where) {
     PairForces own = group;
     own.name = name;
@@ -315,7 +317,8 @@ class PartTaker {
     result_.system.forces.emplace_back(with_local_points(std::move(own)));
   }
 
-  /// A halo has the points within a cutoff; what a support carries is counted once, by a rank that has all of it.
+  /// Throws unless the pairs may be shared: a halo has only points within a cutoff, and what a support carries is
+  /// counted once, by a rank that has all of it.
   void require_cut(const PairForces& pairs, const std::string& name, const std::string& where) const {
     if (!has_cutoff(pairs))
       throw InputError(where, name + " act at any distance between points of several ranks; take one rank");
@@ -323,7 +326,7 @@ class PartTaker {
       throw InputError(where, name + " join supports to points of several ranks; take one rank");
   }
 
-  /// `own`: the pairs of own points alone, by their numbers in the whole system.
+  /// Shares pairs. `own` are the pairs of own points alone, by their numbers in the whole system.
   void share_pairs(const PairForces& own) {
     Part::SharedPairs shared{with_local_points(own), own.points, {}};
     std::vector<Index> place(whole_.num_points(), -1);
@@ -379,7 +382,7 @@ class PartTaker {
     if (!result_.part.guests.empty()) own.supports.push_back({"points of other ranks", result_.part.guests, {}});
   }
 
-  /// Neighbourhoods are found on all of the system: their lengths decide how small an error is.
+  /// Finds neighbourhoods on the whole system, since their lengths decide how small an error is.
   void list_shared_neighbourhoods() {
     Part& part = result_.part;
     if (!part.is_cut()) return;
@@ -402,9 +405,9 @@ class PartTaker {
   const System& whole_;
   std::vector<int> owner_;
   Ranks& ranks_;
-  std::vector<Index> local_;  // [point of the whole] -1: not here
+  std::vector<Index> local_;  // [point of the whole system] -1 if not here
   std::set<Index> needed_supports_;
-  std::set<std::string> names_;  // of groups of constraints that are here
+  std::set<std::string> names_;  // names of groups of constraints that are here
   RankSystem result_;
 };
 

@@ -4,7 +4,7 @@
 
 #include "base/text.hpp"
 
-/// \file The functions that build a System point by point; see its arrays.
+/// \file The functions that build a System point by point, by appending to its arrays.
 namespace tanor {
 
 namespace {

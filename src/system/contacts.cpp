@@ -48,7 +48,7 @@ std::vector<Contact> list_contacts(const System& system) {
   std::vector<Contact> result;
   if (system.friction.empty()) return result;
 
-  // The rows of each guide, point by point.
+  // A point of a guide with its rows there.
   struct Guided {
     Index point, first_row;
     int num_rows;

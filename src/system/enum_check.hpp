@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// Throws InputError where a host's value is none of an enumeration's, which count from 0 to `last`.
+/// Throws InputError if a host's value is none of the enumeration's, which count from 0 to `last`.
 template <class Enum>
 void check_enum(Enum value, Enum last, const char* where) {
   const auto number = static_cast<long>(value);

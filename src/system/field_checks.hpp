@@ -1,7 +1,7 @@
 #pragma once
 
-/// \file Checks of a group's fields as the plain data of its kind say. All throw InputError with the JSON pointer of
-/// the value; `where` is that of the group.
+/// \file Checks of a group's fields by the plain data of its kind. All throw InputError with the JSON pointer of the
+/// value; `where` is that of the group.
 
 #include <optional>
 #include <string>
@@ -15,7 +15,7 @@
 
 namespace tanor {
 
-/// Numbers of a direction's length or of a field with a range, and vectors, are in range and what their field wants.
+/// Throws unless the vector is in range and what its field wants; a direction is not zero.
 inline void check_vector_field(const Vector3& vector, const FieldData& data, const std::string& where,
                                const std::string& noun) {
   check_vector(vector, where, noun);
@@ -24,11 +24,11 @@ inline void check_vector_field(const Vector3& vector, const FieldData& data, con
     check_number(vector[axis], data.range, where, noun + " " + std::string(1, "xyz"[axis]));
 }
 
-/// Nothing, or one vector for each member.
+/// Throws unless there is no vector, or one vector in range for each member.
 template <class Group>
 void check_vectors_of_members(const Group& group, const std::vector<Vector3>& vectors, const std::string& where,
                               std::string noun) {
-  noun.pop_back();  // of its plural
+  noun.pop_back();  // turns the plural into the singular
   if (!vectors.empty() && vectors.size() != num_members(group)) {
     throw InputError(where, text_of_count(vectors.size(), noun) + " for " +
                                 text_of_count(num_members(group), std::string(KindOf<Group>::name)) +
@@ -39,7 +39,7 @@ void check_vectors_of_members(const Group& group, const std::vector<Vector3>& ve
   }
 }
 
-/// A field of another type has checks of its own.
+/// Checks a field of a known type; a field of another type has checks of its own.
 template <class Group, class Value>
 void check_field([[maybe_unused]] const Group& group, const FieldOf<Group, Value>& field, double t,
                  const std::string& where_group) {
@@ -78,7 +78,7 @@ void check_fields(const Group& group, double t, const std::string& where) {
   for_each_field<Group>([&](const auto& field) { check_field(group, field, t, where); });
 }
 
-/// The number that an "initial" parameter has at the start is in its range: else fail(what is wrong).
+/// Checks that the number of an "initial" parameter at the start is in its range; otherwise calls fail(what is wrong).
 template <class Group, class Fail>
 void check_initial(double number, const Fail& fail) {
   for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
@@ -91,7 +91,7 @@ void check_initial(double number, const Fail& fail) {
   });
 }
 
-/// What the kind finds wrong with a member where the points are at the start: fail(member, what is wrong).
+/// Asks the kind what is wrong with a member at the start positions, and calls fail(member, what is wrong).
 template <class Group, class Fail>
 void check_start(const System& system, const Group& group, double t, const Fail& fail) {
   using Kind = KindOf<Group>;

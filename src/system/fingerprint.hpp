@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// A number that tells a System from others: by its points, masses, members of constraints and kinds of all entries.
-/// (What functions compute cannot be compared.)
+/// Returns a number that tells a System from others by its points, masses, members of constraints and kinds of all
+/// entries. (What functions compute cannot be compared.)
 inline std::uint64_t fingerprint_of(const System& system) {
   Checksum sum;
   const auto add = [&](std::size_t number) { sum.add(std::span<const std::size_t>(&number, 1)); };

@@ -33,7 +33,7 @@ const Function* find_function(std::string_view name) {
   return found == std::end(functions) ? nullptr : found;
 }
 
-// Not those of <cctype>: they depend on the locale.
+// The functions of <cctype> are not used, since they depend on the locale.
 bool is_digit(char c) {
   return '0' <= c && c <= '9';
 }
@@ -47,7 +47,7 @@ bool continues_character(char c) {
   return (c & 0xC0) == 0x80;
 }  // second and later bytes of UTF-8
 
-/// The beginning of a text, which ends in "…" where that is not all; never inside a character.
+/// Returns the beginning of a text, which ends in "…" if that is not all. It is never cut inside a character.
 std::string cut(std::string_view text, std::size_t longest) {
   if (text.size() <= longest) return std::string(text);
   while (longest > 0 && continues_character(text[longest])) --longest;
@@ -60,7 +60,8 @@ std::string quote(std::string_view name) {
 
 }  // namespace
 
-/// Recursive descent over the text: one function for each rule of the grammar, each leaves the code of what it read.
+/// A recursive descent over the text. There is one function for each rule of the grammar, which emits the code of what
+/// it read.
 class Formula::Parser {
  public:
   Parser(std::string_view text, std::span<const std::string> variables, const Constants& constants, Formula* formula)
@@ -225,7 +226,7 @@ class Formula::Parser {
     emit_unary({Operation::IntegerPower, static_cast<int>(exponent.constant)});
   }
 
-  /// An operation on constants alone is done here and now.
+  /// Emits an operation. One on constants alone is done here and now.
   void emit_folded(const Instruction& instruction, std::ptrdiff_t num_operands) {
     const auto are_constant = std::all_of(program_.end() - num_operands, program_.end(),
                                           [](const Instruction& i) { return i.operation == Operation::Constant; });
@@ -254,7 +255,7 @@ class Formula::Parser {
     if (!accept(wanted)) fail_expecting(expectation);
   }
 
-  /// The name at a place; empty if there is none.
+  /// Returns the name at a place; empty if there is none.
   std::string_view word_at(std::size_t start) const {
     std::size_t end = start;
     while (end < text_.size() && (is_letter(text_[end]) || (end > start && is_digit(text_[end])))) ++end;
@@ -288,7 +289,7 @@ class Formula::Parser {
     return names;
   }
 
-  /// What stands at the next place that is no space.
+  /// Throws with what stands at the next place that is no space.
   [[noreturn]] void fail_expecting(const std::string& expectation) {
     skip_spaces();
     if (position_ == text_.size()) fail(position_, "found the end, expected " + expectation);
@@ -307,7 +308,7 @@ class Formula::Parser {
     throw InputError("", heading() + "column " + std::to_string(column) + ": " + problem);
   }
 
-  /// The text on one line, cut where it is long.
+  /// Returns the text on one line, cut if it is long.
   std::string heading() const {
     std::string line = cut(text_, 200);
     std::ranges::replace_if(line, is_space, ' ');
@@ -322,7 +323,7 @@ class Formula::Parser {
   std::vector<Instruction>& program_;
   int& depth_;
   std::size_t position_ = 0;
-  int operands_ = 0;  ///< on the stack after the program so far
+  int operands_ = 0;  ///< number on the stack after the program so far
   int nesting_ = 0;
 };
 

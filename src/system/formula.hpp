@@ -14,31 +14,33 @@
 
 namespace tanor {
 
-/// A formula such as `0.1*sin(omega*t)`: parsed once, evaluated often, on numbers and on jets.
+/// A formula such as `0.1*sin(omega*t)`. It is parsed once and evaluated often, on numbers and on jets.
 ///
 ///   sum      = product {(+|-) product}          power   = primary [^ unary]: 2^3^2 = 2^9, -x^2 = -(x^2), 2^-1 = 1/2
 ///   product  = unary {(*|/) unary}              primary = number | variable | constant | pi
 ///   unary    = {+|-} power                              | function(sum {, sum}) | (sum)
 ///
 /// Functions: sqrt exp log sin cos tan asin acos atan atan2 sinh cosh tanh abs, min and max of two or more.
-/// Compiled to a postfix program without the operations on constants alone. Immutable, so safe from any thread.
+/// It is compiled to a postfix program without the operations on constants alone. It is immutable, so safe from any
+/// thread.
 class Formula {
  public:
-  /// Names are letters, digits and '_', not beginning with a digit.
-  /// Throws InputError with the text, the column (from 1, in characters), what stands there and what would be right.
+  /// Parses the text. Names are letters, digits and '_', not beginning with a digit. Throws InputError with the text,
+  /// the column (from 1, in characters), what stands there and what would be right.
   Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants = {});
 
-  /// Value at the variables, in the order of their names. No allocation.
+  /// Returns the value at the variables, in the order of their names. Allocates nothing.
   template <class T>
   T evaluate(std::span<const T> variables) const;
 
-  /// The same where load(i, &x) writes the value of variable i into x, asked for at each place where it stands.
+  /// Does the same where load(i, &x) writes the value of variable i into x. It is called at each place where the
+  /// variable stands.
   template <class T, class Load>
   T evaluate_loading(const Load& load) const;
 
-  /// No variable takes part.
+  /// True if no variable takes part.
   bool is_constant() const { return program_.size() == 1 && program_[0].operation == Operation::Constant; }
-  /// Variable i takes part.
+  /// True if variable i takes part.
   bool depends_on(int i) const {
     return std::ranges::any_of(program_, [i](const Instruction& instruction) {
       return instruction.operation == Operation::Variable && instruction.operand == i;
@@ -57,10 +59,10 @@ class Formula {
   struct Instruction {
     Operation operation;
     int operand = 0;        ///< number of a Variable, exponent of an IntegerPower
-    double constant = 0.0;  ///< of a Constant
+    double constant = 0.0;  ///< value of a Constant
   };
 
-  /// Operands that wait for their operator; deeper formulas are refused.
+  /// Largest number of operands that wait for their operator; deeper formulas are refused.
   static constexpr int largest_depth = 64;
 
  private:

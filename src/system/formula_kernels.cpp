@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t width = Lanes<double>::width;
 
-/// visit(rows) for each group of `width` rows of a batch; the last one is filled up with the last row.
+/// Calls visit(rows) for each group of `width` rows of a batch. The last group is filled up with the last row.
 template <class Visit>
 void for_each_group(std::size_t count, const Visit& visit) {
   std::array<std::size_t, width> rows;
@@ -27,7 +27,7 @@ void for_each_group(std::size_t count, const Visit& visit) {
 }
 using Rows = std::array<std::size_t, width>;
 
-/// Column `i` of rows that are `stride` long, from and to a coefficient of the lanes.
+/// Copy column `i` of rows that are `stride` long to a coefficient of the lanes, and back.
 void gather(const double* array, const Rows& rows, std::size_t stride, std::size_t i, double* lanes) {
   for (std::size_t lane = 0; lane < width; ++lane) lanes[lane] = array[rows[lane] * stride + i];
 }
@@ -35,19 +35,19 @@ void scatter(const double* lanes, const Rows& rows, std::size_t stride, std::siz
   for (std::size_t lane = 0; lane < width; ++lane) array[rows[lane] * stride + i] = lanes[lane];
 }
 
-/// What the variables of a formula are for one group of rows: the columns of x, those of `more`, then the time.
+/// The variables of a formula for one group of rows: the columns of x, those of `more`, then the time.
 struct Variables {
   const double *x, *more;
   double t;
   const Rows& rows;
-  std::size_t width, n;  // columns of each array, of both
+  std::size_t width, n;  // columns of each array, and of both
 
   Variables(const double* array, double time, const Rows& of, std::size_t count)
       : x(array), more(nullptr), t(time), rows(of), width(count), n(count) {}
   explicit Variables(const ForceBatch& batch, const Rows& of, std::size_t size)
       : x(batch.r), more(batch.v), t(batch.t), rows(of), width(size), n(2 * size) {}
 
-  /// The value and, where there are any, derivatives of 0.
+  /// Loads the value. Its derivatives, if there are any, are 0.
   template <class T>
   void load(std::size_t i, Lanes<T>* a) const {
     a->fill(t);
@@ -55,7 +55,7 @@ struct Variables {
   }
 };
 
-/// The formula along (x + e x_dot, t + e).
+/// Evaluates the formula along (x + e x_dot, t + e).
 Lanes<Jet<2>> evaluate_along(const Formula& formula, const Variables& variables, const double* x_dot) {
   return formula.evaluate_loading<Lanes<Jet<2>>>([&](int variable, Lanes<Jet<2>>* a) {
     const auto i = static_cast<std::size_t>(variable);
@@ -68,7 +68,7 @@ Lanes<Jet<2>> evaluate_along(const Formula& formula, const Variables& variables,
   });
 }
 
-/// The formula with its partial derivatives in the variables first, first + 1, first + 2.
+/// Evaluates the formula with its partial derivatives in the variables first, first + 1, first + 2.
 Lanes<Forward<3>> evaluate_partials(const Formula& formula, const Variables& variables, std::size_t first) {
   return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
     const auto i = static_cast<std::size_t>(variable);
@@ -84,8 +84,8 @@ Lanes<double> evaluate_values(const Formula& formula, const Variables& variables
       [&](int variable, Lanes<double>* a) { variables.load(static_cast<std::size_t>(variable), a); });
 }
 
-/// Row by row: the partial derivatives of a formula in its n variables, to derivatives[row * stride].
-/// Three variables a pass; those that do not occur cost nothing.
+/// Writes the partial derivatives of a formula in its n variables, row by row, to derivatives[row * stride]. A pass
+/// takes three variables; those that do not occur cost nothing.
 void scatter_partials(const Formula& formula, const Variables& variables, std::size_t stride, std::size_t step,
                       double* derivatives) {
   const std::size_t n = variables.n;
@@ -169,7 +169,7 @@ void check_names(std::span<const std::string> names, const Constants& constants)
 
 using ForceFormulas = std::vector<Formula>;
 
-/// Values alone, row by row.
+/// Evaluates values alone, row by row.
 void evaluate_forces_of_few(const ForceFormulas& formulas, const ForceBatch& batch) {
   const std::size_t size = formulas.size();
   for (std::size_t row = 0; row < batch.count; ++row) {
@@ -198,7 +198,7 @@ void evaluate_force(const void* context, const ForceBatch& batch) {
   });
 }
 
-/// Parses; an error gets the place of the text.
+/// Parses a formula. An error gets the place of the text.
 Formula parse_at(const std::string& place, std::string_view text, std::span<const std::string> variables,
                  const Constants& constants) {
   try {
@@ -258,7 +258,8 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
 
 namespace {
 
-/// The text of each component in variables of which the second half are velocities and the last one is time.
+/// Makes a force of the text of each component. The second half of the variables are velocities, and the last one is
+/// time.
 ForceKernel make_formula_force(std::span<const std::string> components, std::span<const std::string> places,
                                const std::vector<std::string>& variables, const Constants& constants) {
   ForceKernel kernel{.num_points = static_cast<int>(components.size() / 3),

@@ -6,11 +6,12 @@
 
 namespace tanor {
 
-/// Is a formula that is just the name a variable of that name?
+/// True if a formula that is just the name is a variable of that name.
 bool is_variable_name(const std::string& name);
-/// As a message shows it: control characters, which would cut it or run over it, as \x00.
+/// Returns the name as a message shows it: control characters, which would cut it or run over it, become \x00 and the
+/// like.
 std::string show_name(const std::string& name);
-/// x1, y1, z1, x2, …
+/// Returns x1, y1, z1, x2, …
 std::vector<std::string> name_coordinates(int num_points);
 
 }  // namespace tanor

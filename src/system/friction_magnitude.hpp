@@ -4,8 +4,8 @@
 
 namespace tanor {
 
-/// The magnitude that the law's own file says, N; 0 of laws that say a force. T: double, or Forward for the derivative
-/// in |N|.
+/// Returns the magnitude that the law's own file gives, N, or 0 for a law that gives a force. T is double, or Forward
+/// for the derivative in |N|.
 template <class Law, class T>
 T magnitude_of(const Law& law, double speed, const T& normal) {
   if constexpr (HasForceOfFriction<Law>)

@@ -8,7 +8,7 @@
 #include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
 
-// The iterations of the loop that follows do not depend on each other.
+// Says that the iterations of the loop that follows do not depend on each other.
 #ifdef __clang__
 #define TANOR_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #else
@@ -17,8 +17,8 @@
 
 namespace tanor {
 
-/// Several numbers, jets or forward derivatives side by side, coefficient by coefficient: an interpreter reads an
-/// instruction once for all of them, and the loops below are the compiler's to vectorize.
+/// Several numbers, jets or forward derivatives side by side, coefficient by coefficient. An interpreter reads an
+/// instruction once for all of them, and the compiler vectorizes the loops below.
 ///
 /// Each lane has the bits that T alone would have. The arithmetic and the square root are written out; every other
 /// function goes lane by lane through that of T.
@@ -26,7 +26,7 @@ template <class T>
 struct Lanes {
   static constexpr std::size_t width = 32;
   static constexpr std::size_t num_coefficients = sizeof(T) / sizeof(double);
-  using Coefficients = std::array<double, num_coefficients>;  // of T; the value first
+  using Coefficients = std::array<double, num_coefficients>;  // coefficients of T; the value first
 
   double c[num_coefficients][width];
 
@@ -108,7 +108,7 @@ template <class T>
 Lanes<T>& Lanes<T>::operator/=(const Lanes& b) {
   TANOR_INDEPENDENT
   for (std::size_t lane = 0; lane < width; ++lane) {
-    // r b = a
+    // r b = a.
     const double b0 = b.c[0][lane], r0 = c[0][lane] / b0;
     if constexpr (detail::is_jet<T>) {
       const double b1 = b.c[1][lane], b2 = b.c[2][lane], r1 = (c[1][lane] - b1 * r0) / b0;
@@ -122,7 +122,7 @@ Lanes<T>& Lanes<T>::operator/=(const Lanes& b) {
   return *this;
 }
 
-/// function of each lane.
+/// Returns the function of each lane.
 template <class T, class Function>
 Lanes<T> map(const Lanes<T>& a, const Function& function) {
   Lanes<T> r;
@@ -147,7 +147,7 @@ Lanes<T> sqrt(const Lanes<T>& a) {
     const double root = std::sqrt(a.c[0][lane]);
     r.c[0][lane] = root;
     if constexpr (detail::is_jet<T>) {
-      // r^2 = a
+      // r^2 = a.
       const double r1 = a.c[1][lane] / (2.0 * root);
       r.c[1][lane] = r1;
       r.c[2][lane] = (a.c[2][lane] - r1 * r1) / (2.0 * root);

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Places of a member's points at the start.
+/// Returns the places of a member's points at the start.
 template <class Group>
 auto start_places(const System& system, const Group& group, std::size_t k) {
   const std::span<const Index> points = member_points(group, k);
@@ -22,7 +22,7 @@ auto start_places(const System& system, const Group& group, std::size_t k) {
   return places;
 }
 
-/// The numbers of member k that its law reads, then zeros.
+/// Returns the numbers of member k that its law reads, then zeros.
 template <class Group>
 std::array<double, KindOf<Group>::most_numbers> law_numbers_of(const System& system, const Group& group,
                                                                std::size_t k) {

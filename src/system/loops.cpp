@@ -11,7 +11,7 @@
 namespace tanor {
 
 bool closes_loops(const System& system) {
-  // Points of one tree have one root; all supports and centers are one place.
+  // Points of one tree have one root. All supports and centers are one place.
   const auto ground = static_cast<Index>(system.num_points());
   std::vector<Index> parent(system.num_points() + 1), place(system.num_points() + 1);
   std::iota(parent.begin(), parent.end(), 0);
@@ -20,7 +20,7 @@ bool closes_loops(const System& system) {
     for (const Index point : support.points) place[static_cast<std::size_t>(point)] = ground;
   const auto joins_what_is_joined = [&](Index point, Index other) {
     const Index i = place[static_cast<std::size_t>(point)], j = place[static_cast<std::size_t>(other)];
-    if (find_root(parent.data(), i) == find_root(parent.data(), j)) return i != j;  // between supports alone: idle
+    if (find_root(parent.data(), i) == find_root(parent.data(), j)) return i != j;  // between supports alone it is idle
     join_sets(parent.data(), i, j);
     return false;
   };

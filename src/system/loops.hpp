@@ -4,8 +4,9 @@
 
 namespace tanor {
 
-/// Distances join what is joined already, where all supports and centers are one place; or some constraint is no
-/// distance. Otherwise the constraints are a forest, whose gradients are independent wherever its points are.
+/// True if some distance joins points that are joined already, all supports and centers counting as one place, or if
+/// some constraint is no distance. Otherwise the constraints are a forest, whose gradients are independent wherever its
+/// points are.
 bool closes_loops(const System& system);
 
 }  // namespace tanor

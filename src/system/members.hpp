@@ -7,13 +7,13 @@
 
 namespace tanor {
 
-/// Rows (scalar equations) of one member of a constraint group: a rod is 1, a point on a line 2.
+/// Returns the rows (scalar equations) of one member of a constraint group: a rod has 1, a point on a line 2.
 template <class Group>
 constexpr int rows_per_member() {
   return KindOf<Group>::rows;
 }
 
-/// The list of what a group holds: points, pairs, triples or tuples.
+/// Returns the list of what a group holds: points, pairs, triples or tuples.
 template <class Group>
 const auto& list_of(const Group& group) {
   return group.*KindOf<Group>::members;
@@ -24,7 +24,7 @@ std::size_t num_members(const Group& group) {
   return list_of(group).size();
 }
 
-/// How many numbers the coordinates of a group are.
+/// Returns the number of coordinates of a group.
 template <class Group>
 std::size_t num_coordinates_of(const Group& group) {
   if constexpr (requires { KindOf<Group>::num_coordinates(group); })
@@ -33,7 +33,7 @@ std::size_t num_coordinates_of(const Group& group) {
     return static_cast<std::size_t>(KindOf<Group>::coordinates) * num_members(group);
 }
 
-/// Points of a member of a kind whose members have a fixed number of them.
+/// Returns the points of a member of a kind whose members have a fixed number of them.
 template <class Group>
 constexpr int points_of_member() {
   if constexpr (has_single_points<Group>)
@@ -44,7 +44,7 @@ constexpr int points_of_member() {
             typename std::remove_cvref_t<decltype(std::declval<Group>().*KindOf<Group>::members)>::value_type>);
 }
 
-/// The user's points of member k.
+/// Returns the user's points of member k.
 template <class Group>
 std::span<const Index> member_points(const Group& group, std::size_t k) {
   if constexpr (has_single_points<Group>)
@@ -53,7 +53,7 @@ std::span<const Index> member_points(const Group& group, std::size_t k) {
     return list_of(group)[k];
 }
 
-/// The places of a member's points: r[p] is that of its p-th one. `at`: the place of a point of the user.
+/// The places of a member's points: r[p] is that of its p-th point. `at` returns the place of a point of the user.
 template <class At>
 struct MemberPlaces {
   std::span<const Index> points;
@@ -64,7 +64,7 @@ struct MemberPlaces {
   auto operator[](std::size_t p) const { return at(points[p]); }
 };
 
-/// visit(points, rows) for every member, group by group: the user's order.
+/// Calls visit(points, rows) for every member, group by group, in the user's order.
 template <class Visit>
 void for_each_member(const System& system, const Visit& visit) {
   for (const Constraint& constraint : system.constraints) {
@@ -76,7 +76,7 @@ void for_each_member(const System& system, const Visit& visit) {
   }
 }
 
-/// The tuples of points that a force joins; of forces on single points there are none.
+/// Returns the tuples of points that a force joins. Forces on single points have none.
 template <class Force>
 const auto& tuples_of(const Force& force) {
   if constexpr (requires { force.tuples; })
@@ -91,7 +91,7 @@ constexpr bool joins_points() {
   return false;
 }
 
-/// visit(points) for every tuple of points that a force joins, pair forces apart.
+/// Calls visit(points) for every tuple of points that a force joins, except pair forces.
 template <class Visit>
 void for_each_tuple(const System& system, const Visit& visit) {
   for (const Force& force : system.forces) {
@@ -105,12 +105,12 @@ void for_each_tuple(const System& system, const Visit& visit) {
   }
 }
 
-/// Points far enough from each other are no pair.
+/// True if points that are far enough from each other are no pair.
 inline bool has_cutoff(const PairForces& pairs) {
   return pairs.law == PairLaw::Wca || pairs.law == PairLaw::Lj || pairs.cutoff.has_value();
 }
 
-/// A group has so many members, each with so many equations.
+/// The number of members of a group and the number of equations of each.
 struct GroupShape {
   std::size_t members, rows_per_member;
 };

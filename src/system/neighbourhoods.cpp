@@ -27,7 +27,7 @@ class Box {
   Vec3 low_{far, far, far}, high_{-far, -far, -far};
 };
 
-/// Sets of points that grow together; supports stay outside.
+/// Sets of points that grow as they are joined; supports stay outside.
 class Joining {
  public:
   explicit Joining(const System& system) : root_(system.num_points()) {
@@ -37,7 +37,7 @@ class Joining {
     }
   }
   bool is_support(Index point) const { return root_[static_cast<std::size_t>(point)] < 0; }
-  /// -1: a support.
+  /// Returns the root of a point, -1 for a support.
   Index find(Index point) { return is_support(point) ? -1 : find_root(root_.data(), point); }
   void join(std::span<const Index> points) {
     Index first = -1;
@@ -52,7 +52,7 @@ class Joining {
   std::vector<Index> root_;
 };
 
-/// visit(points) for all that join points.
+/// Calls visit(points) for all that joins points.
 template <class Visit>
 void for_each_tie(const System& system, const Visit& visit) {
   for_each_member(system, [&](std::span<const Index> points, int) { visit(points); });
@@ -80,7 +80,7 @@ Vec3 value_at(const Value&, double) {
   return {};
 }
 
-/// visit(point, centre) for all that groups have: their fields of role Center.
+/// Calls visit(point, centre) for all centres of groups, which are their fields of role Center.
 template <class Visit>
 void for_each_centre(const System& system, double t, const Visit& visit) {
   const auto visit_all = [&]<class Group>(const Group& group) {

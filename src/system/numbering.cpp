@@ -14,7 +14,8 @@ namespace tanor {
 
 namespace {
 
-/// A member at one of its points, and the other one where it joins two: -1 where it joins more or none.
+/// A member at one of its points. `other` is the other point if the member joins two, and -1 if it joins more or only
+/// one.
 struct Joint {
   Index member, other;
 };
@@ -29,10 +30,10 @@ Groups<Joint> list_joints(const Groups<Index>& points_of_member, std::size_t num
           }};
 }
 
-/// What constraints connect, by numbers of its own: points and members as a search from one of its points finds them.
-/// However the user numbers them, neighbours are near each other in memory here.
+/// Points that constraints connect, with numbers of their own, in the order in which a search from one of its points
+/// finds points and members. However the user numbers them, neighbours are near each other in memory here.
 struct Island {
-  std::vector<Index> points, members;  // the user's
+  std::vector<Index> points, members;  // numbers of the user
   Groups<Index> points_of_member, members_of_point;
 
   void clear() {
@@ -43,7 +44,7 @@ struct Island {
   }
 };
 
-/// Every point is joined to two others, by members of two points.
+/// True if every point is joined to two others, by members of two points.
 bool is_ring(const Island& island) {
   const auto are_pairs = [](const Groups<Index>& groups) {
     for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -54,7 +55,7 @@ bool is_ring(const Island& island) {
   return island.points.size() > 2 && are_pairs(island.members_of_point) && are_pairs(island.points_of_member);
 }
 
-/// No rings; constraints of single points may be there, too.
+/// True if there are no rings. Constraints of single points may be there, too.
 bool is_tree(const Island& island) {
   std::size_t joints = 0;
   for (std::size_t member = 0; member < island.points_of_member.size(); ++member) {
@@ -64,7 +65,7 @@ bool is_tree(const Island& island) {
   return joints + 1 == island.points.size();
 }
 
-/// A tree of points one after the other, each joined to the next.
+/// True if the points of a tree follow one another, each joined to the next.
 bool is_path(const Island& tree) {
   const auto joins_two = [&](Index member) { return tree.points_of_member[member].size() == 2; };
   for (std::size_t point = 0; point < tree.points.size(); ++point) {
@@ -81,7 +82,7 @@ class Islands {
         joints_of_point_(joints_of_point),
         point_name_(joints_of_point.size(), -1),
         member_name_(points_of_member.size(), -1) {
-    // Memory that nobody touches costs nothing; arrays that grow are moved again and again.
+    // Reserved memory that nobody touches costs nothing, while arrays that grow are moved again and again.
     island_.points.reserve(point_name_.size());
     island_.members.reserve(member_name_.size());
     island_.points_of_member.start.reserve(member_name_.size() + 1);
@@ -92,7 +93,7 @@ class Islands {
 
   bool have(Index point) const { return point_name_[point] >= 0; }
 
-  /// That of `root`, whose points are in the order of their distance from it. Until the next call.
+  /// Returns the island of `root`, with points in the order of their distance from it. It is valid until the next call.
   const Island& find(Index root) {
     island_.clear();
     name_point(root);
@@ -119,7 +120,7 @@ class Islands {
     member_name_[member] = static_cast<Index>(island_.members.size());
     island_.members.push_back(member);
     std::vector<Index>& points = island_.points_of_member.entries;
-    if (other >= 0) {  // one look into a long list less
+    if (other >= 0) {  // saves one look into a long list
       points.insert(points.end(), {head, name_point(other)});
     } else {
       for (const Index point : points_of_member_[member]) points.push_back(name_point(point));
@@ -129,14 +130,14 @@ class Islands {
 
   const Groups<Index>& points_of_member_;
   const Groups<Joint>& joints_of_point_;
-  std::vector<Index> point_name_, member_name_;  // in their island; -1: not found so far
+  std::vector<Index> point_name_, member_name_;  // numbers in their island; -1 if not found so far
   Island island_;
 };
 
 /// Breadth-first searches over an island.
 class Search {
  public:
-  /// The island's points in the order of their distance from `root`.
+  /// Returns the island's points in the order of their distance from `root`.
   const std::vector<Index>& visit(const Island& island, Index root) {
     point_seen_.assign(island.points.size(), 0);
     member_seen_.assign(island.members.size(), 0);
@@ -159,11 +160,11 @@ class Search {
   std::vector<Index> order_;
 };
 
-/// Points that are islands by themselves, in the user's order but for this: those with the same kinds of constraints
-/// follow one another.
+/// Lists the points that are islands by themselves. Those with the same kinds of constraints follow one another;
+/// otherwise they are in the user's order.
 std::vector<Index> list_lone_points(const System& system, const Groups<Index>& points_of_member,
                                     const Groups<Joint>& joints_of_point) {
-  // Points are told apart by the kinds of their last eight constraints.
+  // Points are distinguished by the kinds of their last eight constraints.
   constexpr int bits = 8;
   static_assert(std::variant_size_v<Constraint> < (1u << bits), "the number of a kind fits its bits");
   std::vector<std::uint64_t> kind_of_member;
@@ -171,7 +172,7 @@ std::vector<Index> list_lone_points(const System& system, const Groups<Index>& p
     const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
     kind_of_member.insert(kind_of_member.end(), count, constraint.index() + 1);
   }
-  kind_of_member.resize(points_of_member.size(), 0);  // those of contacts
+  kind_of_member.resize(points_of_member.size(), 0);  // members of contacts
   std::vector<std::pair<std::uint64_t, Index>> points;
   for (std::size_t point = 0; point < joints_of_point.size(); ++point) {
     const std::span<const Joint> joints = joints_of_point[static_cast<Index>(point)];
@@ -278,8 +279,8 @@ class NumberingBuilder {
     }
   }
 
-  /// Appends an island backwards from a far end, which two searches find: what lies farthest comes first. Of the two
-  /// ends of a path that is the one with the larger number, so that a chain keeps the user's direction.
+  /// Appends an island backwards from a far end, which two searches find, so that what lies farthest comes first. For a
+  /// path it is the end with the larger number, so that a chain keeps the user's direction.
   void append_from_far_end(const Island& island, bool is_path) {
     const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
     const Index other_end = search_.visit(island, end).back();
@@ -289,8 +290,8 @@ class NumberingBuilder {
     append_points(island, order);
   }
 
-  /// Appends points in this order. A member is numbered with the first of its points: in a tree that is the rod towards
-  /// the root. Those of this point alone come first, so that a path which begins at a support runs along.
+  /// Appends points in this order. A member is numbered with the first of its points; in a tree that is the rod towards
+  /// the root. Members of this point alone come first, so that a path which begins at a support runs along.
   void append_points(const Island& island, const std::vector<Index>& order) {
     is_numbered_.assign(island.members.size(), 0);
     for (const Index point : order) {
@@ -319,8 +320,8 @@ class NumberingBuilder {
   }
 
   std::vector<char> is_support_;          // [point]
-  Groups<Index> points_of_member_;        // moving ones
-  std::vector<Index> user_first_row_{0};  // of each member, and the number of rows
+  Groups<Index> points_of_member_;        // moving points only
+  std::vector<Index> user_first_row_{0};  // first row of each member, and then the number of rows
   Search search_;
   std::vector<char> is_numbered_;  // [member of the island at hand]
   Numbering result_;

@@ -9,18 +9,18 @@
 
 namespace tanor {
 
-/// The inner order of points and rows; outside, the user's order holds everywhere.
+/// The inner order of points and rows. Outside, the user's order holds everywhere.
 ///
-/// Islands (points connected by constraints; supports connect nothing) follow one another, those of one point by kinds;
-/// inside an island points and rows run along its paths, leaves first: neighbours in space are neighbours in memory, a
-/// chain gives a tridiagonal S and a tree is eliminated without fill, each of its branches in one piece. Round a ring
-/// its row a joins its points a and a + 1, the last row the last point and the first. Free points come after the
-/// islands, supports last. Rows that join supports alone are idle: they come after those of the islands. Contacts that
-/// may stick have rows of their own (see contacts.hpp), whose numbers follow those of the user's rows.
+/// Islands (points connected by constraints; supports connect nothing) follow one another, those of one point by kinds.
+/// Inside an island points and rows run along its paths, leaves first. So neighbours in space are neighbours in memory,
+/// a chain gives a tridiagonal S, and a tree is eliminated without fill, each of its branches in one piece. Round a
+/// ring, its row a joins its points a and a + 1, and the last row joins the last point and the first. Free points come
+/// after the islands, supports last. Rows that join supports alone are idle and come after those of the islands.
+/// Contacts that may stick have rows of their own (see contacts.hpp), whose numbers follow those of the user's rows.
 struct Numbering {
   std::vector<Index> user_point;    ///< [inner point] -> user's point
   std::vector<Index> inner_point;   ///< [user's point] -> inner point
-  std::vector<Index> user_row;      ///< [inner row] -> user's row; `num_user_rows` and above: of a contact
+  std::vector<Index> user_row;      ///< [inner row] -> user's row; `num_user_rows` and above for contacts
   std::vector<Index> member_row;    ///< [member in the user's order] -> its first inner row; contacts at the end
   std::vector<Index> island_start;  ///< first row of each island, and the number of rows that are not idle
   std::size_t num_moving = 0;       ///< inner points below this move, the others are supports
@@ -36,14 +36,15 @@ struct Numbering {
   }
   bool has_contact_rows() const { return num_rows() > num_user_rows; }
 
-  /// From the user's order to the inner one and back: three numbers a point.
+  /// Copy three numbers a point from the user's order to the inner one, and back.
   void gather_points(std::span<const double> user, std::span<double> inner, const Parallel& by = Parallel(1)) const;
   void scatter_points(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
-  /// Rows of contacts are not the user's.
+  /// Does the same for rows; those of contacts are not the user's and are left out.
   void scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
 };
 
-/// Where points are: positions [3n] in the user's order, and [inner point] -> user's. Empty: nobody knows.
+/// The places of points: positions [3n] in the user's order, and [inner point] -> user's point. Both are empty if they
+/// are not known.
 struct PointPlaces {
   std::span<const double> positions;
   std::span<const Index> user_point;

@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// The result of an operation that was taken down, of `values` of those before it; a variable's is there already.
+/// Returns the result of a recorded operation on `values` of those before it. The value of a variable is there already.
 template <class T>
 T perform(const Expression::Instruction& instruction, const std::vector<T>& values) {
   using Operation = Expression::Operation;
@@ -19,7 +19,7 @@ T perform(const Expression::Instruction& instruction, const std::vector<T>& valu
   const T& b = values[static_cast<std::size_t>(instruction.b)];
   // clang-format off
   switch (instruction.operation) {
-    case Operation::Variable: break;  // is there already
+    case Operation::Variable: break;  // it is there already
     case Operation::Constant: return T(instruction.constant);
     case Operation::Scale: return instruction.constant * a;
     case Operation::Shift: return a + T(instruction.constant);

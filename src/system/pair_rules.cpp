@@ -14,13 +14,13 @@ namespace tanor {
 
 namespace {
 
-const double lowest_point = std::exp2(1.0 / 6.0);  // of the Lennard-Jones potential, in sigma
+const double lowest_point = std::exp2(1.0 / 6.0);  // lowest point of the Lennard-Jones potential, in sigma
 
 bool has_no_cutoff(PairLaw law) {
   return law == PairLaw::Log || law == PairLaw::Coulomb;
 }
 
-/// All of them, or those of the list; none twice.
+/// Returns all points, or those of the list. Throws if one is there twice.
 std::vector<Index> points_of(const System& system, const PairForces& pairs, const std::string& where) {
   if (pairs.points.empty()) {
     std::vector<Index> all(system.num_points());
@@ -79,7 +79,7 @@ bool are_joined(const System& system, Index i, Index j) {
   return false;
 }
 
-/// Points on top of each other push in no direction.
+/// Throws if two points are on top of each other, since their force would have no direction.
 void check_places(const System& system, const PairForces& pairs, const std::vector<Index>& points,
                   const std::function<bool(Index)>& is_support, const std::string& where) {
   struct Place {

@@ -14,12 +14,12 @@
 #include "system/formula_names.hpp"
 #include "system/operations.hpp"
 
-/// \file Energies of tuples as text, and as operations that were taken down.
+/// \file Energies of tuples, as text and as recorded operations.
 namespace tanor {
 
 namespace {
 
-/// Runs what was taken down, as Formula runs its program.
+/// Runs recorded operations, as Formula runs its program.
 struct Recorded {
   std::shared_ptr<const Expression> expression;
 
@@ -44,10 +44,11 @@ T Recorded::evaluate_loading(const Load& load) const {
 template <class Function>
 struct Energy {
   Function function;
-  std::size_t size, num_constants;  // 3p, c
+  std::size_t size, num_constants;  // 3p, numbers of a member
 };
 
-/// One member with T for its numbers: variable(i) has its place among those that are derived by, or is constant.
+/// Evaluates one member with numbers of type T. variable(i, x) makes number i a variable of differentiation, or a
+/// constant.
 template <class T, class Function, class Variable>
 T evaluate_member(const Energy<Function>& of, const PotentialBatch& batch, std::size_t k, const Variable& variable) {
   return of.function.template evaluate_loading<T>([&](int number, T* x) {
@@ -59,7 +60,7 @@ T evaluate_member(const Energy<Function>& of, const PotentialBatch& batch, std::
   });
 }
 
-/// The derivatives in the coordinates of points a and b.
+/// Evaluates with the derivatives in the coordinates of points a and b.
 template <class Function>
 Curved<6> evaluate_curved(const Energy<Function>& of, const PotentialBatch& batch, std::size_t k, std::size_t a,
                           std::size_t b) {
@@ -113,7 +114,7 @@ void check_num_points(int num_points) {
   }
 }
 
-/// An energy that would be one if it could read velocities: says so.
+/// Throws if the text would be a valid energy if it could read velocities.
 void refuse_velocities(std::string_view energy, int num_points, std::vector<std::string> variables,
                        const Constants& constants) {
   const std::size_t first = variables.size();
@@ -128,7 +129,7 @@ void refuse_velocities(std::string_view energy, int num_points, std::vector<std:
       for (std::size_t i = first; i < variables.size(); ++i) {
         if (formula.depends_on(static_cast<int>(i))) return variables[i];
       }
-    } catch (const InputError&) {  // said where the text is parsed as what it is
+    } catch (const InputError&) {  // this error is reported where the text is parsed as what it is
     }
     return {};
   };

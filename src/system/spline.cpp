@@ -19,7 +19,7 @@ namespace {
 
 constexpr int max_degree = 5;
 
-using Local = std::array<double, max_degree + 1>;  ///< one number for each basis function that lives on an interval
+using Local = std::array<double, max_degree + 1>;  ///< one number for each basis function alive on an interval
 
 void check_samples(const std::vector<double>& times, const std::vector<double>& values) {
   if (times.size() != values.size()) {
@@ -41,13 +41,13 @@ void check_samples(const std::vector<double>& times, const std::vector<double>& 
   }
 }
 
-/// B-splines of a degree over a knot sequence (de Boor, A Practical Guide to Splines, chapters IX and X).
-/// On the interval [knots[m], knots[m+1]) the basis functions m - degree … m are not zero.
+/// B-splines of a degree over a knot sequence (de Boor, A Practical Guide to Splines, chapters IX and X). On the
+/// interval [knots[m], knots[m+1]) the basis functions m - degree … m are not zero.
 struct Basis {
   int degree;
   std::vector<double> knots;
 
-  /// Ends of multiplicity degree + 1; inside, all samples but the (degree + 1)/2 - 1 next to each end.
+  /// The ends have multiplicity degree + 1. Inside, all samples but the (degree + 1)/2 - 1 next to each end are knots.
   explicit Basis(std::span<const double> times)
       : degree(std::min<int>(max_degree, static_cast<int>(times.size()) - 1)) {
     knots.assign(degree + 1, times.front());
@@ -64,7 +64,7 @@ struct Basis {
     return std::upper_bound(begin, end, t) - knots.begin() - 1;
   }
 
-  /// Values at t of the functions m - degree … m.
+  /// Returns the values at t of the functions m - degree … m.
   Local evaluate(double t, std::size_t m) const {
     Local values{1.0};
     for (int p = 1; p <= degree; ++p) {
@@ -81,7 +81,8 @@ struct Basis {
     return values;
   }
 
-  /// Taylor coefficients at knots[m] of the spline with the given coefficients of the functions m - degree … m.
+  /// Returns the Taylor coefficients at knots[m] of the spline with the given coefficients of the functions m - degree
+  /// … m.
   Local expand(Local spline, std::size_t m) const {
     Local taylor{};
     double factorial = 1.0;
@@ -96,7 +97,7 @@ struct Basis {
     return taylor;
   }
 
-  /// Value at knots[m] of a spline of degree p over these knots, by averaging neighbours.
+  /// Returns the value at knots[m] of a spline of degree p over these knots, by averaging neighbours.
   double evaluate_at_knot(Local spline, int p, std::size_t m) const {
     for (int r = 1; r <= p; ++r) {
       for (int j = p; j >= r; --j) {
@@ -109,7 +110,7 @@ struct Basis {
   }
 };
 
-/// Coefficients c of sum over i of c_i N_i(times_j) = values_j: one banded system.
+/// Returns the coefficients c of sum over i of c_i N_i(times_j) = values_j, a banded system.
 Eigen::VectorXd interpolate(const Basis& basis, std::span<const double> times, std::span<const double> values) {
   const auto size = static_cast<Eigen::Index>(times.size());
   std::vector<Eigen::Triplet<double>> entries;
@@ -124,7 +125,7 @@ Eigen::VectorXd interpolate(const Basis& basis, std::span<const double> times, s
   Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
 
-  // The matrix is totally positive and banded: its own order fills nothing.
+  // The matrix is totally positive and banded, so its own order makes no fill.
   Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::NaturalOrdering<int>> factor(matrix);
   const auto fail = [] {
     throw InputError("",
@@ -152,7 +153,7 @@ Spline::Spline(std::vector<double> times, const std::vector<double>& values) {
   }
 }
 
-/// The last one that starts at or before t.
+/// Returns the last piece that starts at or before t.
 const Spline::Piece& Spline::find_piece(double t) const {
   const double rounding =
       8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_time_), std::abs(last_time_));

@@ -8,21 +8,22 @@
 
 namespace tanor {
 
-/// C4 interpolation of samples: a spline of degree 5, so that accelerations are as smooth as a trajectory needs.
+/// C4 interpolation of samples by a spline of degree 5, so that accelerations are as smooth as a trajectory needs.
 ///
-/// Not-a-knot ends: one polynomial spans the first three intervals and one the last three; polynomials up to degree 5
-/// are reproduced. Up to six samples it is the polynomial through them. Error on a smooth function at distance h of
-/// the samples: O(h^6), of the second derivative O(h^4).
+/// Its ends are not-a-knot: one polynomial spans the first three intervals and one the last three, so polynomials up to
+/// degree 5 are reproduced. Up to six samples give the polynomial through them. The error on a smooth function at
+/// distance h of the samples is O(h^6), that of the second derivative O(h^4).
 class Spline {
  public:
-  /// `times` strictly increasing, at least 2, all numbers finite; InputError otherwise.
+  /// Interpolates. `times` are strictly increasing, at least 2, and all numbers are finite; otherwise throws
+  /// InputError.
   Spline(std::vector<double> times, const std::vector<double>& values);
 
-  /// Value and two derivatives at t; outside the samples (by more than a rounding of t) InputError.
+  /// Returns the value and two derivatives at t. Throws InputError outside the samples (by more than a rounding of t).
   Jet<2> evaluate(double t) const;
-  /// Taylor coefficients 0 … of the piece at t.
+  /// Writes the Taylor coefficients 0 … of the piece at t.
   void expand(double t, std::span<double> coefficients) const;
-  /// Where the piece at t ends; infinite for the last one.
+  /// Returns where the piece at t ends; infinite for the last one.
   double next_knot(double t) const;
   /// Appends the times between begin and end at which two pieces meet.
   void append_knots(double begin, double end, std::vector<double>* knots) const;
@@ -30,7 +31,7 @@ class Spline {
   double last_time() const { return last_time_; }
 
  private:
-  /// Value = sum of coefficients[k] (t - start)^k.
+  /// A polynomial: value = sum of coefficients[k] (t - start)^k.
   struct Piece {
     double start;
     std::array<double, 6> coefficients;

@@ -15,7 +15,7 @@ std::string_view kind_of(const Entry& entry) {
   return std::visit([]<class Group>(const Group&) { return KindOf<Group>::name; }, entry);
 }
 
-/// Its own name, or `<kind><index>`.
+/// Returns the entry's own name, or `<kind><index>`.
 template <class Entry>
 std::string name_of(const Entry& entry, std::size_t index) {
   const std::string& own = std::visit([](const auto& group) -> const std::string& { return group.name; }, entry);

@@ -39,7 +39,7 @@ class FormulaSource final : public ScalarFunction::Source {
     std::copy_n(series.c.begin(), coefficients.size(), coefficients.begin());
     return true;
   }
-  /// An instruction is read once for many times.
+  /// Samples many times at once, since an instruction is then read once for all of them.
   void sample(std::span<const double> times, double* values) const override {
     constexpr std::size_t width = Lanes<double>::width;
     for (std::size_t first = 0; first < times.size(); first += width) {

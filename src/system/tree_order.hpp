@@ -10,12 +10,12 @@
 
 namespace tanor {
 
-/// The points of a tree from its leaves to its center, each branch (a point with all that hangs on it) in one piece,
-/// and equal branches of a point side by side and numbered alike: they can be eliminated in the lanes of a vector
-/// (schur/equal_branches.hpp).
+/// Lists the points of a tree from its leaves to its center. Each branch (a point with all that hangs on it) is in one
+/// piece, and equal branches of a point are side by side and numbered alike, so that they can be eliminated in the
+/// lanes of a vector (schur/equal_branches.hpp).
 class TreeOrder {
  public:
-  /// Members join two points or belong to one alone; the first ones join all points to a tree.
+  /// Members join two points or belong to one alone. Those with two points join all points to a tree.
   TreeOrder(const Groups<Index>& points_of_member, const Groups<Index>& members_of_point)
       : points_of_member_(points_of_member), members_of_point_(members_of_point) {}
 
@@ -28,7 +28,7 @@ class TreeOrder {
  private:
   std::size_t num_points() const { return members_of_point_.size(); }
 
-  /// Breadth first: `order_`, and where each point was seen from, -1 for the root.
+  /// Searches breadth first: sets `order_`, and for each point the one from which it was seen, -1 for the root.
   void visit(Index root) {
     order_.assign(1, root);
     parent_.assign(num_points(), -1);
@@ -44,7 +44,7 @@ class TreeOrder {
     }
   }
 
-  /// The middle of a longest path, from one far end to another.
+  /// Returns the middle of a longest path, from one far end to another.
   Index find_center() {
     visit(0);
     visit(order_.back());
@@ -54,7 +54,8 @@ class TreeOrder {
     return path[path.size() / 2];
   }
 
-  /// Branches of one shape have one size and one hash; others seldom do, which costs time alone.
+  /// Measures branches by a size and a hash of their shape. Equal branches agree in both; others seldom do, which costs
+  /// only time.
   void measure_branches() {
     size_.assign(num_points(), 1);
     hash_.assign(num_points(), 0);
@@ -70,9 +71,9 @@ class TreeOrder {
     }
   }
 
-  /// Branches of a point by size, then shape.
+  /// Lists the points with the branches of each point sorted by size, then shape.
   std::vector<Index> list_branch_by_branch() const {
-    // A point comes before its branches, the last one first, in the reverse of the result.
+    // In the reverse of the result, a point comes before its branches, the last one first.
     const Groups<Index> branches(num_points(), [&](const auto& add) {
       for (const Index point : order_) {
         if (parent_[static_cast<std::size_t>(point)] >= 0) add(parent_[static_cast<std::size_t>(point)], point);
@@ -102,7 +103,7 @@ class TreeOrder {
     return {size_[static_cast<std::size_t>(point)], hash_[static_cast<std::size_t>(point)], point};
   }
 
-  /// The finalizer of SplitMix64 (S. Vigna).
+  /// Computes the finalizer of SplitMix64 (S. Vigna).
   static std::uint64_t mix(std::uint64_t x) {
     x += 0x9e3779b97f4a7c15U;
     x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;

@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// What a user's kernel says about some members that follow one another.
+/// The results of a user's kernel for some members that follow one another.
 struct TupleValues {
   std::size_t first, count;
   std::size_t size;          ///< 3p
@@ -21,12 +21,12 @@ struct TupleValues {
   const double* gradient;    ///< [count][3p]
 };
 
-/// Evaluates members [first, last) of a user's constraint in chunks: gathers, calls the kernel, hands over what it says
-/// to use(TupleValues). `points`: [member][p]; `v` may be null. No allocation.
+/// Evaluates members [first, last) of a user's constraint in chunks: gathers, calls the kernel, and hands its results
+/// to use(TupleValues). `points` are [member][p]; `v` may be null. Allocates nothing.
 template <bool WithGradients = true, class Use>
 void for_each_chunk(const ConstraintKernel& kernel, std::span<const Index> points, std::size_t first, std::size_t last,
                     double t, const double* r, const double* v, const Use& use) {
-  // Large enough that the call costs nothing, small enough for the first cache.
+  // The chunk is large enough that the call costs nothing, and small enough for the first cache.
   constexpr std::size_t usual_chunk = 64, room = 3 * ConstraintKernel::most_points * 2;
   const std::size_t p = static_cast<std::size_t>(kernel.num_points), size = 3 * p;
   const std::size_t chunk = std::min(usual_chunk, room / size);
@@ -51,7 +51,7 @@ void for_each_chunk(const ConstraintKernel& kernel, std::span<const Index> point
   }
 }
 
-/// The largest length of a point's block, which the gradient's length is measured by; NaN if any is.
+/// Returns the largest length of a point's block, by which the gradient's length is measured; NaN if any is NaN.
 inline double largest_block(const double* gradient, std::size_t size) {
   double square = 0.0;
   for (std::size_t i = 0; i < size; i += 3) {

@@ -20,8 +20,8 @@ namespace tanor {
 
 namespace {
 
-/// One walk over the system in the order of the scene file; every value is looked at once.
-/// `where` is the JSON pointer of an entry; those of its members are spelled out only when something is wrong.
+/// One walk over the system in the order of the scene file, which looks at every value once. `where` is the JSON
+/// pointer of an entry; the pointers of its members are spelled out only when something is wrong.
 class Validation {
  public:
   Validation(const System& system, double t) : system_(system), t_(t) {}
@@ -52,7 +52,7 @@ class Validation {
     if (!system_.velocities.empty()) check_vectors(system_.velocities, "/points/velocities", "velocity");
   }
 
-  /// 3n numbers in range.
+  /// Throws unless these are 3n numbers in range.
   void check_vectors(std::span<const double> numbers, const std::string& where, const std::string& noun) const {
     if (numbers.size() != 3 * num_points()) {
       throw InputError(where, text_of_count(numbers.size(), "number") + " for " + text_of_count(num_points(), "point") +
@@ -84,7 +84,7 @@ class Validation {
     }
   }
 
-  /// What they say about supports is ignored, as long as it is a number.
+  /// Masses of supports are ignored, as long as they are numbers.
   void check_masses() const {
     for (std::size_t i = 0; i < num_points(); ++i) {
       const double mass = system_.masses[i];
@@ -103,7 +103,7 @@ class Validation {
     check_values(group, where);
   }
 
-  /// As the kind says; some have rules of their own.
+  /// Checks the values as the kind's data say. Some kinds have rules of their own, below.
   template <class Group>
   void check_values(const Group& group, const std::string& where) const {
     check_fields(group, t_, where);
@@ -136,7 +136,8 @@ class Validation {
     check_parameter(linears.value, linears.tuples.size(), ValueRange::any, t_, where + "/value", "value");
   }
 
-  /// The function, its derivatives along the initial motion and its gradient are numbers, and the gradient is not zero.
+  /// Checks that the function, its derivatives along the initial motion and its gradient are numbers, and the gradient
+  /// is not zero.
   void check_values(const UserConstraints& user, const std::string& where) const {
     check_kernel(user.kernel, where);
     const auto p = static_cast<std::size_t>(user.kernel.num_points);
@@ -239,7 +240,7 @@ class Validation {
 
   // ---- energies ----
 
-  /// The energy and its gradient are numbers at the start, and some point of each tuple moves.
+  /// Checks that the energy and its gradient are numbers at the start, and that some point of each tuple moves.
   void check_values(const Potential& group, const std::string& where) const {
     const PotentialKernel& kernel = group.kernel;
     if (kernel.evaluate == nullptr) throw InputError(where + "/energy", "is missing: there is no function to call");
@@ -261,7 +262,7 @@ class Validation {
       for (const auto& each : group.constants) numbers.push_back(each[each.size() == 1 ? 0 : k]);
       double energy = 0.0;
       kernel.evaluate(kernel.context.get(), {1, t_, r.data(), numbers.data(), &energy, gradient.data()});
-      // The text of the energy, which all tuples share, is what may be wrong: its entry is the place.
+      // The text of the energy, which all tuples share, is what may be wrong. So the error names its entry.
       const auto fail = [&](const std::string& problem) {
         throw InputError(where,
                          name_member(group, k) + ": " + problem + " at the start; finite, at most 1e100, is right");
@@ -293,7 +294,7 @@ class Validation {
       fail_member(group, k, where, "all of its points are supports: its energy moves nothing");
   }
 
-  /// Built-in energies: the numbers that the law reads are there, and the law is defined where the points are.
+  /// Checks built-in energies: the numbers that the law reads are there, and the law is defined where the points are.
   template <HasEnergy Group>
   void check_values(const Group& group, const std::string& where) const {
     check_fields(group, t_, where);
@@ -332,7 +333,7 @@ class Validation {
 
   // ---- members ----
 
-  /// Points in range, none twice in a member.
+  /// Checks that points are in range, and none is twice in a member.
   template <class Group>
   void check_members(const Group& group, const std::string& where) {
     if (last_member_of_point_.empty()) last_member_of_point_.assign(num_points(), none);
@@ -360,7 +361,7 @@ class Validation {
                          (num_points() == 1 ? ", 0" : ", 0 to " + text(num_points() - 1)));
   }
 
-  /// "[4, 5]" or "point 4"
+  /// Returns "[4, 5]" or "point 4".
   template <class Group>
   static std::string name_member(const Group& group, std::size_t k) {
     const std::span<const Index> points = member_points(group, k);

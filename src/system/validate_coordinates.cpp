@@ -68,7 +68,7 @@ class CoordinateValidation {
       throw InputError(where + "/points", text_of_count(body.points.size(), "point") +
                                               "; a rigid body has at least 3 that are not on one line");
     }
-    // The point farthest from the first one, and the farthest from the line through both
+    // Finds the point farthest from the first one, and the farthest from the line through both.
     const Vec3 first = position(body.points[0]);
     Vec3 along{};
     Index farthest = body.points.back();
@@ -93,7 +93,7 @@ class CoordinateValidation {
     }
   }
 
-  /// The map, its derivatives along the given motion and its tangents are numbers.
+  /// Checks that the map, its derivatives along the given motion and its tangents are numbers.
   void check(const UserCoordinates& user, const std::string& where) {
     const CoordinateKernel& kernel = user.kernel;
     if (kernel.evaluate == nullptr) throw InputError(where + "/x", "is missing: there is no function to call");
@@ -148,7 +148,7 @@ class CoordinateValidation {
 
   void cover(std::span<const Index> points, const std::string& where) { cover_at(points, where + "/points"); }
 
-  /// These points now belong to the present entry.
+  /// Marks that these points now belong to the present entry.
   void cover_at(std::span<const Index> points, const std::string& where) {
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Index point = points[k];

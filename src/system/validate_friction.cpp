@@ -14,7 +14,7 @@ namespace tanor {
 
 namespace {
 
-constexpr int most_guide_equations = 2;  // of one point: a wire; three hold it in place
+constexpr int most_guide_equations = 2;  // for one point: a wire; three hold it in place
 
 template <class Group>
 bool guides_single_points(const Group& group) {
@@ -24,7 +24,7 @@ bool guides_single_points(const Group& group) {
     return has_single_points<Group>;
 }
 
-/// "a plane, sphere, … or formula of single points": what can be a guide.
+/// Returns "a plane, sphere, … or formula of single points", the kinds that can be a guide.
 template <class... Groups>
 std::string list_guides(const std::variant<Groups...>*) {
   std::string list = "a";
@@ -60,7 +60,7 @@ class FrictionValidation {
  private:
   // ---- guides ----
 
-  /// Each name is that of a guide, and leaves every point that it guides at least one direction to slide in.
+  /// Checks that each name is that of a guide, and that every point it guides keeps at least one direction to slide in.
   void check_guides(const std::vector<std::string>& at, const std::string& where) {
     if (at.empty()) throw InputError(where, "is empty; it names the constraints that the friction acts at");
     equations_of_point_.clear();
@@ -93,7 +93,7 @@ class FrictionValidation {
     return found->second;
   }
 
-  /// Two laws with stick at one guide could share the force that holds a point in any way.
+  /// Throws if two laws with stick name one guide, since they could share the force that holds a point in any way.
   void claim_guides(const std::vector<std::string>& at, const std::string& where) {
     for (std::size_t k = 0; k < at.size(); ++k) {
       const auto [owner, is_new] = sticking_entry_of_guide_.emplace(at[k], where);
@@ -121,11 +121,11 @@ class FrictionValidation {
 
   // ---- laws ----
 
-  /// What a law's own check asks for and says (KindOf<Law>::check): `key` is the end of a JSON pointer.
+  /// The context of a law's own check (KindOf<Law>::check). `key` is the end of a JSON pointer.
   struct LawCheck {
     const std::string& where;
 
-    /// `parts`: texts and numbers, one after the other.
+    /// Throws. `parts` are texts and numbers, one after the other.
     template <class... Parts>
     [[noreturn]] void fail(const char* key, const Parts&... parts) const {
       throw InputError(where + key, (... + in_words(parts)));
@@ -168,7 +168,7 @@ class FrictionValidation {
   const double t_;
   std::unordered_map<std::string, std::size_t> group_of_name_;
   std::unordered_map<std::string, std::string> sticking_entry_of_guide_;  ///< JSON pointers of laws that stick
-  std::map<Index, int> equations_of_point_;  ///< of the present entry's guides; points that move alone
+  std::map<Index, int> equations_of_point_;  ///< [moving point] equations of the present entry's guides
 };
 
 }  // namespace

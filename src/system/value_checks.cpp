@@ -19,7 +19,8 @@ const char* range_complaint(std::span<const double> numbers) {
   return are_finite(numbers) ? " is out of range: squares must stay finite" : " is not finite";
 }
 
-/// One component of what depends on time. A table that does not reach t is reported with its place.
+/// Checks one component of a function of time and returns its value. A table that does not reach t is reported with its
+/// place.
 double check_component(const ScalarFunction& function, double t, const std::string& where, const std::string& noun) {
   Jet<2> jet;
   try {
@@ -106,7 +107,7 @@ void check_parameter(const Parameter& parameter, std::size_t num_members, const 
   }
   const auto place = [&](std::size_t k) { return size == 1 ? where : element(where, k); };
   for (std::size_t k = 0; k < constants.size(); ++k) {
-    // The place is spelled out only for a wrong value: lists are long.
+    // The place is spelled out only for a wrong value, since lists are long.
     if (!is_in_range(constants[k]) || range.complaint(constants[k])) check_number(constants[k], range, place(k), noun);
   }
   for (std::size_t k = 0; k < functions.size(); ++k) check_scalar_function(functions[k], range, t, place(k), noun);

@@ -10,31 +10,32 @@
 
 namespace tanor {
 
-/// JSON pointer of an element of the list at `where`.
+/// Returns the JSON pointer of an element of the list at `where`.
 std::string element(const std::string& where, std::size_t index);
 
-/// Finite and at most 1e100 in magnitude: squares stay finite, and sums of many.
+/// True if the number is finite and at most 1e100 in magnitude, so that squares stay finite, and sums of many.
 bool is_in_range(double number);
 bool is_in_range(const Vector3& vector);
 
-/// What to say about a vector that is zero or has a square of zero; else null.
+/// Returns what to say about a vector that is zero or has a square of zero, else null.
 const char* zero_complaint(const Vector3& vector);
 
-/// In range, and in range.
+/// Throws unless the number is finite, at most 1e100 in magnitude, and in its range.
 void check_number(double number, const ValueRange& range, const std::string& where, const std::string& noun);
 
-/// All components in range.
+/// Throws unless all components are in range.
 void check_vector(const Vector3& vector, const std::string& where, const std::string& noun);
 
-/// Value and two derivatives at t are in range; returns the value.
+/// Throws unless value and two derivatives at t are in range. Returns the value.
 Vector3 check_function(const VectorFunction& function, double t, const std::string& where, const std::string& noun);
 
-/// A constant normal or direction is not zero.
+/// Throws if a constant normal or direction is zero.
 void check_nonzero(const Vector3& vector, const std::string& where, const std::string& noun);
-/// The same of one that may depend on time.
+/// Does the same for one that may depend on time. Returns its value.
 Vector3 check_direction(const VectorFunction& function, double t, const std::string& where, const std::string& noun);
 
-/// "initial", one value for all or one for each of the `num_members`; values in range, at t.
+/// Throws unless the parameter is "initial", one value for all or one for each of the `num_members`, with values in
+/// range at t.
 void check_parameter(const Parameter& parameter, std::size_t num_members, const ValueRange& range, double t,
                      const std::string& where, const std::string& noun);
 

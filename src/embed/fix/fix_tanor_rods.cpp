@@ -61,7 +61,7 @@ void FixTanorRods::init() {
   rods_.forget_plan();  // bonds, groups and masses may have changed
 }
 
-/// Forces are evaluated after this: they belong to positions on the constraints.
+/// Moves the atoms onto the constraints before forces are evaluated, since these belong to such positions.
 void FixTanorRods::setup_pre_exchange() {
   plan(find_bonds());
   refuse(rods_.find_missing_type());
@@ -71,12 +71,12 @@ void FixTanorRods::setup_pre_exchange() {
 
 // ---- whenever atoms go to other ranks ----
 
-/// Bonds that were made or broken since, as by fix bond/create, count from now on: those who make them ask for new
-/// neighbour lists in the same step.
+/// Takes bonds that were made or broken since, as by fix bond/create. Those who make them ask for new neighbour lists
+/// in the same step.
 void FixTanorRods::pre_exchange() {
   std::vector<tanor::embed::Bond> found;
   {
-    const tanor::embed::CpuClock clock = rods_.clock();  // a plan and a start have their own
+    const tanor::embed::CpuClock clock = rods_.clock();  // a plan and a start have clocks of their own
     found = find_bonds();
     if (!rods_.differ_from(found)) return;
   }
@@ -194,7 +194,7 @@ std::vector<bool> FixTanorRods::members(int group_bit) const {
   return result;
 }
 
-/// Virial and tensions where the host looks for them.
+/// Puts virial and tensions where the host looks for them.
 void FixTanorRods::publish() {
   std::copy(rods_.virial().begin(), rods_.virial().end(), virial);
   if (options_.store_every == 0) return;

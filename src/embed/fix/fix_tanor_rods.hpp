@@ -10,13 +10,13 @@
 
 namespace LAMMPS_NS {
 
-/// fix ID group tanor/rods bond 1 2 … [length initial|VALUE] [tolerance VALUE] [store no|yes|STEPS]
+/// Implements fix ID group tanor/rods bond 1 2 … [length initial|VALUE] [tolerance VALUE] [store no|yes|STEPS].
 ///
-/// Bonds of these types between atoms of the group keep their lengths. Scalar: the largest violation. Vector: mean
-/// iterations a step, milliseconds of this fix a step, of them in the solver (of the slowest rank), number of bonds.
-/// Local: both tags, type and tension of each bond.
+/// Bonds of these types between atoms of the group keep their lengths. The scalar is the largest violation. The vector
+/// has mean iterations a step, milliseconds of this fix a step, those of them in the solver (of the slowest rank), and
+/// the number of bonds. Local data are both tags, type and tension of each bond.
 ///
-/// LAMMPS and LIGGGHTS, which was made of it, ask for the same class: it is compiled with the headers of each.
+/// LAMMPS and LIGGGHTS, which was made of it, ask for the same class, which is compiled with the headers of each.
 class FixTanorRods : public Fix {
  public:
   FixTanorRods(LAMMPS* lammps, int num_words, char** words);
@@ -47,9 +47,9 @@ class FixTanorRods : public Fix {
  private:
   // ---- what each host does its own way: src/embed/<host>/host.cpp ----
 
-  /// Flags of Fix that only this host has.
+  /// Sets the flags of Fix that only this host has.
   void set_host_flags();
-  /// What this host may be told to do that the fix does not support; empty: nothing.
+  /// Returns what this host may be told to do that the fix does not support, or an empty text.
   std::string find_unsupported() const;
   [[noreturn]] void end_run(const std::string& trouble);
   void warn(const std::string& text);

@@ -4,7 +4,7 @@
 
 #include "embed/lammps/register.hpp"
 
-/// lmp with tanor/rods: for those who have no Python there.
+/// Runs lmp with tanor/rods, for those who have no Python there.
 int main(int argc, char** argv) {
   MPI_Init(&argc, &argv);
   auto* const lammps = new LAMMPS_NS::LAMMPS(argc, argv, MPI_COMM_WORLD);

@@ -1,4 +1,4 @@
-/// \file What fix tanor/rods does its own way inside LAMMPS.
+/// \file The parts of fix tanor/rods that are special to LAMMPS.
 
 #include <error.h>
 #include <update.h>

@@ -1,4 +1,4 @@
 #pragma once
 
-/// Teaches a running LAMMPS, `lammps` being its LAMMPS_NS::LAMMPS*, the style tanor/rods.
+/// Adds the style tanor/rods to a running LAMMPS; `lammps` is its LAMMPS_NS::LAMMPS*.
 extern "C" __attribute__((visibility("default"))) void tanor_lammps_register(void* lammps);

@@ -21,7 +21,7 @@ template struct Opened<&Modify::fix_map>;
 
 }  // namespace
 
-/// liggghts with tanor/rods.
+/// Runs liggghts with tanor/rods.
 int main(int argc, char** argv) {
   MPI_Init(&argc, &argv);
   auto* const liggghts = new LAMMPS(argc, argv, MPI_COMM_WORLD);

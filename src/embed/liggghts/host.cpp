@@ -1,4 +1,4 @@
-/// \file What fix tanor/rods does its own way inside LIGGGHTS.
+/// \file The parts of fix tanor/rods that are special to LIGGGHTS.
 
 #include <error.h>
 #include <update.h>
@@ -14,15 +14,15 @@ void FixTanorRods::set_host_flags() {
   virial_flag = 1;
 }
 
-/// Contacts of grains have no energy, and the minimiser of 3.8 loses atoms with bonds at its first step without us,
-/// too.
+/// Refuses minimisation. Contacts of grains have no energy, and the minimiser of 3.8 loses atoms with bonds at its
+/// first step even without this fix.
 std::string FixTanorRods::find_unsupported() const {
   return update->whichflag == 2 ? "minimize is not supported" : "";
 }
 
 void FixTanorRods::end_run(const std::string& trouble) {
   error->fix_error(FLERR, this, trouble.c_str());
-  std::abort();  // it has ended the process
+  std::abort();  // fix_error has ended the process
 }
 
 void FixTanorRods::warn(const std::string& text) {

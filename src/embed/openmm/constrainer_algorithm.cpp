@@ -84,7 +84,7 @@ void ConstrainerAlgorithm::apply(std::vector<Vec3>& old_positions, std::vector<V
     require_numbers(positions, "position");
     refuse(report);
   }
-  // Integrators leave out particles without mass.
+  // Integrators do not set positions of particles without mass.
   for (std::size_t p = 0; p < masses_.size(); ++p) {
     const auto particle = static_cast<std::size_t>(particle_[p]);
     if (std::isinf(masses_[p])) positions[particle] = old_positions[particle];

@@ -12,14 +12,15 @@
 
 namespace tanor::embed {
 
-/// What OpenMM calls in place of CCMA.
+/// The constraint algorithm that OpenMM calls in place of CCMA.
 class ConstrainerAlgorithm : public OpenMM::ReferenceConstraintAlgorithm {
  public:
-  /// All constraints of the system and the `added` ones but those between two particles without mass. Throws
+  /// Takes all constraints of the system and the `added` ones, except those between two particles without mass. Throws
   /// OpenMM::OpenMMException.
   ConstrainerAlgorithm(const OpenMM::System& system, const std::vector<DistanceConstraint>& added, int threads);
 
-  /// SHAKE along K of the old positions; where both arrays are one (Context::applyConstraints), the nearest positions.
+  /// Applies SHAKE along K of the old positions. If both arrays are one (Context::applyConstraints), finds the nearest
+  /// positions.
   void apply(std::vector<OpenMM::Vec3>& old_positions, std::vector<OpenMM::Vec3>& positions,
              std::vector<double>& inverse_masses, double tolerance) override;
   void applyToVelocities(std::vector<OpenMM::Vec3>& positions, std::vector<OpenMM::Vec3>& velocities,
@@ -34,12 +35,12 @@ class ConstrainerAlgorithm : public OpenMM::ReferenceConstraintAlgorithm {
   [[noreturn]] void refuse(const ConstraintReport& report) const;
 
   std::vector<DistanceConstraint> constraints_;  // [row]
-  std::vector<std::array<Index, 2>> pairs_;      // [row]: its points
-  std::vector<Index> particle_;                  // [point]: its number in OpenMM
-  std::vector<Index> point_;                     // [particle]: its point, or -1
+  std::vector<std::array<Index, 2>> pairs_;      // [row] its points
+  std::vector<Index> particle_;                  // [point] its number in OpenMM
+  std::vector<Index> point_;                     // [particle] its point, or -1
   std::vector<double> masses_;                   // [point]; a particle without mass is a support
   int threads_;
-  std::optional<Constrainer> constrainer_;  // made of the first positions that are seen
+  std::optional<Constrainer> constrainer_;  // made from the first positions that are seen
 };
 
 }  // namespace tanor::embed

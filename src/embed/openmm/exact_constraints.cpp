@@ -20,7 +20,7 @@ class ExactConstraintsImpl : public OpenMM::ForceImpl {
   explicit ExactConstraintsImpl(const ExactConstraints& owner) : owner_(owner) {}
 
   void initialize(OpenMM::ContextImpl& context) override {
-    // CPU is derived from Reference and keeps its data.
+    // The CPU platform is derived from Reference and keeps its data.
     if (dynamic_cast<OpenMM::ReferencePlatform*>(&context.getPlatform()) == nullptr) {
       throw OpenMM::OpenMMException("ExactConstraints: the platform " + context.getPlatform().getName() +
                                     " keeps its constraints to itself; give the Context the platform CPU or Reference");
@@ -39,7 +39,7 @@ class ExactConstraintsImpl : public OpenMM::ForceImpl {
   double calcForcesAndEnergy(OpenMM::ContextImpl&, bool, bool, int) override { return 0.0; }
   std::map<std::string, double> getDefaultParameters() override { return {}; }
   std::vector<std::string> getKernelNames() override { return {}; }
-  /// What is constrained belongs to one molecule: barostats move it as a whole.
+  /// Constrained particles belong to one molecule, so barostats move them as a whole.
   std::vector<std::pair<int, int>> getBondedParticles() const override {
     std::vector<std::pair<int, int>> bonds;
     for (const DistanceConstraint& one : owner_.added()) bonds.emplace_back(one.particle1, one.particle2);

@@ -10,7 +10,7 @@ namespace tanor::embed {
 
 namespace {
 
-/// XmlSerializer, and copies of a System in Python, ask for it.
+/// Serializes ExactConstraints for XmlSerializer and for copies of a System in Python.
 class ExactConstraintsProxy : public OpenMM::SerializationProxy {
  public:
   ExactConstraintsProxy() : SerializationProxy("TanorExactConstraints") {}
@@ -41,7 +41,7 @@ class ExactConstraintsProxy : public OpenMM::SerializationProxy {
   }
 };
 
-/// When the library is loaded.
+/// The proxy is registered when the library is loaded.
 [[maybe_unused]] const bool is_registered = [] {
   OpenMM::SerializationProxy::registerProxy(typeid(ExactConstraints), new ExactConstraintsProxy);
   return true;

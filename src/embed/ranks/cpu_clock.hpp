@@ -4,7 +4,7 @@
 
 namespace tanor::embed {
 
-/// Adds the processor time of this thread to `sum`, s, as long as it lives: waiting for others does not count.
+/// Adds the processor time of this thread to `sum`, s, as long as it lives. Waiting for others does not count.
 class CpuClock {
  public:
   explicit CpuClock(double* sum) : sum_(sum) { *sum_ -= now(); }

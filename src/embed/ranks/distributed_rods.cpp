@@ -11,9 +11,9 @@
 namespace tanor::embed {
 namespace {
 
-/// What is not further from the constraints than this stays where it is, bit by bit.
+/// Atoms that violate the constraints by no more than this stay where they are, bit by bit.
 constexpr double on_constraints = 1e-12;
-/// What a step leaves further off its length, relatively, ends the run.
+/// A larger relative violation after a step, beyond the tolerance, ends the run.
 constexpr double off_constraints = 1e-10;
 
 PeriodicCell cell_of(const Box& box) {
@@ -29,7 +29,7 @@ double norm(const std::array<double, 3>& d) {
   return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-/// The bonds of all ranks, each once, by tags.
+/// Returns the bonds of all ranks, each once, by tags.
 std::vector<Bond> unite(const std::vector<Bond>& found, MPI_Comm world) {
   constexpr int width = 3;
   std::vector<int> mine;
@@ -50,9 +50,10 @@ std::vector<Bond> unite(const std::vector<Bond>& found, MPI_Comm world) {
   return bonds;
 }
 
-/// A number for the bonds of all ranks, whichever rank has them in whatever order; other bonds have another one.
+/// Returns a number for the bonds of all ranks, whichever rank has them in whatever order. Other bonds have another
+/// number.
 std::uint64_t mark(const std::vector<Bond>& found, MPI_Comm world) {
-  const auto scramble = [](std::uint64_t x) {  // the finalizer of MurmurHash3
+  const auto scramble = [](std::uint64_t x) {  // finalizer of MurmurHash3
     x = (x ^ (x >> 33)) * 0xff51afd7ed558ccdULL;
     x = (x ^ (x >> 33)) * 0xc4ceb9fe1a85ec53ULL;
     return x ^ (x >> 33);
@@ -121,7 +122,7 @@ std::string DistributedRods::take_bonds(const Atoms& atoms, const std::vector<Bo
   int highest = 0;
   for (const Bond& bond : united) highest = std::max(highest, bond.b);
 
-  // [tag] twice the rank that has the atom, one more if it is a member of the group; -1: nobody has it.
+  // [tag] twice the rank that has the atom, plus one if it is a member of the group; -1 if no rank has it.
   std::vector<int> mine(highest + 1, -1), home(highest + 1, -1);
   for (int i = 0; i < atoms.count; ++i)
     if (atoms.tag[i] <= highest) mine[atoms.tag[i]] = 2 * islands_.rank() + (is_member[i] ? 1 : 0);
@@ -166,7 +167,7 @@ std::string DistributedRods::find_lengths() {
   return islands_.agree(trouble);
 }
 
-/// r_b - r_a to the nearest image of b.
+/// Returns r_b - r_a to the nearest image of b.
 std::array<double, 3> DistributedRods::nearest(const Bond& bond, bool* is_other_image) const {
   const double* const a = &at_.r[3 * islands_.point(bond.a)];
   const double* const b = &at_.r[3 * islands_.point(bond.b)];
@@ -194,7 +195,7 @@ std::string DistributedRods::make_constrainer(int threads) {
                          Periodicity{.cell = cell_of(box_)}, options);
   else
     constrainer_.emplace(at_.masses, std::vector<Constraint>{std::move(rods)}, at_.r, options);
-  // A tree of rods has no redundant ones.
+  // A tree of rods has no redundant rods.
   is_redundant_.assign(own_bonds_.size(), false);
   if (own_bonds_.size() + islands_.num_islands() > islands_.num_points())
     for (const RowDependence& dependence : constrainer_->rank(at_.r).dependences) is_redundant_[dependence.row] = true;
@@ -224,8 +225,8 @@ std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_membe
 std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
   gather_positions(atoms);
-  // What comes back in at_.move, which is 0, is the change of velocities alone, without the rounding of positions; the
-  // move is h times that.
+  // at_.move, which is 0, returns the change of velocities alone, without the rounding of positions. The move is h
+  // times that.
   const std::string trouble = call([&] {
     set_box(atoms.box);
     ConstraintReport report = constrainer_->constrain_positions({.step = h,
@@ -248,7 +249,7 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
 
 std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
-  // The only rank has all points: their velocities are read and written where they are.
+  // If there is only one rank, it has all points, and their velocities are read and written in place.
   const int* const atom_of_point = islands_.atom_of_point();
   const PointArray velocities =
       atom_of_point != nullptr ? PointArray(atoms.v, 3 * sizeof(double), atom_of_point) : PointArray(at_.v);
@@ -348,14 +349,14 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 // ---- parts ----
 
-/// at_.r := the positions of the atoms.
+/// Sets at_.r to the positions of the atoms.
 void DistributedRods::gather_positions(const Atoms& atoms) {
   islands_.to_owners<3>([&](int i) { atoms.fetch_position(i); }, [&](int i, double* r) { atoms.unwrap(i, r); },
                         [&](int point, const double* r) { std::copy_n(r, 3, &at_.r[3 * point]); });
 }
 
-/// Positions += at_.move times `h`, velocities += at_.move times `rate`, and at_.move := 0. Atoms are moved, not put:
-/// the host has wrapped them its own way.
+/// Adds at_.move times `h` to positions and at_.move times `rate` to velocities, and clears at_.move. Atoms are moved,
+/// not set, since the host has wrapped them its own way.
 std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
   if (!trouble.empty()) {
     std::fill(at_.move.begin(), at_.move.end(), 0.0);
@@ -379,7 +380,7 @@ std::string DistributedRods::finish_positions(const Atoms& atoms, double h, doub
   return {};
 }
 
-/// Tensions, virial and stress of the state (at_.old, at_.v, at_.f); `accelerations` [3 points] may be absent.
+/// Computes tensions, virial and stress of the state (at_.old, at_.v, at_.f). `accelerations` [3 points] may be absent.
 std::string DistributedRods::solve(const Atoms& atoms, double force_unit, bool with_stress,
                                    std::span<double> accelerations) {
   if (with_stress) at_.stress.resize(9 * islands_.num_points());
@@ -394,7 +395,7 @@ std::string DistributedRods::solve(const Atoms& atoms, double force_unit, bool w
     return std::string();
   });
   if (!trouble.empty() || !with_stress) return trouble;
-  constexpr std::array<int, 6> places{0, 4, 8, 1, 2, 5};  // of xx yy zz xy xz yz in nine numbers
+  constexpr std::array<int, 6> places{0, 4, 8, 1, 2, 5};  // places of xx yy zz xy xz yz in nine numbers
   islands_.from_owners<6>([](int) {},
                           [&](int point, double* stress) {
                             for (std::size_t k = 0; k < places.size(); ++k)
@@ -411,7 +412,7 @@ void DistributedRods::set_box(const Box& box) {
   if (joins_nearest_images_) constrainer_->set_cell(cell_of(box));
 }
 
-/// What was thrown, and what the call answers, becomes what all ranks know. A rank without islands has no Constrainer.
+/// Makes what was thrown, and what the call returns, known to all ranks. A rank without islands has no Constrainer.
 template <class Call>
 std::string DistributedRods::call(const Call& call) {
   std::string trouble;
@@ -424,7 +425,7 @@ std::string DistributedRods::call(const Call& call) {
   return islands_.agree(trouble);
 }
 
-/// The outcome's sentence with the atoms of each "bonds[17]", which is our own name.
+/// Returns the outcome's sentence with the atoms of each "bonds[17]", which is our own name.
 std::string DistributedRods::describe(const ConstraintReport& report) const {
   constexpr std::string_view ours = "bonds[";
   const std::string& said = report.outcome.what;

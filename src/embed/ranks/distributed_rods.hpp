@@ -18,62 +18,65 @@
 
 namespace tanor::embed {
 
-/// Bonds of a program whose atoms are spread over ranks, held at their lengths: each island of them by the Constrainer
-/// of its owner. Every function but those marked is collective, and answers with what is wrong, the same sentence on
-/// every rank; empty: nothing is. A call that went wrong has touched no atom.
+/// Bonds that are held at their lengths in a program whose atoms are spread over ranks. Each island is held by the
+/// Constrainer of its owner. Every function but those marked is collective, and returns what is wrong, the same
+/// sentence on every rank, or an empty text. A call that went wrong has touched no atom.
 class DistributedRods {
  public:
   DistributedRods(MPI_Comm world, RodOptions options);
 
   // ---- before a run ----
 
-  /// Bonds found by the ranks, once or twice each, those of our types; `is_member` says which atoms may be held.
-  /// Plans all islands. Lengths that were known stay. `unit_masses`: for minimisers, whose variables have no masses.
+  /// Plans all islands. `found` are bonds found by the ranks, once or twice each; those of our types count. `is_member`
+  /// says which atoms may be held. Lengths that were known stay. `unit_masses` is for minimisers, whose variables have
+  /// no masses.
   std::string plan(const Atoms& atoms, const std::vector<Bond>& found, const std::vector<bool>& is_member, int threads,
                    bool unit_masses);
   bool is_planned() const { return is_planned_; }
   void forget_plan();
-  /// Whether these bonds, found as for `plan`, are others than those of the last plan.
+  /// True if these bonds, found as for `plan`, are others than those of the last plan.
   bool differ_from(const std::vector<Bond>& found) const;
-  /// A type of ours that no bond has.
+  /// Returns a type of ours that no bond has.
   std::string find_missing_type() const;
-  /// Moves atoms onto the constraints, then their velocities if there are any; they may have moved if these went wrong.
+  /// Moves atoms onto the constraints, then projects their velocities if there are any. Atoms may have moved if this
+  /// went wrong.
   std::string start(const Atoms& atoms);
-  /// The atoms of the ranks, or their order, have changed.
+  /// Lists the atoms anew, after those of the ranks, or their order, have changed.
   std::string list(const Atoms& atoms);
-  /// Degrees of freedom that rods take from the atoms of a group, counted once over all ranks.
+  /// Returns the degrees of freedom that rods take from the atoms of a group, counted once over all ranks.
   std::size_t count_constraints(const std::vector<bool>& is_member);
 
   // ---- in a step ----
 
   std::string constrain_positions(const Atoms& atoms, double h);
   std::string constrain_velocities(const Atoms& atoms, double h);
-  /// Tensions and the virial of this rank's islands, with velocities that are to get half_step M^-1 f yet.
-  /// `force_unit`: forces of the host times this are mass times length over time squared. `with_stress`: each rod adds
-  /// half of its virial to the stress of both atoms.
+  /// Computes tensions and the virial of this rank's islands, with velocities that will still get half_step M^-1 f.
+  /// `force_unit` is such that forces of the host times it are mass times length over time squared. If `with_stress`,
+  /// each rod adds half of its virial to the stress of both atoms.
   std::string measure(const Atoms& atoms, double half_step, double force_unit, bool with_stress);
-  /// Minimisation: the nearest positions; forces without what would move a constraint, with what `measure` finds.
+  /// For a minimisation: projects to the nearest positions, and removes from forces what would move a constraint, with
+  /// the results of `measure`.
   std::string project_positions(const Atoms& atoms);
   std::string project_forces(const Atoms& atoms, bool with_stress);
 
   // ---- what is known ----
 
-  /// Largest |distance - length|/length of all rods, where the atoms are now.
+  /// Returns the largest |distance - length|/length of all rods, where the atoms are now.
   double violation(const Atoms& atoms);
-  std::size_t num_bonds() const { return bonds_.size(); }  ///< of all ranks
-  /// The lengths of all bonds for a restart file; not collective.
+  std::size_t num_bonds() const { return bonds_.size(); }  ///< bonds of all ranks
+  /// Returns the lengths of all bonds for a restart file. Not collective.
   std::vector<double> save_lengths() const;
   void restore_lengths(const double* saved);
-  const std::vector<Bond>& own_bonds() const { return own_bonds_; }  ///< of this rank's islands
+  const std::vector<Bond>& own_bonds() const { return own_bonds_; }  ///< bonds of this rank's islands
   std::span<const double> tensions() const { return tensions_; }     ///< [own_bonds], unit of the host's forces
-  const std::array<double, 6>& virial() const { return virial_; }    ///< of own_bonds, unit of the host's energy
+  const std::array<double, 6>& virial() const { return virial_; }    ///< virial of own_bonds, unit of the host's energy
   struct Times {
     double all = 0.0, solver = 0.0;  // s of this rank's processor
     long steps = 0, iterations = 0;
   };
   const Times& times() const { return times_; }  ///< since the last `reset_times`
   void reset_times() { times_ = {}; }
-  /// For what the caller does for us in a step; functions of a step count by themselves.
+  /// Returns a clock for what the caller does for us in a step. Functions of a step count by themselves.
   CpuClock clock() { return CpuClock(&times_.all); }
 
  private:
@@ -93,16 +96,16 @@ class DistributedRods {
   IslandExchange islands_;
   std::vector<Bond> bonds_, own_bonds_;
   std::vector<bool> is_redundant_;  // [own_bonds]
-  std::uint64_t mark_ = 0;          // of the bonds that `plan` was given
+  std::uint64_t mark_ = 0;          // mark of the bonds that `plan` was given
   Box box_;
-  bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
+  bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which images bonds join
   bool has_unit_masses_ = false, is_planned_ = false;
   std::optional<Constrainer> constrainer_;  // none on a rank that owns nothing
-  /// In the order of points.
+  /// Arrays in the order of points.
   struct PointNumbers {
     std::vector<double> masses;
     std::vector<double> r, old;  // positions, and those on the constraints
-    std::vector<double> move;    // what constraints change, 0 between calls
+    std::vector<double> move;    // change by the constraints, 0 between calls
     std::vector<double> v, f;
     std::vector<double> stress;  // nine numbers each
   } at_;

@@ -64,7 +64,7 @@ std::string IslandExchange::list(std::span<const int> tags) {
   for (int& item : receivers_.items) item = points_[item];
   std::string lost = agree(find_lost());
   if (!lost.empty() || num_ranks_ > 1) return lost;
-  // A single rank goes through its points in their order.
+  // A single rank visits its points in their order.
   std::vector<int> atoms(receivers_.items.size());
   for (std::size_t k = 0; k < atoms.size(); ++k) atoms[receivers_.items[k]] = senders_.items[k];
   senders_.items = std::move(atoms);

@@ -14,7 +14,7 @@ namespace tanor::embed {
 
 /// Gives every island of bonded atoms to one rank, its owner, and carries numbers of atoms to the owners and back, with
 /// one MPI_Alltoallv each way. Owners stay the same until the next `assign`, however far atoms migrate, so that what an
-/// owner has planned for its islands stays valid; only the lists of who sends what follow the atoms.
+/// owner has planned for its islands stays valid. Only the lists of who sends what follow the atoms.
 class IslandExchange {
  public:
   explicit IslandExchange(MPI_Comm world);
@@ -23,40 +23,42 @@ class IslandExchange {
   int rank() const { return rank_; }
   int num_ranks() const { return num_ranks_; }
 
-  /// The owner of an island is the rank that has its lowest tag. `bonds` are the same on every rank; so is `home`:
-  /// [tag] the rank that has the atom, -1 where nobody does.
+  /// Assigns each island to the rank that has its lowest tag. `bonds` are the same on every rank, and so is `home`:
+  /// [tag] the rank that has the atom, -1 if no rank has it.
   void assign(std::span<const Bond> bonds, std::span<const int> home);
-  /// Collective: whenever the atoms of a rank, or their order, have changed. Returns what is wrong, on every rank.
+  /// Lists the atoms anew, whenever those of a rank, or their order, have changed. Returns what is wrong, on every
+  /// rank. Collective.
   std::string list(std::span<const int> tags);
 
-  /// Points that this rank owns, in the order of their tags.
+  /// Returns the number of points that this rank owns, which are in the order of their tags.
   std::size_t num_points() const { return tags_.size(); }
   std::size_t num_islands() const { return num_islands_; }
-  /// The point of an atom; -1: it is another rank's, or in no island.
+  /// Returns the point of an atom, or -1 if it is another rank's, or in no island.
   int point(int tag) const { return points_[static_cast<std::size_t>(tag)]; }
-  /// [point] its atom, where there is one rank; else null.
+  /// Returns [point] its atom if there is one rank, else null.
   const int* atom_of_point() const { return num_ranks_ == 1 ? senders_.items.data() : nullptr; }
 
-  /// read(atom of this rank, numbers) on the rank that has the atom, write(point, numbers) on its owner. Atoms do not
-  /// stand in the order of points, so fetch(atom) asks the memory for what will be read. Collective.
+  /// Calls read(atom of this rank, numbers) on the rank that has the atom, and write(point, numbers) on its owner.
+  /// Atoms do not stand in the order of points, so fetch(atom) prefetches what will be read. Collective.
   template <int width, class Fetch, class Read, class Write>
   void to_owners(const Fetch& fetch, const Read& read, const Write& write) {
     carry<width>(senders_, receivers_, read, write,
                  [&](const Side& from, const Side&, std::size_t k) { fetch(from.items[k]); });
   }
-  /// read(point, numbers) on the owner, write(atom of this rank, numbers) on the rank that has it. Collective.
+  /// Calls read(point, numbers) on the owner, and write(atom of this rank, numbers) on the rank that has it.
+  /// Collective.
   template <int width, class Fetch, class Read, class Write>
   void from_owners(const Fetch& fetch, const Read& read, const Write& write) {
     carry<width>(receivers_, senders_, read, write,
                  [&](const Side&, const Side& to, std::size_t k) { fetch(to.items[k]); });
   }
 
-  /// What one rank has to say, on every rank: the first one's, empty if nobody's is not. Collective.
+  /// Returns on every rank the text of the first rank that has one, or an empty text. Collective.
   std::string agree(const std::string& trouble) const;
 
  private:
   static constexpr int most_numbers = 6;
-  /// One side of the way: which atoms, or points, go to or come from which rank.
+  /// One side of the exchange: which atoms, or points, go to or come from which rank.
   struct Side {
     std::vector<int> items, counts, starts;  // [item], [rank], [rank + 1]
     std::vector<double> numbers;             // [most_numbers items]

@@ -5,15 +5,15 @@
 
 namespace tanor::embed {
 
-/// The words of a script say this.
+/// The options in the words of a script.
 struct RodOptions {
-  std::vector<int> types;  ///< of bonds
-  double length = 0.0;     ///< of all rods; 0: the one that each has when it is first seen
-  double tolerance = 0.0;  ///< |distance - length|/length that a step may leave; 0: rounding
-  int store_every = 0;     ///< steps from tensions to tensions; 0: none are stored
+  std::vector<int> types;  ///< types of bonds
+  double length = 0.0;     ///< length of all rods; 0 for the one that each has when it is first seen
+  double tolerance = 0.0;  ///< |distance - length|/length that a step may leave; 0 for rounding
+  int store_every = 0;     ///< steps from tensions to tensions; 0 if none are stored
 };
 
-/// The words behind `fix ID group tanor/rods`:
+/// Reads the words behind `fix ID group tanor/rods`:
 ///
 ///   bond 1 2 … [length initial|VALUE] [tolerance VALUE] [store no|yes|STEPS]
 ///

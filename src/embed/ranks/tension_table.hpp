@@ -8,7 +8,7 @@
 
 namespace tanor::embed {
 
-/// Tensions as hosts want local data: a row for each bond of this rank's islands.
+/// Tensions as hosts want local data, with a row for each bond of this rank's islands.
 class TensionTable {
  public:
   static constexpr int num_columns = 4;  // both tags, type, tension

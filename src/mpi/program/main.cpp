@@ -1,5 +1,5 @@
-/// mpirun -n P tanor-mpi run scene.json: one scene on P ranks. It reads the scenes of `tanor run`, and writes the same
-/// summary.
+/// The program `mpirun -n P tanor-mpi run scene.json` runs one scene on P ranks. It reads the scenes of `tanor run`,
+/// and writes the same summary.
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -42,17 +42,17 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Ranks are what runs side by side, unless the environment asks for threads.
+/// Sets one thread for each rank, since ranks run side by side, unless the environment asks for threads.
 void choose_threads(scene::Scene* scene) {
   if (scene->solver.threads == 0) scene->solver.threads = std::getenv("OMP_NUM_THREADS") != nullptr ? 0 : 1;
 }
 
-/// The first rank could not do what it does for all.
+/// Thrown if the first rank could not do what it does for all.
 struct FirstRankFailed {
   cli::Failure failure;
 };
 
-/// Lets the first rank do something with files; what goes wrong there goes wrong on every rank.
+/// Lets the first rank do something with files. What goes wrong there goes wrong on every rank.
 void do_on_first(MpiRanks& ranks, const std::function<void()>& work) {
   cli::Failure failure{ExitCode::Done, {}};
   try {
@@ -100,7 +100,7 @@ class Run {
   }
 
  private:
-  /// Reads the scene, and refuses what `tanor run` alone can do.
+  /// Reads the scene, and refuses what only `tanor run` can do.
   scene::Scene prepare() const {
     if (options_.report) throw InputError("--report", "tanor-mpi makes no page; `tanor run` makes it");
     if (options_.checkpoint_every)
@@ -121,7 +121,7 @@ class Run {
     return scene;
   }
 
-  /// Makes the folder and keeps others out of it; goes on there, or removes what an earlier run has left.
+  /// Makes the folder and locks it. Goes on there, or removes what an earlier run has left.
   void take_folder() {
     do_on_first(ranks_, [&] {
       report::make_folder(folder_);
@@ -136,7 +136,8 @@ class Run {
     do_on_first(ranks_, [&] { cli::remove_results(folder_); });
   }
 
-  /// A run has a summary when it ended, whatever its end. A forgotten --resume is not to cost a week.
+  /// Refuses to replace an interrupted run, so that a forgotten --resume does not cost a week. A run that ended, in
+  /// whatever way, has a summary.
   void require_no_interrupted() {
     const fs::path name = folder_ / cli::mpi_checkpoint_name;
     bool is_cut_off = false;
@@ -147,7 +148,7 @@ class Run {
                        "has this run, which was interrupted; --resume goes on with it, --overwrite begins anew");
   }
 
-  /// Nothing where the file is damaged, or none of tanor-mpi.
+  /// Returns the mark, or nothing if the file is damaged or none of tanor-mpi.
   std::optional<std::string> read_mark(const fs::path& name) const {
     try {
       return read_checkpoint_mark(ranks_, name);
@@ -164,7 +165,7 @@ class Run {
     if (simulation_->time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
                                                      simulation_->time(), scene_.t_end));
-    do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // that of its end is to come
+    do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // a new one comes at the end
   }
 
   void write_frame() {
@@ -174,7 +175,7 @@ class Run {
     output_ += seconds_since(begin);
   }
 
-  /// Gathers the end of the run on the first rank, which proves it and writes it down; its exit code there.
+  /// Gathers the end of the run on the first rank, which certifies it and writes it down. Returns the exit code there.
   ExitCode finish(const Outcome& outcome) {
     const WholeRun whole(ranks_, scene_.system, part_, *simulation_);
     if (ranks_.rank() != 0) return ExitCode::Done;
@@ -192,7 +193,7 @@ class Run {
       facts.wall = {seconds_since(begin_), setup_, output_};
       report::write_summary(folder_, facts, whole.end());
     };
-    write_summary();  // the proof, for which one rank holds the whole system, may end the program
+    write_summary();  // the certificate, for which one rank holds the whole system, may end the program
     if (outcome.ok()) facts.certificate = prove(whole);
     if (facts.certificate) write_summary();
     if (const std::string& warning = simulation_->report().accuracy_warning; !warning.empty())
@@ -210,7 +211,7 @@ class Run {
     return outcome.ok() && !is_refuted ? ExitCode::Done : ExitCode::NoAnswer;
   }
 
-  /// Nothing where the scene wants no certificate, or where one rank cannot hold the whole system, which is said.
+  /// Returns nothing if the scene wants no certificate, or if one rank cannot hold the whole system, which is printed.
   std::optional<Certificate> prove(const WholeRun& whole) const {
     if (scene_.certificate.when == scene::CertificatePolicy::When::Off) return {};
     const auto give_up = [&](const char* why) -> std::optional<Certificate> {
@@ -231,8 +232,8 @@ class Run {
   Clock::time_point begin_ = Clock::now();
   scene::Scene scene_;
   fs::path folder_;
-  std::string mark_;                     ///< of the scene
-  std::optional<cli::FolderLock> lock_;  ///< on the first rank
+  std::string mark_;                     ///< mark of the scene
+  std::optional<cli::FolderLock> lock_;  ///< held by the first rank
   bool goes_on_ = false;
   RankSystem part_;
   std::optional<Simulation> simulation_;
@@ -240,8 +241,8 @@ class Run {
   double setup_ = 0.0, output_ = 0.0;
 };
 
-/// Says once what went wrong. What all ranks met ends them in order; what one rank met alone ends the others, too,
-/// which wait for it.
+/// Prints once what went wrong. An error that all ranks met ends them in order. An error of one rank also ends the
+/// others, which wait for it.
 ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
   constexpr double patience = 3.0;  // s
   MPI_Request all_are_here = MPI_REQUEST_NULL;
@@ -258,7 +259,7 @@ ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
   return failure.code;
 }
 
-/// What the ranks do of what a command line asks for.
+/// Executes on the ranks what a command line asks for.
 struct Executor {
   MpiRanks& ranks;
 

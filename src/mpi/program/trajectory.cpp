@@ -10,7 +10,7 @@ namespace tanor::mpi {
 
 namespace {
 
-constexpr std::size_t header_size = 128;  // room for any shape, in front of the numbers
+constexpr std::size_t header_size = 128;  // room for any shape in front of the numbers
 
 std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
@@ -38,7 +38,7 @@ void Trajectory::keep_until(double time) {
   }
 }
 
-/// The numbers first, then the header that tells of them.
+/// Writes the numbers first, then the header that counts them.
 void Trajectory::write_frame(const Simulation& simulation) {
   SharedFile frames(ranks_, folder_ / cli::mpi_trajectory_name, SharedFile::Mode::Write);
   frames.write_points(header_size + 24 * num_points_ * times_.size(), 3, points_,

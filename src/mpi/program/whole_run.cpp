@@ -12,7 +12,7 @@ namespace tanor::mpi {
 
 namespace {
 
-constexpr double least_scale = std::numeric_limits<double>::min();  // of accelerations that are all 0
+constexpr double least_scale = std::numeric_limits<double>::min();  // for accelerations that are all 0
 
 double sum_of(const MpiRanks& ranks, double own) {
   double all = 0.0;
@@ -20,7 +20,7 @@ double sum_of(const MpiRanks& ranks, double own) {
   return all;
 }
 
-/// Adds the numbers of all ranks where they belong, on the first rank.
+/// Adds the numbers of all ranks at their places, on the first rank.
 void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const int> places,
             std::vector<double>* all) {
   const auto size = static_cast<std::size_t>(ranks.size());
@@ -73,7 +73,7 @@ WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem&
   support_forces_ = gather_points(simulation.support_forces(), OfSupports::AreSummed);
 }
 
-/// Numbers of points where they are owned. Those of supports are the first rank's, or the sum of what all find.
+/// Gathers numbers of points from their owners. Those of supports are the first rank's, or the sum over all ranks.
 std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSupports of_supports) const {
   std::vector<double> numbers;
   std::vector<int> places;
@@ -90,7 +90,7 @@ std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSuppo
   return all;
 }
 
-/// Shared equations are those of the rank that counts them.
+/// Gathers numbers of rows. Shared equations come from the rank that counts them.
 std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
   std::vector<char> is_elsewhere(part_.equations.size(), 0);
   for (const Part::SharedRow& row : part_.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
@@ -126,8 +126,8 @@ void WholeRun::merge_report(const MotionReport& own) {
   report_.friction.several = add(own.friction.several);
 }
 
-/// Ranks of islands that lie on one rank each add up; where constraints or forces reach from rank to rank the motion
-/// knows it.
+/// Sets the rank of K. The ranks of K of islands that lie on one process each add up. If constraints or forces reach
+/// from process to process, the motion's report has it.
 void WholeRun::merge_rank(Simulation& simulation) {
   rank_of_K_ = part_.part.is_cut()
                    ? report_.rank_changes.now
@@ -139,7 +139,7 @@ Certificate WholeRun::prove(const SolverOptions& options) const {
   const StateView state{.time = report_.time, .positions = positions_, .velocities = velocities_};
   std::vector<double> w(positions_.size()), eta(positions_.size());
   const bool is_solved = alone.solve(state, {.accelerations = w, .reactions = eta}).outcome.ok();
-  Certificate certificate = alone.certify(state);  // of that solution
+  Certificate certificate = alone.certify(state);  // certifies this solution
   if (!is_solved) return certificate;
   double error = 0.0, scale = 0.0;
   for (std::size_t i = 0; i < w.size(); ++i) {

@@ -7,17 +7,18 @@
 
 namespace tanor::mpi {
 
-/// What all ranks ended with, on the first one, as a run on one rank ends: arrays in the order of the whole system.
+/// The end of a run of all ranks, gathered on the first one as if it had run on one rank. Arrays are in the order of
+/// the whole system.
 class WholeRun {
  public:
   /// `whole` outlives it. Collective.
   WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, Simulation& simulation);
 
-  /// On the first rank.
+  /// Returns the end of the run. Valid on the first rank.
   report::RunEnd end() const;
-  /// The proof of what all ranks ended with: the first one solves the whole system there once more, without the
-  /// others, certifies that, and holds the accelerations of all ranks against it. On the first rank; throws
-  /// std::bad_alloc and std::length_error where one rank cannot hold the whole.
+  /// Certifies the state at the end. The first rank solves the whole system there once more, without the others,
+  /// certifies that solution, and compares the accelerations of all ranks with it. Valid on the first rank. Throws
+  /// std::bad_alloc or std::length_error if one rank cannot hold the whole system.
   Certificate prove(const SolverOptions& options) const;
 
  private:

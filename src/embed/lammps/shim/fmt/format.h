@@ -2,8 +2,8 @@
 
 #include <string>
 
-/// \file LAMMPS' headers name this one of its own sources, which Debian does not install. These declarations are enough
-/// for what we call: the functions that take a std::string.
+/// \file Stands for a file of LAMMPS' own sources that its headers include and Debian does not install. These
+/// declarations are enough for what we call, the functions that take a std::string.
 namespace fmt {
 inline namespace v7_lmp {
 struct format_args {};
