@@ -122,7 +122,7 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   work_.set_time(t);
   work_.prescribe_all(t, r, v);  // given motions of supports do not count
   const std::vector<double> r_given(r, r + n);
-  std::vector<double> v_given(v, v + n), q(size()), q_dot(size());
+  std::vector<double> v_given(v, v + n), q_dot(size());
   StartReport report;
 
   // The coordinates are those of the given positions, unless the user gave them.
@@ -143,7 +143,6 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
       std::max(report.position_correction / model_.scene_size, report.velocity_correction / work_.velocity_scale);
   if (mode == StartMode::Check) check_start(work_, report, r_given, v_given, r, v);
   check_constraints(work_, linearization_);
-  q_ = q;
   return report;
 }
 

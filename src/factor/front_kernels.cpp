@@ -1,35 +1,18 @@
-#include "factor/front_kernels.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "factor/front_lanes.hpp"
 
 namespace tanor::kernels {
 
 namespace {
 
-static_assert(front_width == num_lanes);
-
-constexpr std::size_t tile = 4;      // columns that are worked on at once
 constexpr std::size_t depth = 64;    // terms of a product whose factors stay in the second cache
 constexpr std::size_t height = 512;  // rows of such a product
 
-constexpr std::size_t line = 8;          // numbers of a cache line
 constexpr std::size_t long_column = 48;  // rows from which a search for whole lanes pays when they are added
-
-/// Prefetches what a pass over columns reads next. Panels are too small, and follow each other too quickly, for the
-/// hardware prefetcher: with this call, a solve of a net takes 0.6 times as long.
-[[gnu::always_inline]] inline void fetch(const double* from, std::size_t count) {
-  for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k, 0, 2);
-}
-
-/// Returns the first row of the lanes that hold row i.
-constexpr std::size_t lanes_of(std::size_t i) {
-  return i / front_width * front_width;
-}
 
 /// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
 /// sums stay in registers; if there are too few, the tile is split and its parts are done one after the other.
@@ -71,80 +54,6 @@ template <class Lanes, std::size_t columns, bool fresh = false>
   for (; i + 2 * front_width <= end; i += 2 * front_width)
     subtract_tile<Lanes, 2, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
   if (i < end) subtract_tile<Lanes, 1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
-}
-
-/// Calls body with the number of columns, 1 … tile, as a compile-time constant.
-template <class Body>
-[[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
-  if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
-  if (columns == 3) return body(std::integral_constant<std::size_t, 3>{});
-  if (columns == 2) return body(std::integral_constant<std::size_t, 2>{});
-  body(std::integral_constant<std::size_t, 1>{});
-}
-
-/// Computes y -= C x for neighbouring columns and the rows [first, end) in whole lanes.
-template <class Lanes, std::size_t columns>
-[[gnu::always_inline]] inline void subtract_columns(const double* c, std::size_t stride, std::size_t first,
-                                                    std::size_t end, const double* x, double* y) {
-  for (std::size_t i = first; i < end; i += front_width) {
-    Lanes sum = Lanes::at(y + i);
-    for (std::size_t q = 0; q < columns; ++q) sum -= x[q] * Lanes::at(c + q * stride + i);
-    sum.write(y + i);
-  }
-}
-
-/// Returns the first or the second half of eight numbers.
-template <std::size_t width>
-[[gnu::always_inline]] inline Four half_of(const EightIn<width>& all, std::size_t half) {
-  if constexpr (width == 8)
-    return half == 0 ? __builtin_shufflevector(all.parts[0], all.parts[0], 0, 1, 2, 3)
-                     : __builtin_shufflevector(all.parts[0], all.parts[0], 4, 5, 6, 7);
-  else if constexpr (width == 4)
-    return all.parts[half];
-  else
-    return __builtin_shufflevector(all.parts[2 * half], all.parts[2 * half + 1], 0, 1, 2, 3);
-}
-
-/// Returns the sums of the lanes of four packs, added in the order of EightIn::sum.
-template <class Lanes>
-[[gnu::always_inline]] inline Four add_lanes(const Lanes (&all)[4]) {
-  const auto add_neighbours = [](const Four& a, const Four& b) __attribute__((always_inline)) {
-    return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  };
-  const auto add_half = [&](std::size_t half) __attribute__((always_inline)) {
-    const Four ab = add_neighbours(half_of(all[0], half), half_of(all[1], half));
-    const Four cd = add_neighbours(half_of(all[2], half), half_of(all[3], half));
-    return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-  };
-  return add_half(0) + add_half(1);
-}
-
-/// Computes sums = C'y for the same columns and rows.
-template <class Lanes, std::size_t columns>
-[[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
-                                                    std::size_t end, const double* y, double* sums) {
-  Lanes sum[columns]{};
-  for (std::size_t i = first; i < end; i += front_width) {
-    const Lanes y_i = Lanes::at(y + i);
-    for (std::size_t q = 0; q < columns; ++q) sum[q] += Lanes::at(c + q * stride + i) * y_i;
-  }
-  if constexpr (columns == 4)
-    four_to(sums) = add_lanes(sum);
-  else
-    for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
-}
-
-/// Calls work(j, count) for columns [j, j + count) of a panel, a few at a time, and prefetches those after the next.
-template <class Work>
-[[gnu::always_inline]] inline void for_columns_of(const double* panel, std::size_t columns, std::size_t rows,
-                                                  std::size_t stride, const Work& work) {
-  for (std::size_t j = 0; j < columns; j += tile) {
-    with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          for (std::size_t q = 0; q < count; ++q) fetch(panel + (j + 2 * tile + q) * stride, rows);
-          work(j, count);
-        });
-  }
 }
 
 /// Computes c -= a a' with `some` terms in the first columns of a lower triangle.
@@ -245,7 +154,7 @@ template <class Lanes, class ColumnAt>
       });
 }
 
-/// to[rows[i], rows[j]] += from[i, j] of a panel.
+/// Adds from[i, j] to [rows[i], rows[j]] of a panel.
 template <class Lanes>
 [[gnu::always_inline]] inline void add_to_columns(const TrianglePart& part, const RowsInParent& in_parent,
                                                   const Triangle& from, double* to, std::size_t stride) {
@@ -253,7 +162,7 @@ template <class Lanes>
       part, in_parent, from, [=](std::size_t row) __attribute__((always_inline)) { return to + row * stride; });
 }
 
-/// to[rows[i] - columns, rows[j] - columns] += from[i, j] of an update.
+/// Adds from[i, j] to [rows[i] - columns, rows[j] - columns] of an update.
 template <class Lanes>
 [[gnu::always_inline]] inline void add_to_triangle(const TrianglePart& part, const RowsInParent& in_parent,
                                                    const Triangle& from, std::size_t columns, const Triangle& to) {
@@ -293,7 +202,7 @@ template <class Lanes, std::size_t columns>
   return true;
 }
 
-/// L of the first columns; returns the first one without a positive pivot, or `columns`.
+/// Computes L of the first columns. Returns the first column without a positive pivot, or `columns`.
 template <class Lanes>
 [[gnu::always_inline]] inline std::size_t factorize_columns(std::size_t columns, std::size_t rows, std::size_t stride,
                                                             double* panel) {
@@ -317,7 +226,7 @@ template <class Lanes>
   return columns;
 }
 
-/// update = -a a'; a [rows, terms], update [rows, rows].
+/// Computes update = -a a' with a [rows, terms] and update [rows, rows].
 template <class Lanes>
 [[gnu::always_inline]] inline void set_negative_square(std::size_t rows, std::size_t terms, const double* a,
                                                        std::size_t stride, const Triangle& update) {
@@ -402,128 +311,6 @@ void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const
 void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
                    const Triangle& to) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_to_triangle<Lanes>(part, in_parent, from, columns, to); });
-}
-
-void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
-                      double* y) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for_columns_of(
-        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          subtract_columns<Lanes, count>(panel + j * stride, stride, 0, rows, x + j, y);
-        });
-  });
-}
-
-void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
-                   double* sums) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for_columns_of(
-        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          multiply_columns<Lanes, count>(panel + j * stride, stride, 0, rows, y, sums + j);
-        });
-  });
-}
-
-void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                         const double* inverse_pivots, std::size_t ahead, double* y) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t j = 0; j < columns; j += tile) {
-      with_columns(
-          columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            if (ahead > 0) fetch(c + ahead, count * stride);
-            double x[count];
-            for (std::size_t q = 0; q < count; ++q) {
-              x[q] = y[j + q];
-              for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
-              x[q] *= inverse_pivots[j + q];
-            }
-            subtract_columns<Lanes, count>(c, stride, lanes_of(j), rows, x, y);
-            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
-          });
-    }
-  });
-}
-
-void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                          const double* inverse_pivots, std::size_t ahead, double* y) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
-      with_columns(
-          end - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            if (ahead > 0) fetch(c - ahead, count * stride);
-            double x[count];
-            for (std::size_t q = 0; q < count; ++q) {
-              x[q] = y[j + q];
-              y[j + q] = 0.0;
-            }
-            double sums[count];
-            multiply_columns<Lanes, count>(c, stride, lanes_of(j), rows, y, sums);
-            for (std::size_t q = count; q-- > 0;) {
-              x[q] -= sums[q];
-              for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
-              x[q] *= inverse_pivots[j + q];
-            }
-            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
-          });
-      if (j == 0) return;
-    }
-  });
-}
-
-void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, const int* numbers, double* x) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-      return x + front_width * static_cast<std::size_t>(numbers[i]);
-    };
-    for (std::size_t j = 0; j < columns; j += tile) {
-      with_columns(
-          columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            Lanes own[count];
-            for (std::size_t q = 0; q < count; ++q) {
-              own[q] = Lanes::at(row(j + q));
-              for (std::size_t k = 0; k < q; ++k) own[q] -= c[k * stride + j + q] * own[k];
-              own[q] = inverse_pivots[j + q] * own[q];
-              own[q].write(row(j + q));
-            }
-            for (std::size_t i = j + count; i < rows; ++i) {
-              Lanes sum = Lanes::at(row(i));
-              for (std::size_t q = 0; q < count; ++q) sum -= c[q * stride + i] * own[q];
-              sum.write(row(i));
-            }
-          });
-    }
-  });
-}
-
-void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                                const double* inverse_pivots, const int* numbers, double* x) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-      return x + front_width * static_cast<std::size_t>(numbers[i]);
-    };
-    for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
-      with_columns(
-          end - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
-            Lanes own[count];
-            for (std::size_t q = 0; q < count; ++q) own[q] = Lanes::at(row(j + q));
-            for (std::size_t i = j + count; i < rows; ++i) {
-              const Lanes x_i = Lanes::at(row(i));
-              for (std::size_t q = 0; q < count; ++q) own[q] -= c[q * stride + i] * x_i;
-            }
-            for (std::size_t q = count; q-- > 0;) {
-              for (std::size_t k = q + 1; k < count; ++k) own[q] -= c[q * stride + j + k] * own[k];
-              own[q] = inverse_pivots[j + q] * own[q];
-              own[q].write(row(j + q));
-            }
-          });
-      if (j == 0) return;
-    }
-  });
 }
 
 }  // namespace tanor::kernels

@@ -83,7 +83,8 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
         *state = std::move(next);
         now = found;
       }
-      const double frequency2 = equations_.stiffness().largest() / model_.mass[0] + 1e-300;
+      const double mass = *std::ranges::max_element(model_.mass);
+      const double frequency2 = equations_.stiffness().largest() / mass + 1e-300;
       shift = is_better ? (shift > 1e-12 * frequency2 ? 0.1 * shift : 0.0) : std::max(10.0 * shift, 1e-6 * frequency2);
     }
     if (!is_better) return fail("the search stalls");

@@ -303,5 +303,22 @@ TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
   EXPECT_NE(report.outcome.what.find("coordinate wheel[1] moves no point"), std::string::npos) << report.outcome.what;
 }
 
+/// q, q - 2 pi and so on put the point at the same place.
+TEST(CoordinatesOfAUser, AreThoseOfTheStartAndNotOfAnotherTurn) {
+  const std::vector<std::string> names = {"q"}, components = {"cos(q)", "sin(q)", "0"};
+  for (const double q : {0.5, 4.0, -9.0, 100.0}) {
+    System system;
+    system.positions = {std::cos(q), std::sin(q), 0.0};
+    system.masses = {1.0};
+    system.forces = {Gravity{"", {0.0, -9.81, 0.0}}};
+    system.coordinates = {UserCoordinates{"wheel", {{0}}, formula_coordinates(names, components), {q}, {}}};
+    Simulation simulation(system, {});
+
+    EXPECT_NEAR(simulation.solution().coordinates[0], q, 1e-13);
+    ASSERT_TRUE(simulation.advance_to(0.01).ok());
+    EXPECT_NEAR(simulation.solution().coordinates[0], q - 0.5 * 9.81 * std::cos(q) * 1e-4, 1e-5);
+  }
+}
+
 }  // namespace
 }  // namespace tanor

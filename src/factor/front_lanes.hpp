@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+
+#include "base/eight.hpp"
+#include "factor/front_kernels.hpp"
+
+/// \file What the kernels of a factorization and those of a substitution share.
+namespace tanor::kernels {
+
+static_assert(front_width == num_lanes);
+
+inline constexpr std::size_t tile = 4;  // columns that are worked on at once
+
+/// Returns the first row of the lanes that hold row i.
+constexpr std::size_t lanes_of(std::size_t i) {
+  return i / front_width * front_width;
+}
+
+/// Calls body with the number of columns, 1 … tile, as a compile-time constant.
+template <class Body>
+[[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
+  if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
+  if (columns == 3) return body(std::integral_constant<std::size_t, 3>{});
+  if (columns == 2) return body(std::integral_constant<std::size_t, 2>{});
+  body(std::integral_constant<std::size_t, 1>{});
+}
+
+}  // namespace tanor::kernels
