@@ -32,6 +32,14 @@ void add_split(const Split& split, bool has_friction, report::Solution* solution
   if (has_friction) solution->split.normal_friction = split.normal_friction;
 }
 
+report::Solution describe_problem(const scene::Scene& scene, const Dynamics& dynamics) {
+  report::Solution solution;
+  solution.num_points = dynamics.num_points();
+  solution.left_out = report::list_left_out(scene.left_out, dynamics.plan().left_out);
+  solution.form = name_of(dynamics.plan().form);
+  return solution;
+}
+
 }  // namespace
 
 ExitCode execute(const SolveOptions& options) {
@@ -45,10 +53,7 @@ ExitCode execute(const SolveOptions& options) {
   velocities.resize(positions.size(), 0.0);
   Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
 
-  report::Solution solution;
-  solution.num_points = dynamics.num_points();
-  solution.left_out = report::list_left_out(scene.left_out, dynamics.plan().left_out);
-  solution.form = name_of(dynamics.plan().form);
+  report::Solution solution = describe_problem(scene, dynamics);
   const StartReport start = naming_file(options.scene, [&] {
     return dynamics.start({.time = scene.t_start, .positions = positions, .velocities = velocities},
                           scene.motion.start);

@@ -4,6 +4,7 @@ namespace tanor {
 
 /// Dormand & Prince 8(5,3) with the dense output of order 7 and its three additional stages (Hairer, Norsett, Wanner I,
 /// II.5 and II.6; coefficients of their code DOP853). Stage 13 stands at the new point.
+// NOLINTNEXTLINE(readability-function-size): a table
 Tableau dop853_tableau() {
   Tableau tableau{
       .order = 8,

@@ -16,7 +16,7 @@ Camera::Camera(const Eye& eye, std::span<const Vec3> places, double radius, cons
     : eye_(eye), center_x_(area.left + 0.5 * area.width), center_y_(area.top + 0.5 * area.height) {
   const bool sees_depth = eye.is_perspective;
   const double high = sees_depth ? tan_of_half_angle / margin : 0.0, wide = high * area.width / area.height;
-  // From an eye at (x, y, z) a point p is inside if |p_x - x| <= wide (z - p_z), and likewise for y with high.
+  // A point p is inside the view of an eye at (x, y, z) if |p_x - x| <= wide (z - p_z), and likewise for y with high.
   double left = -HUGE_VAL, right = -HUGE_VAL, low = -HUGE_VAL, top = -HUGE_VAL, front = -HUGE_VAL, rear = -HUGE_VAL;
   for (const Vec3& place : places) {
     const double x = dot(eye.right, place), y = dot(eye.up, place), z = dot(eye.back, place);

@@ -250,6 +250,7 @@ index      int32 [n], as in constrain_positions)doc")
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list
 void bind_constrainer(py::module_& module) {
   using py::arg;
   const py::none none;

@@ -42,6 +42,7 @@ void bind_motion_forces(py::module_& module) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list
 void bind_motion_reports(py::module_& module) {
   bind_certificate(module);
   bind_motion_forces(module);

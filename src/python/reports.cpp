@@ -6,6 +6,7 @@
 
 namespace tanor::python {
 
+// NOLINTNEXTLINE(readability-function-size): a list
 void bind_reports(py::module_& module) {
   Record<Outcome>(module, "Outcome")
       .property("ok", &Outcome::ok, "bool")

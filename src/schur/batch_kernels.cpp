@@ -1,5 +1,6 @@
 #include "schur/batch_kernels.hpp"
 
+#include "base/distance.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
@@ -223,9 +224,7 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
       Eight3 unit = distance(topology, a, r, offsets);
       Eight inverse;
       normalise(&unit.x, &unit.y, &unit.z, &inverse);
-      // phi = (v.v - (u.v)^2)/rho
-      const Eight speed = dot(unit, velocity);
-      Eight right = (dot(velocity, velocity) - speed * speed) * inverse;
+      Eight right = second_derivative_of_distance(unit, velocity, inverse);
       if (w0 != nullptr) right += dot(unit, w0[j] - w0[i]);
       if (second_derivatives != nullptr) right -= second_derivatives[a];
       seen.see(right < 0.0 ? -right : right);

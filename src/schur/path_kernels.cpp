@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/distance.hpp"
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
@@ -56,10 +57,8 @@ template <bool WantsDirections, bool WantsRightSide, bool HasField>
     const double inverse = 1.0 / std::sqrt(dot(distance, distance));
     const Vec3 g = inverse * distance;
     if constexpr (WantsRightSide) {
-      // phi = (v.v - (g.v)^2)/|a|
       const Vec3 velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
-      const double along = dot(g, velocity);
-      double right_side = inverse * (dot(velocity, velocity) - along * along);
+      double right_side = second_derivative_of_distance(g, velocity, inverse);
       if constexpr (HasField) right_side += dot(g, {w[3 * k], w[3 * k + 1], w[3 * k + 2]});
       b[k] = right_side;
     }

@@ -1,5 +1,6 @@
 #include "schur/point_kernels.hpp"
 
+#include "base/distance.hpp"
 #include "base/instruction_sets.hpp"
 
 namespace tanor {
@@ -29,8 +30,7 @@ struct Apart {
   auto& [a, v] = *apart;
   Eight inverse;
   normalise(&a.x, &a.y, &a.z, &inverse);
-  const Eight speed = dot(a, v);
-  *phi = (dot(v, v) - speed * speed) * inverse;
+  *phi = second_derivative_of_distance(a, v, inverse);
   a.write(gradient);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/distance.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
@@ -51,11 +52,9 @@ namespace {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
   Eight3 u = distance(shape, motion.r, motion.offset, k);
   const Eight3 rate = motion.v[parent] - motion.v[k];
-  // u = a/|a|, phi = (v.v - (u.v)^2)/|a| - l''
   Eight inverse;
   normalise(&u.x, &u.y, &u.z, &inverse);
-  const Eight along = dot(u, rate);
-  Eight b = inverse * (dot(rate, rate) - along * along);
+  Eight b = second_derivative_of_distance(u, rate, inverse);
   if (motion.length_second != nullptr) b -= motion.length_second[k];
   if (motion.w0 != nullptr) b += dot(u, motion.w0[parent] - motion.w0[k]);
   u.write(&rod->u);
@@ -223,11 +222,9 @@ namespace {
   Vec3 apart = load(motion.r, parent) - load(motion.r, child);
   if (motion.offset != nullptr) apart = apart + motion.offset[a];
   const Vec3 rate = load(motion.v, parent) - load(motion.v, child);
-  // u = a/|a|, phi = (v.v - (u.v)^2)/|a| - l''
   const double inverse = 1.0 / std::sqrt(dot(apart, apart));
   const Vec3 u = inverse * apart;
-  const double along = dot(u, rate);
-  double b = inverse * (dot(rate, rate) - along * along);
+  double b = second_derivative_of_distance(u, rate, inverse);
   if (motion.length_second != nullptr) b -= motion.length_second[a];
   if (motion.uniform == nullptr) {
     b += dot(u, load(motion.w0, parent) - load(motion.w0, child));

@@ -169,8 +169,8 @@ TEST(ReuseLimitsTest, WhereAFactorCostsLittleNothingIsIterated) {
   const MotionOptions options = options_for(Method::Dop853);
   const SolverOptions general{.linear_solver = LinearSolver::General},
       never{.linear_solver = LinearSolver::General, .reuse = false};
-  const Simulation chain = run(scenes::make_chain(50), options, general, 0.1);
-  const Simulation without = run(scenes::make_chain(50), options, never, 0.1);
+  Simulation chain = run(scenes::make_chain(50), options, general, 0.1);
+  Simulation without = run(scenes::make_chain(50), options, never, 0.1);
 
   EXPECT_EQ(chain.report().counters.iterations, 0u);
   EXPECT_EQ(open_saved(chain).memory.size(), open_saved(without).memory.size());

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-inline Snapshot open_saved(const Simulation& simulation) {
+inline Snapshot open_saved(Simulation& simulation) {
   return unpack(simulation.save(), fingerprint_of(simulation.system()));
 }
 

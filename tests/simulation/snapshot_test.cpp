@@ -201,7 +201,8 @@ std::string error_of(const Snapshot& snapshot) {
 }
 
 TEST(SnapshotErrorTest, NamesWhatDoesNotFit) {
-  const Snapshot good = open_saved(Simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01}));
+  Simulation pendulum(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01});
+  const Snapshot good = open_saved(pendulum);
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   const auto with = [&](const auto& change) {
     Snapshot snapshot = good;

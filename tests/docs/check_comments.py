@@ -1,0 +1,39 @@
+#!/usr/bin/python3
+"""Fails where a comment of the sources is no sentence: it begins with a preposition or a bare value. Comments that stand
+behind code, beside what they are about, may be short."""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FRAGMENT = re.compile(r"(Of|From|Whether|That|Beside|Instead|Likewise|(False|True|Null|None|Empty|Else|Not)[:,])\b")
+
+
+def find_blocks(text):
+    """(line, words) of each comment that has lines of its own."""
+    block, kind, first = [], "", 0
+    for number, line in enumerate([*text.splitlines(), ""], start=1):
+        found = re.match(r"\s*(///?)(?!/)<?\s?(.*)", line)
+        if found and (not block or found[1] == kind):
+            kind, first = found[1], first if block else number
+            block.append(found[2])
+            continue
+        if block:
+            yield first, " ".join(block).strip()
+        block = [found[2]] if found else []
+        kind, first = (found[1], number) if found else ("", 0)
+
+
+def main():
+    wrong = []
+    for path in sorted([*(ROOT / "include").rglob("*.h*"), *(ROOT / "src").rglob("*.[ch]pp")]):
+        for line, words in find_blocks(path.read_text()):
+            text = re.sub(r"^\\\w+\s*", "", words)
+            if FRAGMENT.match(text):
+                wrong.append(f"{path.relative_to(ROOT)}:{line}: {words[:90]}")
+    print("\n".join(wrong), end="\n" if wrong else "")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
