@@ -63,7 +63,7 @@ Line line_of(const nlohmann::json& given, int rods) {
   return {number(given.at("x")), number(given.at("z")), number(given.at("L")), number(given.at("w")), rods};
 }
 
-TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
+TEST(MooringLine, RestsOnTheFloorAsItsDiscreteClosedForm) {
   const nlohmann::json file = read_case("B7_moorpy_catenary");
   for (const nlohmann::json& each : file.at("discrete_case_2")) {
     const Line line = line_of(file.at("cases")[1], each.at("rods").get<int>());
@@ -93,7 +93,7 @@ TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
 
 /// Rods come near the catenary as the square of their length: of two lines the limit follows. MoorPy's lines stretch a
 /// little and its tolerance is finite: 6e-7.
-TEST(MooringLine, OfManyRodsHasTheForcesOfMoorPy) {
+TEST(MooringLine, HasTheForcesOfMoorPyWithManyRods) {
   const nlohmann::json file = read_case("B7_moorpy_catenary");
   for (std::size_t k = 0; k < 4; ++k) {
     const nlohmann::json& each = file.at("cases")[k];

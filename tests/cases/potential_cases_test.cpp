@@ -88,7 +88,7 @@ std::vector<ByMethod> list_all() {
 
 class PotentialCases : public testing::TestWithParam<ByMethod> {};
 
-TEST_P(PotentialCases, ElevenDigitsAtEveryInstant) {
+TEST_P(PotentialCases, MotionHasElevenDigitsAtEveryInstant) {
   const auto& [scene, interface_name, find_answer, options] = GetParam();
   const std::vector<Instant> trajectory = read_trajectory(scene.name);
   const Instant& start = trajectory.front();

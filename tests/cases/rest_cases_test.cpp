@@ -171,7 +171,7 @@ TEST(PushedChain, BendsAsItsDigitsAndToTheSideWhereItBegins) {
   }
 }
 
-TEST(PushedChain, ThatIsStraightStandsUnstably) {
+TEST(PushedChain, StandsUnstablyWhenStraight) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
   const System plane = make_pushed_chain(file);
   System space = plane;

@@ -109,7 +109,7 @@ class CoordinateCaseTest : public testing::TestWithParam<CoordinateCase> {
   }
 };
 
-TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
+TEST_P(CoordinateCaseTest, MotionReactionsAndMultipliersHaveTenDigits) {
   Simulation simulation(make_system(), {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14},
                         {.form = Form::Tangent});
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };

@@ -10,7 +10,7 @@ namespace tanor {
 namespace {
 
 /// Forces of energies stand trial too: told of another law than was solved, the certificate says no.
-TEST(CertificateOfEnergies, TheirForcesComeOnceMoreFromTheDefinition) {
+TEST(CertificateOfEnergies, ComputesForcesOnceMoreFromTheDefinition) {
   System system;
   system.positions = {0, 0, 0, 1, 0.1, 0, 1.8, 0.9, 0.2, 2.9, 1.0, 0.6};
   system.velocities.assign(12, 0.0);

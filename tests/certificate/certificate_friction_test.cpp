@@ -252,7 +252,7 @@ TEST(FrictionCertificate, MultipliersThatTheBlocksDoNotFindAreCaught) {
   EXPECT_TRUE(fails(solved.certify(), "by (43)"));
 }
 
-TEST(FrictionCertificate, StandsAtTheEndOfAMotionThatSlidesAndSticks) {
+TEST(FrictionCertificate, PassesAtTheEndOfAMotionThatSlidesAndSticks) {
   System held = make_slope_by_coordinates(1.0);
   held.coordinates.clear();
   for (const System& system : {make_slope(0.3, 1.0), held}) {

@@ -222,7 +222,7 @@ TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
   }
 }
 
-TEST(Certificate, OfFreePointsAndOfPointsThatCannotMove) {
+TEST(Certificate, PassesFreePointsAndPointsThatCannotMove) {
   System free_points;
   free_points.positions = {1.0, 0.0, 0.0, 2.0, 0.0, 0.0};
   free_points.velocities.assign(6, 1.0);
@@ -307,7 +307,7 @@ TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
 }
 
 /// A bead at rest on a rough incline, tan of the slope 0.3, mu 0.5.
-TEST(Certificate, WhatSticksAndMissesTheLawIsRefusedWithoutOne) {
+TEST(Certificate, StickingPointsThatMissTheLawAreRefusedWithoutACertificate) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.velocities = {0.0, 0.0, 0.0};

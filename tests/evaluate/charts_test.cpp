@@ -225,7 +225,7 @@ TEST(JetChart, RecentringKeepsTheMotion) {
   EXPECT_GT(moved, 10);
 }
 
-TEST(JetChart, OneFileIsAllThatAKindOfCoordinatesNeeds) {
+TEST(JetChart, AKindOfCoordinatesNeedsOneFileAlone) {
   using Family = FamiliesOfCoordinates<Bowls>;
   static_assert(std::is_same_v<Family, std::tuple<PointCoordinates<JetChart<Bowls>>>>);
   System system;
@@ -266,7 +266,7 @@ TEST(JetChart, OneFileIsAllThatAKindOfCoordinatesNeeds) {
 }
 
 /// A point that is free moves as its force says, in whatever coordinates.
-TEST(JetChart, ThreeNumbersOfAPointLeaveItFree) {
+TEST(JetChart, ThreeCoordinatesOfAPointLeaveItFree) {
   System system;
   system.positions = {0.6, 0.8, 0.9};
   system.masses = {1.0};

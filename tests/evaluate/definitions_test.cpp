@@ -35,7 +35,7 @@ System make_system(std::vector<double> positions, Constraint constraint) {
 }
 
 /// Length 5 along (0.6, 0.8, 0): rate 3*0.6 = 1.8 less the 2 of the wanted length, phi = (9 - 1.8^2)/5 + unit.w - 6.
-TEST(Definitions, RodOfThreeFourFive) {
+TEST(Definitions, RodWithSides3And4HasItsNumbersByHand) {
   const System system =
       make_system({1, 1, 1, 4, 5, 1}, Rods{"", {{0, 1}}, ScalarFunction::formula("2 + 2*t + 3*t^2"), {}});
 

@@ -81,7 +81,7 @@ TEST(Dual, AgreesWithForwardInTheFirstDerivative) {
   }
 }
 
-TEST(Dual, WhatDoesNotMoveHasNoDerivativeWhereAFunctionIsSteep) {
+TEST(Dual, ConstantsHaveNoDerivativeWhereAFunctionIsSteep) {
   const SecondDual zero = 0.0, root = sqrt(zero);
   EXPECT_EQ(root.v.v, 0.0);
   EXPECT_EQ(root.v.d, 0.0);

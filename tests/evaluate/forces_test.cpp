@@ -247,7 +247,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
   }
 }
 
-TEST_F(ForceTest, OneKnowsWhetherForcesDoWorkAndDependOnVelocity) {
+TEST_F(ForceTest, ForcesSayWhetherTheyDoWorkAndDependOnVelocity) {
   struct Expectation {
     Force force;
     bool has_work, depends_on_velocity;

@@ -81,7 +81,7 @@ int axis_of(const Eigen::Vector3d& d) {
   return best;
 }
 
-TEST(LineConstraint, ItsPairIsAFunctionOfTheDirectionAloneWhateverTimesAreSeen) {
+TEST(LineConstraint, PairDependsOnTheDirectionAloneWhateverTimesAreSeen) {
   Random any(6);
   for (const VectorFunction& direction : turns) {
     TurningLine line(direction), late(direction, 3.0);

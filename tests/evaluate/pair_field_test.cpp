@@ -68,7 +68,7 @@ struct ClosedForm {
 
 class ClosedFormTest : public testing::TestWithParam<ClosedForm> {};
 
-TEST_P(ClosedFormTest, IsWhatTwoPointsFeel) {
+TEST_P(ClosedFormTest, IsTheForceBetweenTwoPoints) {
   const auto& [what, pairs, distance, repulsion, potential] = GetParam();
   const System system = make_pair(pairs, distance);
 
@@ -388,7 +388,7 @@ TEST(PairFieldTest, PointsFarApartNeedNoMemoryForTheSpaceBetween) {
   EXPECT_EQ(result.f[6], 0.0);
 }
 
-TEST(PairFieldTest, WhatHasNoForceIsNotANumber) {
+TEST(PairFieldTest, ForcesOfCoincidentAndLostPointsAreNan) {
   for (const PairForces& pairs : {wca, lj, logarithm}) {
     const System on_top = make_pair(pairs, 0.0), lost = make_pair(pairs, NAN);
 

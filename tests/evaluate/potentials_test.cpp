@@ -264,7 +264,7 @@ TEST(EnergyKernelTest, TorsionsByHandAreThoseOfTheDefinition) {
 }
 
 /// What stands beyond the end of its law says so, and its force is no number.
-TEST(EnergyKernelTest, WhatIsUndefinedIsNamed) {
+TEST(EnergyKernelTest, UndefinedTuplesAreNamed) {
   const auto find = [](const Force& force, const std::vector<double>& positions) {
     const System system{
         .positions = positions, .masses = std::vector<double>(positions.size() / 3, 1.0), .forces = {force}};

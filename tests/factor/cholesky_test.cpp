@@ -305,7 +305,7 @@ RC_GTEST_PROP(Cholesky, ExactlySingularMatrixIsNotPositiveDefiniteOrHasNoConditi
   RC_ASSERT(quality.weakest_column == static_cast<std::size_t>(n - 1));
 }
 
-TEST(Cholesky, NumbersThatAreNotFiniteAreNoFactor) {
+TEST(Cholesky, NumbersThatAreNotFiniteHaveNoFactor) {
   Matrix A = make_definite(6, 2);
   A(3, 3) = NAN;
   for (const bool supernodal : {false, true}) {
@@ -422,7 +422,7 @@ TEST(Cholesky, FrontsAndSparseColumnsAgreeOnALatticeInEveryOrder) {
   }
 }
 
-TEST(Analysis, ForcedOrderingIsTheOneUsed) {
+TEST(Analysis, ForcedOrderingIsUsed) {
   const TrianglePattern pattern = lattice(6);
   for (const Ordering wanted : {Ordering::Amd, Ordering::Metis, Ordering::Nesdis, Ordering::Natural}) {
     const SymbolicAnalysis analysis = analyze(pattern, wanted);

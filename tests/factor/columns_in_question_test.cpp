@@ -59,7 +59,7 @@ std::vector<int> rods_along(const Rods& net, int size, int line) {
   return result;
 }
 
-TEST(ColumnsInQuestion, OfAFlatNetAreTheRodsBetweenItsTwoCorners) {
+TEST(ColumnsInQuestion, AreTheRodsBetweenTheTwoHeldCornersOfAFlatNet) {
   constexpr int size = 40;
   const Rods net = make_net(size, size);
   EXPECT_EQ(find_columns_in_question(columns(net, turn * places_of(net), {0, size - 1}), tolerance),
@@ -97,7 +97,7 @@ TEST(ColumnsInQuestion, IncludeRodsThatRoundingMayHaveToldApart) {
 }
 
 /// Rods of a flat net braced at random, some points held, with a cloud of rods in space hanging on it.
-RC_GTEST_PROP(ColumnsInQuestion, HaveAllOfEachSelfStress, ()) {
+RC_GTEST_PROP(ColumnsInQuestion, HoldEverySelfStressWhole, ()) {
   std::mt19937 generator(*rc::gen::arbitrary<std::uint32_t>());
   const int size = 3 + static_cast<int>(generator() % 4), flat = size * size;
   Rods rods = make_net(size, size);

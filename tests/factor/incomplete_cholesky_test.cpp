@@ -181,7 +181,7 @@ TEST(IncompleteCholeskyTest, RaisesTheDiagonalWherePivotsFail) {
   EXPECT_GT(reference::eigenvalues(inverse).minCoeff(), 0.0);
 }
 
-TEST(IncompleteCholeskyTest, SaysWhereNothingHelps) {
+TEST(IncompleteCholeskyTest, FailsOnNegativeDiagonalsAndNan) {
   Eigen::MatrixXd S = make_chain(3);
   S(1, 1) = -1.0;
   EXPECT_FALSE(make_factor(S).factorize());

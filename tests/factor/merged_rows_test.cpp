@@ -68,7 +68,7 @@ TEST(MergedRows, GiveTheFactorOfChainsStarsAndTrees) {
   }
 }
 
-TEST(MergedRows, AnyOtherPatternIsRightToo) {
+TEST(MergedRows, GiveTheFactorOfRandomColumns) {
   // Fill costs, but is no harm: random columns, more of them than an order without fill allows.
   std::mt19937 generator(7);
   for (int trial = 0; trial < 20; ++trial) {
@@ -87,7 +87,7 @@ TEST(MergedRows, AnyOtherPatternIsRightToo) {
   }
 }
 
-TEST(MergedRows, LeaveOutWhatDepends) {
+TEST(MergedRows, LeaveOutDependentColumns) {
   // Column 2 is column 0 plus twice column 1, column 3 is empty; column 4 shares rows with both.
   PointColumns C;
   C.num_points = 2;

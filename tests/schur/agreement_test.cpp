@@ -140,7 +140,7 @@ System make_driven_chain(std::mt19937* random) {
   return system;
 }
 
-TEST(LinearSolvers, PathsKnowLengthsThatMoveOffsetsAndForces) {
+TEST(LinearSolvers, PathsTakeMovingLengthsOffsetsAndForces) {
   std::mt19937 random(8);
   for (int repetition = 0; repetition < 3; ++repetition) {
     const System system = make_driven_chain(&random);
@@ -294,7 +294,7 @@ TEST(LinearSolvers, WrongNumbersAreToldAsWithTheGeneralSolver) {
   }
 }
 
-TEST(LinearSolvers, WhatDoesNotServeIsRefused) {
+TEST(LinearSolvers, ASolverThatDoesNotServeIsRefused) {
   System tree = make_taut_path(0.1);
   std::get<Rods>(tree.constraints[0]).pairs[4] = {2, 5};
   const auto message = [](const System& system, SolverOptions options) -> std::string {

@@ -163,7 +163,7 @@ TEST(Mixtures, GiveShortIslandsTheirWaysBesideOthers) {
   EXPECT_LE(refinements, 4);
 }
 
-TEST(Mixtures, KnowAnyConstraints) {
+TEST(Mixtures, AgreeWithTheGeneralSolverOnAnyConstraints) {
   int num_mixtures = 0;
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     AnyNumbers any(seed);

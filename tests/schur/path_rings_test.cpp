@@ -151,7 +151,7 @@ TEST(PathRings, AllCallsAgreeWithKAndM) {
   }
 }
 
-TEST(PathRings, SideBySideTheyAgreeToo) {
+TEST(PathRings, AllCallsAgreeForRingsSideBySide) {
   std::mt19937 random(32);
   std::vector<Index> sizes;
   for (int k = 0; k < 40; ++k) sizes.push_back(std::uniform_int_distribution<Index>(3, 400)(random));

@@ -78,7 +78,7 @@ class Copies final : public PointSource {
 
 class PointSources : public testing::TestWithParam<Chains> {};
 
-TEST_P(PointSources, MakeNoOtherBits) {
+TEST_P(PointSources, GiveTheSameBitsAsOneCallForAllPoints) {
   const System system = make_system(GetParam());
   const Linearised inner(system, 0.0, system.positions, system.velocities);
   const ReactionGather gather(inner.incidences, inner.numbering.num_points());

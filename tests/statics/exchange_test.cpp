@@ -75,7 +75,7 @@ TEST(Exchange, EndsWhereChangingAllThatIsWrongGoesInACircle) {
   EXPECT_GT(count_rounds(problem, open), 0);
 }
 
-TEST(Exchange, EndsOfRandomPositiveDefiniteMatrices) {
+TEST(Exchange, EndsForRandomPositiveDefiniteMatrices) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 300; ++trial) {

@@ -209,7 +209,7 @@ TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
 }
 
 /// What nothing holds is unstable in all directions but for its length: an upright chain of more than 300 unknowns.
-TEST(ModeFinder, OfAnUprightChainIsCountedWithoutAMode) {
+TEST(ModeFinder, CountsUnstableDirectionsOfAnUprightChainWithoutAMode) {
   System system = hang_chains(1, 150, 3);
   system.forces = {Gravity{"", {0.0, 0.0, 9.81}}};
 
@@ -221,7 +221,7 @@ TEST(ModeFinder, OfAnUprightChainIsCountedWithoutAMode) {
 }
 
 /// Single forces vanish where a molecule rests: rounding is all that is left of them.
-TEST(Modes, OfAMoleculeAtRestAreFound) {
+TEST(Modes, AreFoundForAMoleculeAtRest) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.2, 0.1, 0.0, 1.9, 0.9, 0.3, 3.1, 1.0, 0.9};
   system.masses = {1.0, 2.0, 2.0, 1.0};
@@ -238,7 +238,7 @@ TEST(Modes, OfAMoleculeAtRestAreFound) {
 }
 
 /// Free straight chains that resist bending: each moves as a whole in three directions and turns about two axes.
-TEST(Modes, OfFreeIslandsHaveTheirZeroModes) {
+TEST(Modes, HaveTheZeroModesOfFreeIslands) {
   for (const int copies : {1, 2, 7}) {
     System system;
     Rods rods;

@@ -64,13 +64,13 @@ System make_catenary(int count, double chord) {
   return system;
 }
 
-TEST(NewtonsOrder, OfChains) {
+TEST(NewtonsOrder, IsTwoOnChains) {
   expect_quadratic("chain of 10", make_catenary(10, 0.7), 0.05);
   expect_quadratic("chain of 60", make_catenary(60, 4.0), 0.02);
 }
 
 /// Springs along the edges of a cubic lattice, held at its floor.
-TEST(NewtonsOrder, OfALatticeOfSprings) {
+TEST(NewtonsOrder, IsTwoOnALatticeOfSprings) {
   System lattice = scenes::make_lattice(4);
   Springs springs{.name = "springs", .pairs = std::get<Rods>(lattice.constraints[0]).pairs, .stiffness = 400.0};
   for (Index i = 0; i < 64; ++i) {  // diagonals, that it does not shear
@@ -93,7 +93,7 @@ TEST(NewtonsOrder, OfALatticeOfSprings) {
 }
 
 /// A clamped rod of bonds, bendings and torsions that sags, on its bonds' and angles' energies alone.
-TEST(NewtonsOrder, OfEnergiesOfTuples) {
+TEST(NewtonsOrder, IsTwoOnEnergiesOfTuples) {
   System system;
   Bonds bonds{.name = "bonds"};
   Bendings bendings{.name = "bendings"};

@@ -87,7 +87,7 @@ TEST(OneSided, ChainThatStartsAboveTheTableComesToLie) {
   EXPECT_NEAR(weight - found.support_forces[2], 30 * 0.2 * g, 0.2 * g + 1e-9);
 }
 
-TEST(OneSided, ChainThatIsPulledOffTheTableIsTheOneWithoutIt) {
+TEST(OneSided, ChainThatIsPulledOffTheTableHangsAsWithoutATable) {
   System system = make_chain_on_table(10, 0.1, 0.2, 0.9, 0.0);
   system.supports = {Support{"", {0, 10}}};
   for (std::size_t i = 0; i <= 10; ++i) system.positions[3 * i + 2] = 1.0;
@@ -216,7 +216,7 @@ TEST(OneSided, RandomSystemsAreComplementary) {
   }
 }
 
-TEST(OneSided, SystemThatNothingHoldsSaysSo) {
+TEST(OneSided, SystemThatNothingHoldsHasNoEquilibrium) {
   System system;
   system.positions = {0.0, 0.0, 1.0};
   system.masses = {1.0};

@@ -39,7 +39,7 @@ PairForces pairs_of(PairLaw law, std::optional<double> cutoff) {
 }
 
 /// W x is -df along x, by central differences of the forces.
-TEST(PairStiffness, IsWhatForcesChangeBy) {
+TEST(PairStiffness, AgreesWithDifferencesOfForces) {
   const std::pair<PairLaw, std::optional<double>> laws[] = {
       {PairLaw::Yukawa, 1.1}, {PairLaw::Morse, 1.2}, {PairLaw::Lj, 1.5},    {PairLaw::Wca, {}},
       {PairLaw::Log, {}},     {PairLaw::Yukawa, {}}, {PairLaw::Coulomb, {}}};
@@ -133,7 +133,7 @@ TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
 }
 
 /// Charges on a sphere, one more than have a Hessian of their own: Euler's sum of multipliers, and the rigid motions.
-TEST(PairStiffness, OfManyChargesKnowsWhetherTheyAreStable) {
+TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   constexpr std::size_t count = 201;
   System system;
   std::vector<Index> all;
@@ -161,7 +161,7 @@ TEST(PairStiffness, OfManyChargesKnowsWhetherTheyAreStable) {
 }
 
 /// More than memory holds is refused with the number of bytes, unless nobody asks for stability.
-TEST(PairStiffness, OfTooManyChargesIsRefused) {
+TEST(PairStiffness, TooManyChargesAreRefused) {
   System system = cloud(3001, 30.0);
   PairForces charges{.name = "charges", .law = PairLaw::Coulomb};
   charges.charges = {1.0};

@@ -30,7 +30,7 @@ std::string prestress_note(const Result& found) {
   return note == found.left_out.end() ? "" : *note;
 }
 
-TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
+TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 100.0);
   std::fill(tensions.begin() + 5, tensions.end(), 50.0);
@@ -42,7 +42,7 @@ TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
 }
 
 /// A rod that nothing was asked of is not blamed.
-TEST(Prestress, OfSomeRodsIsToldOfOneOfThem) {
+TEST(Prestress, TensionsOfSomeRodsAreToldOfOneOfThem) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 0.0);
   std::fill(tensions.begin() + 5, tensions.end(), 100.0);
@@ -58,14 +58,14 @@ TEST(Prestress, OfSomeRodsIsToldOfOneOfThem) {
   }
 }
 
-TEST(Prestress, ThatIsAStateOfSelfStressIsTakenWithoutAWord) {
+TEST(Prestress, StateOfSelfStressIsTakenWithoutANote) {
   const System wire = make_wire();
 
   EXPECT_EQ(prestress_note(modes(wire, wire.positions, {.prestress = {{"r", {100.0}}}})), "");
 }
 
 /// Forces along the wire and the tensions that balance them.
-TEST(Prestress, ThatBalancesTheForcesIsTakenWithoutAWord) {
+TEST(Prestress, TensionsThatBalanceTheForcesAreTakenWithoutANote) {
   System wire = make_wire();
   wire.forces.push_back(ConstantForce{.name = "pull", .points = {5}, .force = Vector3{50.0, 0.0, 0.0}});
   std::vector<double> tensions(10, 100.0);

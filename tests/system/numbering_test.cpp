@@ -88,7 +88,7 @@ RC_GTEST_PROP(Numbering, RenamesPointsAndRowsOneToOne, ()) {
 }
 
 /// Chains one after the other, as hosts have them: their arrays can be used where they are.
-TEST(Numbering, OfChainsInTheUsersOrderIsTheUsers) {
+TEST(Numbering, KeepsTheUsersOrderOfChainsOneAfterTheOther) {
   std::vector<std::array<Index, 2>> pairs;
   for (const Index first : {0, 5, 7}) {
     for (const auto& [i, j] : chain(first == 5 ? 2 : 5)) pairs.push_back({first + i, first + j});
