@@ -230,7 +230,7 @@ std::string read_report(const std::filesystem::path& page) {
       .at("method");
 }
 
-TEST(ErrorTimeTest, ThePageOfARunSaysOfWhichSceneTheErrorsAre) {
+TEST(ErrorTimeTest, ThePageOfARunNamesTheSceneOfItsErrors) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   write_text(folder / "other.json", R"({"tanor_scene": 1, "name": "a bead", "points": {"positions": [[0,0,0]]},

@@ -19,7 +19,7 @@ void expect_one_line(const Ended& ended, const std::string& what) {
 }
 
 // With descriptor 2 closed the trajectory would be opened as 2, and what is printed would land in it.
-TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
+TEST(DescriptorTest, ClosedDescriptorsAreNotGivenToTheResults) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --out open").code, 0);
@@ -33,7 +33,7 @@ TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
   }
 }
 
-TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
+TEST(OutputTest, AFullOrClosedOutputIsAFailureOfTheMachine) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
@@ -58,7 +58,7 @@ TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
 
 #if TANOR_LIMITS_OF_MEMORY_WORK
 // Every command, from less than the libraries take to what is enough for each.
-TEST(MemoryTest, TooLittleOfItEndsEveryCommandAtOnce) {
+TEST(MemoryTest, TooLittleMemoryEndsEveryCommandAtOnce) {
   const Folder folder;
   // On a machine of many processors the stacks of all threads would take more than is given here.
   std::string scene = pendulum(R"("t_end": 0.1)");
@@ -172,7 +172,7 @@ TEST(FullDiskTest, AFrameThatCannotBeWrittenIsInNoList) {
   expect_same_results(folder, "o", "whole");
 }
 
-TEST(CheckpointFileTest, AFlippedBitIsNoAnswer) {
+TEST(CheckpointFileTest, AFlippedBitIsRefused) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --out o --t-end 0.5").code, 0);
@@ -255,7 +255,7 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
 }
 
 /// Hours of work are there: other commands do not take the place of a run.
-TEST(FolderTest, OfARunIsRefusedByOtherCommandsThatHaveASummary) {
+TEST(FolderTest, FolderOfARunIsRefusedByOtherCommandsThatHaveASummary) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   ASSERT_EQ(run_program(folder, {"equilibrium", "s.json", "--out", "rest"}).code, 0);
@@ -309,7 +309,7 @@ TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
 }
 
 /// What a scene reads has the name of a result in the folder that the command would fill.
-TEST(FolderTest, WhatACommandReadsIsNotReplaced) {
+TEST(FolderTest, FilesThatACommandReadsAreNotReplaced) {
   const Folder folder;
   const std::string scene = pendulum(R"("t_end": 0.1)");
   const std::string table = "0,0,0,0\n1,0,0,0\n2,0,0,0\n";
@@ -410,7 +410,7 @@ TEST(SignalTest, NohupIsRespected) {
   EXPECT_EQ(ended.code, 128 + SIGTERM) << ended.err;
 }
 
-TEST(ReferenceFileTest, WhatItHoldsIsLookedAt) {
+TEST(ReferenceFileTest, WrongContentsAreNamedByTheirPlace) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0]]},
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}})");

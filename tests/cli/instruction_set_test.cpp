@@ -58,7 +58,7 @@ std::vector<double> last_numbers(const std::string& table) {
   return result;
 }
 
-TEST(InstructionSetTest, OneHasTheSameBitsOnAnyNumberOfThreadsAndOthersAgreeToRounding) {
+TEST(InstructionSetTest, EachSetGivesTheSameBitsOnAnyNumberOfThreadsAndAllAgreeToRounding) {
   const Words sets = list_sets();
   ASSERT_FALSE(sets.empty());
   const std::string first = move(sets[0], "1");
@@ -74,7 +74,7 @@ TEST(InstructionSetTest, OneHasTheSameBitsOnAnyNumberOfThreadsAndOthersAgreeToRo
   }
 }
 
-TEST(InstructionSetTest, AnUnknownOneIsNamed) {
+TEST(InstructionSetTest, AnUnknownSetIsNamed) {
   const Folder folder;
   folder.add("chain.json", scene);
   EXPECT_TRUE(

@@ -90,7 +90,7 @@ TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
 }
 
 // A disk of 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of files.
-TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
+TEST(SmallDiskTest, AFullDiskKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --quiet --out whole").code, 0);
@@ -147,7 +147,7 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
   }
 }
 
-TEST(FolderTest, IsNamedByTheSceneWithoutWhatAFolderMustNotHave) {
+TEST(FolderTest, IsNamedByTheSceneWithoutForbiddenCharacters) {
   for (const auto& [name, made] :
        {std::pair{R"(../a)", "_._a.out"}, {R"(.hidden)", "_hidden.out"}, {R"(a\nb)", "a_b.out"}}) {
     const Folder folder;
@@ -158,7 +158,7 @@ TEST(FolderTest, IsNamedByTheSceneWithoutWhatAFolderMustNotHave) {
   }
 }
 
-TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
+TEST(FolderTest, OneRunWinsOfManyThatBeginAtOnce) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));
   write_text(folder / "other.json", pendulum(R"("t_end": 1e5, "output_every": 0.25, "step": 1e-3)"));

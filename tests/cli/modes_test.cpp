@@ -107,7 +107,7 @@ TEST(ModesTest, WherePointsAreNotOnTheirConstraintsTheWorstIsNamed) {
   EXPECT_NE(ended.err.find("they break links[1] by 0.1"), std::string::npos) << ended.err;
 }
 
-TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
+TEST(ModesTest, RefusesWrongValuesOfItsKeys) {
   const auto expect_refused = [](const std::string& modes, const std::string& pointer) {
     const Folder folder;
     const Ended ended = run_modes(folder, replaced(hanging_scene, R"({"count": 3})", modes));
@@ -141,7 +141,7 @@ TEST(ModesTest, RefusesAForceWithoutAPotential) {
 }
 
 /// lambda^2 + (c/m) lambda + omega^2 = 0
-TEST(ModesTest, TellsHowDampedOnesDecay) {
+TEST(ModesTest, TellsHowDampedModesDecay) {
   const Folder folder;
   const std::string scene = replaced(replaced(hanging_scene, R"("count": 3)", R"("count": 4, "damped": true)"),
                                      "-9.81,0]}]", R"(-9.81,0]}, {"kind": "drag", "points": [1, 2], "linear": 0.8}])");
@@ -194,7 +194,7 @@ TEST(ModesTest, RefusesFriction) {
   EXPECT_NE(ended.err.find("/friction/0"), std::string::npos) << ended.err;
 }
 
-TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
+TEST(ModesTest, PrintsDecayBesideOmegaOfDampedModes) {
   const Folder folder;
   const Ended ended = run_modes(folder, R"({
     "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
@@ -208,7 +208,7 @@ TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
   EXPECT_NE(ended.out.find("0 (decay 9 1/s)"), std::string::npos) << ended.out;
 }
 
-TEST(ModesTest, SaysThatNoLoadBucklesWhatHangs) {
+TEST(ModesTest, SaysThatNoLoadBucklesAHangingChain) {
   const Folder folder;
   const Ended ended =
       run_modes(folder, replaced(hanging_scene, R"("modes": {"count": 3})", R"("modes": {"buckling": "weight"})"));

@@ -211,7 +211,7 @@ TEST(RunTest, TheCertificateMayBeOff) {
 }
 
 // At t = 1 s the rods are straight.
-TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
+TEST(EarlyEndTest, AFailureKeepsTheResultsUpToItsTime) {
   const Folder folder;
   write_text(folder / "s.json", overstretched());
 

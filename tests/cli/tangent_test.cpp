@@ -98,7 +98,7 @@ TEST(TangentTest, ResumedRunEndsWhereTheWholeOneDoes) {
   }
 }
 
-TEST(TangentTest, WhatDoesNotFitIsOneLine) {
+TEST(TangentTest, CoordinatesThatDoNotFitAreToldInOneLine) {
   const Folder folder;
   write_text(folder / "rattle.json", coordinates_alone());
   write_text(folder / "wide.json", hoop("", 0.51));

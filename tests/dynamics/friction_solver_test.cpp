@@ -105,7 +105,7 @@ TEST(FrictionSolver, FrictionThatIsGivenNeedsNoSolve) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(tau[k], -2.0 * found.at.v[k], 1e-14);
 }
 
-TEST(FrictionSolver, WhatIsAddedIsTakenAwayAgain) {
+TEST(FrictionSolver, AddedFrictionIsTakenAwayAgain) {
   Found found(make_two_beads(0.3), FrictionMethod::Auto);
 
   found.solver.add(-1.0, found.w.data(), found.b.data());

@@ -107,7 +107,7 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
   EXPECT_TRUE(says(solved.dynamics.plan(), "second matrix"));
 }
 
-TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
+TEST(LeftOut, Equation44_MassCouplingIsMeasuredWhereItHoldsAndWhereItDoesNot) {
   // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
   // and yes where it is straight (docs/theory.md).
   EXPECT_LT(StartedDynamics(make_bent_chain(5)).split().mass_coupling, 1e-13);
@@ -118,7 +118,7 @@ TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
   EXPECT_LT(StartedDynamics(straight).split().mass_coupling, 1e-13);
 }
 
-TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
+TEST(LeftOut, Equation44_MassCouplingIsMeasuredByCoordinatesToo) {
   System system = make_bent_chain(4, 0.7);
   system.coordinates = {ChainAngles{"angles", {1, 2, 3, 4}, 0, {}, {}}};
   System coordinates_alone = system;
@@ -193,7 +193,7 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
             "simplicial");
 }
 
-TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
+TEST(LeftOut, SmoothSystemsHaveNoRowsSolvesOrTimeOfFriction) {
   System smooth = make_rails();
   for (std::size_t i = 0; i < smooth.constraints.size(); ++i)
     std::get<Lines>(smooth.constraints[i]).name = "rail" + std::to_string(i);

@@ -76,7 +76,7 @@ RC_GTEST_PROP(Linearization, RefinedSolutionIsThatOfTheDenseS, ()) {
   RC_ASSERT((state.vector(dw) - wanted).norm() <= accuracy * (wanted.norm() + 1.0));
 }
 
-RC_GTEST_PROP(Linearization, CorrectionTakesFromPointsWhatTheConstraintsForbid, ()) {
+RC_GTEST_PROP(Linearization, CorrectionRemovesFromPointsWhatTheConstraintsForbid, ()) {
   AtState state(any_system());
   RC_ASSERT(state.outcome.ok());
   std::vector<double> points = normal_numbers(state.dense.r.size(), 2), rows(state.model.num_rows());

@@ -110,7 +110,7 @@ RC_GTEST_PROP(Series, SatisfiesTheEquationsToItsOrder, ()) {
   expect_slope(order + 1, series.violation(h), series.violation(0.5 * h), 1e-13);
 }
 
-TEST(Series, AllKindsOfRandomSystemsHaveThem) {
+TEST(Series, MostRandomSystemsHaveSeries) {
   int count = 0;
   for (std::uint32_t seed = 0; seed < 200; ++seed) {
     const Expanded series(make_random_system(12, seed), 4);
@@ -178,7 +178,7 @@ TEST(Series, CallablesAreFormulas) {
   }
 }
 
-TEST(Series, WhatComparesItsArgumentsHasNone) {
+TEST(Series, FunctionsThatCompareTheirArgumentsHaveNoSeries) {
   const auto step = [](const auto& x, const auto&) { return x[2] < 0.0 ? x[2] : 2.0 * x[2]; };
   EXPECT_EQ(make_constraint_kernel<1>(step).expression, nullptr);
   const Expanded series(make_functions(make_constraint_kernel<1>([](const auto& x, const auto& t) {

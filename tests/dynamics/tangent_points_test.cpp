@@ -100,7 +100,7 @@ void expect_near_relative(const std::vector<double>& a, const std::vector<double
   RC_ASSERT(difference <= tolerance * scale);
 }
 
-RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
+RC_GTEST_PROP(TangentPoints, ClosedFormsAgreeWithTheFactor, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint32_t>();
   for (const Field field : {Field::Uniform, Field::Springs}) {
     const System system = make_points(20, field, seed);

@@ -97,7 +97,7 @@ TEST(CCalls, ConstrainsVelocitiesAsTheConstrainer) {
   EXPECT_NE(c_report.work, 0.0);
 }
 
-TEST(CCalls, MeasuresWhereThatIsWanted) {
+TEST(CCalls, MeasuresOnRequestAlone) {
   const Tailed host;
   const Handle handle = host.make_handle();
   for (const int measures : {0, 1}) {
@@ -246,7 +246,7 @@ TEST(CCalls, CreatesFromPointsOfAnyLayout) {
   EXPECT_LT(report.violation, 1e-15);
 }
 
-TEST(CCalls, LengthsAreThoseThatAreGiven) {
+TEST(CCalls, RodsHaveTheGivenLengths) {
   const Tailed host;
   tn_system* system = nullptr;
   ASSERT_EQ(tn_create(&system, 4, host.masses.data(), read_of(host.r), nullptr), TN_OK);
@@ -378,7 +378,7 @@ TEST(CCalls, RunsFromAGivenTime) {
   EXPECT_EQ(r, own_r);
 }
 
-TEST(CCalls, SavesWhereThereIsRoom) {
+TEST(CCalls, SavesOnlyWhereThereIsRoom) {
   const Tailed host;
   const Handle handle = host.make_handle();
   std::size_t needed = 0;

@@ -314,7 +314,7 @@ TEST(CInterface, RunsUntilTheObserverEndsIt) {
   EXPECT_EQ(r, own_r);
 }
 
-TEST(CInterface, AddsAllOrNothing) {
+TEST(CInterface, AddsAllConstraintsOrNone) {
   const Tailed host;
   const Handle handle = host.make_handle();
   const std::array<std::int32_t, 2> points{0, 1};

@@ -175,7 +175,7 @@ struct Ring {
   }
 };
 
-TEST(RodsRoundACell, MoveAsWithAnOffset) {
+TEST(RodsRoundACell, MoveAsRodsWithAnOffsetDo) {
   const Ring ring;
   Host reference(ring.masses, ring.r, {ring.shifted(4.0)}), nearest(ring.masses, ring.r, {}),
       given(ring.masses, ring.r, {});
@@ -225,7 +225,7 @@ TEST(RodsRoundACell, KeepTheirLengthsWhenTheCellChanges) {
 
 // ---- errors ----
 
-TEST(PeriodicCellErrors, NameWhatDoesNotGo) {
+TEST(PeriodicCellErrors, NameWrongCellsLengthsAndImages) {
   const Ring ring;
   const auto error_with = [&](const Constraint& constraint, const Periodicity& periodicity) {
     return error_of([&] { (void)Constrainer(ring.masses, {constraint}, ring.r, periodicity); });

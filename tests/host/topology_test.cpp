@@ -203,7 +203,7 @@ TEST(Topology, ASupportOfSeveralIslandsCarriesThemAll) {
   EXPECT_NEAR(report.virial[2], -50.0, 1e-13);
 }
 
-TEST(Lengths, ThatGrowDragThePointsAlong) {
+TEST(Lengths, DragThePointsAlongAsTheyGrow) {
   const std::vector<double> masses{infinity, 1.0};
   std::vector<double> r{0, 0, 0, 0, 0, -1}, v(6, 0.0);
   Constrainer constrainer(masses, {Rods{{}, {{0, 1}}, {}, {}}}, r);
@@ -222,7 +222,7 @@ TEST(Lengths, ThatGrowDragThePointsAlong) {
 }
 
 /// In a cell, wherever its points are wrapped: beside a new handle.
-TEST(Topology, InACellIsThatOfANewHandle) {
+TEST(Topology, AnEditedHandleInACellIsAsANewOne) {
   const PeriodicCell cell{.edges = {{{7, 0, 0}, {0.5, 6, 0}, {0, 0, 7}}}};
   std::vector<double> r;
   auto pairs = make_chains(3, 10, &r);
@@ -312,7 +312,7 @@ TEST(Renumbering, PointsLeaveAndCome) {
 }
 
 /// What a handle remembers after its points got other numbers is for a handle that never had the old ones.
-TEST(Renumbering, IsSavedToo) {
+TEST(Renumbering, IsSavedWithTheHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(5, 8, &r);
   const std::size_t n = r.size() / 3;
@@ -340,7 +340,7 @@ TEST(Renumbering, IsSavedToo) {
 
 // ---- errors ----
 
-TEST(TopologyErrors, ChangeNothing) {
+TEST(TopologyErrors, LeaveTheHandleAsItWas) {
   std::vector<double> r;
   const auto pairs = make_chains(2, 4, &r);
   std::vector<double> masses(8, 1.0);

@@ -165,7 +165,7 @@ std::string place_of_error(const MotionOptions& options) {
   return "none";
 }
 
-TEST(OptionsTest, AreCheckedOnce) {
+TEST(OptionsTest, WrongOptionsAreNamedByTheirPlace) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double infinity = std::numeric_limits<double>::infinity();
 

@@ -45,14 +45,14 @@ Losses measure_losses(MotionOptions options) {
 }
 
 /// r1 x v1/2 = r0 x v1/2 and rods pull along themselves: RATTLE keeps both for any step.
-TEST(MomentumTest, RattleKeepsBothToRounding) {
+TEST(MomentumTest, RattleKeepsLinearAndAngularMomentumToRounding) {
   const Losses losses = measure_losses({.method = Method::Rattle, .step = 1e-3});
 
   EXPECT_LT(losses.linear, 1e-13);
   EXPECT_LT(losses.angular, 1e-13);
 }
 
-TEST(MomentumTest, Rk4KeepsTheLinearOneToRoundingAndTheAngularOneToItsOrder) {
+TEST(MomentumTest, Rk4KeepsLinearMomentumToRoundingAndAngularToItsOrder) {
   const Losses coarse = measure_losses({.method = Method::Rk4, .step = 4e-3});
   const Losses fine = measure_losses({.method = Method::Rk4, .step = 2e-3});
 
@@ -61,7 +61,7 @@ TEST(MomentumTest, Rk4KeepsTheLinearOneToRoundingAndTheAngularOneToItsOrder) {
   EXPECT_GT(std::log2(coarse.angular / fine.angular), 3.6);
 }
 
-TEST(MomentumTest, Dopri5KeepsTheLinearOneToRoundingAndTheAngularOneToItsTolerance) {
+TEST(MomentumTest, Dopri5KeepsLinearMomentumToRoundingAndAngularToItsTolerance) {
   const Losses loose = measure_losses({.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-8});
   const Losses tight = measure_losses({.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
 
@@ -246,7 +246,7 @@ TEST(RattleTest, EnergyOfAMeltSwingsWithTheSquareOfTheStep) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3) << coarse << " and " << fine;
 }
 
-TEST(MomentumTest, BeadsThatMeetKeepIt) {
+TEST(MomentumTest, BeadsThatMeetKeepLinearMomentum) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
   const Momenta before = measure_momenta(simulation);
 

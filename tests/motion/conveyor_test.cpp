@@ -94,7 +94,7 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
 }
 
 /// u = sin t along a line: the place goes along, r = 1 - cos t.
-TEST(Conveyor, WhatSticksKeepsItsPlaceOnTheBelt) {
+TEST(Conveyor, StickingBeadKeepsItsPlaceOnTheBelt) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};

@@ -71,7 +71,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
 INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, series_and_kernels, name_method);
 
 /// The same surface twice: one row too many, and the multipliers share the load.
-TEST(Ellipsoid, TwiceTheSameIsRedundant) {
+TEST(Ellipsoid, SecondEqualSurfaceIsRedundant) {
   System system;
   scenes::add_point({0, 0, 0.5}, &system);
   system.forces = {scenes::gravity};

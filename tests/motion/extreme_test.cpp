@@ -144,7 +144,7 @@ TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
 }
 
 /// In a sheet K could lose rank; S is ill-conditioned by the masses alone, and the motion is told so.
-TEST(HeavyTip, IsNoSingularPlace) {
+TEST(HeavyTip, IsNotTakenForASingularPlace) {
   for (const double ratio : {1e6, 1e9}) {
     System system = extreme::drop_heavy_tip(ratio).system;
     system.constraints.push_back(Planes{"sheet", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, Vector3{0, 1, 0}, 0.0});
@@ -161,7 +161,7 @@ TEST(HeavyTip, IsNoSingularPlace) {
 /// Neither a failure nor silence: the motion says that its steps may be too long, and shorter ones are not doubted.
 class DoubtedSteps : public testing::TestWithParam<Method> {};
 
-TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
+TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
   for (const double angle : {0.1, 0.5, 1.0, 2.0}) {
     SCOPED_TRACE(angle);
     const Case scene = extreme::turn_fast(angle);
@@ -176,7 +176,7 @@ TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
   }
 }
 
-TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
+TEST_P(DoubtedSteps, AreNotWarnedOfInAChainThatFallsFromRest) {
   const Case scene = extreme::drop_scaled_chain(0.1);
   Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
 
@@ -192,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps,
 /// Light beads hum faster than the steps can follow.
 class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};
 
-TEST_P(TooLongSteps, EndWithPlaceAndReason) {
+TEST_P(TooLongSteps, EndTheRunWithTheTimeAndAReason) {
   const Case scene = std::get<0>(GetParam()).make();
   Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
 

@@ -105,7 +105,7 @@ TEST(Helix, RoughWireHoldsItsBead) {
 }
 
 /// Two wires with the same points: two rows too many.
-TEST(Helix, TwiceTheSameIsRedundant) {
+TEST(Helix, SecondEqualWireIsRedundant) {
   System system = bead_on_a_helix();
   system.constraints.push_back(Helices{"", {0}, {}, {0, 0, 1}, radius, pitch, 0.0});
 

@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, ImplicitOrderTest,
                          [](const auto& at) { return std::string(name_of(at.param.method)); });
 
 /// From the horizontal to the lowest place takes a quarter of the period, sqrt(l/g) K(sin 45 degrees).
-TEST_P(ImplicitOrderTest, OfAPendulumWithARod) {
+TEST_P(ImplicitOrderTest, PendulumConvergesAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double quarter = std::sqrt(l / g) * std::comp_ellint_1(std::sqrt(0.5));
   double before = 0.0;
@@ -129,7 +129,7 @@ TEST_P(ImplicitOrderTest, OfAPendulumWithARod) {
 }
 
 /// A spring without rest length: x'' = -omega^2 x, energy and all.
-TEST_P(ImplicitOrderTest, OfAHarmonicOscillator) {
+TEST_P(ImplicitOrderTest, OscillatorConvergesAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 5.0;
   System system;
@@ -150,7 +150,7 @@ TEST_P(ImplicitOrderTest, OfAHarmonicOscillator) {
 }
 
 /// z'' = -2 delta z' - omega^2 z of a damped spring with a rest length, along itself; its work is the energy lost.
-TEST_P(ImplicitOrderTest, OfADampedSpringAndOfItsWork) {
+TEST_P(ImplicitOrderTest, DampedSpringAndItsWorkConvergeAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 8.0, delta = 1.5, fast = std::sqrt(omega * omega - delta * delta), m = scenes::mass;
   System system;
@@ -203,7 +203,7 @@ double explicit_limit(double stiffness) {
   return 2.83 / std::sqrt(2.0 * stiffness / scenes::mass);
 }
 
-TEST(StiffSpringTest, RadauStepsAHundredTimesBeyondTheExplicitLimitWithTheSlowMotion) {
+TEST(StiffSpringTest, RadauFollowsTheSlowMotionAHundredTimesBeyondTheExplicitLimit) {
   for (const double stiffness : {1e8, 1e10}) {
     Walk walk(make_coupled_chain(stiffness), {.method = Method::Radau5, .rtol = 1e-9, .atol = 1e-11});
     const int steps = 78;
@@ -214,7 +214,7 @@ TEST(StiffSpringTest, RadauStepsAHundredTimesBeyondTheExplicitLimitWithTheSlowMo
   }
 }
 
-TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
+TEST(StiffSpringTest, GeneralizedAlphaConvergesToTheSlowMotionAtOrderTwo) {
   const double stiffness = 1e8;
   double before = 0.0;
   for (const int steps : {80, 160, 320}) {
@@ -229,7 +229,7 @@ TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
   EXPECT_LT(before, 5e-5);
 }
 
-TEST(StiffSpringTest, AnExplicitMethodFailsThere) {
+TEST(StiffSpringTest, AnExplicitMethodFailsAtTheSameStep) {
   Simulation simulation(make_coupled_chain(1e8), {.method = Method::Rk4, .step = 0.5 / 80});
   const bool is_right =
       simulation.advance_to(0.5).ok() && largest_difference(simulation.positions(), slow_motion()) < 1e-2;
@@ -280,7 +280,7 @@ TEST(NewtonTest, DependentConstraintsChangeNothing) {
 }
 
 /// A stiff formula force: y'' = -k y + k cos t along one axis, of which the slow solution is k/(k - 1) cos t.
-TEST(StiffFormulaTest, ItsDerivativesAreInNewtonsMatrix) {
+TEST(StiffFormulaTest, NewtonsMatrixHasTheDerivativesOfTheFormula) {
   System system;
   scenes::add_point({0, 1.0 / (1.0 - 1e-9), 0}, &system);
   system.masses[0] = 1.0;

@@ -34,7 +34,7 @@ TEST(LongRunTest, EnergyOfRattleSwingsAMillionStepsWithoutTrend) {
 }
 
 /// 400 s, more than 500 periods: rattle4 and rattle6 know where the pendulum is.
-TEST(LongRunTest, CompositionsKeepThePhaseToo) {
+TEST(LongRunTest, CompositionsKeepThePhase) {
   const double frequency = std::sqrt(9.81 / scenes::spacing), amplitude = 0.5 * M_PI;
   const double period = 4.0 * elliptic::quarter_period(amplitude, frequency);
   const double angle = elliptic::swing(amplitude, frequency, std::fmod(400.0, period)).angle;

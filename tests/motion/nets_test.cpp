@@ -151,7 +151,7 @@ TEST_P(FlatNet, ArrivesWhereCellsFlattenTogether) {
 INSTANTIATE_TEST_SUITE_P(Holds, FlatNet, testing::ValuesIn(holds));
 
 /// README's picture: at t = 0.3688 two cells at the free corners flatten at once.
-TEST(FlatNet, OfTheReadmeArrives) {
+TEST(FlatNet, ArrivesInTheMotionOfTheReadme) {
   std::vector<Way> ways{{Method::Dop853, 1e-8}, {Method::Taylor, 1e-10}};
   if (tests_are_long()) ways.insert(ways.end(), {{Method::Dopri5, 1e-6}, {Method::Taylor, 1e-8}});
   expect_same_motion(20, Hold::OppositeCorners, ways);

@@ -44,7 +44,7 @@ TEST(ProjectionTest, HoldsTheConstraintsOver1e4Steps) {
   }
 }
 
-TEST(ProjectionTest, WithoutItTheConstraintsDriftAndTheReportSaysSo) {
+TEST(ProjectionTest, ConstraintsDriftWithoutProjectionAndTheReportSaysSo) {
   const Simulation simulation = run(Method::Rk4, Stabilisation::None);
 
   const Violation violation = measure_violation(simulation);

@@ -165,7 +165,7 @@ TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
 }
 
 /// A cheap factor is made each time: a tree on the general way, linear constraints.
-TEST(ReuseLimitsTest, WhereAFactorCostsLittleNothingIsIterated) {
+TEST(ReuseLimitsTest, CheapFactorsAreMadeEachTime) {
   const MotionOptions options = options_for(Method::Dop853);
   const SolverOptions general{.linear_solver = LinearSolver::General},
       never{.linear_solver = LinearSolver::General, .reuse = false};

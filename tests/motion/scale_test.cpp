@@ -38,7 +38,7 @@ std::array<double, 2> swing(double length, bool has_rod, Method method, MotionRe
   return {r[r.size() - 3] / length, r[r.size() - 1] / length};
 }
 
-TEST(Scale, APendulumOfAnyLengthIsAsRight) {
+TEST(Scale, APendulumOfAnyLengthHasTheSameDigits) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     for (const bool has_rod : {true, false}) {
       MotionReport usual, report;
@@ -55,7 +55,7 @@ TEST(Scale, APendulumOfAnyLengthIsAsRight) {
   }
 }
 
-TEST(Scale, AnAbsoluteToleranceThatIsCoarseIsSaid) {
+TEST(Scale, ACoarseAbsoluteToleranceIsWarnedOf) {
   const auto warning = [](double length, double atol) {
     return Simulation(make_pendulum(length, true), {.method = Method::Dopri5, .atol = atol}).report().accuracy_warning;
   };
@@ -107,14 +107,14 @@ TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
 
 // ---- accuracy warnings ----
 
-TEST(AccuracyWarning, ALooseToleranceThatLosesEnergyIsSaid) {
+TEST(AccuracyWarning, IsGivenForALooseToleranceThatLosesEnergy) {
   Simulation simulation(make_pendulum(0.5, true), {.method = Method::Dopri5, .rtol = 0.03, .atol = 0.03});
   ASSERT_TRUE(simulation.advance_to(100.0).ok());
   EXPECT_GT(std::abs(simulation.report().energy.drift_relative()), 1e-2);
   EXPECT_NE(simulation.report().accuracy_warning, "");
 }
 
-TEST(AccuracyWarning, ATightToleranceIsSilent) {
+TEST(AccuracyWarning, IsNotGivenForATightTolerance) {
   for (const Method method : {Method::Taylor, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     Simulation simulation(make_pendulum(0.5, true), {.method = method});
     ASSERT_TRUE(simulation.advance_to(20.0).ok());
@@ -136,7 +136,7 @@ System make_stick_slip(double u) {
   return system;
 }
 
-TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForStickSlip) {
   for (const double u : {0.3, 0.03, 0.003}) {
     for (const Method method : {Method::Rk4, Method::Rattle, Method::Dopri5, Method::Auto}) {
       MotionOptions options{.method = method};
@@ -151,7 +151,7 @@ TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
 }
 
 /// Nothing turns where a force that begins at 0 moves what is at rest.
-TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForAStartFromRest) {
   for (const Method method : {Method::Rk4, Method::Rattle, Method::Rattle6, Method::GeneralizedAlpha}) {
     for (const double step : {1e-2, 1e-3}) {
       System system;
@@ -166,7 +166,7 @@ TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
 }
 
 /// A block that sticks and slides under 3 sin(10 t), 127 events.
-TEST(AccuracyWarning, ABlockThatIsPushedToAndFroIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForABlockThatIsPushedToAndFro) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};
@@ -197,7 +197,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
 }
 
 /// A chain that hangs at rest: nothing flows, and rounding is no drift.
-TEST(AccuracyWarning, RestIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForAChainAtRest) {
   System system;
   Rods rods;
   for (int i = 0; i <= 20; ++i) {

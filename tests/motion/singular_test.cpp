@@ -44,7 +44,7 @@ TEST(Singular, RedundantParallelogramMovesAsThePendulumItIs) {
   EXPECT_EQ(simulation.report().singular_passages.count, 0U);
 }
 
-TEST(Singular, MultipliersOfTheParallelogramAreTheSmallest) {
+TEST(Singular, ParallelogramHasTheSmallestMultipliers) {
   Simulation simulation(make_parallelogram(), with(Method::Dopri5, 0.0));
 
   // Case 18a at t = 0: the cranks carry, the couplers do nothing
@@ -308,7 +308,7 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
 /// Also where steps turn the cranks by more than 90 degrees: the cranks lie flat at angle, angle + pi, …
 class PassageTimes : public testing::TestWithParam<std::pair<Method, double>> {};
 
-TEST_P(PassageTimes, AreThoseOfTheMotionHoweverLongStepsAre) {
+TEST_P(PassageTimes, MatchTheMotionHoweverLongStepsAre) {
   const auto [method, rtol] = GetParam();
   for (int k = 0; k < 20; ++k) {
     const double angle = 0.2 + 0.14 * k;

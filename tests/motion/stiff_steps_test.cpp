@@ -91,7 +91,7 @@ TEST(StiffSteps, AutoGoesOverToRadau5) {
 }
 
 /// Where accuracy itself asks for the steps they stay explicit: in a chain, and beside a spring that swings.
-TEST(StiffSteps, AreNotSeenWhereAccuracyAsksForThem) {
+TEST(StiffSteps, AreNotAssumedWhereAccuracyAsksForShortSteps) {
   System swinging;
   scenes::add_point({0, 0, 0}, &swinging);
   scenes::add_point({1.01, 0, 0}, &swinging);
@@ -125,7 +125,7 @@ TEST(StiffSteps, AreKnownToARestoredRun) {
 
 /// Light points hum with the root of the mass ratio, and these motions are such hums: steps follow them. At 1e12 there
 /// are 7e5 and 3e6 (docs/methods.md).
-TEST(MassRatios, OfABillionArrive) {
+TEST(MassRatios, BillionToOneRunsToTheEnd) {
   for (const auto& [scene, most_steps] :
        {std::pair{extreme::drop_heavy_tip(1e9), 40'000U}, std::pair{extreme::drop_alternating(1e9), 150'000U}}) {
     SCOPED_TRACE(scene.name);

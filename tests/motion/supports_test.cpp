@@ -16,7 +16,7 @@ class SupportsTest : public testing::TestWithParam<Method> {
   }
 };
 
-TEST_P(SupportsTest, FixedOnesDoNotMoveByABit) {
+TEST_P(SupportsTest, FixedSupportsDoNotMoveByABit) {
   System system = scenes::make_net(6, 6);
   system.velocities[0] = 7.0;  // what velocities say about supports is ignored
   Simulation simulation(system, options());
@@ -35,7 +35,7 @@ TEST_P(SupportsTest, FixedOnesDoNotMoveByABit) {
 }
 
 /// Bit for bit at the time that the simulation names, whether a step or an output time ends there.
-TEST_P(SupportsTest, MovingOnesStandWhereTheirFormulaSays) {
+TEST_P(SupportsTest, MovingSupportsStandWhereTheirFormulaSays) {
   const System system = scenes::make_shaken_chain();
   const VectorFunction& displacement = system.supports[0].displacement;
   Simulation simulation(system, options());

@@ -41,13 +41,13 @@ double error_of_pendulum(double t_end, double rtol, MotionReport* report = nullp
   return std::hypot(r[3] - std::sin(angle), r[5] + std::cos(angle));
 }
 
-TEST(Taylor, PendulumOfTwoThousandSeconds) {
+TEST(Taylor, FollowsAPendulumForTwoThousandSeconds) {
   EXPECT_LT(error_of_pendulum(2000.0, 1e-7), 1e-3);
   EXPECT_LT(error_of_pendulum(2000.0, 1e-10), 1e-6);
   EXPECT_LT(error_of_pendulum(10.0, 1e-13), 1e-12);
 }
 
-TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
+TEST(Taylor, TakesOneFactorizationAStepAndASolveAnOrder) {
   MotionReport report;
   // How accelerations round is measured at the start and after every 64 steps, with a factor beside the state and one
   // at it.
@@ -284,7 +284,7 @@ EnergyReport run_coarsely(const VectorFunction& displacement, const Constraint& 
 }
 
 /// What touches nothing that moves does no work, however coarse the series are: their error is in the drift.
-TEST(Taylor, ErrorsOfTheSeriesAreNoWork) {
+TEST(Taylor, ErrorsOfTheSeriesDoNotCountAsWork) {
   const Rods rod{"rod", {{0, 1}}, 1.0};
   const Planes floor{"floor", {1}, Vector3{0, 0, 1}, -1.0};
   Rods timed = rod;

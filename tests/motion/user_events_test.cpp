@@ -44,7 +44,7 @@ TEST_P(UserEventsTest, APendulumPassesTheVerticalWhenEllipticIntegralsSay) {
   }
 }
 
-TEST_P(UserEventsTest, AStoppingOneEndsTheAdvanceAndTheNextOneGoesOn) {
+TEST_P(UserEventsTest, AStoppingEventEndsTheAdvanceAndTheNextAdvanceGoesOn) {
   Simulation watched(scenes::make_pendulum(), GetParam().options);
   const std::size_t turn = watched.add_event(
       {"turn",

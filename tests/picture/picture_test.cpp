@@ -154,7 +154,7 @@ std::vector<int> measure_widths(const Decoded& picture) {
   return widths;
 }
 
-TEST(PictureTest, PerspectiveMakesTheNearOnesLarger) {
+TEST(PictureTest, PerspectiveMakesNearPointsLarger) {
   Picture picture = make_rod(5.0);
   picture.frame.positions = {-0.5, 0, 0.5, 0.5, 0, -0.5};
   picture.frame.is_support = {true, true};
@@ -249,7 +249,7 @@ TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
 }
 
 /// The corners lie on the sphere, and its area is 4 pi, to second order in the side of a cell.
-TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
+TEST(ImplicitSurfaceTest, PolygonsOfASphereLieOnTheSphere) {
   const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide("x1^2+y1^2+z1^2-1").numbers);
   ASSERT_TRUE(xi.has_value());
   double area = 0.0, farthest = 0.0;
@@ -263,7 +263,7 @@ TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
 }
 
 /// All operations, at a place and a time.
-TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
+TEST(ImplicitSurfaceTest, NumbersOfTheFormulaAreItsValues) {
   const std::string formula =
       "sqrt(x1)+exp(-y1)*log(z1)-sin(t)/cos(x1)+sinh(y1)*cosh(z1)+asin(0.1*x1)+atan(y1)+atan2(y1,z1)+abs(-x1)+"
       "min(x1,y1)-max(y1,z1)+2*x1-3";
@@ -278,7 +278,7 @@ TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
 }
 
 // A formula costs as much as it is long, thousands of times.
-TEST(PictureTest, OfManyFormulasSoManyAreDrawnAsTakeNoTime) {
+TEST(PictureTest, MostOfThousandsOfFormulasAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
   picture.frame.guides.assign(9000, formula_guide("x1^2+y1^2+z1^2+1"));
@@ -286,7 +286,7 @@ TEST(PictureTest, OfManyFormulasSoManyAreDrawnAsTakeNoTime) {
 }
 
 // Each costs all samples that it covers.
-TEST(PictureTest, OfManySurfacesSoManyAreDrawnAsCanBeSeen) {
+TEST(PictureTest, LargeSurfacesBeyondAFewAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
   picture.frame.guides.assign(4, {"sphere", "", {0.5, 0, 0, 2}});
@@ -324,7 +324,7 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   EXPECT_LT(bound_colour(painted, bead, 10).right, 320);
 }
 
-TEST(PictureTest, TheSameInstantIsTheSameInLargeAndInSmall) {
+TEST(PictureTest, ALargePictureShowsTheSameAsASmallOne) {
   Picture picture = make_rod(5.0);
   const Decoded small = paint(picture);
   picture.style.width = 1200;

@@ -147,7 +147,7 @@ TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
   EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
 }
 
-TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
+TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
   System held = make_chain(6);  // what the support carries would be counted twice
   held.forces.push_back(
       Bendings{.name = "bendings", .triples = {{0, 2, 3}}, .law = BendingLaw::Cosine, .stiffness = 1});
@@ -163,7 +163,7 @@ TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
 }
 
 /// A run that two ranks saved goes on on one and on four.
-TEST(CutIslands, MotionGoesOnOnAnyNumberOfRanks) {
+TEST(CutIslands, SavedMotionGoesOnOnAnyNumberOfRanks) {
   const System net = make_net(8, 5);
   for (const MotionOptions& options : {options_of(Method::Rattle, 1e-3), options_of(Method::Dop853)}) {
     std::vector<std::byte> progress;

@@ -219,7 +219,7 @@ TEST(RecordingTest, AViolationOfOneStepIsSeenThoughTheStepIsNotKept) {
   EXPECT_EQ(steps.back().reciprocal_condition, 0.5);
 }
 
-TEST(RecordingTest, WhatDoesNotFitIsNotTaken) {
+TEST(RecordingTest, DamagedRecordingsAreNotTaken) {
   StoredRecording before;
   const std::filesystem::path file = before.folder / recording_name;
   const std::string good = read_text(file);

@@ -175,7 +175,7 @@ TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
   EXPECT_EQ(farthest, extent.most[0]);
 }
 
-TEST(MotionExtentTest, RoundingsAreNeitherForcesNorPushes) {
+TEST(MotionExtentTest, RoundingsCountNeitherAsForcesNorAsPushes) {
   StoredFrame frame;
   frame.is_support.resize(100);
   frame.positions.resize(300);

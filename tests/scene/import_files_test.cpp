@@ -274,7 +274,7 @@ TEST(ImportGro, ReadsWaterWithBondsByDistance) {
   EXPECT_EQ(angles.triples[5], (std::array<Index, 3>{16, 15, 17}));
 }
 
-TEST(ImportGro, HasNoRodsOfItsOwn) {
+TEST(ImportGro, MakesNoRodsByItself) {
   const Scene scene = import(R"("file": "water216.gro", "format": "gro")");
 
   EXPECT_TRUE(rods_of(scene).pairs.empty());

@@ -74,7 +74,7 @@ class Traps {
   Traps& operator=(const Traps&) = delete;
 };
 
-TEST(HostFaults, FloatingPointTrapsOfTheHostSeeNothingOfOurs) {
+TEST(HostFaults, FloatingPointTrapsOfTheHostAreNotTriggered) {
   const Traps traps;  // an exception kills the test
   const System systems[] = {
       make_resting_chain(), scenes::make_chain(6), make_parallelogram(), make_rough_bead(), make_gas(), make_hoop()};
@@ -170,7 +170,7 @@ TEST(HostFaults, AnObjectThatWasMovedFromSaysSo) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(HostFaults, AnObserverMakesNoStepsOfItsOwn) {
+TEST(HostFaults, AnObserverMayNotAdvanceOrRestore) {
   Simulation simulation(scenes::make_chain(6), {.method = Method::Dop853});
   const std::vector<std::byte> start = simulation.save();
   int looks = 0;

@@ -137,7 +137,7 @@ TEST(Dynamics, RowBetweenSupportsIsIdle) {
 
 // ---- the host's arrays -------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(Dynamics, WhatTheHostSaysAboutSupportsDoesNotMatter, ()) {
+RC_GTEST_PROP(Dynamics, StatesAndMassesOfSupportsAreIgnored, ()) {
   RandomSystem random = any_system();
   const Solved expected(random);
   for (const Support& support : random.system.supports) {

@@ -35,7 +35,7 @@ MotionState turn(double t) {
   return {row(0), row(1), row(2)};
 }
 
-TEST(InverseDynamics, ControlOfAPendulumByItsClosedForm) {
+TEST(InverseDynamics, ControlOfAPendulumIsItsClosedForm) {
   InverseDynamics problem(make_heavy_pendulum());
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
@@ -170,7 +170,7 @@ TEST(InverseDynamics, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
   EXPECT_GT(coarse.control / fine.control, 10.0);  // 16 in the limit
 }
 
-TEST(InverseDynamics, RoundTripOfARodOfChangingLength) {
+TEST(InverseDynamics, RoundTripOfARodOfChangingLengthNeedsNoControl) {
   System system = make_heavy_pendulum();
   system.constraints = {Rods{"rod", {{0, 1}}, ScalarFunction::formula("1 + 0.3*sin(2*t)"), {}}};
   system.velocities = {0, 0, 0, 0.6, 0.0, 0.0};

@@ -182,7 +182,7 @@ TEST(ChoiceTest, LongChainIsSolvedInNormalForm) {
   EXPECT_EQ(Dynamics(chain, {.form = Form::Tangent}).plan().form, Form::Tangent);
 }
 
-TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
+TEST(RefusalTest, FormsThatTheSystemDoesNotHaveAreRefused) {
   System constraints = make_framework(4, false), coordinates = make_framework(4, true);
   coordinates.constraints.clear();
 
@@ -196,7 +196,7 @@ TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
   EXPECT_EQ(Simulation(make_framework(1000, true), {.method = Method::Rattle, .step = 1e-3}).plan().form, Form::Normal);
 }
 
-TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
+TEST(RefusalTest, ConstraintsThatTheCoordinatesBreakAreNamed) {
   // A bead on a circle of radius 1, which a rod to a support at its centre allows, to another place does not.
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 0.5, 0, 0};
@@ -241,7 +241,7 @@ std::string complaint_at_start(const System& system, Form form) {
   });
 }
 
-TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
+TEST(RefusalTest, CoordinatesNarrowerThanTheConstraintsAreRefused) {
   // A plane holds beads 1 and 2; the coordinates hold bead 2 on a circle in it: K'A = 0, yet the forms part.
   System system;
   system.positions = {0, 0, 0, 3, 1, 0, 1, 0, 0};
@@ -264,7 +264,7 @@ TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
   }
 }
 
-TEST(RefusalTest, RowsThatDependAreNoLackOfCoordinates) {
+TEST(RefusalTest, DependentRowsDoNotCountAsALackOfCoordinates) {
   // A crank of three rods between two supports, one of them given twice.
   System bar;
   bar.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0};
@@ -304,7 +304,7 @@ TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
 }
 
 /// q, q - 2 pi and so on put the point at the same place.
-TEST(CoordinatesOfAUser, AreThoseOfTheStartAndNotOfAnotherTurn) {
+TEST(CoordinatesOfAUser, KeepTheTurnOfTheStart) {
   const std::vector<std::string> names = {"q"}, components = {"cos(q)", "sin(q)", "0"};
   for (const double q : {0.5, 4.0, -9.0, 100.0}) {
     System system;

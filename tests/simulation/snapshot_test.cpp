@@ -140,7 +140,7 @@ TEST(SnapshotOfRattleTest, RestoringTwiceGivesTheSameMotion) {
   expect_same_bits(simulation.positions(), once);
 }
 
-TEST(SnapshotReportTest, WorkIsCountedOn) {
+TEST(SnapshotReportTest, CountersAndTimesGoOn) {
   const MotionOptions options{.method = Method::Rk4, .step = 0.01};
   Simulation first(make_system(), options), second(make_system(), options);
   ASSERT_TRUE(first.advance_to(0.1).ok());
@@ -170,7 +170,7 @@ TEST(SnapshotStateTest, IsTakenAsItIs) {
 }
 
 /// Forces of the old place must not survive at the same time: rattle keeps them from step to step.
-TEST(SnapshotStateTest, NothingIsLeftOfTheMotionBefore) {
+TEST(SnapshotStateTest, RestoringForgetsTheMotionBefore) {
   System system = scenes::make_pendulum();
   system.forces.push_back(Springs{"spring", {{0, 1}}, 5.0, 0.0, {}});
   const MotionOptions options{.method = Method::Rattle, .step = 0.01};

@@ -95,7 +95,7 @@ TEST(Solution, MultipliersAreThoseOfTheirMembers) {
   EXPECT_NEAR(std::hypot(now.multiplier({0, 1}, 0), now.multiplier({0, 1}, 1)), 5.0, 1e-14);
 }
 
-TEST(Solution, WhatIsNotThereIsRefused) {
+TEST(Solution, UnknownPointsRodsAndRowsAreRefused) {
   const HangingChain chain = make_hanging_chain();
   Dynamics dynamics(chain.system);
   const Solution now = dynamics.solution({.time = 0.0, .positions = chain.system.positions});

@@ -124,7 +124,7 @@ TEST(OpenMM, MovesAsCcmaDoesThatConverges) {
   EXPECT_NEAR(energies[0], energies[1], 1e-9 * std::abs(energies[0]));
 }
 
-TEST(OpenMM, TakesThePlaceOfSettleToo) {
+TEST(OpenMM, KeepsWaterRigidInThePlaceOfSettle) {
   Molecules water;
   water.add_particle(15.999, {0, 0, 0});
   for (const double side : {-1.0, 1.0}) water.add_particle(1.008, {0.0757 * side, 0.0586, 0});
@@ -161,7 +161,7 @@ TEST(OpenMM, VelocitiesAndPositionsAreProjectedOnRequest) {
   }
 }
 
-TEST(OpenMM, EveryIntegratorAndThePlatformCpuGoThroughTheSameDoor) {
+TEST(OpenMM, EveryIntegratorAndThePlatformCpuKeepTheConstraints) {
   std::vector<OpenMM::Platform*> platforms{&reference()};
   try {
     OpenMM::Platform::loadPluginLibrary(OpenMM::Platform::getDefaultPluginsDirectory() + "/libOpenMMCPU.so");
@@ -279,7 +279,7 @@ TEST(OpenMM, ACallForPythonAddsTheForce) {
   EXPECT_NE(dynamic_cast<ExactConstraints*>(&chain.system->getForce(chain.system->getNumForces() - 1)), nullptr);
 }
 
-TEST(OpenMM, ASystemInXmlKeepsIt) {
+TEST(OpenMM, ASystemInXmlKeepsTheForce) {
   Molecules chain = make_chain(2);
   ExactConstraints& exact = chain.add_exact_constraints();
   exact.setForceGroup(3);
@@ -354,7 +354,7 @@ TEST(OpenMMErrors, ConstraintsThatCannotBeKeptAreNamedByTheirParticles) {
   EXPECT_EQ(refused(2, 1, 0.15), prefix + "2 and 1 is there twice");
 }
 
-TEST(OpenMMErrors, NoConstraintsAndTwoForces) {
+TEST(OpenMMErrors, MissingConstraintsAndSecondForcesAreNamed) {
   Molecules nothing, twice = make_chain(2);
   nothing.add_particle(1.0, {});
   nothing.add_exact_constraints();
