@@ -23,6 +23,15 @@ inline void PrintTo(Method method, std::ostream* out) {
   *out << name_of(method);
 }
 
+/// The methods whose traits suit, in the order of the table. `auto` is left out, for it stands for one of the others.
+template <class Suits>
+std::vector<Method> list_methods_that(Suits suits) {
+  std::vector<Method> result;
+  for (const MethodTraits& each : methods())
+    if (each.method != Method::Auto && suits(each)) result.push_back(each.method);
+  return result;
+}
+
 }  // namespace tanor
 
 namespace tanor::scenes {

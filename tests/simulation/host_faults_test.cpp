@@ -79,11 +79,10 @@ TEST(HostFaults, FloatingPointTrapsOfTheHostAreNotTriggered) {
   const System systems[] = {
       make_resting_chain(), scenes::make_chain(6), make_parallelogram(), make_rough_bead(), make_gas(), make_hoop()};
   for (const System& system : systems) {
-    for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
-                                Method::Rattle, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
+    for (const MethodTraits& each : methods()) {
       for (const int threads : {1, 3}) {
-        MotionOptions motion{.method = method};
-        if (has_fixed_steps(method)) motion.step = 0.01;
+        MotionOptions motion{.method = each.method};
+        if (each.has_fixed_steps) motion.step = 0.01;
         try {
           Simulation simulation(system, motion, {.threads = threads});
           (void)simulation.advance_to(1.0);
