@@ -18,7 +18,7 @@
 /// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg, g is 9.81 m/s^2.
 namespace tanor {
 
-/// For the names of tests.
+/// Prints methods in the names of tests.
 inline void PrintTo(Method method, std::ostream* out) {
   *out << name_of(method);
 }

@@ -31,7 +31,7 @@ Modes all_modes(const System& system, ModesOptions options = {}) {
   return modes(system, system.positions, options);
 }
 
-/// Each of the wanted omega `times` times, in order, to 1e-10.
+/// Expects each of the wanted omega `times` times, in order, to 1e-10.
 void expect_omega(const Modes& found, std::vector<double> wanted, std::size_t times, std::size_t first = 0) {
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   std::ranges::sort(wanted);
@@ -158,8 +158,8 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
   }
 }
 
-/// The same by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for columns whose
-/// bending is a small difference of large terms.
+/// The same column is written by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for
+/// columns whose bending is a small difference of large terms.
 TEST(GreenhillColumn, BucklesUnderItsOwnWeightWithManyRods) {
   for (const int count : {50, 100, 300}) {
     const double length = 1.0 / count, kappa = 1.0 / length, mass = 0.1;
@@ -181,13 +181,13 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeightWithManyRods) {
     const Buckling found = find_buckling(system, system.positions, {.loads = {"weight"}});
 
     ASSERT_TRUE(found.outcome.ok()) << count << ": " << found.outcome.what;
-    // Of the terms of x'Wx, count^2 rod by rod, rounding leaves count^4 eps.
+    // Rounding leaves count^4 eps of the terms of x'Wx, which are count^2 rod by rod.
     EXPECT_NEAR(found.load_factor, wanted, std::numeric_limits<double>::epsilon() * std::pow(count, 4) * wanted)
         << count;
   }
 }
 
-/// P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
+/// It buckles at P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
 TEST(HingedChain, BucklesWithManyRodsUnderAPushOfAnySize) {
   for (const int count : {30, 120, 250}) {
     const double length = 1.0 / count, kappa = 0.1 / length;

@@ -113,7 +113,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, PotentialCases, testing::ValuesIn(list_all()),
          instance.param.interface_name;
 });
 
-/// One angle: the accelerations in coordinates, and what the support carries of the spring.
+/// The body moves in one angle: the accelerations in coordinates and what the support carries of the spring are those
+/// of the case.
 TEST(PotentialCase, TheBodyInOneAngleMovesAlike) {
   const std::vector<Instant> trajectory = read_trajectory("A1_body_offaxis_spring");
   const Instant& start = trajectory.front();

@@ -244,7 +244,7 @@ TEST(FrictionCertificate, FrictionThatDrivesIsCaught) {
   EXPECT_TRUE(fails(solved.certify(), law));
 }
 
-/// 43: the multipliers by three blocks are held against those of the smallest form.
+/// By (43) the multipliers by three blocks are held against those of the smallest form.
 TEST(FrictionCertificate, MultipliersThatTheBlocksDoNotFindAreCaught) {
   Case solved(make_ball(Coulomb{.name = "", .at = {"ball"}, .coefficient = 0.3}));
   ASSERT_FALSE(fails(solved.certify(), "by (43)"));

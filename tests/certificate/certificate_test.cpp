@@ -209,7 +209,7 @@ TEST(Certificate, LineWhoseUnitVectorsJumpIsNoFailure) {
 }
 
 TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
-  // No force at all, one mass: w_T is nothing but rounding.
+  // No force acts and all masses are equal: w_T is nothing but rounding.
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.velocities = {0.0, 3e3, 0.0};

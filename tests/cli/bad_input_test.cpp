@@ -10,7 +10,7 @@ namespace {
 
 struct WrongUsage {
   Words arguments;
-  std::string part;  ///< of the complaint
+  std::string part;  ///< what the complaint says
 };
 void PrintTo(const WrongUsage& usage, std::ostream* stream) {
   for (const std::string& argument : usage.arguments) *stream << argument << ' ';

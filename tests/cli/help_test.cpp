@@ -52,7 +52,7 @@ TEST(HelpTest, TellsEveryCommandAndEveryOptionWithAnExample) {
 }
 
 TEST(HelpTest, ExamplesUseOptionsThatExist) {
-  std::map<std::string, std::set<std::string>> options;  // of each command
+  std::map<std::string, std::set<std::string>> options;  // the options of each command
   const json table = read_table();
   for (const json& command : table) {
     for (const json& option : command["options"]) options[command["name"]].insert(option["name"]);

@@ -40,7 +40,7 @@ Words list_sets() {
   return result;
 }
 
-/// All digits of a motion.
+/// Runs a motion and returns all its digits.
 std::string move(const std::string& set, const std::string& threads) {
   const Folder folder;
   folder.add("chain.json", scene);
@@ -50,7 +50,7 @@ std::string move(const std::string& set, const std::string& threads) {
   return read_text(folder / "out/trajectory.csv");
 }
 
-/// Of the last row: the first ones hold what was given.
+/// Returns the numbers of the last row alone, for the first rows hold what was given.
 std::vector<double> last_numbers(const std::string& table) {
   std::istringstream row(table.substr(table.rfind('\n', table.size() - 2) + 1));
   std::vector<double> result;

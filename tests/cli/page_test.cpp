@@ -78,7 +78,7 @@ TEST(SceneFormatPage, HasEveryChoiceThatIsReadAndNoOther) {
 
 TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   const Folder folder;
-  std::map<std::string, Names> kinds;  // of each list
+  std::map<std::string, Names> kinds;  // the kinds of each list
   for (const Table& table : find_tables("keys of ")) {
     const json probe = json::parse(table.probe);
     for (const auto& [list, value] : probe.items()) {

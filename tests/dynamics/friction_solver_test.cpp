@@ -98,7 +98,7 @@ TEST(FrictionSolver, FrictionThatIsGivenNeedsNoSolve) {
   Found found(system, FrictionMethod::Auto, {.is_wanted = true});
 
   ASSERT_TRUE(found.outcome.ok());
-  EXPECT_EQ(found.response.num_solves, 1);  // of the test itself
+  EXPECT_EQ(found.response.num_solves, 1);  // that of the test itself
   EXPECT_EQ(found.solver.report().uniqueness, Uniqueness::Proven);
   std::vector<double> tau(3);
   found.solver.write_given(tau.data());

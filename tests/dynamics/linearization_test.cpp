@@ -43,7 +43,7 @@ struct AtState {
   }
 
   VectorXd vector(const std::vector<double>& x) const { return reference::vector(x); }
-  /// x [3n] of points that move, in the M-norm.
+  /// Returns the size of x [3n] of points that move, in the M-norm.
   double norm(const VectorXd& x) const {
     double square = 0.0;
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(3 * model.num_moving()); ++i)

@@ -72,7 +72,7 @@ struct Expanded {
     const Outcome found = form.accelerations({t + h, r.data(), v.data()}, {.exact = true}, w.data());
     return found.ok() ? model.largest_move(w.data(), wanted.data()) : HUGE_VAL;
   }
-  /// Some point turns round by then: drag |v| v has a kink where v = 0, and a series is of one side.
+  /// True if some point turns round by then: drag |v| v has a kink where v = 0, and a series is of one side.
   bool turns_round(double h) const {
     const std::vector<double> before = at(0.0, 1), after = at(h, 1);
     for (std::size_t i = 0; i < before.size(); i += 3) {
@@ -81,7 +81,7 @@ struct Expanded {
     return false;
   }
 
-  /// Largest xi there.
+  /// Returns the largest xi at t + h.
   double violation(double h) {
     std::vector<double> r = at(h, 0), v = at(h, 1);
     form.prescribe(t + h, r.data(), v.data());

@@ -27,7 +27,7 @@ struct Halves {
     w_N = solved.dense.pick(split.normal_accelerations);
     f_T = solved.dense.pick(split.tangent_forces);
     f_N = solved.dense.pick(split.normal_forces);
-    // Gamma's condition takes part beside that of S.
+    // Gamma's condition counts beside that of S.
     reference::Mechanics euclidean = solved.dense;
     euclidean.M.setOnes();
     accuracy = std::max(accuracy, 1e-12 * euclidean.sqrt_condition());
@@ -69,7 +69,7 @@ RC_GTEST_PROP(Split, Equations21And22_NormalAccelerationNeedsNoMass, ()) {
   const Halves halves(any_system());
 
   RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N()));
-  // Any psi with K'psi = -phi will do: w is one.
+  // Any psi with K'psi = -phi will do, and w is one.
   RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N_by_A(halves.solved.w)));
 }
 

@@ -36,7 +36,7 @@ System make_system() {
   return system;
 }
 
-/// Against central differences; of compliant springs at a given tau only the turning of the force counts.
+/// They are held against central differences; of compliant springs at a given tau only the turning of the force counts.
 TEST(ForceDerivativesTest, AgreeWithDifferencesOfTheForces) {
   const System system = make_system();
   const Numbering numbering = number(system);

@@ -1,4 +1,5 @@
-/// Which rods may depend on others at all, against nets whose self-stresses are known and dense null spaces.
+/// The rods that may depend on others at all are held against nets whose self-stresses are known and against dense null
+/// spaces.
 
 #include "factor/columns_in_question.hpp"
 
@@ -46,7 +47,7 @@ Matrix places_of(const Rods& rods) {
   return Matrix::Map(rods.positions.data(), 3, rods.num_points);
 }
 
-/// However a net is turned.
+/// The groups are the same however a net is turned.
 const Matrix turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
 
 /// Rods of a net with both ends in one of the lines.

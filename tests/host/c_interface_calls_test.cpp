@@ -191,7 +191,7 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
     ASSERT_EQ(tn_row_name(handle.get(), row, name.data(), name.size()), TN_OK);
     EXPECT_STREQ(name.data(), wanted);
   }
-  // What a member has of its own keeps nothing apart, and rods may be as long as they are.
+  // Numbers of a member's own keep nothing apart, and rods may be as long as they are.
   const std::array<std::int32_t, 4> pairs{0, 3, 1, 3};
   const std::array<double, 2> lengths{2, 3};
   ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << last_error(handle);
@@ -392,7 +392,7 @@ TEST(CCalls, SavesOnlyWhereThereIsRoom) {
             "there is room for " + std::to_string(needed - 1) + " of " + std::to_string(needed) + " bytes");
 }
 
-/// What must be there, with its name; what need not be may be null.
+/// Arguments that must be there are named; those that need not be may be null.
 TEST(CCalls, NullPointersAreNamed) {
   const Tailed host;
   const Handle handle = host.make_handle();

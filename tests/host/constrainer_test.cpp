@@ -115,7 +115,7 @@ TEST(ConstrainVelocities, ToleratesRoundingBesideTheVelocitiesOfTheCall) {
 }
 
 TEST(ProjectForces, LeavesWhatMovesNoConstraint) {
-  // Equal masses: the pull along the rod goes, what turns or carries it stays.
+  // The masses are equal: the pull along the rod goes, what turns or carries it stays.
   const std::vector<double> r{0, 0, 0, 0, 2, 0};
   std::vector<double> f{1, 5, 0, 2, -3, 7};
   Constrainer constrainer(std::vector{1.0, 1.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, r);
@@ -221,7 +221,7 @@ TEST(Work, IsTheEnergyOfThePointsWhereALengthDependsOnTime) {
     work += first.work + second.work;
   }
   EXPECT_NEAR(std::hypot(r[3] - r[0], r[4] - r[1]), 0.7, 1e-13);
-  const double spin = 0.5 / 0.35;  // of each end: r v stays
+  const double spin = 0.5 / 0.35;  // the speed of each end, for r v stays
   EXPECT_NEAR(kinetic(), spin * spin + 0.15 * 0.15, 1e-6);
   EXPECT_NEAR(work, kinetic() - at_start, 1e-6);
 }

@@ -10,7 +10,7 @@
 namespace tanor::host {
 namespace {
 
-/// Two rods at an angle: det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
+/// Two rods meet at an angle: det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
 TEST(LogDet, IsFixmansFormulaForATrimer) {
   const double cosine = std::cos(1.1), sine = std::sin(1.1);
   const std::vector<double> masses{1.0, 2.0, 5.0}, r{1.3, 0, 0, 0, 0, 0, 0.7 * cosine, 0.7 * sine, 0};
@@ -58,7 +58,7 @@ TEST(LogDet, IsSingularForDependentRowsAndNamesOne) {
   EXPECT_EQ(outcome.what.substr(0, 5), "rods[");
 }
 
-// The gradient has 2/length.
+// The gradient has the term 2/length.
 TEST(LogDet, HasNoGradientForARodOfNearlyNoLength) {
   const std::vector<double> r{0, 0, 0, 1, 0, 0};
   const double least = std::numeric_limits<double>::denorm_min();

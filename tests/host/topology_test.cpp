@@ -145,7 +145,7 @@ TEST(Topology, ARestoredHandleHasTheSameParts) {
   EXPECT_EQ(set_length(&other), 1000U);
 }
 
-/// Their guesses and factors stay.
+/// Guesses and factors of islands elsewhere stay.
 TEST(Topology, IslandsElsewhereGoOn) {
   std::vector<double> r;
   const auto pairs = make_chains(1000, 20, &r);
@@ -221,7 +221,7 @@ TEST(Lengths, DragThePointsAlongAsTheyGrow) {
   }
 }
 
-/// In a cell, wherever its points are wrapped: beside a new handle.
+/// An edited handle in a cell is compared with a new one, wherever its points are wrapped.
 TEST(Topology, AnEditedHandleInACellIsAsANewOne) {
   const PeriodicCell cell{.edges = {{{7, 0, 0}, {0.5, 6, 0}, {0, 0, 7}}}};
   std::vector<double> r;
@@ -311,7 +311,7 @@ TEST(Renumbering, PointsLeaveAndCome) {
   for (const std::size_t k : {8U, 11U}) EXPECT_NEAR(v[k], 0.0, 1e-14);
 }
 
-/// What a handle remembers after its points got other numbers is for a handle that never had the old ones.
+/// Memory of a handle whose points got other numbers fits a handle that never had the old ones.
 TEST(Renumbering, IsSavedWithTheHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(5, 8, &r);
@@ -393,7 +393,7 @@ TEST(TopologyErrors, BytesOfAnotherHandleAreRefused) {
   EXPECT_NE(error_of([&] { constrainer.restore(bytes); }).find("too early"), std::string::npos);
 }
 
-/// For the thread sanitizer.
+/// This test is for the thread sanitizer.
 TEST(Handles, AreEditedInTwoThreads) {
   const auto run = [](unsigned seed, Edited::Result* result) {
     std::vector<double> r;

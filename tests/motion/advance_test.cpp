@@ -93,7 +93,7 @@ TEST(OutputTimesTest, AnObserverStopsARunThatCanGoOn) {
   }
 }
 
-/// What stands beside the state belongs to it: the same as a fresh solve there.
+/// Accelerations and multipliers belong to the state that they stand beside: a fresh solve there gives the same.
 TEST(OutputTimesTest, AccelerationsAndMultipliersBelongToTheState) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     MotionOptions options{.method = method};

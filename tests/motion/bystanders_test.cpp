@@ -7,7 +7,8 @@
 #include "motion/rough_guides.hpp"
 #include "scenes.hpp"
 
-/// \file What nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at it.
+/// \file A point that nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at
+/// it.
 namespace tanor {
 namespace {
 
@@ -133,7 +134,7 @@ System make_heavy_tip() {
   return system;
 }
 
-/// The same in angles.
+/// The same chain is written in angles.
 System make_angles() {
   System system = make_heavy_tip();
   system.constraints.clear();
@@ -219,7 +220,8 @@ RC_GTEST_PROP(Bystanders, LeaveTheBlockAloneAtAnySpeedPlaceAndPull, ()) {
   RC_ASSERT(largest_difference(beside.positions, alone.positions) <= 1e-11);
 }
 
-/// What conjugate gradients may leave at a stage is each one's own: a heavy bystander must not take it all.
+/// The errors that conjugate gradients may leave at a stage are allowed each group by itself: a heavy bystander must
+/// not take all of them.
 TEST(Bystanders, DoNotLoosenTheStagesOfANetWhenHeavy) {
   System net = scenes::make_net(24, 24);
   for (std::size_t i = 0; i < net.positions.size(); i += 3)

@@ -279,7 +279,7 @@ TEST(EventPlaceTest, AFunctionThatFallsAtTheStartIsMetAtTheStart) {
   EXPECT_EQ(toy.switch_times, std::vector<double>{0.0});
 }
 
-/// From x = 0.53 on a force pushes: its power begins there at once, and grows with v.
+/// A force pushes from x = 0.53 on: its power begins there at once, and grows with v.
 TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     Free toy(0.0, {[](double, double x, double) { return 0.53 - x; }});

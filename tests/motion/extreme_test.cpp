@@ -18,7 +18,7 @@ struct Named {
   friend std::ostream& operator<<(std::ostream& out, const Named& named) { return out << named.make().name; }
 };
 
-/// Found anew from the positions: the largest ||dr| - l|/l.
+/// Finds the largest ||dr| - l|/l anew from the positions.
 double find_violation(const System& system, std::span<const double> r) {
   double worst = 0.0;
   for (const Constraint& constraint : system.constraints) {
@@ -162,7 +162,8 @@ TEST(HeavyTip, IsNotTakenForASingularPlace) {
   }
 }
 
-/// Neither a failure nor silence: the motion says that its steps may be too long, and shorter ones are not doubted.
+/// Such a motion is neither a failure nor silent: it says that its steps may be too long, and shorter ones are not
+/// doubted.
 class DoubtedSteps : public testing::TestWithParam<Method> {};
 
 TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {

@@ -196,7 +196,7 @@ TEST(AngleEnds, TheTipOfABendingStopsTheMotion) {
   expect_end(make_bending(2.0), 0.1, "knee: [0, 1, 2]: its angle is straight, where the force of law harmonic has no");
 }
 
-/// Where all rest straight, there is no tip.
+/// Where all angles rest straight, the energy has no tip.
 TEST(AngleEnds, AChainThatRestsStraightPassesTheLine) {
   for (const Method method : adaptive) {
     Simulation simulation(make_bending(std::acos(-1.0)), {.method = method, .rtol = 1e-9});

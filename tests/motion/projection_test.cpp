@@ -16,7 +16,7 @@ Simulation run(Method method, Stabilisation stabilisation) {
   return simulation;
 }
 
-/// By somebody else: of positions, and of velocities in m/s.
+/// Violations are computed independently: of positions, and of velocities in m/s.
 struct Violation {
   double position, velocity;
 };

@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
                          testing::Combine(testing::ValuesIn(reused_scenes),
                                           testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
 
-/// One where it ends; a few more while nothing is known of iterations.
+/// Each step has one where it ends, and there are a few more while nothing is known of iterations.
 TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
   for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
     for (const Method method : {Method::Dop853, Method::Dopri5}) {

@@ -95,7 +95,7 @@ TEST(RoughHoop, StickingBeadKeepsItsPlaceForAHundredSeconds) {
   }
 }
 
-/// The hoop as a sphere and a plane that turns, as in examples/rough_hoop.json.
+/// The hoop is a sphere and a plane that turns, as in examples/rough_hoop.json.
 TEST(RoughHoop, StickingBeadOnASphereAndAPlaneKeepsItsPlace) {
   const double theta = 1.0;
   System system = make_hoop(theta, "5*t", 5.0, 0.3, 0.3);
@@ -129,7 +129,7 @@ TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
     Simulation simulation(system, options);
     ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     const auto r = simulation.positions();
-    // Along the ball to rounding; across it constraints hold to 1e-13 of the radius, 4.
+    // The place along the ball holds to rounding; across it constraints hold to 1e-13 of the radius, 4.
     EXPECT_NEAR(std::atan2(r[0], r[2]), a, 1e-14) << name_of(method);
     EXPECT_NEAR(std::hypot(r[0], r[2]), 4.0, 4e-13) << name_of(method);
   }
@@ -147,7 +147,7 @@ TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
   }
 }
 
-/// Goes on bit by bit: the place is a part of the snapshot.
+/// The place is a part of the snapshot, so that the motion goes on bit by bit.
 TEST(RoughHoop, ARestoredStickingBeadGoesOnBitByBit) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4}) {
     MotionOptions options{.method = method};

@@ -19,7 +19,7 @@ struct Result {
   std::string warning;
 };
 
-/// At rtol 1e-5, 1e-6 … 1e-14.
+/// Runs at rtol 1e-5, 1e-6 … 1e-14.
 std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
   const System system = noise::make_system(chain);
   const std::vector<long double> right = noise::find_end(system, chain.t_end);
@@ -28,7 +28,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
     const double rtol = std::pow(10.0, -digits);
     Simulation simulation(system, {.method = method, .rtol = rtol, .atol = 1e-2 * rtol});
     std::size_t steps = 0;
-    // What is chased never ends.
+    // A run that chases rounding never ends.
     const Outcome outcome = simulation.advance_to(chain.t_end, [&](const MotionReport&) { return ++steps < 40'000; });
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_EQ(simulation.time(), chain.t_end) << "rtol " << rtol;

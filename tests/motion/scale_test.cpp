@@ -5,7 +5,7 @@
 
 #include "scenes.hpp"
 
-/// \file Motions do not depend on the unit of length; and what says that one may be wrong.
+/// \file Motions do not depend on the unit of length, and warnings say where one may be wrong.
 namespace tanor {
 namespace {
 
@@ -67,7 +67,7 @@ TEST(Scale, ACoarseAbsoluteToleranceIsWarnedOf) {
 }
 
 TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
-  // Beside one of 10 km another one of a micrometre.
+  // A pendulum of a micrometre hangs beside one of 10 km.
   System system = make_pendulum(1e-6, true);
   const System large = make_pendulum(1e4, true);
   for (std::size_t k = 0; k < 6; ++k) system.positions.push_back(large.positions[k] + (k % 3 == 1 ? 1e4 : 0.0));
@@ -91,7 +91,7 @@ System make_named_chain(bool outwards) {
 }
 
 TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
-  // Large beside a rod, small beside the chain.
+  // The error is large beside a rod, small beside the chain.
   for (const double atol : {0.0, 2e-5}) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
     Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);

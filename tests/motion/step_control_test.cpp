@@ -27,7 +27,7 @@ TEST(ToleranceTest, ErrorFollowsTheTolerance) {
   }
 }
 
-/// x'' = c t^3: the estimate of v is of order 4 and sees no error in it, only that of x does.
+/// In x'' = c t^3 the estimate of v is of order 4 and sees no error, only that of x does.
 TEST(ToleranceTest, PositionsAreHeldToTheTolerance) {
   System system;
   scenes::add_point({0, 0, 0}, &system);

@@ -1,4 +1,4 @@
-/// What `auto` makes of systems that turn out stiff on the way: drag, springs without gravity, formulas, light points.
+/// `auto` meets systems that turn out stiff on the way: drag, springs without gravity, formulas, light points.
 
 #include <cmath>
 #include <functional>
@@ -139,8 +139,8 @@ TEST(MassRatios, BillionToOneRunsToTheEnd) {
   }
 }
 
-/// In solves, a factor of a path of rods being two of them: a second one a step costs less than the iterations that it
-/// saves, and fewer orders more than both.
+/// The cost is counted in solves, a factor of a path of rods being two of them: a second one a step costs less than the
+/// iterations that it saves, and fewer orders more than both.
 TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   double before = 0.0;
   for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10}) {

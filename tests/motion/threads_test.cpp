@@ -60,7 +60,7 @@ System make_beads_in_coordinates() {
   return system;
 }
 
-// Big enough for loops in several ranges.
+// The scenes are big enough for loops in several ranges.
 const BigScene big_scenes[]{
     {"chain_of_20000", [] { return scenes::make_chain(20'000); }, "paths", explicit_ones},
     {"net_60x60", [] { return scenes::make_net(60, 60); }, "multifrontal", explicit_ones},
@@ -86,7 +86,7 @@ struct BigRun {
 
 class ThreadsTest : public testing::TestWithParam<BigRun> {
  protected:
-  /// Of all that some steps leave behind.
+  /// Returns a checksum of all that some steps leave behind.
   static std::uint64_t hash_steps(int threads) {
     const auto& [scene, method] = GetParam();
     MotionOptions options{.method = method, .rtol = 1e-6, .atol = 1e-8, .start = StartMode::Project};

@@ -78,7 +78,7 @@ TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassTheJump) {
   }
 }
 
-/// Between jumps the same steps are good.
+/// The same steps are good between jumps.
 TEST(TorsionJump, IsNotWarnedOfBetweenJumps) {
   Simulation simulation(make_rotor(), {.method = Method::Rattle, .step = 0.01});
 

@@ -33,7 +33,8 @@ TEST(Unseen, ForceThatMovesABlockAndLetsItGoIsSeen) {
   }
 }
 
-/// x of a block that a force f pushes along a rail while N = -a cos(w t + p) holds it, by short steps of its own.
+/// Returns x of a block that a force f pushes along a rail while N = -a cos(w t + p) holds it, by short steps of its
+/// own.
 double slide(double f, double mu, double a, double w, double p, double t_end) {
   constexpr int steps = 4000000;
   const double h = t_end / steps;
@@ -154,7 +155,7 @@ TEST(Unseen, PulseOfAnEnergyAndOfAForceOnTwoPointsIsSeen) {
   }
 }
 
-/// Every tuple with a constant of its own, and a support in each.
+/// Every tuple has a constant of its own and holds a support.
 TEST(Unseen, PulsesOfAnEnergyWithConstantsAndSupportsAreSeen) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     System system;
@@ -284,7 +285,7 @@ TEST(Unseen, AMaxStepThatIsNoLengthOfTimeIsRefused) {
   }
 }
 
-/// Of a black box of state and time nobody knows a bound: the user says one.
+/// Nobody knows a bound of a black box of state and time, so that the user says one.
 TEST(Unseen, MaxStepFindsAPulseOfABlackBox) {
   const Unseen pulse(Shape::Pulse, 10.0, 5.3, 0.1);
   System system = make_free_point();

@@ -32,7 +32,7 @@ bool is_near(const std::uint8_t* pixel, const Colour& wanted, int allowed) {
   return true;
 }
 
-/// What of a picture is drawn, pixels.
+/// These are the bounds of what is drawn, in pixels.
 struct Bounds {
   int left = 1 << 20, right = -1, top = 1 << 20, bottom = -1;
   int count = 0;
@@ -59,7 +59,7 @@ Bounds bound_colour(const Decoded& picture, const Colour& colour, int allowed = 
   return bound(picture, [&](int x, int y) { return is_near(picture.at(x, y), colour, allowed); });
 }
 
-/// As a run writes it into its frames.
+/// Returns a guide with the numbers that a run writes into its frames.
 report::Guide formula_guide(const std::string& equation, double t = 0.0) {
   System system;
   system.positions = {0, 0, 0};
@@ -98,7 +98,7 @@ TEST(PictureTest, ARodHasTheColourOfItsTension) {
     for (std::size_t k = 0; k < 3; ++k)
       EXPECT_NEAR(0.5 * (painted.at(400, 299)[k] + painted.at(400, 300)[k]), wanted[k], 4) << k;
   };
-  // Half of the scale: in the middle between the second and the third stop of the colours.
+  // This is half of the scale: in the middle between the second and the third stop of the colours.
   expect_rod(5.0, {228, 126, 45});
   expect_rod(-5.0, {77, 140, 210});
   expect_rod(0.0, {199, 199, 196});
@@ -262,7 +262,7 @@ TEST(ImplicitSurfaceTest, PolygonsOfASphereLieOnTheSphere) {
   EXPECT_NEAR(area, 4.0 * std::numbers::pi, 0.05);
 }
 
-/// All operations, at a place and a time.
+/// The formula has all operations and is read at a place and a time.
 TEST(ImplicitSurfaceTest, NumbersOfTheFormulaAreItsValues) {
   const std::string formula =
       "sqrt(x1)+exp(-y1)*log(z1)-sin(t)/cos(x1)+sinh(y1)*cosh(z1)+asin(0.1*x1)+atan(y1)+atan2(y1,z1)+abs(-x1)+"
@@ -277,7 +277,7 @@ TEST(ImplicitSurfaceTest, NumbersOfTheFormulaAreItsValues) {
   EXPECT_NEAR((*xi)({0.3, 0.8, 1.9}), at(0.3, 0.8, 1.9, 0.7), 1e-13);
 }
 
-// A formula costs as much as it is long, thousands of times.
+// A formula costs as much as it is long, and there are thousands: those that would take long are left out.
 TEST(PictureTest, MostOfThousandsOfFormulasAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
@@ -285,7 +285,7 @@ TEST(PictureTest, MostOfThousandsOfFormulasAreLeftOut) {
   EXPECT_GT(draw(picture).left_out, 8000u);
 }
 
-// Each costs all samples that it covers.
+// Each surface costs all samples that it covers, and thousands of large ones cannot be seen.
 TEST(PictureTest, LargeSurfacesBeyondAFewAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
@@ -317,7 +317,7 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   EXPECT_GT(top.left, 320);
   EXPECT_LT(top.top, 90);
   EXPECT_GT(low.bottom, 190);
-  // Words in the upper left corner.
+  // There are words in the upper left corner.
   const Bounds words = bound(painted, [&](int x, int y) { return x < 100 && y < 20 && painted.at(x, y)[0] < 128; });
   EXPECT_GT(words.count, 20);
   // The motion keeps away from the bar.

@@ -157,7 +157,7 @@ TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
   EXPECT_THROW(take(held), InputError);
   System charged = make_chain(6), walled = make_chain(6);
   charged.forces.push_back(PairForces{.name = "charges", .law = PairLaw::Coulomb, .charges = {1e-6}});
-  walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // of the support as well
+  walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // the support is a bead as well
   EXPECT_THROW(take(charged), InputError);
   EXPECT_THROW(take(walled), InputError);
 }

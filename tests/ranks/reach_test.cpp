@@ -23,7 +23,7 @@ TEST(Reach, CutIslandsMoveBySeriesInTime) {
   expect_same_motion(make_lattice(4), options, 0.02, 1e-12);
 }
 
-/// What acts and what is prescribed has series as well; `auto` takes them.
+/// Forces and prescribed motions have series as well; `auto` takes them.
 TEST(Reach, DrivenCutIslandsMoveBySeriesInTime) {
   System bent = scenes::make_shaken_chain(9);
   Bendings bendings{.name = "bendings", .triples = {}, .law = BendingLaw::Cosine, .stiffness = 0.02};

@@ -9,7 +9,7 @@
 namespace tanor::report {
 namespace {
 
-/// Two methods of two rows each; the last one did not arrive.
+/// The table has two methods of two rows each; the last one did not arrive.
 ErrorTimeTable make_table() {
   ErrorTimeTable table{"s, \"t\"", "inline", 1.0, 1, {}, {}, {}, {}, "0123456789abcdef"};
   table.references = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};

@@ -199,7 +199,7 @@ std::string forge(const std::string& text, const std::string& key, const std::st
   return content + "checksum " + sum.text() + "\n";
 }
 
-// As a program would write it that is not ours: whole, and yet no checkpoint of any run.
+// The text is as a program would write it that is not ours: whole, and yet no checkpoint of any run.
 TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
   const Folder folder;
   write_checkpoint(folder.path(), make_checkpoint());

@@ -284,7 +284,7 @@ TEST(Energies, AnAngleOfRoundedPiRestsStraight) {
   EXPECT_FALSE(KindOf<Bendings>::is_straight({.law = BendingLaw::Harmonic, .rest = 3.1415926}));
 }
 
-/// Where points are at one place: both are named, whatever joins them.
+/// Points at one place are both named, whatever joins them.
 TEST(EnergyRulesAtOnePlace, CoincidentPointsAreNamed) {
   const std::string points = R"({"positions": [[0,0,0],[0,0,0],[1,0,0],[2,1,0]]})";
   const auto told = [&](const std::string& force) {

@@ -202,7 +202,7 @@ TEST(LinearSolvers, ThreadsChangeNoBit) {
     expect_the_same_bits_with_threads(make_random_chain(20011, ends, 1e1, &random), LinearSolver::Paths);
 }
 
-/// `bend`: how far the middle of a straight path between two supports is out of line.
+/// `bend` says how far the middle of a straight path between two supports is out of line.
 System make_taut_path(double bend) {
   System system;
   Rods rods;
@@ -234,7 +234,7 @@ TEST(LinearSolvers, TautPathIsLeftToTheGeneralSolver) {
   EXPECT_EQ(w, general.w);
   EXPECT_EQ(lambda, general.lambda);
 
-  // And back with its own solver where the rank is full.
+  // Where the rank is full its own solver answers again.
   ASSERT_TRUE(dynamics
                   .solve({.time = 0.0, .positions = bent.positions, .velocities = bent.velocities},
                          {.accelerations = w, .multipliers = lambda})

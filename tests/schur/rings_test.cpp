@@ -59,7 +59,7 @@ System make_driven_ring(Index num_points, AnyNumbers* any) {
   return system;
 }
 
-/// Those of the second system beside those of the first one.
+/// Appends the points and groups of the second system to those of the first one.
 void append(const System& more, System* system) {
   const auto shift = static_cast<Index>(system->masses.size());
   system->positions.insert(system->positions.end(), more.positions.begin(), more.positions.end());
@@ -90,7 +90,7 @@ TEST(Rings, AgreeWithTheGeneralSolver) {
   }
 }
 
-/// Nearly straight from rod to rod: the last row feels all others.
+/// The rings are nearly straight from rod to rod: the last row feels all others.
 TEST(Rings, AgreeWithTheGeneralSolverWhenNearlyFlat) {
   AnyNumbers any(22);
   for (const Index num_points : {5, 40, 300}) {
@@ -143,7 +143,7 @@ TEST(Rings, ThreadsChangeNoBit) {
   expect_the_same_bits_with_threads(make_ring(20011, 0.5, &any), LinearSolver::Paths);
 }
 
-/// Projections and corrections too: further right sides with a factor.
+/// Projections and corrections are further right sides with a factor.
 TEST(Rings, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(25);
   const System system = make_ring(150, 0.5, &any);
@@ -173,7 +173,7 @@ TEST(Rings, AreLeftToTheGeneralSolverWhenSingular) {
   EXPECT_EQ(paths.lambda, general.lambda);
 }
 
-/// One point more, on a rod of its own.
+/// A point more hangs on a rod of its own.
 TEST(Rings, AreLeftToTheGeneralSolverWithABranch) {
   AnyNumbers any(26);
   System system = make_ring(200, 0.5, &any);

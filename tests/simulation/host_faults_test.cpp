@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-/// At rest and without a force: terms of its series are 0.
+/// The chain is at rest and without a force: terms of its series are 0.
 System make_resting_chain() {
   System system = scenes::make_chain(6);
   system.forces.clear();
@@ -64,7 +64,7 @@ System make_hoop() {
   return system;
 }
 
-/// Traps on, for as long as it lives.
+/// Traps are on for as long as it lives.
 class Traps {
  public:
   static constexpr int all = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;

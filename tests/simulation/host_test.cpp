@@ -342,7 +342,7 @@ RC_GTEST_PROP(Dynamics, RenamedPointsGetTheSameAnswerUnderTheirNewNames, ()) {
 }
 
 RC_GTEST_PROP(Dynamics, RowsFollowTheOrderOfTheGroups, ()) {
-  // Groups the other way round: the same rows, in another order.
+  // The groups are given the other way round: the rows are the same, in another order.
   const RandomSystem random = any_system();
   RandomSystem reversed = random;
   std::reverse(reversed.system.constraints.begin(), reversed.system.constraints.end());

@@ -40,7 +40,7 @@ Eigen::Vector3d angular_momentum(const System& system, std::span<const double> r
   return sum;
 }
 
-/// Tumbling many times over: no pole of any chart is met, and what is conserved stays.
+/// The body tumbles many times over: no pole of any chart is met, and what is conserved stays.
 TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
   const System system = make_spinning_body({0.3, 7.0, -2.0});
   Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
@@ -89,7 +89,8 @@ TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
 
 // ---- charts ------------------------------------------------------------------------------------------------------
 
-/// A great circle over both poles of every axis: exactly known, through thousands of recentrings.
+/// The bead runs on a great circle over both poles of every axis, which is exactly known, through thousands of
+/// recentrings.
 TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
   constexpr double speed = 3.0, t_end = 40.0;
   System system;
@@ -233,7 +234,7 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreakAreNamed) {
   }
 }
 
-/// What the start of a system says, in each form.
+/// Returns the message of a start in a form.
 std::string complaint_at_start(const System& system, Form form) {
   return error_of([&] {
     std::vector<double> r = system.positions, v(r.size(), 0.0);
@@ -257,7 +258,7 @@ TEST(RefusalTest, CoordinatesNarrowerThanTheConstraintsAreRefused) {
         complaint_at_start(system, form),
         "/coordinates: the coordinates are narrower than the constraints, which let point 2 move where no "
         "coordinate leads: rank K = 2 and rank A = 3 do not add up to 3n = 6; both must describe the same motion");
-    // Wider ones: the bead rises from the floor.
+    // These coordinates are wider: the bead rises from the floor.
     system.coordinates = {first, FreeCoordinates{"", {2}}};
     EXPECT_NE(complaint_at_start(system, form).find("at point 2: they are wider than the constraints"),
               std::string::npos);

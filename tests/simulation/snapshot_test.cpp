@@ -9,7 +9,8 @@
 namespace tanor {
 namespace {
 
-/// All whose meaning depends on the start: initial lengths, a moving support, damped springs; and all that does work.
+/// The system holds all whose meaning depends on the start, initial lengths, a moving support, damped springs, and all
+/// that does work.
 System make_system() {
   System system = scenes::make_shaken_chain();
   std::get<Rods>(system.constraints[0]).length = {};
@@ -155,7 +156,7 @@ TEST(SnapshotReportTest, CountersAndTimesGoOn) {
   EXPECT_NEAR(second.report().times.solve, 400, 1);
 }
 
-/// A bead half a rod too far out: nothing is projected.
+/// The bead is half a rod too far out, and nothing is projected.
 TEST(SnapshotStateTest, IsTakenAsItIs) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01});
   Snapshot snapshot = open_saved(simulation);

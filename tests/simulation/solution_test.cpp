@@ -80,7 +80,7 @@ TEST(Solution, StaysWhatItWasWhenTheMotionGoesOn) {
   EXPECT_NE(simulation.solution().position(chain.tip), start.position(chain.tip));
 }
 
-/// Groups before it, and those of two rows a member.
+/// There are groups before it, and groups of two rows a member.
 TEST(Solution, MultipliersAreThoseOfTheirMembers) {
   System system;
   const Point bead = system.add_point({.position = {1.0, 0.0, 0.0}}), other = system.add_point({});

@@ -60,7 +60,7 @@ TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
     ASSERT_TRUE(found.outcome.ok()) << columns << " x " << rows << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.status, Stability::Stable);
     ASSERT_GT(found.self_stress_states, 0u);
-    // The second way: dense matrices with those multipliers.
+    // The second way is by dense matrices with those multipliers.
     Workspace work(net, {.threads = 1}, 0.0);
     const Model& model = work.model();
     EquilibriumEquations equations(work, 0.0);
@@ -93,7 +93,7 @@ TEST(HangingNets, ModesAndEquilibriumCountTheSameUnstableDirections) {
   }
 }
 
-/// A tower of rods upside down: every direction grows, and more than were asked for are counted.
+/// A tower of rods stands upside down: every direction grows, and more than were asked for are counted.
 TEST(Modes, CountGrowingDirectionsBeyondTheModesAskedFor) {
   for (const int count : {40, 200}) {
     System tower;
@@ -113,7 +113,7 @@ TEST(Modes, CountGrowingDirectionsBeyondTheModesAskedFor) {
   }
 }
 
-/// Beads on which nothing acts, few or many: they rest wherever they are.
+/// Nothing acts on these beads, few or many: they rest wherever they are.
 TEST(Equilibrium, FreeBeadsHaveRigidZeroModesAlone) {
   for (const int count : {20, 150}) {
     System gas;

@@ -34,7 +34,7 @@ std::vector<Index> beads(int rods) {
   return result;
 }
 
-/// Drag of c on every bead of mass m: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
+/// Every bead of mass m has a drag of c: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
 TEST(DampedModes, FollowFromTheUndampedOnesForAChainInAir) {
   for (const double c : {0.0, 0.3, 1.2, 8.0}) {
     System system = make_held_chain(6, {0.0, 0.0, -0.1});
@@ -73,8 +73,9 @@ TEST(DampedModes, FollowFromTheUndampedOnesForAChainInAir) {
   }
 }
 
-/// As `FollowFromTheUndampedOnesForAChainInAir`, of 5,000 freedoms: omega^2 = (2 sqrt(k/m) sin(j pi/(2(N + 1))))^2 of
-/// beads with springs on a line between supports, each lambda of lambda^2 + (c/m) lambda + omega^2 = 0.
+/// The equations are those of `FollowFromTheUndampedOnesForAChainInAir`, of 5,000 freedoms: omega^2 = (2 sqrt(k/m)
+/// sin(j pi/(2(N + 1))))^2 of beads with springs on a line between supports, each lambda of lambda^2 + (c/m) lambda +
+/// omega^2 = 0.
 TEST(DampedModes, HaveTheClosedFormForALongChainOfSprings) {
   constexpr int count = 5000, wanted = 12;
   constexpr double stiffness = 3.0e6, mass = 0.1, drag = 1.3;
@@ -112,7 +113,7 @@ TEST(DampedModes, HaveTheClosedFormForALongChainOfSprings) {
   EXPECT_LT(found.residual_max, 1e-6);
 }
 
-/// Chains that swing alike in x and y, in air, with a follower force: many freedoms by the sparse way, and the same
+/// Chains swing alike in x and y, in air, with a follower force: many freedoms by the sparse way, and the same
 /// equations by the dense one, which takes up to 300.
 TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
   const auto make = [](int rods, int chains) {
@@ -157,8 +158,8 @@ TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
   EXPECT_LT(sparse.residual_max, 1e-9);
 }
 
-/// One system both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and by
-/// Arnoldi's method on the sparse one.
+/// One system is solved both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and
+/// by Arnoldi's method on the sparse one.
 TEST(DampedModes, AreTheSameByTheDenseAndTheSparseWay) {
   constexpr int rods = 120, wanted = 30;
   System system = make_held_chain(rods, {0.0, 0.0, -0.1});
@@ -186,7 +187,8 @@ TEST(DampedModes, AreTheSameByTheDenseAndTheSparseWay) {
     EXPECT_NEAR(std::abs(sparse.modes.lambda[k] - dense.lambda[k]), 0.0, 1e-9 * std::abs(dense.lambda[k])) << k;
 }
 
-/// Two beads on a line with a spring and its damper between them: one slides freely, one swings with the reduced mass.
+/// Two beads slide on a line with a spring and its damper between them: one slides freely, one swings with the reduced
+/// mass.
 TEST(DampedModes, HaveTheReducedMassForASpringWithADamper) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
@@ -227,7 +229,7 @@ TEST(DampedModes, ShowZieglersColumnFlutterFromItsCriticalLoadOn) {
     const Modes found = modes(system, system.positions, {.count = ModesOptions::all, .damped = true});
 
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-    // In both planes: two swings, or one that grows and one that decays.
+    // There are two swings in both planes, or one that grows and one that decays.
     ASSERT_EQ(found.count(), 4u);
     EXPECT_EQ(found.unstable_directions, part < 1.0 ? 0u : 2u) << part;
     if (part < 1.0) continue;
@@ -236,7 +238,7 @@ TEST(DampedModes, ShowZieglersColumnFlutterFromItsCriticalLoadOn) {
   }
 }
 
-/// x'' = -10 x + 3 y - 2 v_x + v_y, y'' = x - 4 y - v_y: the roots of a polynomial of degree 4.
+/// The roots of x'' = -10 x + 3 y - 2 v_x + v_y, y'' = x - 4 y - v_y are those of a polynomial of degree 4.
 TEST(DampedModes, AreRootsOfThePolynomialForUnsymmetricMatrices) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -260,7 +262,8 @@ TEST(DampedModes, AreRootsOfThePolynomialForUnsymmetricMatrices) {
   }
 }
 
-/// A bead of 1 kg on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a time.
+/// A bead of 1 kg lies on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a
+/// time.
 TEST(DampedModes, DecayByDragAloneWhereNothingIsStiff) {
   System system;
   scenes::add_point({0.0, 0.0, 0.0}, &system);

@@ -32,7 +32,8 @@ System make_hanging_chain(int count, double length, double mass, Vector3 end, do
   return system;
 }
 
-// T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g: H and V_0 of 10 rods of 0.1 m between (0, 0) and (0.7, 0.25).
+// The tensions are T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g, with H and V_0 of 10 rods of 0.1 m between (0, 0) and
+// (0.7, 0.25).
 TEST(Equilibrium, ChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
   constexpr double H = 2.378492301432212934792583225, V0 = -3.044284345718873534849989889;
 
@@ -67,7 +68,7 @@ TEST(Equilibrium, DescentFindsTheCatenary) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-// MoorPy's case 4: 500 m of line, 400 m apart, 200 m high; N rods come near the catenary as 1/N^2.
+// MoorPy's case 4 is a line of 500 m, 400 m apart, 200 m high; N rods come near the catenary as 1/N^2.
 TEST(Equilibrium, LongMooringLineIsMoorPysCatenary) {
   constexpr int count = 2000;
   constexpr double weight = 200.0;
@@ -143,7 +144,7 @@ System make_inverted_chain(int count, double stiffness) {
   return system;
 }
 
-// Stable where k > (m g/l) x_max, x_max the largest zero of Laguerre's polynomial; omega^2 = k/m - (g/l) x.
+// It is stable where k > (m g/l) x_max, x_max the largest zero of Laguerre's polynomial; omega^2 = k/m - (g/l) x.
 TEST(Equilibrium, InvertedChainOnSpringsIsStableBeyondTheCriticalStiffness) {
   for (const auto& [count, critical] : {std::pair{1, 9.81}, {2, 33.49343504688006}, {5, 124.0062562823454}}) {
     const EquilibriumResult stiff = find_equilibrium(make_inverted_chain(count, 1.25 * critical));
@@ -230,7 +231,7 @@ TEST(Equilibrium, MaximumOnAnEllipsoidHasTwoUnstableDirections) {
   EXPECT_NEAR(found.stability.lowest_omega2, -102.4247958744150931, 1e-6);
 }
 
-// Thomson's problem: charges on a sphere, sum of lambda = -U, three turns of the whole.
+// Thomson's problem has charges on a sphere: the sum of lambda is -U, and three turns of the whole cost nothing.
 TEST(Equilibrium, ChargesOnASphereHaveThreeRigidZeroModes) {
   for (const auto& [count, energy] :
        {std::pair{4, 3.674234614174767}, {6, 9.985281374238570}, {12, 49.16525305762880}}) {
@@ -258,7 +259,7 @@ TEST(Equilibrium, ChargesOnASphereHaveThreeRigidZeroModes) {
   }
 }
 
-/// A bead that stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
+/// A bead stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
 TEST(Equilibrium, ResidualWithoutConstraintsIsToldBesideTheLargestSingleForce) {
   constexpr double mass = 2.0, stiffness = 500.0;
   System system;
@@ -285,7 +286,7 @@ TEST(Equilibrium, ResidualWithoutConstraintsIsToldBesideTheLargestSingleForce) {
   }
 }
 
-/// A flat net whose first row has supports at both ends: that row is straight and cannot sag.
+/// The first row of a flat net has supports at both ends: that row is straight and cannot sag.
 TEST(Equilibrium, NetFromAFlatStartHangsFromItsStraightRow) {
   constexpr int n = 12;
   System system;
@@ -313,7 +314,7 @@ TEST(Equilibrium, NetFromAFlatStartHangsFromItsStraightRow) {
     return what.find("held rigid by prestress") != std::string::npos;
   }));
 
-  // What the straight row carries is not determined: its multipliers are NaN, and modes do without them.
+  // The tensions of the straight row are not determined: its multipliers are NaN, and modes do without them.
   const Modes shaken = modes(system, found.positions, {.count = 3, .multipliers = found.multipliers});
   ASSERT_TRUE(shaken.outcome.ok()) << shaken.outcome.what;
   EXPECT_EQ(shaken.unstable_directions, 0u);
@@ -333,7 +334,8 @@ TEST(Equilibrium, FreeIslandUnderGravityHasNone) {
       << found.outcome.what;
 }
 
-// A bead in the middle of a straight wire: omega^2 = 2 T/(m l) across it, by the tension that is given alone.
+// A bead in the middle of a straight wire swings across it with omega^2 = 2 T/(m l), by the tension that is given
+// alone.
 TEST(Equilibrium, StraightWireIsStiffByItsPrestress) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0};
@@ -403,8 +405,8 @@ TEST(Equilibrium, LoadStepsFindTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-/// Rods and springs of which some are compressed, in a soft equilibrium: full steps bend too far, and descent without
-/// what the compressed ones take away creeps.
+/// Some of the rods and springs are compressed in a soft equilibrium: full steps bend too far, and descent without what
+/// the compressed ones take away creeps.
 TEST(Equilibrium, SoftTangleIsFound) {
   System system;
   system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,

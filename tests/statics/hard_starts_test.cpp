@@ -70,7 +70,7 @@ TEST(Equilibrium, RingHungAtOnePointIsFoundFromACircle) {
   }
 }
 
-/// A point on three others by rods, and so on: its rods pull and push each other a hundred times as hard as its weight.
+/// Each point hangs on three others by rods, which pull and push each other a hundred times as hard as its weight.
 TEST(Equilibrium, RigidBodyHungAtAPointTakesFewSteps) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
@@ -119,7 +119,7 @@ TEST(Equilibrium, TwoPointsThatTurnAsOneAreStable) {
   }
 }
 
-/// Three bonds at a support that no force strains: the triangle turns about the support as it likes.
+/// No force strains the three bonds at a support: the triangle turns about the support as it likes.
 TEST(Equilibrium, TriangleOfBondsAtASupportHasThreeRigidModes) {
   System triangle;
   for (const Vector3& place : {Vector3{0.0, 0.0, 0.0}, {1.2, 0.3, 0.0}, {2.2, 0.0, 0.5}})
@@ -172,7 +172,7 @@ TEST(Equilibrium, ForceWithoutPotentialIsFoundWhereItsPullEnds) {
   }
 }
 
-/// Two ends of a rod in one place: it has no direction there, and descent finds one.
+/// Two ends of a rod are in one place: it has no direction there, and descent finds one.
 TEST(HardStarts, DescentLeavesAPlaceWherePointsCoincide) {
   System system;
   system.positions = {0, 0, 0, 0.5, 0, 0, 0.5, 0, 0, 1, 0, 0};

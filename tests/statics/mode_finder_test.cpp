@@ -208,7 +208,7 @@ TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
   }
 }
 
-/// What nothing holds is unstable in all directions but for its length: an upright chain of more than 300 unknowns.
+/// An upright chain of more than 300 unknowns, which nothing holds, is unstable in all directions but for its length.
 TEST(ModeFinder, CountsUnstableDirectionsOfAnUprightChainWithoutAMode) {
   System system = hang_chains(1, 150, 3);
   system.forces = {Gravity{"", {0.0, 0.0, 9.81}}};
@@ -237,7 +237,7 @@ TEST(Modes, AreFoundForAMoleculeAtRest) {
   EXPECT_EQ(found.zero_modes, 7u);  // and the turn about the bond in the middle
 }
 
-/// Free straight chains that resist bending: each moves as a whole in three directions and turns about two axes.
+/// Free straight chains resist bending: each moves as a whole in three directions and turns about two axes.
 TEST(Modes, HaveTheZeroModesOfFreeIslands) {
   for (const int copies : {1, 2, 7}) {
     System system;
@@ -267,7 +267,7 @@ TEST(Modes, HaveTheZeroModesOfFreeIslands) {
   }
 }
 
-/// 8,000 freedoms, of which some are equal.
+/// There are 8,000 freedoms, of which some are equal.
 TEST(Modes, HaveTheSameBitsOnAnyNumberOfThreads) {
   const System system = hang_chains(40, 100, 3);
 

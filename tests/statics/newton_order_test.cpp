@@ -26,7 +26,7 @@ TEST(ObservedOrders, TellLinearConvergenceFromQuadratic) {
   EXPECT_LT(late[1], 1.8);
 }
 
-/// The equilibrium, and then the same again from beside it: points are moved by a part of the rods' length.
+/// Finds the equilibrium, and then the same again from beside it: points are moved by a part of the rods' length.
 void expect_quadratic(const char* name, System system, double part) {
   const EquilibriumResult rest = find_equilibrium(system);
   ASSERT_TRUE(rest.outcome.ok()) << name << ": " << rest.outcome.what;
@@ -69,7 +69,7 @@ TEST(NewtonsOrder, IsTwoOnChains) {
   expect_quadratic("chain of 60", make_catenary(60, 4.0), 0.02);
 }
 
-/// Springs along the edges of a cubic lattice, held at its floor.
+/// Springs lie along the edges of a cubic lattice, which is held at its floor.
 TEST(NewtonsOrder, IsTwoOnALatticeOfSprings) {
   System lattice = scenes::make_lattice(4);
   Springs springs{.name = "springs", .pairs = std::get<Rods>(lattice.constraints[0]).pairs, .stiffness = 400.0};
@@ -92,7 +92,7 @@ TEST(NewtonsOrder, IsTwoOnALatticeOfSprings) {
   expect_quadratic("lattice of springs", lattice, 0.05);
 }
 
-/// A clamped rod of bonds, bendings and torsions that sags, on its bonds' and angles' energies alone.
+/// A clamped rod of bonds, bendings and torsions sags, on the energies of its bonds and angles alone.
 TEST(NewtonsOrder, IsTwoOnEnergiesOfTuples) {
   System system;
   Bonds bonds{.name = "bonds"};

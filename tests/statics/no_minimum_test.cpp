@@ -40,7 +40,7 @@ TEST(Equilibrium, ForceThatDiesAwayHasNone) {
   EXPECT_NE(found.outcome.what.find("forces die away"), std::string::npos) << found.outcome.what;
 }
 
-/// Charges that screen each other, one of them held: alone, and beside a pendulum whose forces are large.
+/// The charges screen each other and one of them is held: alone, and beside a pendulum whose forces are large.
 TEST(Equilibrium, PointsThatRepelEachOtherHaveNone) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
@@ -106,7 +106,7 @@ TEST(Equilibrium, PendulumBesideStiffSpringsIsStable) {
 
     ASSERT_TRUE(found.outcome.ok()) << stiffness << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.status, Stability::Stable);
-    EXPECT_EQ(found.stability.zero_modes, 5u);  // of the spring, which floats
+    EXPECT_EQ(found.stability.zero_modes, 5u);  // those of the spring, which floats
     EXPECT_EQ(found.stability.rigid_zero_modes, 5u);
     EXPECT_NEAR(found.stability.lowest_omega2, g / std::hypot(0.1, 0.9), 1e-6);
   }

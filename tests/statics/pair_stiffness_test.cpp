@@ -132,7 +132,8 @@ TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
   }
 }
 
-/// Charges on a sphere, one more than have a Hessian of their own: Euler's sum of multipliers, and the rigid motions.
+/// The charges on a sphere are one more than have a Hessian of their own: Euler's sum of multipliers and the rigid
+/// motions tell that it is right.
 TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   constexpr std::size_t count = 201;
   System system;
@@ -160,7 +161,7 @@ TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   EXPECT_NEAR(sum, -found.energy, 1e-8 * found.energy);
 }
 
-/// More than memory holds is refused with the number of bytes, unless nobody asks for stability.
+/// Charges that take more than memory holds are refused with the number of bytes, unless nobody asks for stability.
 TEST(PairStiffness, TooManyChargesAreRefused) {
   System system = cloud(3001, 30.0);
   PairForces charges{.name = "charges", .law = PairLaw::Coulomb};

@@ -41,7 +41,7 @@ TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
   EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
 }
 
-/// A rod that nothing was asked of is not blamed.
+/// A rod of which nothing was asked is not blamed.
 TEST(Prestress, TensionsOfSomeRodsAreToldOfOneOfThem) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 0.0);
@@ -64,7 +64,7 @@ TEST(Prestress, StateOfSelfStressIsTakenWithoutANote) {
   EXPECT_EQ(prestress_note(modes(wire, wire.positions, {.prestress = {{"r", {100.0}}}})), "");
 }
 
-/// Forces along the wire and the tensions that balance them.
+/// Forces act along the wire, and the tensions balance them.
 TEST(Prestress, TensionsThatBalanceTheForcesAreTakenWithoutANote) {
   System wire = make_wire();
   wire.forces.push_back(ConstantForce{.name = "pull", .points = {5}, .force = Vector3{50.0, 0.0, 0.0}});

@@ -30,7 +30,7 @@ System make_octahedron() {
   return system;
 }
 
-/// omega^2 = m g a/I of a pendulum: five points 0.3 m below on the average, about the corner.
+/// The pendulum has omega^2 = m g a/I: five points hang 0.3 m below on the average, about the corner.
 TEST(SelfStress, DoesNotChangeHowARigidBodySwings) {
   const System body = make_octahedron();
   const double moment = 2 * (0.3 * 0.3 + 0.3 * 0.3) + 2 * 0.3 * 0.3 + 0.6 * 0.6, arm = 4 * 0.3 + 0.6;

@@ -54,7 +54,7 @@ std::vector<double> swing_of_rope(const System& rope) {
 
 class Rope : public testing::TestWithParam<int> {};
 
-/// 1e-9 to 1e-11 of the fastest omega^2.
+/// The slow omega^2 are 1e-9 to 1e-11 of the fastest one.
 TEST_P(Rope, SwingsSlowlyAndStably) {
   const System rope = make_rope(GetParam());
   const EquilibriumResult rest = find_equilibrium(rope);
@@ -73,7 +73,7 @@ TEST_P(Rope, SwingsSlowlyAndStably) {
 
 INSTANTIATE_TEST_SUITE_P(OfPieces, Rope, testing::Values(50, 100, 400));
 
-/// Nothing of a place's stability depends on masses.
+/// The stability of a place does not depend on masses.
 TEST(Stability, IsTheSameForAnyMasses) {
   System system;
   Rods rods{.name = "rods"};

@@ -168,7 +168,7 @@ TEST(Table, ConvergesOnSineWithOrderSixAndItsSecondDerivativeWithOrderFour) {
 }
 
 TEST(Table, SecondDerivativesAreSmoothAtTheSamples) {
-  // Rough data, so that a jump of the fourth derivative would show.
+  // The data are rough, so that a jump of the fourth derivative would show.
   const std::vector<double> times = uneven_times(12);
   std::vector<double> values;
   for (std::size_t i = 0; i < times.size(); ++i) values.push_back(i % 2 ? 1.0 : -1.0);

@@ -16,7 +16,7 @@
 
 #include "embed/openmm/openmm_systems.hpp"
 
-/// What OpenMM registers when it is loaded, and Contexts that it refuses, it never frees.
+/// OpenMM never frees what it registers when it is loaded, nor Contexts that it refuses.
 extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
   return "detect_leaks=0";
 }
@@ -238,7 +238,8 @@ TEST(OpenMM, ParticleWithoutMassHoldsAPendulum) {
   EXPECT_EQ(exact.addConstraint(0, 1, 1.0), 0);
   HostRun run(pendulum, 1e-3);
 
-  // From the horizontal to the lowest place in a quarter of the period: K(sin 45°) = 1.854074677 times sqrt(l/g).
+  // It falls from the horizontal to the lowest place in a quarter of the period: K(sin 45°) = 1.854074677 times
+  // sqrt(l/g).
   run.integrator->step(static_cast<int>(std::lround(1.854074677 / std::sqrt(9.81) / 1e-3)));
 
   const std::vector<Vec3> end = positions_of(run.context);

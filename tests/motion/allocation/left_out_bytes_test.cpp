@@ -31,7 +31,7 @@ System make_beads_on_circles() {
   return system;
 }
 
-/// Held by a Dynamics that has solved once.
+/// Counts the bytes that a Dynamics holds after one solve.
 struct Solved {
   AllocationCounter counter;
   Dynamics dynamics;
