@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, PotentialCases, testing::ValuesIn(list_all()),
 
 /// The body moves in one angle: the accelerations in coordinates and what the support carries of the spring are those
 /// of the case.
-TEST(PotentialCase, TheBodyInOneAngleMovesAlike) {
+TEST(PotentialCase, MotionInOneAngleIsThatOfTheCase) {
   const std::vector<Instant> trajectory = read_trajectory("A1_body_offaxis_spring");
   const Instant& start = trajectory.front();
   const double ax = start.r[0], ay = start.r[1], bx = start.r[3], by = start.r[4];

@@ -41,7 +41,7 @@ TEST(PermissionTest, ASceneThatMayNotBeReadIsBadInput) {
 }
 
 // A checkpoint that cannot be replaced: the one before stays, and the frames that were written stay whole.
-TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWhatItHas) {
+TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWholeFrames) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));
 

@@ -93,7 +93,7 @@ TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   EXPECT_EQ(both_left_out, 1);
 }
 
-TEST(PictureCommandTest, SaysWhatIsWrong) {
+TEST(PictureCommandTest, WrongOptionsAreNamed) {
   const Folder folder;
   simulate(folder, {"--out", "o"});
   const auto complain = [&](Words words) {

@@ -240,7 +240,7 @@ TEST(EarlyEndTest, AFailureKeepsTheResultsUpToItsTime) {
   EXPECT_EQ(again.err, ended.err);
 }
 
-TEST(EarlyEndTest, WithoutAStartNothingIsClaimed) {
+TEST(EarlyEndTest, ARunWithoutAStartHasNullsForItsEnd) {
   const Folder folder;
   write_text(folder / "s.json", torn_apart());
 

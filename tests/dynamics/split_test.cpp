@@ -142,7 +142,7 @@ TEST(Split, GammaIsMadeOnlyWhereTheSplitIsAskedFor) {
   EXPECT_EQ(count(solved.dynamics, "second matrix of the constraints: all points have one mass (36)"), 0U);
 }
 
-TEST(Split, WithOneMassThePlanSaysThatGammaIsLeftOut) {
+TEST(Split, PlanSaysThatGammaIsLeftOutWithOneMass) {
   RandomSystem random = make_random_system(12, 3);
   std::fill(random.system.masses.begin(), random.system.masses.end(), 0.3);
   const Dynamics dynamics(random.system);
@@ -284,7 +284,7 @@ TEST(ReactionsByCause, AddUpToTheSmallestMultipliersOfRedundantRods) {
   }
 }
 
-RC_GTEST_PROP(ReactionsByCause, EachForceAloneAtRestMakesItsPart, ()) {
+RC_GTEST_PROP(ReactionsByCause, PartOfAForceIsTheReactionToItAloneAtRest, ()) {
   Solved solved(any_system({.time_dependent = false}));
 
   const ReactionsByCause causes = solved.dynamics.reactions_by_cause(solved.state());
@@ -354,7 +354,7 @@ TEST(ReactionsByCause, AreThoseByHandOnATurningPlane) {
 
 // ---- one point ---------------------------------------------------------------------------------------------------
 
-TEST(SinglePoint, OnASphereHasTheExplicitSolution) {
+TEST(SinglePoint, HasTheExplicitSolutionOnASphere) {
   System system;
   system.positions = {0.6, 0.0, 0.8};
   system.masses = {1.3};

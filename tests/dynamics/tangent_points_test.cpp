@@ -183,7 +183,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
 }
 
 /// A circle of radius R in the plane y z: q'' = -(g/R) sin q from the lowest place on.
-TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
+TEST(TangentPoints, PendulumIsRightAtAnglesOfManyTurns) {
   constexpr double radius = 0.7, gravity = 9.81;
   System system;
   system.positions = {0.0, 0.0, -radius};

@@ -46,7 +46,7 @@ TEST(Friction, ABeadSlidesDownARoughIncline) {
   EXPECT_LE(answer.report.friction.residual, 1e-14);
 }
 
-TEST(Friction, AtRestItSticksWhereMuReachesTheSlope) {
+TEST(Friction, ABeadAtRestSticksWhereMuReachesTheSlope) {
   const Answer held = solve(make_incline(0.0, 0.58));
   ASSERT_TRUE(held.report.outcome.ok()) << held.report.outcome.what;
   EXPECT_EQ(held.report.friction.sticking, 1u);

@@ -16,7 +16,7 @@
 namespace tanor::host {
 namespace {
 
-TEST(CInterface, ItsVersionSaysWhatTheLibraryWasBuiltOf) {
+TEST(CInterface, VersionSaysWhatTheLibraryWasBuiltOf) {
   EXPECT_EQ(tn_version(), describe(build_info()));
   EXPECT_EQ(std::string(tn_version()).find("SuiteSparseQR") != std::string::npos, build_info().has_suitesparse_qr);
 }
@@ -128,7 +128,7 @@ TEST(CInterface, HasTheToleranceOfTheConstrainer) {
   }
 }
 
-TEST(CInterface, SaysWhatIsWrong) {
+TEST(CInterface, ErrorsHaveACodeAndAMessage) {
   const Tailed host;
   tn_system* system = nullptr;
   EXPECT_EQ(tn_create(&system, 4, nullptr, {host.r.data(), 0, nullptr}, nullptr), TN_EINVAL);

@@ -466,7 +466,7 @@ TEST(Dynamics, SplitIsThatOfItsStateWhateverWasAskedInBetween) {
   EXPECT_EQ(solved.support_forces(), carried);
 }
 
-TEST(Dynamics, ACertificateOfWhatStandsIsThatOfWhatIsFoundAnew) {
+TEST(Dynamics, CertificateOfASolvedStateIsThatOfAFreshOne) {
   RandomSystem random = make_random_system(12, 3);
   const StateView state{.time = random.t, .positions = random.positions, .velocities = random.velocities};
   Dynamics anew(random.system), stands(random.system), without_reactions(random.system);

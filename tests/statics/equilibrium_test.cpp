@@ -99,7 +99,7 @@ TEST(Equilibrium, PendulumRestsBelowItsSupport) {
   EXPECT_NEAR(found.stability.lowest_omega2, g / 0.5, 1e-9);
 }
 
-TEST(Equilibrium, UnstableOneIsReportedWhereAnyIsAccepted) {
+TEST(Equilibrium, UnstableRestIsReportedWhereAnyIsAccepted) {
   const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.accept = AcceptedEquilibria::Any});
 
   ASSERT_TRUE(found.outcome.ok());
@@ -109,14 +109,14 @@ TEST(Equilibrium, UnstableOneIsReportedWhereAnyIsAccepted) {
   EXPECT_NEAR(found.stability.lowest_omega2, -g / 0.5, 1e-9);
 }
 
-TEST(Equilibrium, UnstableOneIsLeftForAStableOne) {
+TEST(Equilibrium, UnstableRestIsLeftForAStableOne) {
   const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}));
 
   ASSERT_TRUE(found.outcome.ok());
   EXPECT_NEAR(found.positions[5], -0.5, 1e-12);
 }
 
-TEST(Equilibrium, UnstableOneIsRefusedByNewtonsMethodAlone) {
+TEST(Equilibrium, UnstableRestIsRefusedByNewtonsMethodAlone) {
   const EquilibriumResult found =
       find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.method = EquilibriumMethod::Newton});
 
@@ -321,7 +321,7 @@ TEST(Equilibrium, NetFromAFlatStartHangsFromItsStraightRow) {
   EXPECT_NEAR(shaken.omega.front(), std::sqrt(found.stability.lowest_omega2), 1e-8);
 }
 
-TEST(Equilibrium, FreeIslandUnderGravityHasNone) {
+TEST(Equilibrium, FreeIslandUnderGravityHasNoEquilibrium) {
   System system = make_pendulum({0.5, 0.0, 0.0});
   system.positions.insert(system.positions.end(), {3.0, 0.0, 0.0, 4.0, 0.0, 0.0});
   system.masses.insert(system.masses.end(), {1.0, 1.0});
@@ -384,7 +384,7 @@ std::string refusal(const System& system, const EquilibriumOptions& options = {}
   return "accepted";
 }
 
-TEST(Equilibrium, RefusesWhatItCannotAnswerByItsPlace) {
+TEST(Equilibrium, RefusesWrongOptionsByTheirPlace) {
   System rough = make_pendulum({0.5, 0.0, 0.0});
   rough.constraints.push_back(Planes{.name = "floor", .points = {1}, .normal = Vector3{0, 1, 0}});
   rough.friction.push_back(Coulomb{.at = {"floor"}, .coefficient = 0.1});

@@ -138,7 +138,7 @@ TEST(Equilibrium, TriangleOfBondsAtASupportHasThreeRigidModes) {
 }
 
 /// Opposite charges fall into each other. Where they have met, rounding of their places makes any force of any size.
-TEST(Equilibrium, ChargesThatAttractEachOtherHaveNone) {
+TEST(Equilibrium, ChargesThatAttractEachOtherHaveNoEquilibrium) {
   System charges;
   charges.positions = {0.0, 0.0, 0.0, 1.0, 0.2, 0.1};
   charges.masses = {1.0, 1.0};

@@ -21,7 +21,7 @@ System make_point(const Vector3& place, const std::string& energy) {
   return system;
 }
 
-TEST(Equilibrium, PotentialThatFlattensHasNone) {
+TEST(Equilibrium, PotentialThatFlattensHasNoEquilibrium) {
   for (const char* energy : {"exp(-x1)+y1^2+z1^2", "exp(-x1)", "exp(-x1^2-y1^2-z1^2)", "1/x1+y1^2+z1^2"}) {
     const EquilibriumResult found = find_equilibrium(make_point({0.3, 0.1, 0.0}, energy));
 
@@ -30,7 +30,7 @@ TEST(Equilibrium, PotentialThatFlattensHasNone) {
   }
 }
 
-TEST(Equilibrium, ForceThatDiesAwayHasNone) {
+TEST(Equilibrium, ForceThatDiesAwayHasNoEquilibrium) {
   System system = make_point({0.1, 0.0, 0.0}, "y1^2+z1^2");
   system.forces.push_back(FormulaForce{.name = "push", .points = {0}, .kernel = formula_force({"exp(-x)", "0", "0"})});
 
@@ -41,7 +41,7 @@ TEST(Equilibrium, ForceThatDiesAwayHasNone) {
 }
 
 /// The charges screen each other and one of them is held: alone, and beside a pendulum whose forces are large.
-TEST(Equilibrium, PointsThatRepelEachOtherHaveNone) {
+TEST(Equilibrium, PointsThatRepelEachOtherHaveNoEquilibrium) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 1.0};

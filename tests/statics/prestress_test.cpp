@@ -42,7 +42,7 @@ TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
 }
 
 /// A rod of which nothing was asked is not blamed.
-TEST(Prestress, TensionsOfSomeRodsAreToldOfOneOfThem) {
+TEST(Prestress, UnbalancedTensionsNameARodThatTheyWereAskedOf) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 0.0);
   std::fill(tensions.begin() + 5, tensions.end(), 100.0);

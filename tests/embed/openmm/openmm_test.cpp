@@ -249,7 +249,7 @@ TEST(OpenMM, ParticleWithoutMassHoldsAPendulum) {
   EXPECT_NEAR(end[1][1], -1.0, 1e-4);
 }
 
-TEST(OpenMM, WhatIsConstrainedIsOneMolecule) {
+TEST(OpenMM, ConstrainedParticlesFormOneMolecule) {
   Molecules loose;
   for (int i = 0; i < 4; ++i) loose.add_particle(1.0, Vec3(i, 0, 0));
   ExactConstraints& exact = loose.add_exact_constraints();
