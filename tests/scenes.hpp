@@ -18,9 +18,18 @@
 /// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg, g is 9.81 m/s^2.
 namespace tanor {
 
-/// For the names of tests.
+/// Prints methods in the names of tests.
 inline void PrintTo(Method method, std::ostream* out) {
   *out << name_of(method);
+}
+
+/// The methods whose traits suit, in the order of the table. `auto` is left out, for it stands for one of the others.
+template <class Suits>
+std::vector<Method> list_methods_that(Suits suits) {
+  std::vector<Method> result;
+  for (const MethodTraits& each : methods())
+    if (each.method != Method::Auto && suits(each)) result.push_back(each.method);
+  return result;
 }
 
 }  // namespace tanor

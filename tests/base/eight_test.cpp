@@ -42,7 +42,7 @@ TEST(Eight, StoresPointsOneAfterTheOther) {
   EXPECT_EQ(stored.back(), 0.0);
 }
 
-TEST(Eight, TheLargestIsNoNumberWhereAnyWasNone) {
+TEST(Eight, LargestIsNanWhereAnyNumberWasNan) {
   Largest largest;
   largest.value[3] = 5.0;
   EXPECT_EQ(largest.read(), 5.0);
@@ -68,7 +68,7 @@ std::array<double, 9> compute() {
   return c;
 }
 
-TEST(EightIn, AreTheSameNumbersInRegistersOfAnyWidth) {
+TEST(EightIn, GivesTheSameNumbersInRegistersOfAnyWidth) {
   const std::array<double, 9> of_two = compute<2>();
   for (std::size_t k = 1; k < 9; ++k) {
     const double a = std::sin(1.0 + static_cast<double>(k)), b = std::exp(0.3 * static_cast<double>(k));
@@ -80,7 +80,7 @@ TEST(EightIn, AreTheSameNumbersInRegistersOfAnyWidth) {
   EXPECT_EQ(of_two, compute<8>());
 }
 
-TEST(EightIn, StayInRegistersBesideTheFactorsOfAProduct) {
+TEST(EightIn, LimitsItsRegistersSoThatTheFactorsOfAProductFitBeside) {
   EXPECT_EQ(EightIn<8>::most_in_registers, 28U);
   EXPECT_EQ(EightIn<4>::most_in_registers, 6U);
   EXPECT_EQ(EightIn<2>::most_in_registers, 3U);

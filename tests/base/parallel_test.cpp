@@ -31,7 +31,7 @@ TEST(Parallel, SumsArePartsInTheirOrder) {
   }
 }
 
-TEST(Parallel, WhatIsThrownInsideComesOut) {
+TEST(Parallel, ExceptionsOfTasksReachTheCaller) {
   const Parallel parallel(2);
   EXPECT_THROW(parallel.for_ranges(10'000,
                                    [](std::size_t begin, std::size_t) {

@@ -23,7 +23,7 @@ double worst_of(double x) {
   return std::max(ulps(sine, std::sin(exact)), ulps(cosine, std::cos(exact)));
 }
 
-TEST(SineCosine, AreThoseOfLongDoubleToAnUlp) {
+TEST(SineCosine, AgreeWithLongDoubleToAnUlp) {
   std::mt19937 generator(1);
   for (const double most : {1e-8, 0.7, 3.0, 100.0, 1e4, largest_angle}) {
     std::uniform_real_distribution<double> any(-most, most);
@@ -33,14 +33,14 @@ TEST(SineCosine, AreThoseOfLongDoubleToAnUlp) {
   }
 }
 
-TEST(SineCosine, HoldBesideMultiplesOfARightAngle) {
+TEST(SineCosine, AgreeToAnUlpBesideMultiplesOfARightAngle) {
   for (int n = -600'000; n <= 600'000; n += 997) {
     const double x = n * (0.5 * std::numbers::pi);
     for (const double each : {x, std::nextafter(x, 1e9), std::nextafter(x, -1e9)}) ASSERT_LE(worst_of(each), 1.0) << x;
   }
 }
 
-TEST(SineCosine, OfZeroAreExact) {
+TEST(SineCosine, AreExactAtZero) {
   double sine = 1.0, cosine = 0.0;
   sine_cosine(0.0, &sine, &cosine);
   EXPECT_EQ(sine, 0.0);

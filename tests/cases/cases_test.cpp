@@ -104,7 +104,7 @@ std::string name_answer(const testing::TestParamInfo<std::tuple<NamedInterface, 
 
 class DigitsTest : public AnswerTest {};
 
-TEST_P(DigitsTest, TenDigitsOfMotionReactionsAndMultipliers) {
+TEST_P(DigitsTest, MotionReactionsAndMultipliersHaveTenDigits) {
   const ReferenceMotion reference(std::get<1>(GetParam()));
 
   for (const Instant& instant : reference.instants()) {
@@ -120,7 +120,7 @@ TEST_P(DigitsTest, TenDigitsOfMotionReactionsAndMultipliers) {
 INSTANTIATE_TEST_SUITE_P(Cases, DigitsTest, list_answers([](const CaseScene&) { return true; }), name_answer);
 
 /// The car axis is stiff: its 826 steps follow the springs, the tolerance is met all the same.
-TEST(Dop853Test, ElevenDigitsOfEveryCase) {
+TEST(Dop853Test, EveryCaseHasElevenDigits) {
   const MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14};
   for (const CaseScene& scene : moving_cases()) {
     const ReferenceMotion reference(scene);
@@ -133,7 +133,7 @@ TEST(Dop853Test, ElevenDigitsOfEveryCase) {
 
 /// Case 16: a string of beads under tension swings in its first mode, small and large; after a quarter
 /// and after the whole of the small one's period (whose digits the case rounds).
-TEST(Dop853Test, WavesOfAChainUnderTension) {
+TEST(Dop853Test, WavesOfAChainUnderTensionHaveElevenDigits) {
   const nlohmann::json file = read_case("16_wave_chain");
   const double period = 2.0 * 3.14159265358979323846 / number(file.at("omega_j").at(0));
   for (const char* amplitude : {"nonlinear_A=1e-3", "nonlinear_A=0.1"}) {

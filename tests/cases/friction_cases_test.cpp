@@ -66,7 +66,7 @@ class RoughCaseTest : public testing::TestWithParam<RoughCase> {
   }
 };
 
-TEST_P(RoughCaseTest, TenDigitsWithConstraintsAloneAndInBothForms) {
+TEST_P(RoughCaseTest, MotionHasTenDigitsWithConstraintsAloneAndInBothForms) {
   const System alone = GetParam().build(trajectory.front());
   System with_coordinates = alone;
   with_coordinates.coordinates = {GetParam().coordinates()};

@@ -31,7 +31,7 @@ Modes all_modes(const System& system, ModesOptions options = {}) {
   return modes(system, system.positions, options);
 }
 
-/// Each of the wanted omega `times` times, in order, to 1e-10.
+/// Expects each of the wanted omega `times` times, in order, to 1e-10.
 void expect_omega(const Modes& found, std::vector<double> wanted, std::size_t times, std::size_t first = 0) {
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   std::ranges::sort(wanted);
@@ -45,7 +45,7 @@ void expect_omega(const Modes& found, std::vector<double> wanted, std::size_t ti
 
 class BendingChain : public testing::TestWithParam<BendingLaw> {};
 
-TEST_P(BendingChain, HingedAndPulledHasItsFrequencies) {
+TEST_P(BendingChain, HasItsFrequenciesWhenHingedAndPulled) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
   System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.supports = {Support{"", {0}}};
@@ -55,7 +55,7 @@ TEST_P(BendingChain, HingedAndPulledHasItsFrequencies) {
   expect_omega(all_modes(system), numbers(file.at("hinged_closed_omega")), 2);
 }
 
-TEST_P(BendingChain, ClampedHasItsFrequencies) {
+TEST_P(BendingChain, HasItsFrequenciesWhenClamped) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
   System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.supports = {Support{"", {0, 1}}};
@@ -64,7 +64,7 @@ TEST_P(BendingChain, ClampedHasItsFrequencies) {
   expect_omega(all_modes(system), numbers(file.at("clamped_omega")), 2);
 }
 
-TEST_P(BendingChain, FreeOneHasFiveRigidMotions) {
+TEST_P(BendingChain, HasFiveRigidMotionsWhenFree) {
   const nlohmann::json file = read_case("A3_bending_chain_modes");
   System system = scenes::make_chain_along(10, {0.1, 0.0, 0.0}, 0.05);
   system.forces = {bend(10, GetParam(), 0.02)};
@@ -91,7 +91,7 @@ TEST(HangingChain, HasTheZerosOfLaguerrePolynomials) {
   }
 }
 
-TEST(HangingChain, WithAHeavyTipHasItsFrequencies) {
+TEST(HangingChain, HasItsFrequenciesWithAHeavyTip) {
   const nlohmann::json file = read_case("B3_pendulum_chain_heavy_tip");
   System system;
   Rods rods;
@@ -158,9 +158,9 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
   }
 }
 
-/// The same by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for columns whose
-/// bending is a small difference of large terms.
-TEST(GreenhillColumn, OfManyRodsBucklesUnderItsOwnWeight) {
+/// The same column is written by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for
+/// columns whose bending is a small difference of large terms.
+TEST(GreenhillColumn, BucklesUnderItsOwnWeightWithManyRods) {
   for (const int count : {50, 100, 300}) {
     const double length = 1.0 / count, kappa = 1.0 / length, mass = 0.1;
     System system = scenes::make_chain_along(count, {0.0, 0.0, length}, mass);
@@ -181,14 +181,14 @@ TEST(GreenhillColumn, OfManyRodsBucklesUnderItsOwnWeight) {
     const Buckling found = find_buckling(system, system.positions, {.loads = {"weight"}});
 
     ASSERT_TRUE(found.outcome.ok()) << count << ": " << found.outcome.what;
-    // Of the terms of x'Wx, count^2 rod by rod, rounding leaves count^4 eps.
+    // Rounding leaves count^4 eps of the terms of x'Wx, which are count^2 rod by rod.
     EXPECT_NEAR(found.load_factor, wanted, std::numeric_limits<double>::epsilon() * std::pow(count, 4) * wanted)
         << count;
   }
 }
 
-/// P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
-TEST(HingedChain, OfManyRodsBucklesUnderAPushOfAnySize) {
+/// It buckles at P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
+TEST(HingedChain, BucklesWithManyRodsUnderAPushOfAnySize) {
   for (const int count : {30, 120, 250}) {
     const double length = 1.0 / count, kappa = 0.1 / length;
     const double wanted = 4.0 * kappa / length * std::pow(std::sin(0.5 * pi / count), 2);
@@ -308,7 +308,7 @@ TEST(PrestressedNet, HasTheFrequenciesOfItsTensions) {
   expect_omega(all_modes(system), numbers(read_case("B8_prestressed_net").at("omega")), 1);
 }
 
-TEST(PrestressedNet, WithFixedEndsIsRefusedUnlessItsTensionsAreGiven) {
+TEST(PrestressedNet, IsRefusedWithFixedEndsUnlessItsTensionsAreGiven) {
   const System system = make_pulled_net(5, 4, true);
 
   const Modes refused = all_modes(system);
@@ -328,7 +328,7 @@ TEST(PrestressedNet, WithFixedEndsIsRefusedUnlessItsTensionsAreGiven) {
 }
 
 /// Above 300 freedoms the lowest modes are found by Lanczos' method, to the tolerance that is asked for.
-TEST(PrestressedNet, OfManyPointsHasItsLowestFrequencies) {
+TEST(PrestressedNet, HasItsLowestFrequenciesWithManyPoints) {
   constexpr int columns = 24, rows = 18;
   const System system = make_pulled_net(columns, rows, false);
   std::vector<double> wanted;

@@ -21,10 +21,10 @@ struct Line {
     System result;
     Rods all{.name = "rods"};
     all.length.constants = {length / rods};
-    // Less than what would be taut: flat + |fairlead - (flat, 0)| = length.
+    // The flat part is shorter than where the line would be taut: flat + |fairlead - (flat, 0)| = length.
     const double flat = 0.8 * (length * length - x * x - z * z) / (2.0 * (length - x));
     for (int i = 0; i <= rods; ++i) {
-      // Along the floor, then straight up to the fairlead.
+      // The beads start along the floor and then straight up to the fairlead.
       const double s = length * i / rods, rest = (s - flat) / (length - flat);
       result.positions.insert(result.positions.end(),
                               {s < flat ? s : flat + rest * (x - flat), 0.0, std::max(0.0, rest * z)});
@@ -63,7 +63,7 @@ Line line_of(const nlohmann::json& given, int rods) {
   return {number(given.at("x")), number(given.at("z")), number(given.at("L")), number(given.at("w")), rods};
 }
 
-TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
+TEST(MooringLine, RestsOnTheFloorAsItsDiscreteClosedForm) {
   const nlohmann::json file = read_case("B7_moorpy_catenary");
   for (const nlohmann::json& each : file.at("discrete_case_2")) {
     const Line line = line_of(file.at("cases")[1], each.at("rods").get<int>());
@@ -91,9 +91,9 @@ TEST(MooringLine, OnTheFloorRestsAsItsDiscreteClosedForm) {
   }
 }
 
-/// Rods come near the catenary as the square of their length: of two lines the limit follows. MoorPy's lines stretch a
-/// little and its tolerance is finite: 6e-7.
-TEST(MooringLine, OfManyRodsHasTheForcesOfMoorPy) {
+/// A line of rods comes near the catenary as the square of their length, so that two lines tell the limit. MoorPy's
+/// lines stretch a little and its tolerance is finite: 6e-7.
+TEST(MooringLine, HasTheForcesOfMoorPyWithManyRods) {
   const nlohmann::json file = read_case("B7_moorpy_catenary");
   for (std::size_t k = 0; k < 4; ++k) {
     const nlohmann::json& each = file.at("cases")[k];

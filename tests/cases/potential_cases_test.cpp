@@ -88,7 +88,7 @@ std::vector<ByMethod> list_all() {
 
 class PotentialCases : public testing::TestWithParam<ByMethod> {};
 
-TEST_P(PotentialCases, ElevenDigitsAtEveryInstant) {
+TEST_P(PotentialCases, MotionHasElevenDigitsAtEveryInstant) {
   const auto& [scene, interface_name, find_answer, options] = GetParam();
   const std::vector<Instant> trajectory = read_trajectory(scene.name);
   const Instant& start = trajectory.front();
@@ -113,8 +113,9 @@ INSTANTIATE_TEST_SUITE_P(Methods, PotentialCases, testing::ValuesIn(list_all()),
          instance.param.interface_name;
 });
 
-/// One angle: the accelerations in coordinates, and what the support carries of the spring.
-TEST(PotentialCase, TheBodyInOneAngleMovesAlike) {
+/// The body moves in one angle: the accelerations in coordinates and what the support carries of the spring are those
+/// of the case.
+TEST(PotentialCase, MotionInOneAngleIsThatOfTheCase) {
   const std::vector<Instant> trajectory = read_trajectory("A1_body_offaxis_spring");
   const Instant& start = trajectory.front();
   const double ax = start.r[0], ay = start.r[1], bx = start.r[3], by = start.r[4];

@@ -68,7 +68,8 @@ void expect_omega(const Modes& found, std::vector<double> wanted) {
 
 class UnevenCatenary : public testing::TestWithParam<const char*> {};
 
-/// From a sagging start, and from the straight line between its supports, where its rods have other lengths.
+/// The search starts from a sagging chain, and from the straight line between its supports, where its rods have other
+/// lengths.
 TEST_P(UnevenCatenary, RestsAsItsClosedForm) {
   const nlohmann::json file = read_case(GetParam());
   System system = make_system(file.at("scene"));
@@ -131,7 +132,7 @@ TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
   }
 }
 
-/// Six rods that bend, pushed beyond what the straight chain carries; in the plane.
+/// These are six rods that bend in a plane and are pushed beyond what the straight chain carries.
 System make_pushed_chain(const nlohmann::json& file) {
   System system;
   Rods rods{"rods", {}, number(file.at("l"))};
@@ -171,7 +172,7 @@ TEST(PushedChain, BendsAsItsDigitsAndToTheSideWhereItBegins) {
   }
 }
 
-TEST(PushedChain, ThatIsStraightStandsUnstably) {
+TEST(PushedChain, StandsUnstablyWhenStraight) {
   const nlohmann::json file = read_case("B4_buckled_chain_N6");
   const System plane = make_pushed_chain(file);
   System space = plane;

@@ -49,7 +49,7 @@ Coordinates hoop(const Instant&) {
 }
 
 struct CoordinateCase {
-  std::string name;  // of the case that it says once more
+  std::string name;  // the name of the case that it describes once more
   std::function<Coordinates(const Instant&)> coordinates;
   bool is_planar = false;  // its constraints let points leave the plane, its coordinates do not: a page holds them
 
@@ -83,7 +83,7 @@ std::vector<CoordinateCase> coordinate_cases() {
   };
 }
 
-/// z = 0 of all moving points, last of the constraints.
+/// Adds the constraint z = 0 of all moving points behind the others.
 void hold_in_plane(System* system) {
   std::vector<char> moves(system->num_points(), 1);
   for (const Support& support : system->supports) {
@@ -109,7 +109,7 @@ class CoordinateCaseTest : public testing::TestWithParam<CoordinateCase> {
   }
 };
 
-TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
+TEST_P(CoordinateCaseTest, MotionReactionsAndMultipliersHaveTenDigits) {
   Simulation simulation(make_system(), {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14},
                         {.form = Form::Tangent});
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
@@ -150,7 +150,7 @@ TEST_P(CoordinateCaseTest, BothFormsAgreeToTwelveDigits) {
 INSTANTIATE_TEST_SUITE_P(Cases, CoordinateCaseTest, testing::ValuesIn(coordinate_cases()),
                          [](const auto& instance) { return instance.param.name; });
 
-/// Three ways to say it: constraints of the built-in kinds, formulas, coordinates.
+/// The hoop is described in three ways: constraints of the built-in kinds, formulas, coordinates.
 TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
   System alone = make_rotating_hoop(trajectory.front());

@@ -10,7 +10,7 @@ namespace tanor {
 namespace {
 
 /// Forces of energies stand trial too: told of another law than was solved, the certificate says no.
-TEST(CertificateOfEnergies, TheirForcesComeOnceMoreFromTheDefinition) {
+TEST(CertificateOfEnergies, ComputesForcesOnceMoreFromTheDefinition) {
   System system;
   system.positions = {0, 0, 0, 1, 0.1, 0, 1.8, 0.9, 0.2, 2.9, 1.0, 0.6};
   system.velocities.assign(12, 0.0);
@@ -50,7 +50,7 @@ System bent_chain(double bend) {
   return system;
 }
 
-/// A smooth place: the force is (cos theta - cos theta0) times a gradient, and both of them vanish there.
+/// The place is smooth: the force is (cos theta - cos theta0) times a gradient, and both of them vanish there.
 TEST(CertificateOfEnergies, StraightChainsOfLawCosineHarmonicPass) {
   for (const double bend : {0.0, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3}) {
     System system = bent_chain(bend);

@@ -244,7 +244,7 @@ TEST(FrictionCertificate, FrictionThatDrivesIsCaught) {
   EXPECT_TRUE(fails(solved.certify(), law));
 }
 
-/// 43: the multipliers by three blocks are held against those of the smallest form.
+/// By (43) the multipliers by three blocks are held against those of the smallest form.
 TEST(FrictionCertificate, MultipliersThatTheBlocksDoNotFindAreCaught) {
   Case solved(make_ball(Coulomb{.name = "", .at = {"ball"}, .coefficient = 0.3}));
   ASSERT_FALSE(fails(solved.certify(), "by (43)"));
@@ -252,7 +252,7 @@ TEST(FrictionCertificate, MultipliersThatTheBlocksDoNotFindAreCaught) {
   EXPECT_TRUE(fails(solved.certify(), "by (43)"));
 }
 
-TEST(FrictionCertificate, StandsAtTheEndOfAMotionThatSlidesAndSticks) {
+TEST(FrictionCertificate, PassesAtTheEndOfAMotionThatSlidesAndSticks) {
   System held = make_slope_by_coordinates(1.0);
   held.coordinates.clear();
   for (const System& system : {make_slope(0.3, 1.0), held}) {

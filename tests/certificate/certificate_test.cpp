@@ -209,7 +209,7 @@ TEST(Certificate, LineWhoseUnitVectorsJumpIsNoFailure) {
 }
 
 TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
-  // No force at all, one mass: w_T is nothing but rounding.
+  // No force acts and all masses are equal: w_T is nothing but rounding.
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.velocities = {0.0, 3e3, 0.0};
@@ -222,7 +222,7 @@ TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
   }
 }
 
-TEST(Certificate, OfFreePointsAndOfPointsThatCannotMove) {
+TEST(Certificate, PassesFreePointsAndPointsThatCannotMove) {
   System free_points;
   free_points.positions = {1.0, 0.0, 0.0, 2.0, 0.0, 0.0};
   free_points.velocities.assign(6, 1.0);
@@ -307,7 +307,7 @@ TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
 }
 
 /// A bead at rest on a rough incline, tan of the slope 0.3, mu 0.5.
-TEST(Certificate, WhatSticksAndMissesTheLawIsRefusedWithoutOne) {
+TEST(Certificate, StickingPointsThatMissTheLawAreRefusedWithoutACertificate) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.velocities = {0.0, 0.0, 0.0};

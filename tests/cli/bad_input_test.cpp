@@ -10,7 +10,7 @@ namespace {
 
 struct WrongUsage {
   Words arguments;
-  std::string part;  ///< of the complaint
+  std::string part;  ///< what the complaint says
 };
 void PrintTo(const WrongUsage& usage, std::ostream* stream) {
   for (const std::string& argument : usage.arguments) *stream << argument << ' ';
@@ -61,7 +61,7 @@ TEST(HelpTest, VersionSaysWhichCodeUnderTheGplIsCalled) {
   EXPECT_EQ(contains(out, "GPL modules that tanor does not call"), build_info().cholmod_has_gpl_modules) << out;
 }
 
-TEST(HelpTest, IsNoError) {
+TEST(HelpTest, EndsWithoutAnError) {
   const Folder folder;
   for (const Words& arguments : {Words{"--help"}, Words{"run", "--help"}, Words{"solve", "-h"}, Words{"--version"}}) {
     const Ended ended = run_program(folder, arguments);
@@ -105,7 +105,7 @@ void PrintTo(const BadScene& bad, std::ostream* stream) {
 
 class BadSceneRuleTest : public testing::TestWithParam<BadScene> {};
 
-TEST_P(BadSceneRuleTest, EndsWithOneLineAndNothingWritten) {
+TEST_P(BadSceneRuleTest, RunEndsWithOneLineAndWritesNothing) {
   const Folder folder;
   write_text(folder / "s.json", GetParam().scene);
 

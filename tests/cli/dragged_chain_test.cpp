@@ -62,7 +62,7 @@ struct Block {
 
 /// A floor that moves to and fro as a whole carries a chain as one block: friction is the same at all beads, whatever
 /// their masses, and rods carry nothing.
-TEST(DraggedChains, AFloorThatMovesToAndFroCarriesThemAsABlock) {
+TEST(DraggedChains, AreCarriedAsABlockByAFloorThatMovesToAndFro) {
   for (const char* name : {"belt_of_15", "belt_of_13"}) {
     SCOPED_TRACE(name);
     const Folder folder;

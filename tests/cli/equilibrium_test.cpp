@@ -74,7 +74,7 @@ TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
 }
 
 /// A rod that grows and supports that move: the scene at rest begins at its own time.
-TEST(EquilibriumTest, AtALaterTimeIsWrittenAsASceneThatRunsFromThere) {
+TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTime) {
   for (const char* what : {"rod", "support", "spring"}) {
     const Folder folder;
     json scene = json::parse(R"({
@@ -236,7 +236,7 @@ TEST(EquilibriumTest, LeavesOutCoordinatesThatBeginElsewhere) {
   expect_same_at_written_scene(folder, scene, "formula");
 }
 
-TEST(EquilibriumTest, OfATautWireTellsNoTensionsThatItDoesNotKnow) {
+TEST(EquilibriumTest, UnknownTensionsOfATautWireAreNull) {
   const Folder folder;
   const json wire = json::parse(R"({
     "tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [2,0,0]], "masses": 1}, "supports": [{"points": [0, 2]}],
@@ -253,7 +253,7 @@ TEST(EquilibriumTest, OfATautWireTellsNoTensionsThatItDoesNotKnow) {
   EXPECT_EQ(summary["final"]["multipliers"], json::parse("[null, null]"));
 }
 
-TEST(EquilibriumTest, ThatIsNotAcceptedIsExitCode3) {
+TEST(EquilibriumTest, UnstableEquilibriumIsExitCode3) {
   const Folder folder;
   json up = hanging;
   up["points"] = {{"positions", {{0, 0, 0}, {0, 0, 1}, {0, 0, 2}}}, {"masses", 1}};
@@ -269,7 +269,7 @@ TEST(EquilibriumTest, ThatIsNotAcceptedIsExitCode3) {
   EXPECT_EQ(json::parse(read_text(folder / "at_rest/summary.json"))["equilibrium"]["status"], "unstable");
 }
 
-TEST(EquilibriumTest, ThatDoesNotExistIsExitCode3) {
+TEST(EquilibriumTest, SystemWithoutAnEquilibriumIsExitCode3) {
   const Folder folder;
   json falling = hanging;
   falling["supports"] = json::array();
@@ -333,7 +333,7 @@ TEST(EquilibriumTest, TellsTheModesThatAreAskedForAndSoDoesModesOfItsScene) {
   EXPECT_NE(read_text(folder / "at_rest/shapes.npy").find("'shape': (2, 4, 3)"), std::string::npos);
 }
 
-TEST(EquilibriumTest, NumbersOfModesThatAreNoneAreRefused) {
+TEST(EquilibriumTest, WrongNumbersOfModesAreRefused) {
   for (const char* count : {"0", "-1", "2.5", "many"}) {
     const Folder folder;
     write_text(folder / "s.json", hanging.dump());
@@ -346,7 +346,7 @@ TEST(EquilibriumTest, NumbersOfModesThatAreNoneAreRefused) {
   }
 }
 
-TEST(EquilibriumTest, ThatIsNotReachedIsExitCode3WithTheBestResidualAndItsPlace) {
+TEST(EquilibriumTest, SearchThatEndsEarlyIsExitCode3WithTheBestResidualAndItsPlace) {
   const Folder folder;
   json scene = hanging;
   scene["equilibrium"] = {{"max_iterations", 1}};
@@ -391,7 +391,7 @@ TEST(EquilibriumTest, ModesOfAWireWithoutLoadAreExitCode3) {
 }
 
 /// The last bead of the line would hang below the floor; the scene at rest holds what touches.
-TEST(EquilibriumTest, OnAFloorIsWrittenAsASceneThatRuns) {
+TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
   const Folder folder;
   json scene = hanging;
   scene["constraints"].push_back(

@@ -52,7 +52,7 @@ TEST(ErrorTimeTest, ReferencesAreBetterThanTheRows) {
   EXPECT_GE(factorizations[0], 4.0 * steps[0]) << ended.out;
 }
 
-// Lengths by 1e-9 and times by their root: the same motion, as exact beside its own size.
+// Lengths are scaled by 1e-9 and times by their root: the motion is the same, and as exact beside its own size.
 TEST(ErrorTimeTest, ToleranceIsThatOfAPendulumOfHalfANanometre) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0], [5e-10,0,0]]},
@@ -171,7 +171,7 @@ TEST(ErrorTimeTest, AFolderThatCannotBeIsToldBeforeAnythingIsMeasured) {
   EXPECT_FALSE(contains(ended.err, "rk4 with")) << ended.err;
 }
 
-// Coordinates alone: nothing to project onto, no series in time.
+// With coordinates alone there is nothing to project onto and no series in time.
 TEST(ErrorTimeTest, MethodsThatASceneRefusesAreLeftOutWithTheReason) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[1,0,0]]},
@@ -192,7 +192,7 @@ TEST(ErrorTimeTest, MethodsThatASceneRefusesAreLeftOutWithTheReason) {
   EXPECT_TRUE(contains(line, "taylor: the motion in coordinates")) << line;
 }
 
-// A point on two parallel planes.
+// A point lies on two parallel planes.
 TEST(ErrorTimeTest, WithoutAnAnswerThereIsNoTable) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]},
@@ -220,7 +220,7 @@ TEST(ErrorTimeTest, ASignalKeepsTheRowsThatAreThere) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o")) << "no row was there";
 }
 
-/// Of the errors that the page of a run shows, the first one's method.
+/// Returns the method of the first row of the errors that the page of a run shows.
 std::string read_report(const std::filesystem::path& page) {
   const std::string text = read_text(page), mark = "id=\"data\">";
   const std::size_t begin = text.find(mark) + mark.size();
@@ -230,7 +230,7 @@ std::string read_report(const std::filesystem::path& page) {
       .at("method");
 }
 
-TEST(ErrorTimeTest, ThePageOfARunSaysOfWhichSceneTheErrorsAre) {
+TEST(ErrorTimeTest, ThePageOfARunNamesTheSceneOfItsErrors) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   write_text(folder / "other.json", R"({"tanor_scene": 1, "name": "a bead", "points": {"positions": [[0,0,0]]},

@@ -12,14 +12,14 @@ namespace {
 using nlohmann::json;
 using report::read_xyz;
 
-/// One line of ours, and nothing beside it.
+/// Expects one line of ours and nothing beside it.
 void expect_one_line(const Ended& ended, const std::string& what) {
   EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << what << ": " << ended.err;
   EXPECT_TRUE(ended.err.starts_with("tanor: ")) << what << ": " << ended.err;
 }
 
 // With descriptor 2 closed the trajectory would be opened as 2, and what is printed would land in it.
-TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
+TEST(DescriptorTest, ClosedDescriptorsAreNotGivenToTheResults) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --out open").code, 0);
@@ -33,7 +33,7 @@ TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
   }
 }
 
-TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
+TEST(OutputTest, AFullOrClosedOutputIsAFailureOfTheMachine) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
@@ -48,7 +48,7 @@ TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
       EXPECT_TRUE(contains(ended.err, "tanor: cannot write standard output: ")) << command << output << ended.err;
     }
   }
-  // A reader that is gone; a run whose messages nobody reads goes on.
+  // The reader of the output is gone; a run whose messages nobody reads goes on.
   const std::string reader_that_is_gone = "mkfifo pipe; true <pipe & exec 4>pipe; wait; ";
   EXPECT_EQ(run_script(folder, reader_that_is_gone + "tanor check s.json >&4; echo $?").out, "4\n");
   EXPECT_EQ(
@@ -57,8 +57,8 @@ TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
 }
 
 #if TANOR_LIMITS_OF_MEMORY_WORK
-// Every command, from less than the libraries take to what is enough for each.
-TEST(MemoryTest, TooLittleOfItEndsEveryCommandAtOnce) {
+// Every command is tried from less memory than the libraries take up to what is enough for each.
+TEST(MemoryTest, TooLittleMemoryEndsEveryCommandAtOnce) {
   const Folder folder;
   // On a machine of many processors the stacks of all threads would take more than is given here.
   std::string scene = pendulum(R"("t_end": 0.1)");
@@ -153,7 +153,7 @@ TEST(FullDiskTest, LeavesWholeFramesAndResumeGoesOnWithoutALostOne) {
   }
 }
 
-// A frame whose own file cannot be written: here a folder has its name.
+// A folder has the name of a frame's file, so that this file cannot be written.
 TEST(FullDiskTest, AFrameThatCannotBeWrittenIsInNoList) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
@@ -172,7 +172,7 @@ TEST(FullDiskTest, AFrameThatCannotBeWrittenIsInNoList) {
   expect_same_results(folder, "o", "whole");
 }
 
-TEST(CheckpointFileTest, AFlippedBitIsNoAnswer) {
+TEST(CheckpointFileTest, AFlippedBitIsRefused) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --out o --t-end 0.5").code, 0);
@@ -231,7 +231,7 @@ TEST(FolderTest, BelongsToOneCommandAtATime) {
   kill(run.process(), SIGKILL);
   run.wait();
 
-  // What src/cli/folder_lock.cpp does in another command.
+  // This is what src/cli/folder_lock.cpp does in another command.
   write_text(folder / "o/.tanor.lock", "77 error-time\n");
   const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
   ASSERT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
@@ -255,7 +255,7 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
 }
 
 /// Hours of work are there: other commands do not take the place of a run.
-TEST(FolderTest, OfARunIsRefusedByOtherCommandsThatHaveASummary) {
+TEST(FolderTest, FolderOfARunIsRefusedByOtherCommandsThatHaveASummary) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   ASSERT_EQ(run_program(folder, {"equilibrium", "s.json", "--out", "rest"}).code, 0);
@@ -294,7 +294,7 @@ TEST(FolderTest, NothingOfAnEquilibriumOrOfModesIsMixedIntoOtherResults) {
       (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "report.txt", "summary.json", "trajectory.csv"}));
 }
 
-/// The scene at rest of an earlier search would pass for that of the one which found none.
+/// Else the scene at rest of an earlier search would pass for that of the one which found none.
 TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -308,8 +308,8 @@ TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o/equilibrium.json"));
 }
 
-/// What a scene reads has the name of a result in the folder that the command would fill.
-TEST(FolderTest, WhatACommandReadsIsNotReplaced) {
+/// A file that the scene reads has the name of a result in the folder that the command would fill.
+TEST(FolderTest, FilesThatACommandReadsAreNotReplaced) {
   const Folder folder;
   const std::string scene = pendulum(R"("t_end": 0.1)");
   const std::string table = "0,0,0,0\n1,0,0,0\n2,0,0,0\n";
@@ -410,7 +410,7 @@ TEST(SignalTest, NohupIsRespected) {
   EXPECT_EQ(ended.code, 128 + SIGTERM) << ended.err;
 }
 
-TEST(ReferenceFileTest, WhatItHoldsIsLookedAt) {
+TEST(ReferenceFileTest, WrongContentsAreNamedByTheirPlace) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0]]},
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}})");

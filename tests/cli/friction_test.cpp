@@ -171,7 +171,7 @@ TEST(FrictionTest, InfoAndCheckTellContactsAndLaws) {
   EXPECT_FALSE(contains(run_program(folder, {"check", "smooth.json"}).out, "friction"));
 }
 
-TEST(FrictionTest, ARunTellsItOnItsPage) {
+TEST(FrictionTest, ARunTellsFrictionOnItsPage) {
   const Folder folder;
   write_text(folder / "s.json", rails(0.5, 6.0, R"("motion": {"t_end": 0.1})"));
 
@@ -244,7 +244,7 @@ std::string make_row(std::size_t count, double beside, bool by_springs) {
       .dump();
 }
 
-TEST(FrictionTest, WhatIsKnownOfManyContactsIsSaidWithItsReason) {
+TEST(FrictionTest, UniquenessOfManyContactsIsSaidWithItsReason) {
   struct Row {
     std::size_t count;
     double beside;
@@ -270,7 +270,7 @@ TEST(FrictionTest, WhatIsKnownOfManyContactsIsSaidWithItsReason) {
 }
 
 /// A bead on two lines that are one: how they share its weight is a convention, and so is the friction.
-TEST(FrictionTest, WhatComparesAConventionIsLeftOutOfTheCertificate) {
+TEST(FrictionTest, ChecksOfAConventionAreLeftOutOfTheCertificate) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1,
     "points": {"positions": [[0,0,0], [1,0.3,0.2]], "velocities": [[1,0,0], [1,0,0]], "masses": [1, 2]},

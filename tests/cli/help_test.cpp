@@ -51,8 +51,8 @@ TEST(HelpTest, TellsEveryCommandAndEveryOptionWithAnExample) {
   }
 }
 
-TEST(HelpTest, ExamplesUseWhatThereIs) {
-  std::map<std::string, std::set<std::string>> options;  // of each command
+TEST(HelpTest, ExamplesUseOptionsThatExist) {
+  std::map<std::string, std::set<std::string>> options;  // the options of each command
   const json table = read_table();
   for (const json& command : table) {
     for (const json& option : command["options"]) options[command["name"]].insert(option["name"]);
@@ -72,7 +72,7 @@ TEST(HelpTest, ExamplesUseWhatThereIs) {
 }
 
 /// "tanor view net.out" looks at what "tanor run net.json" has written.
-TEST(HelpTest, FoldersOfExamplesAreThoseOfTheirScenes) {
+TEST(HelpTest, FoldersOfExamplesHaveTheNamesOfTheirScenes) {
   const std::filesystem::path examples = std::filesystem::path(TANOR_DOCS).parent_path() / "examples";
   std::string text = read_text(examples / "README.md");
   for (const json& command : read_table())
@@ -164,7 +164,7 @@ TEST(HelpTest, AWordThatIsNearlyOneIsRecognized) {
   EXPECT_FALSE(contains(complaint(folder, {"run", "s.json", "--xyz"}), "did you mean"));
 }
 
-TEST(ColourTest, IsOnATerminalOnlyAndNotWhereItIsUnwanted) {
+TEST(ColourTest, IsOnATerminalOnlyUnlessTheEnvironmentForbidsIt) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   const std::string escape = "\x1b[";
@@ -180,7 +180,7 @@ TEST(ColourTest, IsOnATerminalOnlyAndNotWhereItIsUnwanted) {
   }
 }
 
-TEST(JsonTest, EveryCommandPrintsIt) {
+TEST(JsonTest, EveryCommandPrintsJson) {
   const Folder folder;
   std::set<std::string> asked;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -277,7 +277,7 @@ TEST(CompletionTest, BashOffersCommandsOptionsMethodsAndFiles) {
   EXPECT_EQ(complete(folder, {"completion", ""}), (Offers{"bash", "zsh"}));
 }
 
-TEST(CompletionTest, TellsTheShellsThatItKnows) {
+TEST(CompletionTest, NamesTheShellsThatItKnows) {
   EXPECT_TRUE(run_program(Folder(), {"completion", "zsh"}).out.starts_with("#compdef tanor\n"));
   EXPECT_TRUE(contains(complaint(Folder(), {"completion", "fish"}), "bash or zsh, not 'fish'"));
 }

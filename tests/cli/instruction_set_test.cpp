@@ -40,7 +40,7 @@ Words list_sets() {
   return result;
 }
 
-/// All digits of a motion.
+/// Runs a motion and returns all its digits.
 std::string move(const std::string& set, const std::string& threads) {
   const Folder folder;
   folder.add("chain.json", scene);
@@ -50,7 +50,7 @@ std::string move(const std::string& set, const std::string& threads) {
   return read_text(folder / "out/trajectory.csv");
 }
 
-/// Of the last row: the first ones hold what was given.
+/// Returns the numbers of the last row alone, for the first rows hold what was given.
 std::vector<double> last_numbers(const std::string& table) {
   std::istringstream row(table.substr(table.rfind('\n', table.size() - 2) + 1));
   std::vector<double> result;
@@ -58,7 +58,7 @@ std::vector<double> last_numbers(const std::string& table) {
   return result;
 }
 
-TEST(InstructionSetTest, OneHasTheSameBitsOnAnyNumberOfThreadsAndOthersAgreeToRounding) {
+TEST(InstructionSetTest, EachSetGivesTheSameBitsOnAnyNumberOfThreadsAndAllAgreeToRounding) {
   const Words sets = list_sets();
   ASSERT_FALSE(sets.empty());
   const std::string first = move(sets[0], "1");
@@ -74,7 +74,7 @@ TEST(InstructionSetTest, OneHasTheSameBitsOnAnyNumberOfThreadsAndOthersAgreeToRo
   }
 }
 
-TEST(InstructionSetTest, AnUnknownOneIsNamed) {
+TEST(InstructionSetTest, AnUnknownSetIsNamed) {
   const Folder folder;
   folder.add("chain.json", scene);
   EXPECT_TRUE(

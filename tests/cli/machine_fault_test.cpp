@@ -9,8 +9,8 @@ using report::read_xyz;
 
 const std::string endless = R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)";
 
-/// In front of a command: root may write everywhere, but without this capability
-/// it is held to the permissions of files like everybody.
+/// This stands in front of a command: root may write everywhere, but without this capability it is held to the
+/// permissions of files like everybody.
 const std::string as_everybody =
     "without=; test $(id -u) != 0 || without='setpriv --bounding-set=-dac_override,-dac_read_search'; $without ";
 
@@ -23,7 +23,7 @@ TEST(PermissionTest, AFolderThatMayNotBeWrittenEndsTheRunBeforeItBegins) {
   EXPECT_EQ(ended.code, 4) << ended.err;
   EXPECT_EQ(ended.err, "tanor: cannot write o/.tanor.lock: Permission denied\n");
   EXPECT_TRUE(list_names(folder / "o").empty());
-  // No folder of its own can be made either.
+  // The run can make no folder of its own either.
   const Ended inside = run_script(folder, as_everybody + "\"$TANOR\" run s.json --out o/inside");
   EXPECT_EQ(inside.code, 4) << inside.err;
   EXPECT_EQ(inside.err, "tanor: cannot write o/inside: Permission denied\n");
@@ -41,7 +41,7 @@ TEST(PermissionTest, ASceneThatMayNotBeReadIsBadInput) {
 }
 
 // A checkpoint that cannot be replaced: the one before stays, and the frames that were written stay whole.
-TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWhatItHas) {
+TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWholeFrames) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));
 
@@ -89,8 +89,9 @@ TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
   }
 }
 
-// A disk of 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of files.
-TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
+// The disk has 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of
+// files.
+TEST(SmallDiskTest, AFullDiskKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
   ASSERT_EQ(run_script(folder, "tanor run s.json --quiet --out whole").code, 0);
@@ -114,7 +115,7 @@ TEST(SmallDiskTest, AFullOneKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   EXPECT_EQ(list_names(folder / "o/trajectory"), list_names(folder / "whole/trajectory"));
 }
 
-/// A disk with half of the room that the run takes.
+/// The disk has half of the room that the run takes.
 TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
   for (const std::string format : {"lammps", "csv", "h5md", "npz"}) {
     const Folder folder;
@@ -147,7 +148,7 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
   }
 }
 
-TEST(FolderTest, IsNamedByTheSceneWithoutWhatAFolderMustNotHave) {
+TEST(FolderTest, IsNamedByTheSceneWithoutForbiddenCharacters) {
   for (const auto& [name, made] :
        {std::pair{R"(../a)", "_._a.out"}, {R"(.hidden)", "_hidden.out"}, {R"(a\nb)", "a_b.out"}}) {
     const Folder folder;
@@ -158,7 +159,7 @@ TEST(FolderTest, IsNamedByTheSceneWithoutWhatAFolderMustNotHave) {
   }
 }
 
-TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
+TEST(FolderTest, OneRunWinsOfManyThatBeginAtOnce) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));
   write_text(folder / "other.json", pendulum(R"("t_end": 1e5, "output_every": 0.25, "step": 1e-3)"));
@@ -184,7 +185,7 @@ TEST(FolderTest, OfManyRunsThatBeginAtOnceOneWins) {
     EXPECT_TRUE(contains(said, "o: is in use by process"));
   }
   EXPECT_EQ(winners, 1);
-  // One run's frames, at its own times.
+  // All frames are those of one run, at its own times.
   const auto frames = read_xyz(folder / "o/trajectory.xyz");
   ASSERT_GE(frames.size(), 3u);
   for (std::size_t k = 1; k + 1 < frames.size(); ++k)

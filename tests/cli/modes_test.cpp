@@ -40,7 +40,7 @@ TEST(ModesTest, WritesFrequenciesAndShapes) {
   EXPECT_EQ(summary.at("degrees_of_freedom"), 4);
   const json& modes = summary.at("modes");
   ASSERT_EQ(modes.at("omega").size(), 3u);
-  // omega^2 = (g/l)(2 -+ sqrt 2), twice each
+  // Each omega^2 = (g/l)(2 -+ sqrt 2) is there twice.
   for (std::size_t k = 0; k < 3; ++k) {
     const double exact = std::sqrt(9.81 * (k < 2 ? 2.0 - std::sqrt(2.0) : 2.0 + std::sqrt(2.0)));
     EXPECT_NEAR(modes.at("omega")[k].get<double>(), exact, 1e-12 * exact);
@@ -71,7 +71,7 @@ TEST(ModesTest, DrawsEachModeForParaView) {
 
 TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
   const Folder folder;
-  // One rod upright on a spring of 30 N/m: (m g/l) p = k.
+  // One rod stands upright on a spring of 30 N/m: (m g/l) p = k.
   std::string scene = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
   scene = replaced(scene, "[[0,1],[1,2]]", "[[0,1]]");
   scene = replaced(scene, "-9.81,0]}]",
@@ -107,7 +107,7 @@ TEST(ModesTest, WherePointsAreNotOnTheirConstraintsTheWorstIsNamed) {
   EXPECT_NE(ended.err.find("they break links[1] by 0.1"), std::string::npos) << ended.err;
 }
 
-TEST(ModesTest, RefusesWhatItsKeysMustNotSay) {
+TEST(ModesTest, RefusesWrongValuesOfItsKeys) {
   const auto expect_refused = [](const std::string& modes, const std::string& pointer) {
     const Folder folder;
     const Ended ended = run_modes(folder, replaced(hanging_scene, R"({"count": 3})", modes));
@@ -140,8 +140,8 @@ TEST(ModesTest, RefusesAForceWithoutAPotential) {
   EXPECT_TRUE(read_json(folder / "answer/summary.json").at("modes").is_null());
 }
 
-/// lambda^2 + (c/m) lambda + omega^2 = 0
-TEST(ModesTest, TellsHowDampedOnesDecay) {
+/// The modes are the roots of lambda^2 + (c/m) lambda + omega^2 = 0.
+TEST(ModesTest, TellsHowDampedModesDecay) {
   const Folder folder;
   const std::string scene = replaced(replaced(hanging_scene, R"("count": 3)", R"("count": 4, "damped": true)"),
                                      "-9.81,0]}]", R"(-9.81,0]}, {"kind": "drag", "points": [1, 2], "linear": 0.8}])");
@@ -194,7 +194,7 @@ TEST(ModesTest, RefusesFriction) {
   EXPECT_NE(ended.err.find("/friction/0"), std::string::npos) << ended.err;
 }
 
-TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
+TEST(ModesTest, PrintsDecayBesideOmegaOfDampedModes) {
   const Folder folder;
   const Ended ended = run_modes(folder, R"({
     "tanor_scene": 1, "points": {"positions": [[0,0,0], [0,0,-1]], "masses": 1}, "supports": [{"points": [0]}],
@@ -202,13 +202,13 @@ TEST(ModesTest, TellsDecayBesideOmegaWhereItIsDamped) {
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9]}, {"kind": "drag", "points": [1], "linear": 10}],
     "modes": {"damped": true}})");
 
-  // lambda^2 + 10 lambda + 9 = 0
+  // The roots of lambda^2 + 10 lambda + 9 = 0 are -1 and -9.
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.out.find("0 (decay 1 1/s)"), std::string::npos) << ended.out;
   EXPECT_NE(ended.out.find("0 (decay 9 1/s)"), std::string::npos) << ended.out;
 }
 
-TEST(ModesTest, SaysThatNoLoadBucklesWhatHangs) {
+TEST(ModesTest, SaysThatNoLoadBucklesAHangingChain) {
   const Folder folder;
   const Ended ended =
       run_modes(folder, replaced(hanging_scene, R"("modes": {"count": 3})", R"("modes": {"buckling": "weight"})"));

@@ -78,7 +78,7 @@ TEST(SceneFormatPage, HasEveryChoiceThatIsReadAndNoOther) {
 
 TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   const Folder folder;
-  std::map<std::string, Names> kinds;  // of each list
+  std::map<std::string, Names> kinds;  // the kinds of each list
   for (const Table& table : find_tables("keys of ")) {
     const json probe = json::parse(table.probe);
     for (const auto& [list, value] : probe.items()) {
@@ -109,7 +109,7 @@ std::vector<std::string> find_scenes(const std::filesystem::path& file) {
   return scenes;
 }
 
-TEST(Pages, EveryExampleOfASceneIsOne) {
+TEST(Pages, EveryExampleOfASceneRuns) {
   const Folder folder;
   std::vector<std::filesystem::path> pages = {std::filesystem::path(TANOR_DOCS).parent_path() / "README.md"};
   for (const auto& entry : std::filesystem::directory_iterator(TANOR_DOCS))

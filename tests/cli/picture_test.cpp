@@ -52,7 +52,7 @@ TEST(PictureCommandTest, DrawsAnInstantAndSaysBetweenWhichFrames) {
   EXPECT_EQ(read_size(read_text(folder / "swing.out/picture.png")), (std::array{1600, 1000}));
 }
 
-TEST(PictureCommandTest, WithoutATimeItIsTheLastFrame) {
+TEST(PictureCommandTest, DrawsTheLastFrameWithoutATime) {
   const Folder folder;
   simulate(folder, {"--out", "o"});
   const Ended ended = run_program(folder, {"picture", "o", "--json", "--size", "100x100"});
@@ -93,7 +93,7 @@ TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   EXPECT_EQ(both_left_out, 1);
 }
 
-TEST(PictureCommandTest, SaysWhatIsWrong) {
+TEST(PictureCommandTest, WrongOptionsAreNamed) {
   const Folder folder;
   simulate(folder, {"--out", "o"});
   const auto complain = [&](Words words) {

@@ -28,9 +28,9 @@ TEST(RunTest, CertificateIsMadeAsOftenAsItIsWanted) {
     EXPECT_EQ(ended.code, 0) << policy << ended.err;
     EXPECT_TRUE(contains(ended.out, "certified to")) << ended.out;
     const json summary = read_json(folder / "s.out/summary.json");
-    // Of ten steps, and of the end.
+    // `always` makes one for each of ten steps and one at the end.
     EXPECT_EQ(summary["certificates"], policy == R"("always")" ? 11 : policy == R"("final")" ? 1 : 4) << policy;
-    // Ten steps of four factorizations and one or more of the start: certificates are no work of the motion.
+    // Ten steps take four factorizations each and the start one or more: certificates are no work of the motion.
     EXPECT_NEAR(summary["factorizations"].get<double>(), 43.0, 2.0) << policy;
   }
 }
@@ -211,7 +211,7 @@ TEST(RunTest, TheCertificateMayBeOff) {
 }
 
 // At t = 1 s the rods are straight.
-TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
+TEST(EarlyEndTest, AFailureKeepsTheResultsUpToItsTime) {
   const Folder folder;
   write_text(folder / "s.json", overstretched());
 
@@ -240,7 +240,7 @@ TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
   EXPECT_EQ(again.err, ended.err);
 }
 
-TEST(EarlyEndTest, WithoutAStartNothingIsClaimed) {
+TEST(EarlyEndTest, ARunWithoutAStartHasNullsForItsEnd) {
   const Folder folder;
   write_text(folder / "s.json", torn_apart());
 

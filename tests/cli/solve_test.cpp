@@ -116,7 +116,7 @@ TEST(SolveTest, LargeArraysGoToFilesBesideIt) {
   EXPECT_EQ(array.shape, (std::vector<std::size_t>{20001, 3}));
 }
 
-TEST(SolveTest, WithoutAStartNothingIsClaimed) {
+TEST(SolveTest, ASolveWithoutAStartPrintsNulls) {
   const Folder folder;
   write_text(folder / "s.json", torn_apart());
 

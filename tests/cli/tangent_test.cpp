@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A bead on a hoop that turns around the vertical. `form`: of the solver, and more keys.
+/// A bead slides on a hoop that turns around the vertical; `more` has further keys of the scene.
 std::string hoop(const std::string& more = "", double radius = 0.5) {
   return R"json({
     "tanor_scene": 1, "name": "hoop", "parameters": {"R": 0.5, "O": 6},
@@ -23,7 +23,7 @@ std::string hoop(const std::string& more = "", double radius = 0.5) {
          more + "}";
 }
 
-/// Without its constraints.
+/// This is the hoop without its constraints.
 std::string coordinates_alone() {
   json scene = json::parse(hoop());
   scene.erase("constraints");
@@ -98,7 +98,7 @@ TEST(TangentTest, ResumedRunEndsWhereTheWholeOneDoes) {
   }
 }
 
-TEST(TangentTest, WhatDoesNotFitIsOneLine) {
+TEST(TangentTest, CoordinatesThatDoNotFitAreToldInOneLine) {
   const Folder folder;
   write_text(folder / "rattle.json", coordinates_alone());
   write_text(folder / "wide.json", hoop("", 0.51));

@@ -52,7 +52,7 @@ TEST(WordsTest, AStartWithoutAGradientIsToldInWords) {
   }
 }
 
-TEST(WordsTest, ACertificateOfNoAnswerHasNoNumber) {
+TEST(WordsTest, ACertificateWithoutAnAnswerPrintsNoNan) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};
@@ -66,7 +66,7 @@ TEST(WordsTest, ACertificateOfNoAnswerHasNoNumber) {
   EXPECT_FALSE(names_no_number(line)) << line;
 }
 
-TEST(WordsTest, AReferenceAtTheEndOfTheNumbersLeavesTheTablesReadable) {
+TEST(WordsTest, AReferenceOfHugeOrTinyNumbersLeavesTheTablesReadable) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "fall", "points": {"positions": [[0,0,0]]},
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}})");

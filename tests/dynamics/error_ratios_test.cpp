@@ -1,4 +1,4 @@
-/// The errors of a step over what is allowed: eight points at once.
+/// Errors of a step are divided by what is allowed, eight points at once.
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,7 @@ TEST(ErrorRatios, AreTheLargestOverThePoints) {
   }
 }
 
-TEST(ErrorRatios, AreNotANumberWhereOneIsNot) {
+TEST(ErrorRatios, AreNanWhereAnErrorIsNan) {
   for (const std::size_t place : {0, 7, 8, 30, 38}) {
     Step step(39);
     step.error[3 * place + 1] = std::numeric_limits<double>::quiet_NaN();

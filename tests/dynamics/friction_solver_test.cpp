@@ -98,14 +98,14 @@ TEST(FrictionSolver, FrictionThatIsGivenNeedsNoSolve) {
   Found found(system, FrictionMethod::Auto, {.is_wanted = true});
 
   ASSERT_TRUE(found.outcome.ok());
-  EXPECT_EQ(found.response.num_solves, 1);  // of the test itself
+  EXPECT_EQ(found.response.num_solves, 1);  // that of the test itself
   EXPECT_EQ(found.solver.report().uniqueness, Uniqueness::Proven);
   std::vector<double> tau(3);
   found.solver.write_given(tau.data());
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(tau[k], -2.0 * found.at.v[k], 1e-14);
 }
 
-TEST(FrictionSolver, WhatIsAddedIsTakenAwayAgain) {
+TEST(FrictionSolver, AddedFrictionIsTakenAwayAgain) {
   Found found(make_two_beads(0.3), FrictionMethod::Auto);
 
   found.solver.add(-1.0, found.w.data(), found.b.data());

@@ -107,9 +107,9 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
   EXPECT_TRUE(says(solved.dynamics.plan(), "second matrix"));
 }
 
-TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
-  // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
-  // and yes where it is straight (docs/theory.md).
+TEST(LeftOut, Equation44_MassCouplingIsMeasuredWhereItHoldsAndWhereItDoesNot) {
+  // With equal masses it holds always, for beads on rails of their own with any masses, and for a heavy tip where the
+  // chain is straight but not where it is bent (docs/theory.md).
   EXPECT_LT(StartedDynamics(make_bent_chain(5)).split().mass_coupling, 1e-13);
   EXPECT_GT(StartedDynamics(make_bent_chain(5, 0.7)).split().mass_coupling, 1e-2);
   EXPECT_LT(StartedDynamics(make_rails()).split().mass_coupling, 1e-13);
@@ -118,7 +118,7 @@ TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
   EXPECT_LT(StartedDynamics(straight).split().mass_coupling, 1e-13);
 }
 
-TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
+TEST(LeftOut, Equation44_MassCouplingIsMeasuredByCoordinatesToo) {
   System system = make_bent_chain(4, 0.7);
   system.coordinates = {ChainAngles{"angles", {1, 2, 3, 4}, 0, {}, {}}};
   System coordinates_alone = system;
@@ -130,7 +130,7 @@ TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
 }
 
 TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
-  // One angle each on circles: H is diagonal, S would have two rows a bead.
+  // Each bead has one angle on its circle: H is diagonal, S would have two rows a bead.
   System system;
   for (Index i = 0; i < 8; ++i) {
     system.positions.insert(system.positions.end(), {1.0, 0.0, 1.0 * i});
@@ -147,7 +147,8 @@ TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
 
   EXPECT_EQ(simulation.plan().form, Form::Tangent);
   EXPECT_TRUE(says(simulation.plan(), "steps by constraints"));
-  // Ten steps of four stages, one solve each; S once for the multipliers that are published at start and end.
+  // Ten steps of four stages take one solve each; S is factorized once for the multipliers that are published at start
+  // and end.
   const Counters& counters = simulation.report().counters;
   EXPECT_LE(counters.factorizations, 10U * 4U + 8U);
   EXPECT_LE(counters.solves, 10U * 4U + 12U);
@@ -182,7 +183,7 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
                          {.accelerations = w_floor, .multipliers = lambda_floor})
                   .outcome.ok());
 
-  // v^2/r towards the axis, and the weight carried by the plane
+  // The answer is v^2/r towards the axis, and the plane carries the weight.
   EXPECT_NEAR(w[0], -4.0, 1e-15);
   EXPECT_NEAR(lambda[0], 2.0 * 9.81, 1e-14);
   EXPECT_NEAR(lambda[1], -8.0, 1e-14);
@@ -193,7 +194,7 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
             "simplicial");
 }
 
-TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
+TEST(LeftOut, SmoothSystemsHaveNoRowsSolvesOrTimeOfFriction) {
   System smooth = make_rails();
   for (std::size_t i = 0; i < smooth.constraints.size(); ++i)
     std::get<Lines>(smooth.constraints[i]).name = "rail" + std::to_string(i);
@@ -204,7 +205,7 @@ TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
   ASSERT_TRUE(none.advance_to(0.1).ok());
   ASSERT_TRUE(some.advance_to(0.1).ok());
 
-  // Two rows a rail, joined at their bead; where a bead may stick a third one joins both.
+  // A rail has two rows, joined at their bead; where a bead may stick a third one joins both.
   EXPECT_EQ(none.plan().equations, 10U);
   EXPECT_EQ(none.plan().pattern_nonzeros, 5U * 3U);
   EXPECT_EQ(some.plan().pattern_nonzeros, 3U * 3U + 2U * 6U);
@@ -278,7 +279,7 @@ TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
     EXPECT_NE(moving.report.energy.work_of_supports, 0.0);
     EXPECT_LT(std::abs(moving.report.energy.work_of_supports), 1e-6);
     EXPECT_EQ(still.calls, moving.calls);
-    // xi and its gradient, rate and phi, and on each step the chord iterations of its end.
+    // The calls are of xi and its gradient, of rate and phi, and on each step those of the chord iterations at its end.
     EXPECT_LE(still.calls, static_cast<int>(4 * still.report.counters.evaluations));
     EXPECT_TRUE(says(still.plan, "moving constraints"));
     EXPECT_TRUE(says(still.plan, "work integral"));

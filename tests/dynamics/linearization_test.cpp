@@ -43,7 +43,7 @@ struct AtState {
   }
 
   VectorXd vector(const std::vector<double>& x) const { return reference::vector(x); }
-  /// x [3n] of points that move, in the M-norm.
+  /// Returns the size of x [3n] of points that move, in the M-norm.
   double norm(const VectorXd& x) const {
     double square = 0.0;
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(3 * model.num_moving()); ++i)
@@ -76,7 +76,7 @@ RC_GTEST_PROP(Linearization, RefinedSolutionIsThatOfTheDenseS, ()) {
   RC_ASSERT((state.vector(dw) - wanted).norm() <= accuracy * (wanted.norm() + 1.0));
 }
 
-RC_GTEST_PROP(Linearization, CorrectionTakesFromPointsWhatTheConstraintsForbid, ()) {
+RC_GTEST_PROP(Linearization, CorrectionRemovesFromPointsWhatTheConstraintsForbid, ()) {
   AtState state(any_system());
   RC_ASSERT(state.outcome.ok());
   std::vector<double> points = normal_numbers(state.dense.r.size(), 2), rows(state.model.num_rows());

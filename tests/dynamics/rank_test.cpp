@@ -151,7 +151,7 @@ TEST(Rank, StraightChainRaisesNoSuspicion) {
 
 /// Light beads between heavy ones: as columns of M^-1/2 K both rods of a light bead are one to 1e-6 and less, while K
 /// itself is far from losing rank. Off xi = 0 K is known to 1e-5 alone.
-TEST(Rank, MassesThatDifferTakeNoneAway) {
+TEST(Rank, UnequalMassesDoNotLowerTheRank) {
   for (const double ratio : {1e12, 1e15, 1e18}) {
     System system;
     Rods rods{"rods", {}, 0.1, {}};

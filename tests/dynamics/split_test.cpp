@@ -27,7 +27,7 @@ struct Halves {
     w_N = solved.dense.pick(split.normal_accelerations);
     f_T = solved.dense.pick(split.tangent_forces);
     f_N = solved.dense.pick(split.normal_forces);
-    // Gamma's condition takes part beside that of S.
+    // Gamma's condition counts beside that of S.
     reference::Mechanics euclidean = solved.dense;
     euclidean.M.setOnes();
     accuracy = std::max(accuracy, 1e-12 * euclidean.sqrt_condition());
@@ -69,18 +69,18 @@ RC_GTEST_PROP(Split, Equations21And22_NormalAccelerationNeedsNoMass, ()) {
   const Halves halves(any_system());
 
   RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N()));
-  // Any psi with K'psi = -phi will do: w is one.
+  // Any psi with K'psi = -phi will do, and w is one.
   RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N_by_A(halves.solved.w)));
 }
 
-RC_GTEST_PROP(Split, Equations19And20_TangentAccelerationByKAndByA, ()) {
+RC_GTEST_PROP(Split, Equations19And20_TangentAccelerationIsTheSameByKAndByA, ()) {
   const Halves halves(any_system());
 
   RC_ASSERT(halves.agree(halves.w_T, halves.paper.w_T_by_K(halves.paper.f)));
   RC_ASSERT(halves.agree(halves.w_T, halves.paper.w_T_by_A(halves.paper.f)));
 }
 
-RC_GTEST_PROP(Split, Equations23And24_ReactionByKAndByA, ()) {
+RC_GTEST_PROP(Split, Equations23And24_ReactionIsTheSameByKAndByA, ()) {
   const Halves halves(any_system());
 
   RC_ASSERT(halves.agree_as_forces(halves.solved.eta, halves.paper.eta_by_K(halves.paper.f)));
@@ -142,7 +142,7 @@ TEST(Split, GammaIsMadeOnlyWhereTheSplitIsAskedFor) {
   EXPECT_EQ(count(solved.dynamics, "second matrix of the constraints: all points have one mass (36)"), 0U);
 }
 
-TEST(Split, WithOneMassThePlanSaysThatGammaIsLeftOut) {
+TEST(Split, PlanSaysThatGammaIsLeftOutWithOneMass) {
   RandomSystem random = make_random_system(12, 3);
   std::fill(random.system.masses.begin(), random.system.masses.end(), 0.3);
   const Dynamics dynamics(random.system);
@@ -150,7 +150,7 @@ TEST(Split, WithOneMassThePlanSaysThatGammaIsLeftOut) {
   EXPECT_EQ(count(dynamics, "second matrix of the constraints: all points have one mass (36)"), 1U);
 }
 
-TEST(Split, OfAStateThatWasNotSolvedBeforeIsTheSame) {
+TEST(Split, NeedsNoSolveBeforehand) {
   const RandomSystem random = make_random_system(5, 1);
   const StateView state{.time = random.t, .positions = random.positions, .velocities = random.velocities};
   Dynamics fresh(random.system), solved(random.system);
@@ -200,7 +200,7 @@ void expect_near(const std::vector<double>& a, const std::vector<double>& b, dou
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], error) << "number " << i;
 }
 
-TEST(Split, ByCoordinatesIsTheSplitByConstraints) {
+TEST(Split, IsTheSameByCoordinatesAndByConstraints) {
   const TwoGuides guides;
   Dynamics by_K(guides.by_constraints), by_A(guides.by_coordinates);
   guides.solve(by_K);
@@ -216,7 +216,7 @@ TEST(Split, ByCoordinatesIsTheSplitByConstraints) {
   EXPECT_EQ(by_A.counters().split_factorizations, 1U);
 }
 
-TEST(ReactionsByCause, ByCoordinatesAddUpToEtaAndForcesCountAsByConstraints) {
+TEST(ReactionsByCause, AddUpToEtaByCoordinatesAndForcesCountAsByConstraints) {
   const TwoGuides guides;
   Dynamics by_K(guides.by_constraints), by_A(guides.by_coordinates);
   guides.solve(by_K);
@@ -257,7 +257,7 @@ RC_GTEST_PROP(ReactionsByCause, AddUpToTheMultipliersAndTheReactions, ()) {
             solved.accuracy * (parts_size + solved.size + root.cwiseProduct(solved.lambda).norm()));
 }
 
-TEST(ReactionsByCause, OfRedundantRodsAddUpToTheSmallestMultipliers) {
+TEST(ReactionsByCause, AddUpToTheSmallestMultipliersOfRedundantRods) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.velocities = {0.0, 0.0, 0.0, 0.0, 0.0, 2.0};
@@ -284,7 +284,7 @@ TEST(ReactionsByCause, OfRedundantRodsAddUpToTheSmallestMultipliers) {
   }
 }
 
-RC_GTEST_PROP(ReactionsByCause, EachForceAloneAtRestMakesItsPart, ()) {
+RC_GTEST_PROP(ReactionsByCause, PartOfAForceIsTheReactionToItAloneAtRest, ()) {
   Solved solved(any_system({.time_dependent = false}));
 
   const ReactionsByCause causes = solved.dynamics.reactions_by_cause(solved.state());
@@ -307,7 +307,7 @@ RC_GTEST_PROP(ReactionsByCause, EachForceAloneAtRestMakesItsPart, ()) {
   }
 }
 
-TEST(ReactionsByCause, BeadUnderARisingSupportByHand) {
+TEST(ReactionsByCause, AreThoseByHandUnderARisingSupport) {
   // 2 kg pass the lowest point of a rod of 0.5 m at 3 m/s relative to a support that is lifted by t^2 (2 m/s^2):
   // tension = m g + m v^2/l + m a = 19.62 + 36 + 4
   System system;
@@ -333,7 +333,7 @@ TEST(ReactionsByCause, BeadUnderARisingSupportByHand) {
   EXPECT_NEAR(parts[2].reactions[2], -4.0, 1e-13);
 }
 
-TEST(ReactionsByCause, BeadOnATurningPlaneByHand) {
+TEST(ReactionsByCause, AreThoseByHandOnATurningPlane) {
   // The plane turns around z at 2 rad/s, n = (-sin 2t, cos 2t, 0); the bead of 1 kg slides outwards at 3 m/s from 1 m:
   // K'w = -phi with phi = 2 v'n_t + r'n_tt: Coriolis force 2 m omega v = 12 N, all of it drive.
   System system;
@@ -354,7 +354,7 @@ TEST(ReactionsByCause, BeadOnATurningPlaneByHand) {
 
 // ---- one point ---------------------------------------------------------------------------------------------------
 
-TEST(SinglePoint, ExplicitSolutionOnASphere) {
+TEST(SinglePoint, HasTheExplicitSolutionOnASphere) {
   System system;
   system.positions = {0.6, 0.0, 0.8};
   system.masses = {1.3};

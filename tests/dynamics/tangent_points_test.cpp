@@ -100,7 +100,7 @@ void expect_near_relative(const std::vector<double>& a, const std::vector<double
   RC_ASSERT(difference <= tolerance * scale);
 }
 
-RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
+RC_GTEST_PROP(TangentPoints, ClosedFormsAgreeWithTheFactor, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint32_t>();
   for (const Field field : {Field::Uniform, Field::Springs}) {
     const System system = make_points(20, field, seed);
@@ -183,7 +183,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
 }
 
 /// A circle of radius R in the plane y z: q'' = -(g/R) sin q from the lowest place on.
-TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
+TEST(TangentPoints, PendulumIsRightAtAnglesOfManyTurns) {
   constexpr double radius = 0.7, gravity = 9.81;
   System system;
   system.positions = {0.0, 0.0, -radius};

@@ -133,8 +133,8 @@ VectorXd places_at(const RandomCoordinates& random, const Numbering& numbering, 
   return inner;
 }
 
-/// The same motion by hand and by the definition: its places, velocities and what a force makes of them. Charts may be
-/// other ones; q and q_dot are found from the motion.
+/// The motion by hand and by the definition is the same: its places, velocities and what a force makes of them. Charts
+/// may be other ones; q and q_dot are found from the motion.
 template <class Hand>
 void expect_the_same_motion(int kind) {
   using Generic = PointCoordinates<JetChart<typename Hand::Group>>;
@@ -151,7 +151,7 @@ void expect_the_same_motion(int kind) {
     const auto expected = hand.at();
 
     auto generic = fill<Generic>(random.system, numbering, t, expected.r);
-    const VectorXd carried = generic.at().v;          // of q that rest
+    const VectorXd carried = generic.at().v;          // where q rests
     if (generic.q.size() != hand.q.size()) continue;  // another family by hand has the rest
     generic.q_dot = reference::solve_least_squares(generic.A(), expected.v - carried);
     const auto found = generic.at();
@@ -225,7 +225,7 @@ TEST(JetChart, RecentringKeepsTheMotion) {
   EXPECT_GT(moved, 10);
 }
 
-TEST(JetChart, OneFileIsAllThatAKindOfCoordinatesNeeds) {
+TEST(JetChart, AKindOfCoordinatesNeedsOneFileAlone) {
   using Family = FamiliesOfCoordinates<Bowls>;
   static_assert(std::is_same_v<Family, std::tuple<PointCoordinates<JetChart<Bowls>>>>);
   System system;
@@ -266,7 +266,7 @@ TEST(JetChart, OneFileIsAllThatAKindOfCoordinatesNeeds) {
 }
 
 /// A point that is free moves as its force says, in whatever coordinates.
-TEST(JetChart, ThreeNumbersOfAPointLeaveItFree) {
+TEST(JetChart, ThreeCoordinatesOfAPointLeaveItFree) {
   System system;
   system.positions = {0.6, 0.8, 0.9};
   system.masses = {1.0};

@@ -53,7 +53,7 @@ TEST(CircleKernels, AcceleratesAsTheFormulaSaysHoweverFarItHasTurned) {
   }
 }
 
-TEST(CircleKernels, NoNumberIsToldWhereverItIs) {
+TEST(CircleKernels, ANanIsToldWhereverItIs) {
   for (const std::size_t count : {1, 8, 13, 64}) {
     for (const std::size_t bead : {std::size_t{0}, count / 2, count - 1}) {
       for (const double number : {std::nan(""), std::numeric_limits<double>::infinity()}) {

@@ -111,7 +111,7 @@ TEST_P(ConstraintKind, SquaredNormsOfTheBlocksAreKnownWhereTheyNeverChange) {
   });
 }
 
-TEST_P(ConstraintKind, SecondDefinitionOfTheHouseSaysTheSame) {
+TEST_P(ConstraintKind, IndependentDefinitionAgrees) {
   for_random_scenes([](const Scene& scene, const reference::ConstraintNumbers& expected) {
     const auto d = static_cast<std::size_t>(expected.xi.size());
     const double terms = std::max(10.0, expected.phi.cwiseAbs().maxCoeff());

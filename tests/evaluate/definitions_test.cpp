@@ -34,8 +34,9 @@ System make_system(std::vector<double> positions, Constraint constraint) {
   return system;
 }
 
-/// Length 5 along (0.6, 0.8, 0): rate 3*0.6 = 1.8 less the 2 of the wanted length, phi = (9 - 1.8^2)/5 + unit.w - 6.
-TEST(Definitions, RodOfThreeFourFive) {
+/// The rod has length 5 along (0.6, 0.8, 0): rate 3*0.6 = 1.8 less the 2 of the wanted length, phi = (9 - 1.8^2)/5 +
+/// unit.w - 6.
+TEST(Definitions, RodWithSides3And4HasItsNumbersByHand) {
   const System system =
       make_system({1, 1, 1, 4, 5, 1}, Rods{"", {{0, 1}}, ScalarFunction::formula("2 + 2*t + 3*t^2"), {}});
 
@@ -46,7 +47,8 @@ TEST(Definitions, RodOfThreeFourFive) {
   EXPECT_NEAR(found.second[0], (9.0 - 1.8 * 1.8) / 5.0 + (-0.6 + 1.6) - 6.0, 1e-14);
 }
 
-/// On a circle of radius 2 about z, at (0, 2, 3): height 3, distance right; turning at 4 m/s it needs 4^2/2.
+/// The point is at (0, 2, 3) beside a circle of radius 2 about z: height 3, distance right; turning at 4 m/s it needs
+/// 4^2/2.
 TEST(Definitions, CircleHasHeightAndDistanceFromItsAxis) {
   const System system = make_system({0, 2, 3}, Circles{"", {0}, Vector3{}, Vector3{0, 0, 7}, 2.0});
 
@@ -57,7 +59,7 @@ TEST(Definitions, CircleHasHeightAndDistanceFromItsAxis) {
   EXPECT_EQ(found.second, (std::vector<double>{2.0, 8.0 + 1.0}));
 }
 
-/// A right angle at the origin: cos = 0; its gradient at the end of an arm of length 2 is 1/2 along the other arm.
+/// The right angle is at the origin: cos = 0; its gradient at the end of an arm of length 2 is 1/2 along the other arm.
 TEST(Definitions, RightAngleReactsAcrossItsArms) {
   const System system = make_system({2, 0, 0, 0, 0, 0, 0, 4, 0}, Angles{"", {{0, 1, 2}}, 0.0});
   std::vector<double> eta(9);

@@ -10,7 +10,7 @@
 namespace tanor {
 namespace {
 
-/// Everything that a definition may use, of a, b and c along a curve.
+/// Applies everything that a definition may use to a, b and c along a curve.
 template <class T>
 std::vector<T> evaluate_all(const T& a, const T& b, const T& c) {
   using std::abs, std::acos, std::asin, std::atan, std::atan2, std::cos, std::cosh, std::exp, std::log, std::max,
@@ -81,7 +81,7 @@ TEST(Dual, AgreesWithForwardInTheFirstDerivative) {
   }
 }
 
-TEST(Dual, WhatDoesNotMoveHasNoDerivativeWhereAFunctionIsSteep) {
+TEST(Dual, ConstantsHaveNoDerivativeWhereAFunctionIsSteep) {
   const SecondDual zero = 0.0, root = sqrt(zero);
   EXPECT_EQ(root.v.v, 0.0);
   EXPECT_EQ(root.v.d, 0.0);

@@ -36,8 +36,8 @@ System make_system() {
   return system;
 }
 
-/// Against central differences; of compliant springs at a given tau only the turning of the force counts.
-TEST(ForceDerivativesTest, AreThoseOfTheForces) {
+/// They are held against central differences; of compliant springs at a given tau only the turning of the force counts.
+TEST(ForceDerivativesTest, AgreeWithDifferencesOfTheForces) {
   const System system = make_system();
   const Numbering numbering = number(system);
   Forces forces(system, numbering);
@@ -102,7 +102,7 @@ TEST(ForceDerivativesTest, AreThoseOfTheForces) {
 }
 
 /// With tau = -k (L - rest) - c dL/dt they are the forces that `evaluate` knows as a whole.
-TEST(CompliantSpringsTest, AreTheSameForces) {
+TEST(CompliantSpringsTest, HaveTheForcesOfTheWhole) {
   const System system = make_system();
   const Numbering numbering = number(system);
   Forces forces(system, numbering);

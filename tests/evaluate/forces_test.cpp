@@ -84,7 +84,7 @@ TEST_F(ForceTest, GivenForcesAddUpAndFollowTime) {
 }
 
 TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
-  // 0 at the origin, 1 at (3, 4, 0): length 5, rest length 2, stiffness 10 -> 30 N along (0.6, 0.8, 0).
+  // Point 0 is at the origin, point 1 at (3, 4, 0): length 5, rest length 2, stiffness 10 -> 30 N along (0.6, 0.8, 0).
   ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 10.0, 0.0, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
 
@@ -95,7 +95,7 @@ TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
 }
 
 TEST_F(ForceTest, DampingActsAlongTheSpringOnly) {
-  // Along x, the length grows by 2 m/s, the sideways velocity does nothing: c dL/dt = 0.5 * 2 = 1 N.
+  // The length along x grows by 2 m/s, the sideways velocity does nothing: c dL/dt = 0.5 * 2 = 1 N.
   ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 0.0, 0.5, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
   scene.v = {-1.0, 5.0, 0.0, 1.0, -3.0, 2.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -247,7 +247,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
   }
 }
 
-TEST_F(ForceTest, OneKnowsWhetherForcesDoWorkAndDependOnVelocity) {
+TEST_F(ForceTest, ForcesSayWhetherTheyDoWorkAndDependOnVelocity) {
   struct Expectation {
     Force force;
     bool has_work, depends_on_velocity;

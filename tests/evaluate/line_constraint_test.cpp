@@ -68,7 +68,8 @@ VectorFunction formulas(const char* x, const char* y, const char* z) {
   return {ScalarFunction::formula(x), ScalarFunction::formula(y), ScalarFunction::formula(z)};
 }
 
-/// Around an axis; past two axes; through the axis that is farthest at the start, which must be given up.
+/// The directions turn around an axis, past two axes, and through the axis that is farthest at the start, which must be
+/// given up.
 const std::array turns = {formulas("cos(t)", "sin(t)", "5"), formulas("cos(t)", "0.1", "sin(t)"),
                           formulas("cos(t)", "sin(t)", "0.01*t"), formulas("cos(t)", "0.02", "0.01 + sin(t)")};
 
@@ -81,7 +82,7 @@ int axis_of(const Eigen::Vector3d& d) {
   return best;
 }
 
-TEST(LineConstraint, ItsPairIsAFunctionOfTheDirectionAloneWhateverTimesAreSeen) {
+TEST(LineConstraint, PairDependsOnTheDirectionAloneWhateverTimesAreSeen) {
   Random any(6);
   for (const VectorFunction& direction : turns) {
     TurningLine line(direction), late(direction, 3.0);
@@ -99,7 +100,7 @@ TEST(LineConstraint, ItsPairIsAFunctionOfTheDirectionAloneWhateverTimesAreSeen) 
 }
 
 TEST(LineConstraint, RatesOfATurningPairAreItsDerivatives) {
-  // From the axis that was chosen in the middle, which stays at all five places.
+  // The pair keeps the axis that was chosen at the middle instant at all five instants.
   constexpr double h = 1e-3;
   for (const VectorFunction& direction : turns) {
     TurningLine line(direction);

@@ -68,7 +68,7 @@ struct ClosedForm {
 
 class ClosedFormTest : public testing::TestWithParam<ClosedForm> {};
 
-TEST_P(ClosedFormTest, IsWhatTwoPointsFeel) {
+TEST_P(ClosedFormTest, IsTheForceBetweenTwoPoints) {
   const auto& [what, pairs, distance, repulsion, potential] = GetParam();
   const System system = make_pair(pairs, distance);
 
@@ -137,7 +137,7 @@ struct Plain {
   long double potential = 0.0, largest_error = 0.0;
 };
 
-/// A double loop; images by the standard library's remainder.
+/// This is a double loop, with images by the standard library's remainder.
 std::vector<Plain> evaluate_plainly(const System& system, const std::vector<double>& r) {
   using Real = long double;
   const auto& pairs = std::get<PairForces>(system.forces[0]);
@@ -308,7 +308,7 @@ TEST_P(LawTest, AnyNumberOfThreadsGivesTheSameBits) {
   for (const int threads : {2, 3, 5}) EXPECT_TRUE(one == Field(system, threads)(system.positions)) << threads;
 }
 
-/// So that a run that is resumed goes on bit by bit.
+/// Nothing is left of earlier places, so that a run that is resumed goes on bit by bit.
 TEST_P(LawTest, EarlierPlacesLeaveNoTrace) {
   const System system = make_grid(8, GetParam());
   std::mt19937 random(3);
@@ -376,7 +376,7 @@ std::string name_law(const testing::TestParamInfo<PairLaw>& law) {
 
 INSTANTIATE_TEST_SUITE_P(Laws, LawTest, testing::Values(PairLaw::Wca, PairLaw::Lj, PairLaw::Log), name_law);
 
-/// Far from each other along one axis: more cells than points would be needed.
+/// The points are far from each other along one axis: more cells than points would be needed.
 TEST(PairFieldTest, PointsFarApartNeedNoMemoryForTheSpaceBetween) {
   System system = make_pair(wca, sigma);
   system.positions.insert(system.positions.end(), {1e9, 1e9, -1e9});
@@ -388,7 +388,7 @@ TEST(PairFieldTest, PointsFarApartNeedNoMemoryForTheSpaceBetween) {
   EXPECT_EQ(result.f[6], 0.0);
 }
 
-TEST(PairFieldTest, WhatHasNoForceIsNotANumber) {
+TEST(PairFieldTest, ForcesOfCoincidentAndLostPointsAreNan) {
   for (const PairForces& pairs : {wca, lj, logarithm}) {
     const System on_top = make_pair(pairs, 0.0), lost = make_pair(pairs, NAN);
 
@@ -397,7 +397,7 @@ TEST(PairFieldTest, WhatHasNoForceIsNotANumber) {
   }
 }
 
-/// A sum over thousands: as good as a few roundings of its terms, (N - 1)/2 outwards for points on the unit sphere.
+/// The sum over thousands is as good as a few roundings of its terms: (N - 1)/2 outwards for points on the unit sphere.
 TEST(PairFieldTest, LogarithmicForcesOfThousandsAreGoodToAFewRoundings) {
   constexpr int count = 3000;
   std::mt19937 random(5);
@@ -495,7 +495,7 @@ TEST(PairFieldTest, OnlyPairsThatFeelEachOtherCollide) {
   }
 }
 
-/// Cut and shifted, in a periodic box: the force is that of the nearest images within the cutoff.
+/// The law is cut and shifted in a periodic box: the force is that of the nearest images within the cutoff.
 TEST(SmoothPairTest, ACutoffShiftsTheEnergy) {
   for (const PairForces& pairs :
        {PairForces{.law = PairLaw::Yukawa, .cutoff = 1.5, .strength = 2.0, .box = {4, 4, 4}, .length = 0.5},

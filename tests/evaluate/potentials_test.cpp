@@ -154,7 +154,8 @@ TEST(PotentialTableTest, HarmonicBendingIsSmoothWhereItIsStraight) {
   }
 }
 
-/// The expression, backwards, against numbers with derivatives; a callable and the text of the same energy.
+/// The expression is differentiated backwards and held against numbers with derivatives, as a callable and as the text
+/// of the same energy.
 TEST(PotentialKernelTest, ExpressionAndDefinitionAgree) {
   const auto callable = make_potential_kernel<2>([](const auto& a, const auto& b, const auto& t) {
     using std::sqrt, std::atan2;
@@ -263,8 +264,8 @@ TEST(EnergyKernelTest, TorsionsByHandAreThoseOfTheDefinition) {
   expect_hand_and_definition_to_agree(Torsions{.law = TorsionLaw::Harmonic, .stiffness = each, .rest = 2.8}, 1e-12);
 }
 
-/// What stands beyond the end of its law says so, and its force is no number.
-TEST(EnergyKernelTest, WhatIsUndefinedIsNamed) {
+/// A tuple beyond the end of its law is named, and its force is no number.
+TEST(EnergyKernelTest, UndefinedTuplesAreNamed) {
   const auto find = [](const Force& force, const std::vector<double>& positions) {
     const System system{
         .positions = positions, .masses = std::vector<double>(positions.size() / 3, 1.0), .forces = {force}};

@@ -57,8 +57,8 @@ INSTANTIATE_TEST_SUITE_P(Operations, EnergyText,
                                          "asin(x1/4) + acos(y1/4)", "atan(y1*z1)", "atan2(z1, 2 + x1)", "tanh(x1)",
                                          "abs(x1) + min(x1, y1) + max(y1, z1)"));
 
-/// e^2 of e = exp(x): a square counts each pair of coefficients once, and has the series of exp(2x).
-TEST(SeriesProgramTest, ASquareIsAProduct) {
+/// With e = exp(x), e^2 counts each pair of coefficients once and has the series of exp(2x).
+TEST(SeriesProgramTest, SquareOfAnExponentialHasTheSeriesOfItsDouble) {
   const PotentialKernel square = formula_potential("exp(x1)^2", 1), once = formula_potential("exp(2*x1)", 1);
   std::vector<double> results[2];
   for (const PotentialKernel* kernel : {&square, &once}) {

@@ -157,7 +157,7 @@ TEST(Cholesky, SolvesAgainAndAgainWithOneFactor) {
   }
 }
 
-/// As above with every entry.
+/// Returns a matrix as `make_definite` does, with every entry.
 Matrix make_dense(int n, std::uint32_t seed) {
   Matrix B(n, n);
   for (int j = 0; j < n; ++j) B.col(j) = any_vector(n, seed + static_cast<std::uint32_t>(j));
@@ -165,7 +165,7 @@ Matrix make_dense(int n, std::uint32_t seed) {
 }
 
 TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
-  // Around the numbers of columns and rows that are worked on at once: 4, 8, 16, 64, 512.
+  // Sizes lie around the numbers of columns and rows that are worked on at once: 4, 8, 16, 64, 512.
   for (const int n : {1, 3, 4, 5, 7, 8, 9, 15, 16, 17, 63, 64, 65, 68, 127, 129, 511, 513, 600}) {
     const Matrix A = make_dense(n, 7);
     const Vector b = any_vector(n, 1);
@@ -213,7 +213,8 @@ TEST(Cholesky, TwoByTwoIsSolvedByHand) {
   }
 }
 
-/// Rows that share one more, which comes first or last. Eliminated first it fills L: n (n + 1)/2 nonzeros from 2n - 1.
+/// These are rows that share one more, which comes first or last. Eliminated first it fills L: n (n + 1)/2 nonzeros
+/// from 2n - 1.
 TrianglePattern make_arrow(int n, bool tip_first) {
   TrianglePattern arrow;
   for (int column = 0; column < n; ++column) {
@@ -305,7 +306,7 @@ RC_GTEST_PROP(Cholesky, ExactlySingularMatrixIsNotPositiveDefiniteOrHasNoConditi
   RC_ASSERT(quality.weakest_column == static_cast<std::size_t>(n - 1));
 }
 
-TEST(Cholesky, NumbersThatAreNotFiniteAreNoFactor) {
+TEST(Cholesky, NumbersThatAreNotFiniteHaveNoFactor) {
   Matrix A = make_definite(6, 2);
   A(3, 3) = NAN;
   for (const bool supernodal : {false, true}) {
@@ -422,7 +423,7 @@ TEST(Cholesky, FrontsAndSparseColumnsAgreeOnALatticeInEveryOrder) {
   }
 }
 
-TEST(Analysis, ForcedOrderingIsTheOneUsed) {
+TEST(Analysis, ForcedOrderingIsUsed) {
   const TrianglePattern pattern = lattice(6);
   for (const Ordering wanted : {Ordering::Amd, Ordering::Metis, Ordering::Nesdis, Ordering::Natural}) {
     const SymbolicAnalysis analysis = analyze(pattern, wanted);

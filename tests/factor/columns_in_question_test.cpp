@@ -1,4 +1,5 @@
-/// Which rods may depend on others at all, against nets whose self-stresses are known and dense null spaces.
+/// The rods that may depend on others at all are held against nets whose self-stresses are known and against dense null
+/// spaces.
 
 #include "factor/columns_in_question.hpp"
 
@@ -46,7 +47,7 @@ Matrix places_of(const Rods& rods) {
   return Matrix::Map(rods.positions.data(), 3, rods.num_points);
 }
 
-/// However a net is turned.
+/// The groups are the same however a net is turned.
 const Matrix turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
 
 /// Rods of a net with both ends in one of the lines.
@@ -59,7 +60,7 @@ std::vector<int> rods_along(const Rods& net, int size, int line) {
   return result;
 }
 
-TEST(ColumnsInQuestion, OfAFlatNetAreTheRodsBetweenItsTwoCorners) {
+TEST(ColumnsInQuestion, AreTheRodsBetweenTheTwoHeldCornersOfAFlatNet) {
   constexpr int size = 40;
   const Rods net = make_net(size, size);
   EXPECT_EQ(find_columns_in_question(columns(net, turn * places_of(net), {0, size - 1}), tolerance),
@@ -97,7 +98,7 @@ TEST(ColumnsInQuestion, IncludeRodsThatRoundingMayHaveToldApart) {
 }
 
 /// Rods of a flat net braced at random, some points held, with a cloud of rods in space hanging on it.
-RC_GTEST_PROP(ColumnsInQuestion, HaveAllOfEachSelfStress, ()) {
+RC_GTEST_PROP(ColumnsInQuestion, HoldEverySelfStressWhole, ()) {
   std::mt19937 generator(*rc::gen::arbitrary<std::uint32_t>());
   const int size = 3 + static_cast<int>(generator() % 4), flat = size * size;
   Rods rods = make_net(size, size);

@@ -94,7 +94,7 @@ TEST(IncompleteCholeskyTest, TakesTheScaleOfRowsAlong) {
   EXPECT_LT((product - Eigen::MatrixXd::Identity(12, 12)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-/// What defines it: P = U'DU = S on the pattern of S, and P is symmetric and positive definite.
+/// P is defined by P = U'DU = S on the pattern of S, and is symmetric and positive definite.
 void expect_agreement_on_the_pattern(const Eigen::MatrixXd& S) {
   IncompleteCholesky factor = make_factor(S);
 
@@ -157,7 +157,7 @@ int count_iterations(const Eigen::MatrixXd& S, const Eigen::MatrixXd& inverse_of
   return count;
 }
 
-/// 53 iterations without it. Entries that are updated by a tenth too little make it 21.
+/// There are 53 iterations without it. Entries that are updated by a tenth too little make it 21.
 TEST(IncompleteCholeskyTest, TakesTwentyIterationsOnAKnownSheet) {
   const Eigen::MatrixXd S = make_sheet(24);
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(S.rows());
@@ -181,7 +181,7 @@ TEST(IncompleteCholeskyTest, RaisesTheDiagonalWherePivotsFail) {
   EXPECT_GT(reference::eigenvalues(inverse).minCoeff(), 0.0);
 }
 
-TEST(IncompleteCholeskyTest, SaysWhereNothingHelps) {
+TEST(IncompleteCholeskyTest, FailsOnNegativeDiagonalsAndNan) {
   Eigen::MatrixXd S = make_chain(3);
   S(1, 1) = -1.0;
   EXPECT_FALSE(make_factor(S).factorize());

@@ -23,7 +23,7 @@ PointColumns make_tree(const std::vector<int>& parent, unsigned seed) {
   std::mt19937 generator(seed);
   PointColumns C;
   C.num_points = static_cast<int>(parent.size() + 1);
-  // Leaves first: no fill.
+  // An order from the leaves on has no fill.
   for (std::size_t k = parent.size(); k-- > 0;) {
     for (const int point : {parent[k], static_cast<int>(k) + 1}) C.entries.push_back({point, random_vector(generator)});
     C.start.push_back(static_cast<int>(C.entries.size()));
@@ -68,8 +68,8 @@ TEST(MergedRows, GiveTheFactorOfChainsStarsAndTrees) {
   }
 }
 
-TEST(MergedRows, AnyOtherPatternIsRightToo) {
-  // Fill costs, but is no harm: random columns, more of them than an order without fill allows.
+TEST(MergedRows, GiveTheFactorOfRandomColumns) {
+  // There are more random columns than an order without fill allows: fill costs, but is no harm.
   std::mt19937 generator(7);
   for (int trial = 0; trial < 20; ++trial) {
     PointColumns C;
@@ -87,7 +87,7 @@ TEST(MergedRows, AnyOtherPatternIsRightToo) {
   }
 }
 
-TEST(MergedRows, LeaveOutWhatDepends) {
+TEST(MergedRows, LeaveOutDependentColumns) {
   // Column 2 is column 0 plus twice column 1, column 3 is empty; column 4 shares rows with both.
   PointColumns C;
   C.num_points = 2;

@@ -124,7 +124,7 @@ TEST(MultifrontalQr, ANegativeToleranceKeepsWhateverIsNotZero) {
   EXPECT_EQ(factorize_by_fronts(SparseColumns{}, 1e-12).rank(), 0u);
 }
 
-TEST(MultifrontalQr, NumbersThatAreNotFiniteEnd) {
+TEST(MultifrontalQr, EndsOnNumbersThatAreNotFinite) {
   SparseColumns C = gradients_of(make_net(5, 5), 1);
   C.values[17] = NAN;
   C.values[40] = INFINITY;

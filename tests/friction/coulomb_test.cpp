@@ -46,7 +46,7 @@ TEST(Friction, ABeadSlidesDownARoughIncline) {
   EXPECT_LE(answer.report.friction.residual, 1e-14);
 }
 
-TEST(Friction, AtRestItSticksWhereMuReachesTheSlope) {
+TEST(Friction, ABeadAtRestSticksWhereMuReachesTheSlope) {
   const Answer held = solve(make_incline(0.0, 0.58));
   ASSERT_TRUE(held.report.outcome.ok()) << held.report.outcome.what;
   EXPECT_EQ(held.report.friction.sticking, 1u);
@@ -84,7 +84,7 @@ System make_rails(const Rails& c) {
   return system;
 }
 
-TEST(Painleve, OneSolutionWhereTheCriterionHolds) {
+TEST(Painleve, SolutionIsUniqueWhereTheCriterionHolds) {
   const Answer answer = solve(make_rails({0.4, 75.0, 1.0, 1.0, 0.0, 1.0}));
   ASSERT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
   EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::Proven);
@@ -94,7 +94,7 @@ TEST(Painleve, OneSolutionWhereTheCriterionHolds) {
               4.5487450607420783170 + 5.4468519176786246638 * std::sin(75.0 * std::numbers::pi / 180.0), 1e-11);
 }
 
-TEST(Painleve, WhereNoSolutionExistsThatIsReported) {
+TEST(Painleve, MissingSolutionIsReported) {
   const Answer answer = solve(make_rails({0.6, 75.0, 1.0, 1.0, 0.0, 30.0}));
   EXPECT_EQ(answer.report.outcome.status, Status::NoSolution);
   EXPECT_NE(answer.report.outcome.what.find("would have to jump"), std::string::npos) << answer.report.outcome.what;
@@ -130,7 +130,7 @@ std::vector<double> read_accelerations(const std::string& what) {
   return found;
 }
 
-TEST(Painleve, SeveralAreToldWithTheirAccelerations) {
+TEST(Painleve, SeveralSolutionsAreToldWithTheirAccelerations) {
   for (const Rails& rails : {Rails{0.6, 75.0, 1.0, 1.0, 0.0, 1.0}, Rails{0.6, 75.0, 1.0, 1.0, 0.0, -30.0},
                              Rails{0.9, 60.0, 0.1, 10.0, 0.0, 5.0}, Rails{0.9, 60.0, 0.1, 10.0, 0.0, -5.0}}) {
     SCOPED_TRACE(rails.f2);

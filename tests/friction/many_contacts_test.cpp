@@ -71,7 +71,7 @@ double miss(const System& system, const std::vector<double>& w, const std::vecto
   return worst / largest;
 }
 
-TEST(ManyContacts, AChoiceIsFoundAndObeysTheLaw) {
+TEST(ManyContacts, FoundFrictionObeysTheLaw) {
   for (const bool in_ball : {false, true}) {
     std::size_t some_of_both = 0, found = 0, tried = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {

@@ -214,7 +214,7 @@ TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
   EXPECT_EQ(none.outcome().status, Status::NoSolution) << none.outcome().what;
 }
 
-TEST(FrictionModes, ARegularisedLawMayHaveSeveralToo) {
+TEST(FrictionModes, ARegularisedLawMayHaveSeveralMotions) {
   System system = make_rails(0.6, 1.0);
   std::get<Coulomb>(system.friction[0]).regularisation = 1e-9;
   const Simulation simulation(system);
@@ -255,7 +255,7 @@ struct Telescope {
   }
 };
 
-TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
+TEST(FrictionModes, ARunThroughSeveralMotionsKeepsItsOwnAndCountsThem) {
   constexpr double h = 1e-3;
   for (const MotionOptions& options : {MotionOptions{.method = Method::Rk4, .step = h},
                                        MotionOptions{.method = Method::Dopri5, .max_step = h, .rtol = 1e-10}}) {
@@ -300,7 +300,7 @@ TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
   }
 }
 
-TEST(FrictionModes, ARunThatComesToNoneEndsThere) {
+TEST(FrictionModes, ARunEndsWhereNoMotionIsLeft) {
   // F = 1 + t^2/2 meets 2 g D inside the region without a second solution to go on with.
   double low = Telescope::enters, high = 3.0;
   for (int pass = 0; pass < 100; ++pass) {

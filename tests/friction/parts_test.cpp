@@ -141,7 +141,7 @@ TEST(DirectProblemWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
 }
 
 /// At rest the law bounds friction and does not tell it.
-TEST(DirectProblemWithFriction, WhatHoldsAPointAtRestIsPartOfTheControl) {
+TEST(DirectProblemWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl) {
   System system = make_rough_lines(3, 1, 5.0, false);
   system.velocities.assign(3, 0.0);
   Solved solved(system);

@@ -62,7 +62,7 @@ TEST(FrictionOnRoughLines, NewtonNeedsAboutTwoSteps) {
   EXPECT_LE(tally.iterations / tally.unique, 3.0);
 }
 
-TEST(FrictionOnRoughLines, EnumerationAloneSolvesThemToo) {
+TEST(FrictionOnRoughLines, EnumerationAloneSolvesEveryScene) {
   const Tally tally = try_scenes(FrictionMethod::Enumeration);
   EXPECT_EQ(tally.failed, 0);
 }

@@ -97,7 +97,7 @@ TEST(CCalls, ConstrainsVelocitiesAsTheConstrainer) {
   EXPECT_NE(c_report.work, 0.0);
 }
 
-TEST(CCalls, MeasuresWhereThatIsWanted) {
+TEST(CCalls, MeasuresOnRequestAlone) {
   const Tailed host;
   const Handle handle = host.make_handle();
   for (const int measures : {0, 1}) {
@@ -191,7 +191,7 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
     ASSERT_EQ(tn_row_name(handle.get(), row, name.data(), name.size()), TN_OK);
     EXPECT_STREQ(name.data(), wanted);
   }
-  // What a member has of its own keeps nothing apart, and rods may be as long as they are.
+  // Numbers of a member's own keep nothing apart, and rods may be as long as they are.
   const std::array<std::int32_t, 4> pairs{0, 3, 1, 3};
   const std::array<double, 2> lengths{2, 3};
   ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << last_error(handle);
@@ -246,7 +246,7 @@ TEST(CCalls, CreatesFromPointsOfAnyLayout) {
   EXPECT_LT(report.violation, 1e-15);
 }
 
-TEST(CCalls, LengthsAreThoseThatAreGiven) {
+TEST(CCalls, RodsHaveTheGivenLengths) {
   const Tailed host;
   tn_system* system = nullptr;
   ASSERT_EQ(tn_create(&system, 4, host.masses.data(), read_of(host.r), nullptr), TN_OK);
@@ -378,7 +378,7 @@ TEST(CCalls, RunsFromAGivenTime) {
   EXPECT_EQ(r, own_r);
 }
 
-TEST(CCalls, SavesWhereThereIsRoom) {
+TEST(CCalls, SavesOnlyWhereThereIsRoom) {
   const Tailed host;
   const Handle handle = host.make_handle();
   std::size_t needed = 0;
@@ -392,7 +392,7 @@ TEST(CCalls, SavesWhereThereIsRoom) {
             "there is room for " + std::to_string(needed - 1) + " of " + std::to_string(needed) + " bytes");
 }
 
-/// What must be there, with its name; what need not be may be null.
+/// Arguments that must be there are named; those that need not be may be null.
 TEST(CCalls, NullPointersAreNamed) {
   const Tailed host;
   const Handle handle = host.make_handle();

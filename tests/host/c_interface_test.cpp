@@ -16,7 +16,7 @@
 namespace tanor::host {
 namespace {
 
-TEST(CInterface, ItsVersionSaysWhatTheLibraryWasBuiltOf) {
+TEST(CInterface, VersionSaysWhatTheLibraryWasBuiltOf) {
   EXPECT_EQ(tn_version(), describe(build_info()));
   EXPECT_EQ(std::string(tn_version()).find("SuiteSparseQR") != std::string::npos, build_info().has_suitesparse_qr);
 }
@@ -128,7 +128,7 @@ TEST(CInterface, HasTheToleranceOfTheConstrainer) {
   }
 }
 
-TEST(CInterface, SaysWhatIsWrong) {
+TEST(CInterface, ErrorsHaveACodeAndAMessage) {
   const Tailed host;
   tn_system* system = nullptr;
   EXPECT_EQ(tn_create(&system, 4, nullptr, {host.r.data(), 0, nullptr}, nullptr), TN_EINVAL);
@@ -314,7 +314,7 @@ TEST(CInterface, RunsUntilTheObserverEndsIt) {
   EXPECT_EQ(r, own_r);
 }
 
-TEST(CInterface, AddsAllOrNothing) {
+TEST(CInterface, AddsAllConstraintsOrNone) {
   const Tailed host;
   const Handle handle = host.make_handle();
   const std::array<std::int32_t, 2> points{0, 1};

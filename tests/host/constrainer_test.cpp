@@ -115,7 +115,7 @@ TEST(ConstrainVelocities, ToleratesRoundingBesideTheVelocitiesOfTheCall) {
 }
 
 TEST(ProjectForces, LeavesWhatMovesNoConstraint) {
-  // Equal masses: the pull along the rod goes, what turns or carries it stays.
+  // The masses are equal: the pull along the rod goes, what turns or carries it stays.
   const std::vector<double> r{0, 0, 0, 0, 2, 0};
   std::vector<double> f{1, 5, 0, 2, -3, 7};
   Constrainer constrainer(std::vector{1.0, 1.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, r);
@@ -129,7 +129,7 @@ TEST(ProjectForces, LeavesWhatMovesNoConstraint) {
   EXPECT_EQ(f, (std::vector<double>{1, 1, 0, 2, 1, 7}));
 }
 
-TEST(ProjectForces, HasNoScaleOfItsOwn) {
+TEST(ProjectForces, WorksAtAnyScaleOfForces) {
   for (const double size : {1e-12, 1e12}) {
     Pair host;
     std::vector<double> f = host.v;
@@ -143,7 +143,7 @@ TEST(ProjectForces, HasNoScaleOfItsOwn) {
   }
 }
 
-TEST(ProjectPositions, FindsTheNearestOnes) {
+TEST(ProjectPositions, FindsTheNearestPositions) {
   const std::vector<double> drawn{0, 0, 0, 0, 0, -1};
   std::vector<double> r{0, 0, 0, 3, 0, -4};
   Constrainer constrainer(std::vector{infinity, 2.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, drawn);
@@ -170,7 +170,7 @@ TEST(Violation, NamesTheWorstRow) {
 // ---- what moves from outside ----
 
 /// A support that swings along x drags a bob on a rod along x: force m a, power m a v.
-TEST(Work, OfASupportThatMovesIsTheEnergyOfThePoints) {
+TEST(Work, IsTheEnergyOfThePointsWhereASupportMoves) {
   const double h = 1e-4;
   Host host({infinity, 2.0}, {0, 0, 0, 0.5, 0, -1.0}, {make_chain_of_rods(2)});
   host.set_gravity(0.0);
@@ -199,7 +199,7 @@ TEST(Work, OfASupportThatMovesIsTheEnergyOfThePoints) {
 }
 
 /// A dumbbell that spins is drawn in: its angular momentum stays, the work is the energy that it gains.
-TEST(Work, OfALengthThatDependsOnTimeIsTheEnergyOfThePoints) {
+TEST(Work, IsTheEnergyOfThePointsWhereALengthDependsOnTime) {
   const double h = 1e-4;
   Rods rods{"rods", {{0, 1}}, ScalarFunction::formula("1 - 0.3*t"), {}};
   const std::vector<double> masses{1.0, 1.0};
@@ -221,7 +221,7 @@ TEST(Work, OfALengthThatDependsOnTimeIsTheEnergyOfThePoints) {
     work += first.work + second.work;
   }
   EXPECT_NEAR(std::hypot(r[3] - r[0], r[4] - r[1]), 0.7, 1e-13);
-  const double spin = 0.5 / 0.35;  // of each end: r v stays
+  const double spin = 0.5 / 0.35;  // the speed of each end, for r v stays
   EXPECT_NEAR(kinetic(), spin * spin + 0.15 * 0.15, 1e-6);
   EXPECT_NEAR(work, kinetic() - at_start, 1e-6);
 }
@@ -303,7 +303,7 @@ TEST(PointArrays, VelocitiesMayBeAbsent) {
 // ---- the factor that is kept ----
 
 /// A host that goes back to another place, or to another time, gets the factor of that place.
-TEST(Factor, IsThatOfThePositionsOfTheCall) {
+TEST(Factor, BelongsToThePositionsOfTheCall) {
   const double h = 1e-2;
   Pair host;
   Constrainer kept(host.masses, host.constraints, host.r);
@@ -343,7 +343,7 @@ TEST(Factor, GuessesOfAnotherMotionDoNoHarm) {
   for (std::size_t k = 0; k < r.size(); ++k) EXPECT_NEAR(r[k], same[k], 1e-13);
 }
 
-TEST(Handles, InTwoThreadsAreIndependent) {
+TEST(Handles, AreIndependentInTwoThreads) {
   std::vector<double> states[2];
   const auto run = [&](int own) {
     Host host = make_hanging_chain(20, 0.1, 0.1, 1.0, 0.0);

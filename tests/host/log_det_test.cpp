@@ -10,8 +10,8 @@
 namespace tanor::host {
 namespace {
 
-/// Two rods at an angle: det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
-TEST(LogDet, OfATrimerIsFixmansFormula) {
+/// Two rods meet at an angle: det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
+TEST(LogDet, IsFixmansFormulaForATrimer) {
   const double cosine = std::cos(1.1), sine = std::sin(1.1);
   const std::vector<double> masses{1.0, 2.0, 5.0}, r{1.3, 0, 0, 0, 0, 0, 0.7 * cosine, 0.7 * sine, 0};
   Constrainer constrainer(masses, {Rods{"rods", {{0, 1}, {2, 1}}, {}, {}}}, r);
@@ -47,7 +47,7 @@ TEST(LogDet, HasTheGradientThatDifferencesHave) {
   }
 }
 
-TEST(LogDet, OfRowsThatDependIsSingularAndNamesOne) {
+TEST(LogDet, IsSingularForDependentRowsAndNamesOne) {
   const double a = 0.629;
   const std::vector<double> r{0, 0, 0, a, a, a, a, -a, -a, -a, a, -a, -a, -a, a};
   Constrainer constrainer(std::vector{12.0, 1.0, 1.0, 1.0, 1.0}, {make_all_distances(5)}, r);
@@ -58,8 +58,8 @@ TEST(LogDet, OfRowsThatDependIsSingularAndNamesOne) {
   EXPECT_EQ(outcome.what.substr(0, 5), "rods[");
 }
 
-// The gradient has 2/length.
-TEST(LogDet, OfARodNextToNoLengthHasNoGradient) {
+// The gradient has the term 2/length.
+TEST(LogDet, HasNoGradientForARodOfNearlyNoLength) {
   const std::vector<double> r{0, 0, 0, 1, 0, 0};
   const double least = std::numeric_limits<double>::denorm_min();
   std::vector<double> gradient(6, 7.0);

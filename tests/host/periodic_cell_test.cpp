@@ -95,7 +95,7 @@ TEST_P(PeriodicCellTest, WrappedPointsMoveAsUnwrappedOnesDo) {
   for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(a.virial[k], b.virial[k], 1e-8 * std::abs(a.virial[0]));
 }
 
-/// One step without what grows from it: 1e-13.
+/// One step alone, without what grows from it, agrees to 1e-13.
 TEST_P(PeriodicCellTest, AStepAgreesToRounding) {
   const PeriodicCell& cell = GetParam();
   const Crumpled scene;
@@ -142,7 +142,7 @@ TEST_P(PeriodicCellTest, MayChangeInEveryStep) {
     }
     wrapped.set_cell(cell);
     ASSERT_TRUE(free.constrain_positions({.step = 1e-3, .old_positions = old_x, .positions = x}).outcome.ok());
-    // From the third step on positions were wrapped in between, and the old cell is told.
+    // Positions were wrapped between the steps from the third one on, and the old cell is told.
     const ConstraintReport report = wrapped.constrain_positions(
         {.step = 1e-3, .old_positions = old, .positions = r, .old_cell = k < 3 ? nullptr : &before});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
@@ -175,7 +175,7 @@ struct Ring {
   }
 };
 
-TEST(RodsRoundACell, MoveAsWithAnOffset) {
+TEST(RodsRoundACell, MoveAsRodsWithAnOffsetDo) {
   const Ring ring;
   Host reference(ring.masses, ring.r, {ring.shifted(4.0)}), nearest(ring.masses, ring.r, {}),
       given(ring.masses, ring.r, {});
@@ -225,7 +225,7 @@ TEST(RodsRoundACell, KeepTheirLengthsWhenTheCellChanges) {
 
 // ---- errors ----
 
-TEST(PeriodicCellErrors, NameWhatDoesNotGo) {
+TEST(PeriodicCellErrors, NameWrongCellsLengthsAndImages) {
   const Ring ring;
   const auto error_with = [&](const Constraint& constraint, const Periodicity& periodicity) {
     return error_of([&] { (void)Constrainer(ring.masses, {constraint}, ring.r, periodicity); });

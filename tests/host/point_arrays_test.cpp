@@ -95,7 +95,7 @@ std::vector<std::vector<double>> run(const State& state, const Storage& storage,
 
 class Arrays : public testing::TestWithParam<Chains> {};
 
-TEST_P(Arrays, OfAnyOrderAndAnyThreadsMakeTheSameBits) {
+TEST_P(Arrays, GiveTheSameBitsInAnyOrderOnAnyThreads) {
   const State state(GetParam());
   Storage same, shuffled;
   same.index.resize(state.masses.size());

@@ -145,7 +145,7 @@ TEST(Topology, ARestoredHandleHasTheSameParts) {
   EXPECT_EQ(set_length(&other), 1000U);
 }
 
-/// Their guesses and factors stay.
+/// Guesses and factors of islands elsewhere stay.
 TEST(Topology, IslandsElsewhereGoOn) {
   std::vector<double> r;
   const auto pairs = make_chains(1000, 20, &r);
@@ -203,7 +203,7 @@ TEST(Topology, ASupportOfSeveralIslandsCarriesThemAll) {
   EXPECT_NEAR(report.virial[2], -50.0, 1e-13);
 }
 
-TEST(Lengths, ThatGrowDragThePointsAlong) {
+TEST(Lengths, DragThePointsAlongAsTheyGrow) {
   const std::vector<double> masses{infinity, 1.0};
   std::vector<double> r{0, 0, 0, 0, 0, -1}, v(6, 0.0);
   Constrainer constrainer(masses, {Rods{{}, {{0, 1}}, {}, {}}}, r);
@@ -221,8 +221,8 @@ TEST(Lengths, ThatGrowDragThePointsAlong) {
   }
 }
 
-/// In a cell, wherever its points are wrapped: beside a new handle.
-TEST(Topology, InACellIsThatOfANewHandle) {
+/// An edited handle in a cell is compared with a new one, wherever its points are wrapped.
+TEST(Topology, AnEditedHandleInACellIsAsANewOne) {
   const PeriodicCell cell{.edges = {{{7, 0, 0}, {0.5, 6, 0}, {0, 0, 7}}}};
   std::vector<double> r;
   auto pairs = make_chains(3, 10, &r);
@@ -311,8 +311,8 @@ TEST(Renumbering, PointsLeaveAndCome) {
   for (const std::size_t k : {8U, 11U}) EXPECT_NEAR(v[k], 0.0, 1e-14);
 }
 
-/// What a handle remembers after its points got other numbers is for a handle that never had the old ones.
-TEST(Renumbering, IsSavedToo) {
+/// Memory of a handle whose points got other numbers fits a handle that never had the old ones.
+TEST(Renumbering, IsSavedWithTheHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(5, 8, &r);
   const std::size_t n = r.size() / 3;
@@ -340,7 +340,7 @@ TEST(Renumbering, IsSavedToo) {
 
 // ---- errors ----
 
-TEST(TopologyErrors, ChangeNothing) {
+TEST(TopologyErrors, LeaveTheHandleAsItWas) {
   std::vector<double> r;
   const auto pairs = make_chains(2, 4, &r);
   std::vector<double> masses(8, 1.0);
@@ -393,7 +393,7 @@ TEST(TopologyErrors, BytesOfAnotherHandleAreRefused) {
   EXPECT_NE(error_of([&] { constrainer.restore(bytes); }).find("too early"), std::string::npos);
 }
 
-/// For the thread sanitizer.
+/// This test is for the thread sanitizer.
 TEST(Handles, AreEditedInTwoThreads) {
   const auto run = [](unsigned seed, Edited::Result* result) {
     std::vector<double> r;

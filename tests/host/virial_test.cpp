@@ -61,7 +61,7 @@ TEST(Virial, MakesAtomicAndMolecularPressureEqualAtEveryInstant) {
 }
 
 /// Multipliers of a step are those of its instant up to O(h).
-TEST(Virial, OfAStepIsThatOfItsInstantToFirstOrder) {
+TEST(Virial, AgreesBetweenAStepAndItsInstantToFirstOrder) {
   double differences[2];
   for (const int refined : {0, 1}) {
     const double h = refined == 0 ? 1e-3 : 1e-4;
@@ -88,7 +88,7 @@ TEST(Virial, OfAStepIsThatOfItsInstantToFirstOrder) {
 }
 
 /// A dumbbell that spins about its center: tension m v^2/(L/2), virial -L tension along itself, and half of it a point.
-TEST(Virial, OfASpinningDumbbell) {
+TEST(Virial, IsTheClosedFormOfASpinningDumbbell) {
   const double m = 2.0, length = 0.8, omega = 3.0, tension = m * omega * omega * length / 2.0;
   const std::vector<double> r{100.0, 0.0, 0.0, 100.0, length, 0.0}, f(6, 0.0);
   const std::vector<double> v{omega * length / 2.0, 0.0, 0.0, -omega * length / 2.0, 0.0, 0.0};

@@ -10,7 +10,7 @@ namespace {
 // ---- momentum
 // ---------------------------------------------------------------------------------------------------------
 
-/// sum m v and sum m r x v.
+/// The momenta are sum m v and sum m r x v.
 struct Momenta {
   Vector3 linear{}, angular{};
 };
@@ -32,7 +32,7 @@ struct Losses {
   double linear = 0.0, angular = 0.0;  // relative
 };
 
-/// Of four free clusters in 0.5 s; no force acts.
+/// Returns the losses of four free clusters in 0.5 s, on which no force acts.
 Losses measure_losses(MotionOptions options) {
   options.start = StartMode::Project;
   Simulation simulation(scenes::make_clusters(4), options);
@@ -45,14 +45,14 @@ Losses measure_losses(MotionOptions options) {
 }
 
 /// r1 x v1/2 = r0 x v1/2 and rods pull along themselves: RATTLE keeps both for any step.
-TEST(MomentumTest, RattleKeepsBothToRounding) {
+TEST(MomentumTest, RattleKeepsLinearAndAngularMomentumToRounding) {
   const Losses losses = measure_losses({.method = Method::Rattle, .step = 1e-3});
 
   EXPECT_LT(losses.linear, 1e-13);
   EXPECT_LT(losses.angular, 1e-13);
 }
 
-TEST(MomentumTest, Rk4KeepsTheLinearOneToRoundingAndTheAngularOneToItsOrder) {
+TEST(MomentumTest, Rk4KeepsLinearMomentumToRoundingAndAngularToItsOrder) {
   const Losses coarse = measure_losses({.method = Method::Rk4, .step = 4e-3});
   const Losses fine = measure_losses({.method = Method::Rk4, .step = 2e-3});
 
@@ -61,7 +61,7 @@ TEST(MomentumTest, Rk4KeepsTheLinearOneToRoundingAndTheAngularOneToItsOrder) {
   EXPECT_GT(std::log2(coarse.angular / fine.angular), 3.6);
 }
 
-TEST(MomentumTest, Dopri5KeepsTheLinearOneToRoundingAndTheAngularOneToItsTolerance) {
+TEST(MomentumTest, Dopri5KeepsLinearMomentumToRoundingAndAngularToItsTolerance) {
   const Losses loose = measure_losses({.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-8});
   const Losses tight = measure_losses({.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
 
@@ -192,7 +192,7 @@ struct LongRun {
   double swing = 0.0;              // largest distance from the start's energy
 };
 
-/// 1e5 steps.
+/// The motion takes 1e5 steps.
 LongRun run_long(const System& system, double step) {
   constexpr std::size_t steps = 100'000;
   Simulation simulation(system, {.method = Method::Rattle, .step = step});
@@ -225,7 +225,7 @@ TEST(RattleTest, EnergyOfARingSwingsButDoesNotDriftOver1e5Steps) {
   EXPECT_LT(std::abs(energy.last - energy.first), 1e-2 * energy.swing);
 }
 
-/// In 0.1 s, in which beads meet and part.
+/// Returns the energies after 0.1 s, in which beads meet and part.
 EnergyReport run_melt(double step, double* swing) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = step, .start = StartMode::Project});
   const Outcome outcome = simulation.advance_to(0.1, [&](const MotionReport& report) {
@@ -246,7 +246,7 @@ TEST(RattleTest, EnergyOfAMeltSwingsWithTheSquareOfTheStep) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3) << coarse << " and " << fine;
 }
 
-TEST(MomentumTest, BeadsThatMeetKeepIt) {
+TEST(MomentumTest, BeadsThatMeetKeepLinearMomentum) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
   const Momenta before = measure_momenta(simulation);
 
@@ -256,7 +256,7 @@ TEST(MomentumTest, BeadsThatMeetKeepIt) {
   EXPECT_LT(largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
 }
 
-/// Symmetric: with v turned round the same steps lead back.
+/// The method is symmetric: with v turned round the same steps lead back.
 TEST(RattleTest, RunsBackToItsStart) {
   System system = scenes::make_damped_chain();
   std::get<Springs>(system.forces[1]).damping = 0.0;

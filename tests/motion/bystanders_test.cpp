@@ -7,7 +7,8 @@
 #include "motion/rough_guides.hpp"
 #include "scenes.hpp"
 
-/// \file What nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at it.
+/// \file A point that nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at
+/// it.
 namespace tanor {
 namespace {
 
@@ -133,7 +134,7 @@ System make_heavy_tip() {
   return system;
 }
 
-/// The same in angles.
+/// The same chain is written in angles.
 System make_angles() {
   System system = make_heavy_tip();
   system.constraints.clear();
@@ -203,7 +204,7 @@ TEST(Bystanders, ABlockSlidesByItsOwnForces) {
   }
 }
 
-RC_GTEST_PROP(Bystanders, OfAnySpeedPlaceAndPullLeaveTheBlockAlone, ()) {
+RC_GTEST_PROP(Bystanders, LeaveTheBlockAloneAtAnySpeedPlaceAndPull, ()) {
   const auto power_of_ten = [](int least, int most) { return std::pow(10.0, *rc::gen::inRange(least, most + 1)); };
   const double far = power_of_ten(0, 9);
   const Bystander bystander{.place = {far, -far, 0.3 * far},
@@ -219,8 +220,9 @@ RC_GTEST_PROP(Bystanders, OfAnySpeedPlaceAndPullLeaveTheBlockAlone, ()) {
   RC_ASSERT(largest_difference(beside.positions, alone.positions) <= 1e-11);
 }
 
-/// What conjugate gradients may leave at a stage is each one's own: a heavy bystander must not take it all.
-TEST(Bystanders, AHeavyOneDoesNotLoosenTheStagesOfANet) {
+/// The errors that conjugate gradients may leave at a stage are allowed each group by itself: a heavy bystander must
+/// not take all of them.
+TEST(Bystanders, DoNotLoosenTheStagesOfANetWhenHeavy) {
   System net = scenes::make_net(24, 24);
   for (std::size_t i = 0; i < net.positions.size(); i += 3)
     net.velocities[i + 2] = 0.1 * std::sin(7.0 * net.positions[i] + 3.0 * net.positions[i + 1]);
@@ -233,7 +235,7 @@ TEST(Bystanders, AHeavyOneDoesNotLoosenTheStagesOfANet) {
 }
 
 /// Two blocks that nothing joins, one a million times faster and heavier: each stops where it would alone.
-TEST(Bystanders, FrictionIsSolvedToTheSizeOfEach) {
+TEST(Bystanders, DoNotChangeTheFrictionOfOthers) {
   System heavy = make_block();
   heavy.masses = {1e12};
   std::get<ConstantForce>(heavy.forces[0]).force = Vector3{5e11, -2e11, -1e13};

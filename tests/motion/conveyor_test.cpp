@@ -93,8 +93,8 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
   }
 }
 
-/// u = sin t along a line: the place goes along, r = 1 - cos t.
-TEST(Conveyor, WhatSticksKeepsItsPlaceOnTheBelt) {
+/// The belt moves with u = sin t along a line, and the place goes along: r = 1 - cos t.
+TEST(Conveyor, StickingBeadKeepsItsPlaceOnTheBelt) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};

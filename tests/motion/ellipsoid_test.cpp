@@ -27,7 +27,7 @@ TEST_P(EllipsoidMotion, EquatorIsACircle) {
   EXPECT_NEAR(simulation.multipliers()[0], -scenes::mass * 9.0 / 2.0, 1e-9);
 }
 
-/// Where all radii are equal, a sphere: positions and the force that holds the bead.
+/// Where all radii are equal it is a sphere, by positions and by the force that holds the bead.
 TEST_P(EllipsoidMotion, EqualRadiiMakeASphere) {
   System ball;
   scenes::add_point({1.2, 0, 0.5}, &ball);
@@ -70,8 +70,8 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, series_and_kernels, name_method);
 
-/// The same surface twice: one row too many, and the multipliers share the load.
-TEST(Ellipsoid, TwiceTheSameIsRedundant) {
+/// The same surface is given twice: one row is too many, and the multipliers share the load.
+TEST(Ellipsoid, SecondEqualSurfaceIsRedundant) {
   System system;
   scenes::add_point({0, 0, 0.5}, &system);
   system.forces = {scenes::gravity};

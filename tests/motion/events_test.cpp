@@ -197,7 +197,7 @@ TEST(EventPlaceTest, ADipInsideAStepIsMet) {
   EXPECT_NEAR(find_dip(1e-3), 0.559, 1e-12) << "between the places that are looked at: a parabola points there";
 }
 
-TEST(EventPlaceTest, ADipThatStaysAboveIsNone) {
+TEST(EventPlaceTest, ADipThatStaysAboveZeroIsNoEvent) {
   Free toy(0.0, {[](double, double x, double) { return (x - 0.56) * (x - 0.56) + 1e-6; }});
   Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
 
@@ -206,7 +206,7 @@ TEST(EventPlaceTest, ADipThatStaysAboveIsNone) {
   EXPECT_TRUE(toy.switch_times.empty());
 }
 
-TEST(EventPlaceTest, TheFirstOfSeveralComesFirst) {
+TEST(EventPlaceTest, TheEarliestEventOfAStepIsMetFirst) {
   Free toy(0.0, {[](double, double x, double) { return 0.58 - x; }, [](double, double x, double) { return 0.53 - x; },
                  [](double, double x, double) { return 0.55 - x * x / 0.55; }});
   Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
@@ -219,7 +219,7 @@ TEST(EventPlaceTest, TheFirstOfSeveralComesFirst) {
   EXPECT_NEAR(toy.switch_times[0], 0.53, 1e-15);
 }
 
-TEST(EventPlaceTest, TwoAtOneInstantAreSwitchedTogether) {
+TEST(EventPlaceTest, TwoEventsAtOneInstantAreSwitchedTogether) {
   Free toy(0.0, {[](double, double x, double) { return 3.0 * (0.53 - x); },
                  [](double, double x, double) { return 0.5300001 - x; },
                  [](double, double x, double) { return 0.53 * 0.53 - x * x; }});
@@ -232,7 +232,7 @@ TEST(EventPlaceTest, TwoAtOneInstantAreSwitchedTogether) {
   EXPECT_EQ(toy.vanished[0], (std::vector<std::size_t>{0, 2}));
 }
 
-TEST(EventPlaceTest, OneAtTheEndOfAStepIsMetThere) {
+TEST(EventPlaceTest, AnEventAtTheEndOfAStepIsMetAtThatEnd) {
   Free toy(0.0, {[](double t, double, double) { return 0.5 - t; }});
   Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
@@ -244,7 +244,7 @@ TEST(EventPlaceTest, OneAtTheEndOfAStepIsMetThere) {
   EXPECT_EQ(run.report.steps, 10u);
 }
 
-TEST(EventPlaceTest, AFunctionMayJump) {
+TEST(EventPlaceTest, AFunctionThatJumpsIsMetAtItsJump) {
   Free toy(0.0, {[](double t, double, double) { return t < 0.537 ? 1.0 : -1.0; }});
   Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
@@ -269,7 +269,7 @@ TEST(EventPlaceTest, AFlightFromTheGroundEndsWhereItFallsBack) {
   }
 }
 
-TEST(EventPlaceTest, OneThatFallsAtTheStartIsMetThere) {
+TEST(EventPlaceTest, AFunctionThatFallsAtTheStartIsMetAtTheStart) {
   Free toy(0.0, {[](double, double x, double) { return -x; }});
   Travel run(toy, Method::Dopri5, sharp, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
@@ -279,7 +279,7 @@ TEST(EventPlaceTest, OneThatFallsAtTheStartIsMetThere) {
   EXPECT_EQ(toy.switch_times, std::vector<double>{0.0});
 }
 
-/// From x = 0.53 on a force pushes: its power begins there at once, and grows with v.
+/// A force pushes from x = 0.53 on: its power begins there at once, and grows with v.
 TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     Free toy(0.0, {[](double, double x, double) { return 0.53 - x; }});
@@ -295,7 +295,7 @@ TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
 }
 
 /// A good first step after an event is not the short one that ended there.
-TEST(EventPlaceTest, StepsGoOnAsLongAsBefore) {
+TEST(EventPlaceTest, StepsAfterAnEventAreAsLongAsBefore) {
   Oscillator with(Method::Dopri5, sharp);
   ASSERT_TRUE(with.run.advance(2.5 * pi).ok());
   Oscillator without(Method::Dopri5, sharp);
@@ -305,7 +305,7 @@ TEST(EventPlaceTest, StepsGoOnAsLongAsBefore) {
   EXPECT_LE(with.run.report.steps, 5 * (without.run.report.steps + 4));
 }
 
-TEST(EventPlaceTest, FarFromZeroNothingIsLookedAtInside) {
+TEST(EventPlaceTest, FunctionsFarFromZeroAreNotSearchedInsideSteps) {
   const auto count = [](std::vector<Free::Function> functions) {
     Free toy(-1.0, std::move(functions));
     Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});

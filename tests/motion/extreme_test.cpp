@@ -18,7 +18,7 @@ struct Named {
   friend std::ostream& operator<<(std::ostream& out, const Named& named) { return out << named.make().name; }
 };
 
-/// Found anew from the positions: the largest ||dr| - l|/l.
+/// Finds the largest ||dr| - l|/l anew from the positions.
 double find_violation(const System& system, std::span<const double> r) {
   double worst = 0.0;
   for (const Constraint& constraint : system.constraints) {
@@ -67,8 +67,7 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   }
 }
 
-const auto in_every_way = testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4, Method::Rattle,
-                                          Method::Rattle4, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha);
+const auto in_every_way = testing::ValuesIn(list_methods_that([](const MethodTraits&) { return true; }));
 
 INSTANTIATE_TEST_SUITE_P(EveryMethod, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e3); }},
@@ -94,15 +93,20 @@ INSTANTIATE_TEST_SUITE_P(FlatPlaces, ExtremeScene,
                                                           Named{[] { return extreme::turn_four_bars(5); }}),
                                           in_every_way));
 
+// The other methods are left out: steps of rk4 end with a reason here, dopri5 and radau5 take 6 and 20 times as many as
+// dop853 (bench/results/extreme.md), and the implicit ones follow with a heavier tip.
 INSTANTIATE_TEST_SUITE_P(HeavyTips, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e6); }},
                                                           Named{[] { return extreme::drop_heavy_tip(1e6); }}),
                                           testing::Values(Method::Taylor, Method::Dop853, Method::Rattle,
                                                           Method::Rattle4, Method::Rattle6)));
 
+// At 1e12 light beads hum faster than explicit steps can follow; implicit ones turn with the tip.
 INSTANTIATE_TEST_SUITE_P(HeaviestTip, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e12); }}),
-                                          testing::Values(Method::Radau5, Method::GeneralizedAlpha)));
+                                          testing::ValuesIn(list_methods_that([](const MethodTraits& method) {
+                                            return method.is_implicit;
+                                          }))));
 
 INSTANTIATE_TEST_SUITE_P(FarAway, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::drop_far_chain(1e3); }},
@@ -144,7 +148,7 @@ TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
 }
 
 /// In a sheet K could lose rank; S is ill-conditioned by the masses alone, and the motion is told so.
-TEST(HeavyTip, IsNoSingularPlace) {
+TEST(HeavyTip, IsNotTakenForASingularPlace) {
   for (const double ratio : {1e6, 1e9}) {
     System system = extreme::drop_heavy_tip(ratio).system;
     system.constraints.push_back(Planes{"sheet", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, Vector3{0, 1, 0}, 0.0});
@@ -158,10 +162,11 @@ TEST(HeavyTip, IsNoSingularPlace) {
   }
 }
 
-/// Neither a failure nor silence: the motion says that its steps may be too long, and shorter ones are not doubted.
+/// Such a motion is neither a failure nor silent: it says that its steps may be too long, and shorter ones are not
+/// doubted.
 class DoubtedSteps : public testing::TestWithParam<Method> {};
 
-TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
+TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
   for (const double angle : {0.1, 0.5, 1.0, 2.0}) {
     SCOPED_TRACE(angle);
     const Case scene = extreme::turn_fast(angle);
@@ -176,7 +181,7 @@ TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
   }
 }
 
-TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
+TEST_P(DoubtedSteps, AreNotWarnedOfInAChainThatFallsFromRest) {
   const Case scene = extreme::drop_scaled_chain(0.1);
   Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
 
@@ -185,14 +190,14 @@ TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
   EXPECT_EQ(simulation.report().accuracy_warning, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps,
-                         testing::Values(Method::Rk4, Method::Rattle, Method::Rattle4, Method::Rattle6,
-                                         Method::GeneralizedAlpha));
+INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps, testing::ValuesIn(list_methods_that([](const MethodTraits& method) {
+                           return method.has_fixed_steps;
+                         })));
 
 /// Light beads hum faster than the steps can follow.
 class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};
 
-TEST_P(TooLongSteps, EndWithPlaceAndReason) {
+TEST_P(TooLongSteps, EndTheRunWithTheTimeAndAReason) {
   const Case scene = std::get<0>(GetParam()).make();
   Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
 
@@ -209,8 +214,9 @@ INSTANTIATE_TEST_SUITE_P(Motion, TooLongSteps,
                          testing::Combine(testing::Values(Named{[] { return extreme::drop_heavy_tip(1e9); }},
                                                           Named{[] { return extreme::drop_heavy_tip(1e12); }},
                                                           Named{[] { return extreme::drop_alternating(1e9); }}),
-                                          testing::Values(Method::Rk4, Method::Rattle, Method::Rattle4,
-                                                          Method::Rattle6)));
+                                          testing::ValuesIn(list_methods_that([](const MethodTraits& method) {
+                                            return method.has_fixed_steps && !method.is_implicit;
+                                          }))));
 
 }  // namespace
 }  // namespace tanor

@@ -106,7 +106,7 @@ void expect_same(const Simulation& found, const Simulation& expected, const std:
 
 class GoingOnTest : public testing::TestWithParam<Case> {};
 
-TEST_P(GoingOnTest, BitByBitFromASnapshot) {
+TEST_P(GoingOnTest, GoesOnBitByBitFromASnapshot) {
   const auto& [scene, make, options, solver, middle, end] = GetParam();
   Simulation whole(make(), options, solver), first(make(), options, solver), second(make(), options, solver);
   ASSERT_TRUE(whole.advance_to(middle).ok()) << whole.outcome().what;
@@ -122,7 +122,7 @@ TEST_P(GoingOnTest, BitByBitFromASnapshot) {
   EXPECT_GT(whole.report().steps, 2u);
 }
 
-TEST_P(GoingOnTest, BitByBitFromASnapshotThatAnObserverTook) {
+TEST_P(GoingOnTest, GoesOnBitByBitFromASnapshotThatAnObserverTook) {
   const auto& [scene, make, options, solver, middle, end] = GetParam();
   Simulation whole(make(), options, solver), second(make(), options, solver);
   for (const std::size_t step : {1u, 3u, 4u, 11u}) {
@@ -157,7 +157,7 @@ std::vector<std::size_t> count_work(const Simulation& simulation) {
           counters.friction_solves, counters.friction_iterations};
 }
 
-TEST_P(GoingOnTest, BitByBitThoughAnObserverLooksAtTheSolution) {
+TEST_P(GoingOnTest, GoesOnBitByBitThoughAnObserverLooksAtTheSolution) {
   const auto& [scene, make, options, solver, middle, end] = GetParam();
   Simulation alone(make(), options, solver), watched(make(), options, solver);
   ASSERT_TRUE(alone.advance_to(end).ok());

@@ -1,4 +1,4 @@
-/// Beads on helices: an inclined plane rolled up.
+/// A helix is an inclined plane rolled up, on which beads slide.
 
 #include <cmath>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 
 using scenes::g;
 constexpr double radius = 0.5, pitch = 0.6, q = pitch / (2.0 * std::numbers::pi);
-constexpr double sine2 = q * q / (radius * radius + q * q);  // of the slope, squared
+constexpr double sine2 = q * q / (radius * radius + q * q);  // the squared sine of the slope
 
 /// A bead at rest at (radius, 0, 0) of a wire around the z axis, phase 0.
 System bead_on_a_helix() {
@@ -104,8 +104,8 @@ TEST(Helix, RoughWireHoldsItsBead) {
   }
 }
 
-/// Two wires with the same points: two rows too many.
-TEST(Helix, TwiceTheSameIsRedundant) {
+/// Two wires have the same points, so that two rows are too many.
+TEST(Helix, SecondEqualWireIsRedundant) {
   System system = bead_on_a_helix();
   system.constraints.push_back(Helices{"", {0}, {}, {0, 0, 1}, radius, pitch, 0.0});
 

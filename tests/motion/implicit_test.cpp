@@ -111,8 +111,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, ImplicitOrderTest,
                                            OrderWanted{Method::GeneralizedAlpha, 2.0, 64}),
                          [](const auto& at) { return std::string(name_of(at.param.method)); });
 
-/// From the horizontal to the lowest place takes a quarter of the period, sqrt(l/g) K(sin 45 degrees).
-TEST_P(ImplicitOrderTest, OfAPendulumWithARod) {
+/// A quarter of the period, sqrt(l/g) K(sin 45 degrees), leads from the horizontal to the lowest place.
+TEST_P(ImplicitOrderTest, PendulumConvergesAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double quarter = std::sqrt(l / g) * std::comp_ellint_1(std::sqrt(0.5));
   double before = 0.0;
@@ -128,8 +128,8 @@ TEST_P(ImplicitOrderTest, OfAPendulumWithARod) {
   EXPECT_LT(before, method == Method::Radau5 ? 3e-10 : 1e-3);
 }
 
-/// A spring without rest length: x'' = -omega^2 x, energy and all.
-TEST_P(ImplicitOrderTest, OfAHarmonicOscillator) {
+/// A spring without rest length swings by x'' = -omega^2 x, its energy too.
+TEST_P(ImplicitOrderTest, OscillatorConvergesAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 5.0;
   System system;
@@ -149,8 +149,8 @@ TEST_P(ImplicitOrderTest, OfAHarmonicOscillator) {
   }
 }
 
-/// z'' = -2 delta z' - omega^2 z of a damped spring with a rest length, along itself; its work is the energy lost.
-TEST_P(ImplicitOrderTest, OfADampedSpringAndOfItsWork) {
+/// A damped spring with a rest length moves along itself by z'' = -2 delta z' - omega^2 z; its work is the energy lost.
+TEST_P(ImplicitOrderTest, DampedSpringAndItsWorkConvergeAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 8.0, delta = 1.5, fast = std::sqrt(omega * omega - delta * delta), m = scenes::mass;
   System system;
@@ -203,7 +203,7 @@ double explicit_limit(double stiffness) {
   return 2.83 / std::sqrt(2.0 * stiffness / scenes::mass);
 }
 
-TEST(StiffSpringTest, RadauStepsAHundredTimesBeyondTheExplicitLimitWithTheSlowMotion) {
+TEST(StiffSpringTest, RadauFollowsTheSlowMotionAHundredTimesBeyondTheExplicitLimit) {
   for (const double stiffness : {1e8, 1e10}) {
     Walk walk(make_coupled_chain(stiffness), {.method = Method::Radau5, .rtol = 1e-9, .atol = 1e-11});
     const int steps = 78;
@@ -214,7 +214,7 @@ TEST(StiffSpringTest, RadauStepsAHundredTimesBeyondTheExplicitLimitWithTheSlowMo
   }
 }
 
-TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
+TEST(StiffSpringTest, GeneralizedAlphaConvergesToTheSlowMotionAtOrderTwo) {
   const double stiffness = 1e8;
   double before = 0.0;
   for (const int steps : {80, 160, 320}) {
@@ -229,14 +229,15 @@ TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
   EXPECT_LT(before, 5e-5);
 }
 
-TEST(StiffSpringTest, AnExplicitMethodFailsThere) {
+TEST(StiffSpringTest, AnExplicitMethodFailsAtTheSameStep) {
   Simulation simulation(make_coupled_chain(1e8), {.method = Method::Rk4, .step = 0.5 / 80});
   const bool is_right =
       simulation.advance_to(0.5).ok() && largest_difference(simulation.positions(), slow_motion()) < 1e-2;
   EXPECT_FALSE(is_right);
 }
 
-/// However stiff, the slow motion differs from that with a rod by a number over k: the tolerance is kept, and the cost.
+/// However stiff the spring is, the slow motion differs from that with a rod by a number over k: the tolerance is kept,
+/// and the cost.
 TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
   std::size_t evaluations = 0;
   for (const double stiffness : {1e6, 1e8, 1e10}) {
@@ -256,7 +257,7 @@ TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
 /// Small swings of a net of stiff springs: the matrix of the first step serves all of them.
 TEST(NewtonTest, OneFactorIsKeptWhileItConverges) {
   System system = make_coupled_chain(1e6);
-  // hanging, with a push that turns it by 0.01 rad
+  // The net hangs, with a push that turns it by 0.01 rad.
   system.positions = {0, 0, 0, 0, 0, -0.1, 0, 0, -0.2, 0, 0, -0.3};
   system.velocities = {0, 0, 0, 0.001, 0, 0, 0.002, 0, 0, 0.003, 0, 0};
   for (const Method method : {Method::Radau5, Method::GeneralizedAlpha}) {
@@ -264,12 +265,12 @@ TEST(NewtonTest, OneFactorIsKeptWhileItConverges) {
     const std::size_t before = walk.counters().factorizations;
     const int steps = 50;
     walk.go(0.25, steps);
-    // One factor of S a step, and those of Newton's matrix: one real, one complex
+    // A step takes one factor of S and those of Newton's matrix: one real, one complex.
     EXPECT_EQ(walk.counters().factorizations - before - steps, method == Method::Radau5 ? 2u : 1u) << name_of(method);
   }
 }
 
-/// A duplicate rod: K has lost a rank, Newton's matrix has a factor all the same.
+/// A rod is duplicated: K has lost a rank, Newton's matrix has a factor all the same.
 TEST(NewtonTest, DependentConstraintsChangeNothing) {
   System single = make_coupled_chain(1e6), twice = single;
   std::get<Rods>(twice.constraints[0]).pairs.push_back({0, 1});
@@ -279,8 +280,8 @@ TEST(NewtonTest, DependentConstraintsChangeNothing) {
   EXPECT_LT(largest_difference(a.positions(), b.positions()), 1e-8);
 }
 
-/// A stiff formula force: y'' = -k y + k cos t along one axis, of which the slow solution is k/(k - 1) cos t.
-TEST(StiffFormulaTest, ItsDerivativesAreInNewtonsMatrix) {
+/// The force is a stiff formula: y'' = -k y + k cos t along one axis, whose slow solution is k/(k - 1) cos t.
+TEST(StiffFormulaTest, NewtonsMatrixHasTheDerivativesOfTheFormula) {
   System system;
   scenes::add_point({0, 1.0 / (1.0 - 1e-9), 0}, &system);
   system.masses[0] = 1.0;

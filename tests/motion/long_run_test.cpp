@@ -33,8 +33,8 @@ TEST(LongRunTest, EnergyOfRattleSwingsAMillionStepsWithoutTrend) {
   EXPECT_LT(most - least, 2e-4 * simulation.report().energy.scale);
 }
 
-/// 400 s, more than 500 periods: rattle4 and rattle6 know where the pendulum is.
-TEST(LongRunTest, CompositionsKeepThePhaseToo) {
+/// After 400 s, more than 500 periods, rattle4 and rattle6 still know where the pendulum is.
+TEST(LongRunTest, CompositionsKeepThePhase) {
   const double frequency = std::sqrt(9.81 / scenes::spacing), amplitude = 0.5 * M_PI;
   const double period = 4.0 * elliptic::quarter_period(amplitude, frequency);
   const double angle = elliptic::swing(amplitude, frequency, std::fmod(400.0, period)).angle;

@@ -5,7 +5,7 @@
 namespace tanor {
 namespace {
 
-TEST(MethodTest, ThoseWithFixedStepsAskForAStep) {
+TEST(MethodTest, MethodsWithFixedStepsAskForAStep) {
   for (const MethodTraits& each : methods()) {
     bool asks = false;
     try {

@@ -38,8 +38,8 @@ MotionOptions options_of(const Way& way) {
   return {.method = way.method, .rtol = way.accuracy, .atol = 0.01 * way.accuracy};
 }
 
-/// Relative; of methods with fixed steps as large as their order leaves it where cells swing round. Positions are put
-/// to 1e-13 of a rod, which near singular configurations is 1e-10 of the energy.
+/// The largest drift is relative, and for methods with fixed steps as large as their order leaves it where cells swing
+/// round. Positions are put to 1e-13 of a rod, which near singular configurations is 1e-10 of the energy.
 double largest_drift(const Way& way) {
   switch (way.method) {
     case Method::Rattle:
@@ -54,7 +54,7 @@ double largest_drift(const Way& way) {
 
 constexpr double times[] = {0.2, 0.4, 0.6, 0.8};
 
-/// Positions at `times`; fewer where it does not arrive.
+/// Returns the positions at `times`, fewer where it does not arrive.
 std::vector<std::vector<double>> run(const System& system, const Way& way) {
   SCOPED_TRACE(name_of(way.method));
   SCOPED_TRACE(way.accuracy);
@@ -88,7 +88,8 @@ std::vector<double> measure_sensitivity(const System& system, const Way& way,
   return result;
 }
 
-/// All arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the motion agree.
+/// Expects that all ways arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the
+/// motion agree.
 void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
   SCOPED_TRACE(side);
   SCOPED_TRACE(static_cast<int>(hold));
@@ -128,7 +129,7 @@ const std::vector<Way> all_ways = [] {
 
 class FlatNet : public testing::TestWithParam<Hold> {};
 
-/// Of some; of all up to TANOR_LARGEST_NET where it is given (30 takes hours).
+/// Returns two sides, or all up to TANOR_LARGEST_NET where that is given (30 takes hours).
 std::vector<Index> choose_sides() {
   const char* const largest = std::getenv("TANOR_LARGEST_NET");
   if (largest == nullptr) return {3, 6};
@@ -150,8 +151,8 @@ TEST_P(FlatNet, ArrivesWhereCellsFlattenTogether) {
 
 INSTANTIATE_TEST_SUITE_P(Holds, FlatNet, testing::ValuesIn(holds));
 
-/// README's picture: at t = 0.3688 two cells at the free corners flatten at once.
-TEST(FlatNet, OfTheReadmeArrives) {
+/// At t = 0.3688 two cells at the free corners of the net of README's picture flatten at once.
+TEST(FlatNet, ArrivesInTheMotionOfTheReadme) {
   std::vector<Way> ways{{Method::Dop853, 1e-8}, {Method::Taylor, 1e-10}};
   if (tests_are_long()) ways.insert(ways.end(), {{Method::Dopri5, 1e-6}, {Method::Taylor, 1e-8}});
   expect_same_motion(20, Hold::OppositeCorners, ways);

@@ -146,7 +146,7 @@ void expect_order(const KnownMotion& motion, const Order& scheme, double t_end, 
   EXPECT_LT(found, scheme.order + above) << motion.name << ": " << coarse << ", " << fine;
 }
 
-TEST_P(OrderTest, IsThatOfTheTheory) {
+TEST_P(OrderTest, ErrorFallsByTheOrderOfTheMethod) {
   for (const auto& [motion, t_end] : std::initializer_list<std::pair<KnownMotion, double>>{
            {make_pendulum(), 1.0}, {make_hoop(), 2.0}, {make_spherical_pendulum(), 5.0}, {make_damped_bead(), 20.0}})
     expect_order(motion, GetParam(), t_end, GetParam().steps, 0.15);
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
 
 /// The leading term of dop853 is small: the next one, of order 9 (its energy drifts with that order), hides it in long
 /// steps and in long motions, rounding hides it in short steps. Between them are steps that show it in each motion.
-TEST(OrderOfDop853, IsThatOfTheTheory) {
+TEST(OrderOfDop853, ErrorFallsByTheOrderOfTheMethod) {
   const Order dop853{Method::Dop853, 8, 0};
   expect_order(make_damped_bead(), dop853, 20.0, 20, 0.15);
   expect_order(make_hoop(), dop853, 1.5, 16, 0.15);

@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Overstretch,
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 /// Where two points fall onto each other, forces are finite up to the very place.
-TEST(Collision, UnderAnUnboundPullNamesThePair) {
+TEST(Collision, NamesThePairUnderAnUnboundPull) {
   PairForces coulomb{.name = "pull", .law = PairLaw::Coulomb, .strength = 1.0, .charges = {1, -1, 1}};
   PairForces yukawa{.name = "pull", .law = PairLaw::Yukawa, .strength = -1.0, .length = 0.7};
   for (const PairForces& pull : {coulomb, yukawa}) {
@@ -196,8 +196,8 @@ TEST(AngleEnds, TheTipOfABendingStopsTheMotion) {
   expect_end(make_bending(2.0), 0.1, "knee: [0, 1, 2]: its angle is straight, where the force of law harmonic has no");
 }
 
-/// Where all rest straight, there is no tip.
-TEST(AngleEnds, AStraightRestIsPassed) {
+/// Where all angles rest straight, the energy has no tip.
+TEST(AngleEnds, AChainThatRestsStraightPassesTheLine) {
   for (const Method method : adaptive) {
     Simulation simulation(make_bending(std::acos(-1.0)), {.method = method, .rtol = 1e-9});
     ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;

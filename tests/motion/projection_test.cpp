@@ -16,7 +16,7 @@ Simulation run(Method method, Stabilisation stabilisation) {
   return simulation;
 }
 
-/// By somebody else: of positions, and of velocities in m/s.
+/// Violations are computed independently: of positions, and of velocities in m/s.
 struct Violation {
   double position, velocity;
 };
@@ -44,7 +44,7 @@ TEST(ProjectionTest, HoldsTheConstraintsOver1e4Steps) {
   }
 }
 
-TEST(ProjectionTest, WithoutItTheConstraintsDriftAndTheReportSaysSo) {
+TEST(ProjectionTest, ConstraintsDriftWithoutProjectionAndTheReportSaysSo) {
   const Simulation simulation = run(Method::Rk4, Stabilisation::None);
 
   const Violation violation = measure_violation(simulation);

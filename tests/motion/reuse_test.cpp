@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
                          testing::Combine(testing::ValuesIn(reused_scenes),
                                           testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
 
-/// One where it ends; a few more while nothing is known of iterations.
+/// Each step has one where it ends, and there are a few more while nothing is known of iterations.
 TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
   for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
     for (const Method method : {Method::Dop853, Method::Dopri5}) {
@@ -165,7 +165,7 @@ TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
 }
 
 /// A cheap factor is made each time: a tree on the general way, linear constraints.
-TEST(ReuseLimitsTest, WhereAFactorCostsLittleNothingIsIterated) {
+TEST(ReuseLimitsTest, CheapFactorsAreMadeEachTime) {
   const MotionOptions options = options_for(Method::Dop853);
   const SolverOptions general{.linear_solver = LinearSolver::General},
       never{.linear_solver = LinearSolver::General, .reuse = false};

@@ -64,7 +64,7 @@ TEST(RoughHoop, SticksInTheIntervalOfTheClosedForm) {
   }
 }
 
-TEST(RoughHoop, WhatSticksTurnsWithTheHoopForAHundredSecondsAndDoesNotCreepInTheTangentForm) {
+TEST(RoughHoop, StickingBeadDoesNotCreepForAHundredSecondsInTheTangentForm) {
   for (const Method method : {Method::Dopri5, Method::Rk4}) {
     MotionOptions options{.method = method};
     if (method != Method::Dopri5) options.step = 0.01;
@@ -80,7 +80,7 @@ TEST(RoughHoop, WhatSticksTurnsWithTheHoopForAHundredSecondsAndDoesNotCreepInThe
   }
 }
 
-TEST(RoughHoop, WhatSticksKeepsItsPlaceForAHundredSeconds) {
+TEST(RoughHoop, StickingBeadKeepsItsPlaceForAHundredSeconds) {
   const double theta = 1.0;
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method};
@@ -95,8 +95,8 @@ TEST(RoughHoop, WhatSticksKeepsItsPlaceForAHundredSeconds) {
   }
 }
 
-/// The hoop as a sphere and a plane that turns, as in examples/rough_hoop.json.
-TEST(RoughHoop, WhatSticksOnASphereAndAPlaneKeepsItsPlace) {
+/// The hoop is a sphere and a plane that turns, as in examples/rough_hoop.json.
+TEST(RoughHoop, StickingBeadOnASphereAndAPlaneKeepsItsPlace) {
   const double theta = 1.0;
   System system = make_hoop(theta, "5*t", 5.0, 0.3, 0.3);
   const VectorFunction normal = std::get<Circles>(system.constraints[0]).normal;
@@ -114,7 +114,7 @@ TEST(RoughHoop, WhatSticksOnASphereAndAPlaneKeepsItsPlace) {
 
 /// The guide's points move across it alone: on a ball that grows a bead that sticks keeps its direction, on a ball that
 /// is carried off it keeps T'v = 0, R theta_dot = -c_dot.t.
-TEST(RoughBall, WhatSticksGoesAcrossTheBall) {
+TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
   System system;
   const double a = 0.4;
   system.positions = {std::sin(a), 0.0, std::cos(a)};
@@ -129,7 +129,7 @@ TEST(RoughBall, WhatSticksGoesAcrossTheBall) {
     Simulation simulation(system, options);
     ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     const auto r = simulation.positions();
-    // Along the ball to rounding; across it constraints hold to 1e-13 of the radius, 4.
+    // The place along the ball holds to rounding; across it constraints hold to 1e-13 of the radius, 4.
     EXPECT_NEAR(std::atan2(r[0], r[2]), a, 1e-14) << name_of(method);
     EXPECT_NEAR(std::hypot(r[0], r[2]), 4.0, 4e-13) << name_of(method);
   }
@@ -147,8 +147,8 @@ TEST(RoughBall, WhatSticksGoesAcrossTheBall) {
   }
 }
 
-/// Goes on bit by bit: the place is a part of the snapshot.
-TEST(RoughHoop, APlaceIsRestoredBitByBit) {
+/// The place is a part of the snapshot, so that the motion goes on bit by bit.
+TEST(RoughHoop, ARestoredStickingBeadGoesOnBitByBit) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4}) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;

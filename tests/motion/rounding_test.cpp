@@ -19,7 +19,7 @@ struct Result {
   std::string warning;
 };
 
-/// At rtol 1e-5, 1e-6 … 1e-14.
+/// Runs at rtol 1e-5, 1e-6 … 1e-14.
 std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
   const System system = noise::make_system(chain);
   const std::vector<long double> right = noise::find_end(system, chain.t_end);
@@ -28,7 +28,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
     const double rtol = std::pow(10.0, -digits);
     Simulation simulation(system, {.method = method, .rtol = rtol, .atol = 1e-2 * rtol});
     std::size_t steps = 0;
-    // What is chased never ends.
+    // A run that chases rounding never ends.
     const Outcome outcome = simulation.advance_to(chain.t_end, [&](const MotionReport&) { return ++steps < 40'000; });
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_EQ(simulation.time(), chain.t_end) << "rtol " << rtol;
@@ -74,7 +74,7 @@ TEST_P(HeldSteps, TolerancesBelowRoundingTakeNoSmallerSteps) {
 INSTANTIATE_TEST_SUITE_P(AdaptiveMethods, HeldSteps,
                          testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5));
 
-TEST(Warning, SaysWhichToleranceStepsMeet) {
+TEST(Warning, NamesTheToleranceThatStepsMeet) {
   const noise::StiffChain chain = noise::make_uneven_chain();
   const auto warning_at = [&](double rtol) {
     Simulation simulation(noise::make_system(chain), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
@@ -92,7 +92,7 @@ TEST(Warning, SaysWhichToleranceStepsMeet) {
 }
 
 /// Smooth motions are not warned of, however small the tolerance.
-TEST(Warning, IsNotSaidOfAPlainChain) {
+TEST(Warning, IsNotGivenForAPlainChain) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
     Simulation simulation(scenes::make_chain(5), {.method = method, .rtol = 1e-13, .atol = 1e-13});
     ASSERT_TRUE(simulation.advance_to(0.2).ok());
@@ -101,7 +101,7 @@ TEST(Warning, IsNotSaidOfAPlainChain) {
 }
 
 /// A neighbour that rounds by much does not loosen the tolerance of others: a pendulum ends with the same bits.
-TEST(Rounding, IsEachGroupsOwn) {
+TEST(Rounding, IsMeasuredForEachGroupByItself) {
   const auto end_of_pendulum = [](const System& system) {
     Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-11, .atol = 1e-13});
     EXPECT_TRUE(simulation.advance_to(0.3).ok());

@@ -5,7 +5,7 @@
 
 #include "scenes.hpp"
 
-/// \file Motions do not depend on the unit of length; and what says that one may be wrong.
+/// \file Motions do not depend on the unit of length, and warnings say where one may be wrong.
 namespace tanor {
 namespace {
 
@@ -38,7 +38,7 @@ std::array<double, 2> swing(double length, bool has_rod, Method method, MotionRe
   return {r[r.size() - 3] / length, r[r.size() - 1] / length};
 }
 
-TEST(Scale, APendulumOfAnyLengthIsAsRight) {
+TEST(Scale, APendulumOfAnyLengthHasTheSameDigits) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     for (const bool has_rod : {true, false}) {
       MotionReport usual, report;
@@ -55,7 +55,7 @@ TEST(Scale, APendulumOfAnyLengthIsAsRight) {
   }
 }
 
-TEST(Scale, AnAbsoluteToleranceThatIsCoarseIsSaid) {
+TEST(Scale, ACoarseAbsoluteToleranceIsWarnedOf) {
   const auto warning = [](double length, double atol) {
     return Simulation(make_pendulum(length, true), {.method = Method::Dopri5, .atol = atol}).report().accuracy_warning;
   };
@@ -67,7 +67,7 @@ TEST(Scale, AnAbsoluteToleranceThatIsCoarseIsSaid) {
 }
 
 TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
-  // Beside one of 10 km another one of a micrometre.
+  // A pendulum of a micrometre hangs beside one of 10 km.
   System system = make_pendulum(1e-6, true);
   const System large = make_pendulum(1e4, true);
   for (std::size_t k = 0; k < 6; ++k) system.positions.push_back(large.positions[k] + (k % 3 == 1 ? 1e4 : 0.0));
@@ -91,7 +91,7 @@ System make_named_chain(bool outwards) {
 }
 
 TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
-  // Large beside a rod, small beside the chain.
+  // The error is large beside a rod, small beside the chain.
   for (const double atol : {0.0, 2e-5}) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
     Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);
@@ -107,14 +107,14 @@ TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
 
 // ---- accuracy warnings ----
 
-TEST(AccuracyWarning, ALooseToleranceThatLosesEnergyIsSaid) {
+TEST(AccuracyWarning, IsGivenForALooseToleranceThatLosesEnergy) {
   Simulation simulation(make_pendulum(0.5, true), {.method = Method::Dopri5, .rtol = 0.03, .atol = 0.03});
   ASSERT_TRUE(simulation.advance_to(100.0).ok());
   EXPECT_GT(std::abs(simulation.report().energy.drift_relative()), 1e-2);
   EXPECT_NE(simulation.report().accuracy_warning, "");
 }
 
-TEST(AccuracyWarning, ATightToleranceIsSilent) {
+TEST(AccuracyWarning, IsNotGivenForATightTolerance) {
   for (const Method method : {Method::Taylor, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     Simulation simulation(make_pendulum(0.5, true), {.method = method});
     ASSERT_TRUE(simulation.advance_to(20.0).ok());
@@ -136,7 +136,7 @@ System make_stick_slip(double u) {
   return system;
 }
 
-TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForStickSlip) {
   for (const double u : {0.3, 0.03, 0.003}) {
     for (const Method method : {Method::Rk4, Method::Rattle, Method::Dopri5, Method::Auto}) {
       MotionOptions options{.method = method};
@@ -151,7 +151,7 @@ TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
 }
 
 /// Nothing turns where a force that begins at 0 moves what is at rest.
-TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForAStartFromRest) {
   for (const Method method : {Method::Rk4, Method::Rattle, Method::Rattle6, Method::GeneralizedAlpha}) {
     for (const double step : {1e-2, 1e-3}) {
       System system;
@@ -166,7 +166,7 @@ TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
 }
 
 /// A block that sticks and slides under 3 sin(10 t), 127 events.
-TEST(AccuracyWarning, ABlockThatIsPushedToAndFroIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForABlockThatIsPushedToAndFro) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};
@@ -197,7 +197,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
 }
 
 /// A chain that hangs at rest: nothing flows, and rounding is no drift.
-TEST(AccuracyWarning, RestIsNoReasonForOne) {
+TEST(AccuracyWarning, IsNotGivenForAChainAtRest) {
   System system;
   Rods rods;
   for (int i = 0; i <= 20; ++i) {

@@ -44,7 +44,7 @@ TEST(Singular, RedundantParallelogramMovesAsThePendulumItIs) {
   EXPECT_EQ(simulation.report().singular_passages.count, 0U);
 }
 
-TEST(Singular, MultipliersOfTheParallelogramAreTheSmallest) {
+TEST(Singular, ParallelogramHasTheSmallestMultipliers) {
   Simulation simulation(make_parallelogram(), with(Method::Dopri5, 0.0));
 
   // Case 18a at t = 0: the cranks carry, the couplers do nothing
@@ -137,7 +137,7 @@ struct Pendulum {
       rate += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
     }
   }
-  /// Of angle = 0, by Newton's method.
+  /// Finds the time of angle = 0 by Newton's method.
   double find_flat_time() const {
     double t = 0.3;
     for (int k = 0; k < 20; ++k) {
@@ -275,8 +275,8 @@ TEST(Singular, FortyFourBarsGoThroughAllTheirFlatPlacesAsOnePendulum) {
   EXPECT_EQ(simulation.report().singular_passages.count, 20U);
 }
 
-/// On a sheet, free of forces: it turns for ever, flat after each half turn. Wherever steps begin: no branch but the
-/// one that it is on, or an end with a reason.
+/// The bar lies on a sheet, free of forces: it turns for ever, flat after each half turn. Wherever steps begin, it
+/// takes no branch but the one that it is on, or ends with a reason.
 class TurningFourBar : public testing::TestWithParam<std::pair<Method, double>> {};
 
 TEST_P(TurningFourBar, StaysOnItsBranchFromAnyAngle) {
@@ -305,10 +305,11 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
                                          std::pair{Method::Dop853, 1e-8}, std::pair{Method::Dop853, 1e-10},
                                          std::pair{Method::Dop853, 1e-12}));
 
-/// Also where steps turn the cranks by more than 90 degrees: the cranks lie flat at angle, angle + pi, …
+/// Times are right also where steps turn the cranks by more than 90 degrees: these lie flat at angle, angle + pi and so
+/// on.
 class PassageTimes : public testing::TestWithParam<std::pair<Method, double>> {};
 
-TEST_P(PassageTimes, AreThoseOfTheMotionHoweverLongStepsAre) {
+TEST_P(PassageTimes, MatchTheMotionHoweverLongStepsAre) {
   const auto [method, rtol] = GetParam();
   for (int k = 0; k < 20; ++k) {
     const double angle = 0.2 + 0.14 * k;
@@ -350,7 +351,7 @@ void expect_same_run(const Simulation& a, const Simulation& b) {
 
 class FourBarSnapshot : public testing::TestWithParam<Method> {};
 
-/// Wherever it is taken: before a flat place, on the way past it, behind it.
+/// The snapshot may be taken anywhere: before a flat place, on the way past it, behind it.
 TEST_P(FourBarSnapshot, ARestoredRunPassesFlatPlacesBitByBit) {
   System system = make_four_bar(0.5, -1.0);
   system.masses[3] = 2.0;
@@ -400,8 +401,8 @@ TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   EXPECT_LT(simulation.report().steps, 400U);
 }
 
-/// Rounding is no secret helper: other numbers in the tenth digit, the same way through all places. What was tried at
-/// one place says nothing about the next one.
+/// Rounding is no secret helper: with other numbers in the tenth digit it goes the same way through all places. A step
+/// that was tried at one place says nothing about the next one.
 TEST(Singular, SeriesGoThroughFortyFourBarsThatAreSentOffALittleFaster) {
   for (const double more : {-4e-10, -1e-10, 1e-10, 3e-10, 5e-10, 1e-9}) {
     System system = make_many_four_bars(40);

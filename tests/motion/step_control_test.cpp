@@ -17,7 +17,7 @@ double measure_error(double rtol) {
   return largest_difference(run(rtol), run(1e-13));
 }
 
-TEST(ToleranceTest, ErrorFollowsIt) {
+TEST(ToleranceTest, ErrorFollowsTheTolerance) {
   double before = measure_error(1e-4);
   for (const double rtol : {1e-6, 1e-8, 1e-10}) {
     const double error = measure_error(rtol);
@@ -27,8 +27,8 @@ TEST(ToleranceTest, ErrorFollowsIt) {
   }
 }
 
-/// x'' = c t^3: the estimate of v is of order 4 and sees no error in it, only that of x does.
-TEST(ToleranceTest, PositionsAreHeldToItToo) {
+/// In x'' = c t^3 the estimate of v is of order 4 and sees no error, only that of x does.
+TEST(ToleranceTest, PositionsAreHeldToTheTolerance) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
   system.forces = {ConstantForce{"push", {0}, {ScalarFunction::formula("1e3*t^3"), 0.0, 0.0}}};
@@ -74,7 +74,7 @@ TEST(StepControlTest, ASystemAtRestIsDoneInFewSteps) {
   EXPECT_EQ(simulation.velocities()[5], 0.0);
 }
 
-TEST(StepControlTest, AShortLastStepCostsAFewMore) {
+TEST(StepControlTest, AShortLastStepCostsAFewMoreSteps) {
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-8, .atol = 1e-10};
   Simulation free(scenes::make_chain(3), options), cut(scenes::make_chain(3), options);
 

@@ -1,4 +1,4 @@
-/// What `auto` makes of systems that turn out stiff on the way: drag, springs without gravity, formulas, light points.
+/// `auto` meets systems that turn out stiff on the way: drag, springs without gravity, formulas, light points.
 
 #include <cmath>
 #include <functional>
@@ -91,7 +91,7 @@ TEST(StiffSteps, AutoGoesOverToRadau5) {
 }
 
 /// Where accuracy itself asks for the steps they stay explicit: in a chain, and beside a spring that swings.
-TEST(StiffSteps, AreNotSeenWhereAccuracyAsksForThem) {
+TEST(StiffSteps, AreNotAssumedWhereAccuracyAsksForShortSteps) {
   System swinging;
   scenes::add_point({0, 0, 0}, &swinging);
   scenes::add_point({1.01, 0, 0}, &swinging);
@@ -125,7 +125,7 @@ TEST(StiffSteps, AreKnownToARestoredRun) {
 
 /// Light points hum with the root of the mass ratio, and these motions are such hums: steps follow them. At 1e12 there
 /// are 7e5 and 3e6 (docs/methods.md).
-TEST(MassRatios, OfABillionArrive) {
+TEST(MassRatios, BillionToOneRunsToTheEnd) {
   for (const auto& [scene, most_steps] :
        {std::pair{extreme::drop_heavy_tip(1e9), 40'000U}, std::pair{extreme::drop_alternating(1e9), 150'000U}}) {
     SCOPED_TRACE(scene.name);
@@ -139,8 +139,8 @@ TEST(MassRatios, OfABillionArrive) {
   }
 }
 
-/// In solves, a factor of a path of rods being two of them: a second one a step costs less than the iterations that it
-/// saves, and fewer orders more than both.
+/// The cost is counted in solves, a factor of a path of rods being two of them: a second one a step costs less than the
+/// iterations that it saves, and fewer orders more than both.
 TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   double before = 0.0;
   for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10}) {

@@ -16,7 +16,7 @@ class SupportsTest : public testing::TestWithParam<Method> {
   }
 };
 
-TEST_P(SupportsTest, FixedOnesDoNotMoveByABit) {
+TEST_P(SupportsTest, FixedSupportsDoNotMoveByABit) {
   System system = scenes::make_net(6, 6);
   system.velocities[0] = 7.0;  // what velocities say about supports is ignored
   Simulation simulation(system, options());
@@ -34,8 +34,8 @@ TEST_P(SupportsTest, FixedOnesDoNotMoveByABit) {
   }
 }
 
-/// Bit for bit at the time that the simulation names, whether a step or an output time ends there.
-TEST_P(SupportsTest, MovingOnesStandWhereTheirFormulaSays) {
+/// They agree bit for bit at the time that the simulation names, whether a step or an output time ends there.
+TEST_P(SupportsTest, MovingSupportsStandWhereTheirFormulaSays) {
   const System system = scenes::make_shaken_chain();
   const VectorFunction& displacement = system.supports[0].displacement;
   Simulation simulation(system, options());
@@ -102,7 +102,7 @@ TEST_P(SupportsTest, CarryWhatTheyAccelerate) {
   EXPECT_NEAR(simulation.support_forces()[2], -0.1 * (9.81 + 3.0), 1e-12);
 }
 
-/// x = x0 + v0 t + g t^2/2: every method integrates it without error.
+/// Every method integrates x = x0 + v0 t + g t^2/2 without error.
 TEST_P(SupportsTest, AFreePointFallsAlongItsParabola) {
   System system;
   scenes::add_point({1, 2, 3}, &system);

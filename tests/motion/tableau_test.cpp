@@ -103,7 +103,7 @@ TEST_P(TableauTest, StagesStandWhereTheirRowsPutThem) {
   check(tableau.dense.c, tableau.dense.a);
 }
 
-TEST_P(TableauTest, HasItsOrderAndNoHigherOne) {
+TEST_P(TableauTest, SatisfiesTheConditionsOfItsOrderAndNoHigherOne) {
   const Tableau& tableau = GetParam().tableau;
   const std::vector<Tree> trees = list_trees(list_rows(tableau), tableau.order + 1);
 

@@ -41,13 +41,13 @@ double error_of_pendulum(double t_end, double rtol, MotionReport* report = nullp
   return std::hypot(r[3] - std::sin(angle), r[5] + std::cos(angle));
 }
 
-TEST(Taylor, PendulumOfTwoThousandSeconds) {
+TEST(Taylor, FollowsAPendulumForTwoThousandSeconds) {
   EXPECT_LT(error_of_pendulum(2000.0, 1e-7), 1e-3);
   EXPECT_LT(error_of_pendulum(2000.0, 1e-10), 1e-6);
   EXPECT_LT(error_of_pendulum(10.0, 1e-13), 1e-12);
 }
 
-TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
+TEST(Taylor, TakesOneFactorizationAStepAndASolveAnOrder) {
   MotionReport report;
   // How accelerations round is measured at the start and after every 64 steps, with a factor beside the state and one
   // at it.
@@ -171,7 +171,7 @@ TEST(Taylor, PassesPlacesWithoutASeries) {
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
 }
 
-/// Along a line, thrown up at v0 against gravity and drag c |v| v: with u = sqrt(m g/c) and T = u/g
+/// A point is thrown up along a line at v0 against gravity and drag c |v| v: with u = sqrt(m g/c) and T = u/g
 ///
 ///   v = u tan((t_top - t)/T) up to t_top = T atan(v0/u),   v = -u tanh((t - t_top)/T) from there on:
 ///
@@ -237,7 +237,7 @@ TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-10);
 }
 
-/// Whatever a constraint is given by, its multiplier times its own rate in time is the power.
+/// The power of a constraint, whatever it is given by, is its multiplier times its own rate in time.
 TEST(Taylor, WorkOfConstraintsThatMoveBalancesTheEnergy) {
   const auto formula = [](const char* text) { return ScalarFunction::formula(text); };
   Parameter length;
@@ -283,8 +283,9 @@ EnergyReport run_coarsely(const VectorFunction& displacement, const Constraint& 
   return simulation.report().energy;
 }
 
-/// What touches nothing that moves does no work, however coarse the series are: their error is in the drift.
-TEST(Taylor, ErrorsOfTheSeriesAreNoWork) {
+/// A support or length that touches nothing that moves does no work, however coarse the series are: their error is in
+/// the drift.
+TEST(Taylor, ErrorsOfTheSeriesDoNotCountAsWork) {
   const Rods rod{"rod", {{0, 1}}, 1.0};
   const Planes floor{"floor", {1}, Vector3{0, 0, 1}, -1.0};
   Rods timed = rod;

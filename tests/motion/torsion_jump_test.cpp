@@ -65,7 +65,7 @@ TEST(TorsionJump, IsPassedInTheMotionThatItsClosedFormHas) {
 }
 
 /// A fixed step stays as it was told, with a warning where the jump costs more than a thousandth of the energy.
-TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassIt) {
+TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassTheJump) {
   for (const Method method : {Method::Rk4, Method::Rattle}) {
     for (const double step : {0.2, 0.05, 0.02, 0.01}) {
       Simulation simulation(make_rotor(), {.method = method, .step = step});
@@ -78,8 +78,8 @@ TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassIt) {
   }
 }
 
-/// Between jumps the same steps are good.
-TEST(TorsionJump, IsNotWarnedOfBeforeItComes) {
+/// The same steps are good between jumps.
+TEST(TorsionJump, IsNotWarnedOfBetweenJumps) {
   Simulation simulation(make_rotor(), {.method = Method::Rattle, .step = 0.01});
 
   ASSERT_TRUE(simulation.advance_to(0.4).ok()) << simulation.outcome().what;

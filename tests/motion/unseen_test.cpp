@@ -20,7 +20,7 @@ using namespace unseen_scenes;
 
 // ---- the examples, with published digits ----
 
-TEST(Unseen, AForceThatTakesABlockAlongAndLetsItGo) {
+TEST(Unseen, ForceThatMovesABlockAndLetsItGoIsSeen) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853}) {
     System system = make_block(0.2, {});
     system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(ScalarFunction::formula("3*sin(10*t)"))});
@@ -33,7 +33,8 @@ TEST(Unseen, AForceThatTakesABlockAlongAndLetsItGo) {
   }
 }
 
-/// x of a block that a force f pushes along a rail while N = -a cos(w t + p) holds it, by short steps of its own.
+/// Returns x of a block that a force f pushes along a rail while N = -a cos(w t + p) holds it, by short steps of its
+/// own.
 double slide(double f, double mu, double a, double w, double p, double t_end) {
   constexpr int steps = 4000000;
   const double h = t_end / steps;
@@ -69,7 +70,7 @@ TEST(Unseen, WindowsInWhichTheNormalForceVanishesAreNotJumped) {
   }
 }
 
-TEST(Unseen, APulseThatMovesABlockAtRest) {
+TEST(Unseen, PulseThatMovesABlockAtRestIsSeen) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     System system = make_block(0.2, {});
     const ForceKernel pulse = formula_force({"4*exp(-((t-5)/0.5)^2)", "0", "0"});
@@ -82,7 +83,7 @@ TEST(Unseen, APulseThatMovesABlockAtRest) {
   }
 }
 
-TEST(Unseen, ABeltThatOvertakesABlock) {
+TEST(Unseen, BeltThatOvertakesABlockIsSeen) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     System system = make_block(0.1, along_x(ScalarFunction::formula("6*exp(-((t-1.3)/0.2)^2)")));
     system.velocities = {5.0, 0.0, 0.0};
@@ -94,7 +95,7 @@ TEST(Unseen, ABeltThatOvertakesABlock) {
   }
 }
 
-TEST(Unseen, APulseOnAFreePoint) {
+TEST(Unseen, PulseOnAFreePointIsSeen) {
   const Unseen pulse(Shape::Pulse, 100.0, 5.3, 0.5);
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     System system = make_free_point();
@@ -122,7 +123,7 @@ System make_pair() {
   return system;
 }
 
-TEST(Unseen, APulseOfAnEnergyAndOfAForceOnTwoPoints) {
+TEST(Unseen, PulseOfAnEnergyAndOfAForceOnTwoPointsIsSeen) {
   for (const Shape shape : {Shape::Pulse, Shape::Triangle, Shape::Window}) {
     const Unseen g(shape, 20.0, 5.3, 0.01);
     for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5}) {
@@ -154,8 +155,8 @@ TEST(Unseen, APulseOfAnEnergyAndOfAForceOnTwoPoints) {
   }
 }
 
-/// Every tuple with a constant of its own, and a support in each.
-TEST(Unseen, PulsesOfAnEnergyWithConstantsAndSupports) {
+/// Every tuple has a constant of its own and holds a support.
+TEST(Unseen, PulsesOfAnEnergyWithConstantsAndSupportsAreSeen) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     System system;
     std::vector<std::vector<Index>> tuples;
@@ -230,7 +231,7 @@ TEST(Unseen, FixedStepsTellWhichEnergyTheyPassedOver) {
   EXPECT_NE(simulation.report().accuracy_warning, "");
 }
 
-TEST(Unseen, ASupportThatIsPushed) {
+TEST(Unseen, PushOfASupportIsSeen) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
   system.masses = {1.0, 1.0};
@@ -284,8 +285,8 @@ TEST(Unseen, AMaxStepThatIsNoLengthOfTimeIsRefused) {
   }
 }
 
-/// Of a black box of state and time nobody knows a bound: the user says one.
-TEST(Unseen, MaxStepFindsWhatABlackBoxDoes) {
+/// Nobody knows a bound of a black box of state and time, so that the user says one.
+TEST(Unseen, MaxStepFindsAPulseOfABlackBox) {
   const Unseen pulse(Shape::Pulse, 10.0, 5.3, 0.1);
   System system = make_free_point();
   const ForceKernel black_box = make_force_kernel([pulse](const auto& r, const auto&, double t) {

@@ -44,7 +44,7 @@ TEST_P(UserEventsTest, APendulumPassesTheVerticalWhenEllipticIntegralsSay) {
   }
 }
 
-TEST_P(UserEventsTest, AStoppingOneEndsTheAdvanceAndTheNextOneGoesOn) {
+TEST_P(UserEventsTest, AStoppingEventEndsTheAdvanceAndTheNextAdvanceGoesOn) {
   Simulation watched(scenes::make_pendulum(), GetParam().options);
   const std::size_t turn = watched.add_event(
       {"turn",
@@ -104,7 +104,7 @@ TEST(UserEventsTest, LookingChangesNoMotion) {
   EXPECT_LT(largest_difference(watched.positions(), plain.positions()), 1e-13);
 }
 
-/// A time is an event as well; found inside long steps of a motion at rest.
+/// A time is an event as well, and is found inside long steps of a motion at rest.
 TEST(UserEventsTest, FunctionsOfTimeAreFoundToRounding) {
   System system = scenes::make_pendulum();
   system.positions = {0, 0, 0, 0, 0, -0.1};
@@ -149,7 +149,7 @@ TEST(UserEventsTest, AFunctionThatIsNoNumberIsReported) {
   EXPECT_THROW(simulation.add_event({"empty"}), InputError);
 }
 
-/// So near to its root that steps look at both sides of the hole alone.
+/// The hole is so near to the function's root that steps look at both sides of it alone.
 TEST(UserEventsTest, AFunctionThatIsNoNumberAtItsRootHasNoPassage) {
   for (const MotionOptions& options : {MotionOptions{.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12},
                                        MotionOptions{.method = Method::Rk4, .step = 1e-3}}) {

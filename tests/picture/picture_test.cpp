@@ -32,7 +32,7 @@ bool is_near(const std::uint8_t* pixel, const Colour& wanted, int allowed) {
   return true;
 }
 
-/// What of a picture is drawn, pixels.
+/// These are the bounds of what is drawn, in pixels.
 struct Bounds {
   int left = 1 << 20, right = -1, top = 1 << 20, bottom = -1;
   int count = 0;
@@ -59,7 +59,7 @@ Bounds bound_colour(const Decoded& picture, const Colour& colour, int allowed = 
   return bound(picture, [&](int x, int y) { return is_near(picture.at(x, y), colour, allowed); });
 }
 
-/// As a run writes it into its frames.
+/// Returns a guide with the numbers that a run writes into its frames.
 report::Guide formula_guide(const std::string& equation, double t = 0.0) {
   System system;
   system.positions = {0, 0, 0};
@@ -98,7 +98,7 @@ TEST(PictureTest, ARodHasTheColourOfItsTension) {
     for (std::size_t k = 0; k < 3; ++k)
       EXPECT_NEAR(0.5 * (painted.at(400, 299)[k] + painted.at(400, 300)[k]), wanted[k], 4) << k;
   };
-  // Half of the scale: in the middle between the second and the third stop of the colours.
+  // This is half of the scale: in the middle between the second and the third stop of the colours.
   expect_rod(5.0, {228, 126, 45});
   expect_rod(-5.0, {77, 140, 210});
   expect_rod(0.0, {199, 199, 196});
@@ -154,7 +154,7 @@ std::vector<int> measure_widths(const Decoded& picture) {
   return widths;
 }
 
-TEST(PictureTest, PerspectiveMakesTheNearOnesLarger) {
+TEST(PictureTest, PerspectiveMakesNearPointsLarger) {
   Picture picture = make_rod(5.0);
   picture.frame.positions = {-0.5, 0, 0.5, 0.5, 0, -0.5};
   picture.frame.is_support = {true, true};
@@ -249,7 +249,7 @@ TEST(PictureTest, GuidesThatAreNowhereAreNotDrawn) {
 }
 
 /// The corners lie on the sphere, and its area is 4 pi, to second order in the side of a cell.
-TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
+TEST(ImplicitSurfaceTest, PolygonsOfASphereLieOnTheSphere) {
   const std::optional<ImplicitFunction> xi = ImplicitFunction::read(formula_guide("x1^2+y1^2+z1^2-1").numbers);
   ASSERT_TRUE(xi.has_value());
   double area = 0.0, farthest = 0.0;
@@ -262,8 +262,8 @@ TEST(ImplicitSurfaceTest, OfASphereIsTheSphere) {
   EXPECT_NEAR(area, 4.0 * std::numbers::pi, 0.05);
 }
 
-/// All operations, at a place and a time.
-TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
+/// The formula has all operations and is read at a place and a time.
+TEST(ImplicitSurfaceTest, NumbersOfTheFormulaAreItsValues) {
   const std::string formula =
       "sqrt(x1)+exp(-y1)*log(z1)-sin(t)/cos(x1)+sinh(y1)*cosh(z1)+asin(0.1*x1)+atan(y1)+atan2(y1,z1)+abs(-x1)+"
       "min(x1,y1)-max(y1,z1)+2*x1-3";
@@ -277,16 +277,16 @@ TEST(ImplicitSurfaceTest, ItsNumbersAreTheFormula) {
   EXPECT_NEAR((*xi)({0.3, 0.8, 1.9}), at(0.3, 0.8, 1.9, 0.7), 1e-13);
 }
 
-// A formula costs as much as it is long, thousands of times.
-TEST(PictureTest, OfManyFormulasSoManyAreDrawnAsTakeNoTime) {
+// A formula costs as much as it is long, and there are thousands: those that would take long are left out.
+TEST(PictureTest, MostOfThousandsOfFormulasAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
   picture.frame.guides.assign(9000, formula_guide("x1^2+y1^2+z1^2+1"));
   EXPECT_GT(draw(picture).left_out, 8000u);
 }
 
-// Each costs all samples that it covers.
-TEST(PictureTest, OfManySurfacesSoManyAreDrawnAsCanBeSeen) {
+// Each surface costs all samples that it covers, and thousands of large ones cannot be seen.
+TEST(PictureTest, LargeSurfacesBeyondAFewAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
   picture.frame.guides.assign(4, {"sphere", "", {0.5, 0, 0, 2}});
@@ -317,14 +317,14 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   EXPECT_GT(top.left, 320);
   EXPECT_LT(top.top, 90);
   EXPECT_GT(low.bottom, 190);
-  // Words in the upper left corner.
+  // There are words in the upper left corner.
   const Bounds words = bound(painted, [&](int x, int y) { return x < 100 && y < 20 && painted.at(x, y)[0] < 128; });
   EXPECT_GT(words.count, 20);
   // The motion keeps away from the bar.
   EXPECT_LT(bound_colour(painted, bead, 10).right, 320);
 }
 
-TEST(PictureTest, TheSameInstantIsTheSameInLargeAndInSmall) {
+TEST(PictureTest, ALargePictureShowsTheSameAsASmallOne) {
   Picture picture = make_rod(5.0);
   const Decoded small = paint(picture);
   picture.style.width = 1200;

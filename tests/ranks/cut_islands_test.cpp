@@ -147,7 +147,7 @@ TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
   EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
 }
 
-TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
+TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
   System held = make_chain(6);  // what the support carries would be counted twice
   held.forces.push_back(
       Bendings{.name = "bendings", .triples = {{0, 2, 3}}, .law = BendingLaw::Cosine, .stiffness = 1});
@@ -157,13 +157,13 @@ TEST(CutIslands, WhatOnlyOneRankCanDoIsRefused) {
   EXPECT_THROW(take(held), InputError);
   System charged = make_chain(6), walled = make_chain(6);
   charged.forces.push_back(PairForces{.name = "charges", .law = PairLaw::Coulomb, .charges = {1e-6}});
-  walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // of the support as well
+  walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // the support is a bead as well
   EXPECT_THROW(take(charged), InputError);
   EXPECT_THROW(take(walled), InputError);
 }
 
 /// A run that two ranks saved goes on on one and on four.
-TEST(CutIslands, MotionGoesOnOnAnyNumberOfRanks) {
+TEST(CutIslands, SavedMotionGoesOnOnAnyNumberOfRanks) {
   const System net = make_net(8, 5);
   for (const MotionOptions& options : {options_of(Method::Rattle, 1e-3), options_of(Method::Dop853)}) {
     std::vector<std::byte> progress;

@@ -15,7 +15,7 @@ using scenes::make_chain;
 using scenes::make_lattice;
 using scenes::make_net;
 
-TEST(Reach, HaveSeriesInTime) {
+TEST(Reach, CutIslandsMoveBySeriesInTime) {
   MotionOptions options = options_of(Method::Taylor);
   options.start = StartMode::Project;
   expect_same_motion(make_chain(24), options, 0.1, 1e-12);
@@ -23,8 +23,8 @@ TEST(Reach, HaveSeriesInTime) {
   expect_same_motion(make_lattice(4), options, 0.02, 1e-12);
 }
 
-/// What acts and what is prescribed has series as well; `auto` takes them.
-TEST(Reach, HaveSeriesOfWhatDrivesThem) {
+/// Forces and prescribed motions have series as well; `auto` takes them.
+TEST(Reach, DrivenCutIslandsMoveBySeriesInTime) {
   System bent = scenes::make_shaken_chain(9);
   Bendings bendings{.name = "bendings", .triples = {}, .law = BendingLaw::Cosine, .stiffness = 0.02};
   Potential potential{.name = "energies",
@@ -44,7 +44,7 @@ TEST(Reach, HaveSeriesOfWhatDrivesThem) {
 }
 
 /// Energies that cancel at rest: what they are beside others is known by points that are moved, guests as well.
-TEST(Reach, HaveTheEnergyScaleOfOneRank) {
+TEST(Reach, EnergyScaleIsThatOfOneRank) {
   System loose = make_net(7, 6);
   const Rods rods = std::get<Rods>(loose.constraints[0]);
   loose.constraints.clear();

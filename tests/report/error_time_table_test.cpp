@@ -9,7 +9,7 @@
 namespace tanor::report {
 namespace {
 
-/// Two methods of two rows each; the last one did not arrive.
+/// The table has two methods of two rows each; the last one did not arrive.
 ErrorTimeTable make_table() {
   ErrorTimeTable table{"s, \"t\"", "inline", 1.0, 1, {}, {}, {}, {}, "0123456789abcdef"};
   table.references = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
@@ -36,7 +36,7 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
 }
 
 /// The page of a run of another scene says whose errors it shows.
-TEST(ErrorTimeTableTest, IsReadForAPageWithTheNameOfAnotherScene) {
+TEST(ErrorTimeTableTest, PageNamesTheSceneOfErrorsThatAreNotItsOwn) {
   const Folder folder;
   const Json nothing = Json::array();
   EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), nothing);
@@ -53,7 +53,7 @@ TEST(ErrorTimeTableTest, IsReadForAPageWithTheNameOfAnotherScene) {
   EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), nothing) << "it may be of any scene";
 }
 
-TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsNothing) {
+TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsZero) {
   const std::string text = format_error_time(make_table());
 
   EXPECT_NE(text.find("rk4 is compared with taylor with rtol 1e-13, whose own error is <= 0.0e+00 m\n"),

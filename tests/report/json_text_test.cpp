@@ -78,7 +78,7 @@ TEST(JsonText, MembersKeepTheirOrderAndHaveLinesOfTheirOwnAsRowsOfTablesHave) {
 )");
 }
 
-TEST(JsonText, AnObjectWithoutMembersIsOne) {
+TEST(JsonText, AnObjectWithoutMembersIsWritten) {
   const Folder folder;
   OutputFile file(folder / "x.json");
   JsonObjectFile(&file).finish();

@@ -83,7 +83,7 @@ class FileLimit {
 };
 
 // A disk that is full in the middle of a part, or of the tail behind it, and has room again later.
-TEST(GrowingFileTest, APartThatDoesNotFitIsNotInIt) {
+TEST(GrowingFileTest, APartThatDoesNotFitIsNotInTheFile) {
   for (std::size_t limit = 20; limit < 30; ++limit) {
     const Folder folder;
     GrowingFile file(folder / "x", "begin\n", "the end\n");

@@ -33,7 +33,7 @@ TEST(ProgressTest, ShortRunsAndQuietOnesAreSilent) {
   EXPECT_EQ(tell(Progress::Style::Quiet, 10s), "");
 }
 
-TEST(ProgressTest, LinesComeByTenthsAndNotMoreThanOneASecond) {
+TEST(ProgressTest, LinesComeAtEachTenthAndAtMostOnceASecond) {
   EXPECT_EQ(tell(Progress::Style::Lines, 45ms),
             "tanor:  23 %  3.5 s left  violation 2.3e-12  t = 0.23 of 1 s  23 steps\n"
             "tanor:  46 %  2.4 s left  violation 4.6e-12  t = 0.46 of 1 s  46 steps\n"

@@ -120,7 +120,8 @@ void record(double end, Simulation* motion, Recording* recording) {
   ASSERT_TRUE(outcome.ok()) << outcome.what;
 }
 
-/// That ends at t = 0.5 s, where its bead sticks on a rough rail after it has slid uphill, and lies in a folder.
+/// A recording of a run that ends at t = 0.5 s, where its bead sticks on a rough rail after it has slid uphill, is
+/// stored in a folder.
 struct StoredRecording {
   System system = make_incline(-1.0, 0.8);
   Simulation motion{system, in_small_steps};
@@ -219,7 +220,7 @@ TEST(RecordingTest, AViolationOfOneStepIsSeenThoughTheStepIsNotKept) {
   EXPECT_EQ(steps.back().reciprocal_condition, 0.5);
 }
 
-TEST(RecordingTest, WhatDoesNotFitIsNotTaken) {
+TEST(RecordingTest, DamagedRecordingsAreNotTaken) {
   StoredRecording before;
   const std::filesystem::path file = before.folder / recording_name;
   const std::string good = read_text(file);

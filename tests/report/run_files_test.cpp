@@ -146,7 +146,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(list_names(folder.path()), std::vector<std::string>{"checkpoint"});
 }
 
-TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
+TEST(CheckpointTest, OnlyTheCheckpointOfTheRunIsTaken) {
   const Folder folder;
   EXPECT_EQ(error_of(folder), "no checkpoint");
   write_checkpoint(folder.path(), make_checkpoint());
@@ -199,7 +199,7 @@ std::string forge(const std::string& text, const std::string& key, const std::st
   return content + "checksum " + sum.text() + "\n";
 }
 
-// As a program would write it that is not ours: whole, and yet no checkpoint of any run.
+// The text is as a program would write it that is not ours: whole, and yet no checkpoint of any run.
 TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
   const Folder folder;
   write_checkpoint(folder.path(), make_checkpoint());
@@ -240,7 +240,7 @@ TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
   EXPECT_NE(make_fingerprint(files, scenes::make_chain(1)), fingerprint);
 }
 
-TEST(CheckpointTest, WhatWasChangedIsNamed) {
+TEST(CheckpointTest, ChangedFilesAndPointsAreNamed) {
   const Folder folder;
   write_text(folder / "a.json", "{}");
   write_text(folder / "drive.csv", "0, 0");
@@ -402,7 +402,7 @@ TEST(SummaryTest, TellsHowFrictionWasFound) {
                   {"method_used", "anderson"}}));
 }
 
-TEST(SummaryTest, WhatFrictionDidNotNeedIsNull) {
+TEST(SummaryTest, UnneededNumbersOfFrictionAreNull) {
   const json friction = summarise_friction(make_rough_chain(Viscous{.at = {"floor"}, .coefficient = 2.0}), {});
 
   for (const char* key : {"iterations_mean", "iterations_max", "contraction_max", "residual_max", "error_bound",
@@ -425,7 +425,7 @@ TEST(SummaryTest, WorkAndTimeOfFrictionAreNumbersWhereThereIsSome) {
   EXPECT_EQ(summary["final"]["multipliers"].size(), 4u) << "as many as equations, also where the bead could stick";
 }
 
-TEST(SummaryTest, WhatWasNotComputedIsNull) {
+TEST(SummaryTest, UncomputedNumbersAreNull) {
   const Folder folder;
   Simulation simulation = make_simulation();
   RunFacts facts;
@@ -443,7 +443,7 @@ TEST(SummaryTest, WhatWasNotComputedIsNull) {
   }
 }
 
-TEST(SummaryTest, CertificateIsTheOneThatWasMadeOrNull) {
+TEST(SummaryTest, HasTheCertificateThatWasMadeOrNull) {
   const Folder folder;
   Simulation simulation = make_simulation();
 

@@ -107,7 +107,7 @@ TEST(StoredFrameTest, DamagedFilesAreRefusedByName) {
       } catch (const InputError& error) {
         EXPECT_NE(error.where().find("cut.vtp"), std::string::npos);
       }
-      // Any byte changed: refused, or read as other numbers.
+      // A file with any byte changed is refused, or read as other numbers.
       std::string changed = whole;
       changed[random() % changed.size()] = static_cast<char>(random());
       write_text(folder / "changed.vtp", changed);
@@ -175,7 +175,7 @@ TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
   EXPECT_EQ(farthest, extent.most[0]);
 }
 
-TEST(MotionExtentTest, RoundingsAreNeitherForcesNorPushes) {
+TEST(MotionExtentTest, RoundingsCountNeitherAsForcesNorAsPushes) {
   StoredFrame frame;
   frame.is_support.resize(100);
   frame.positions.resize(300);

@@ -154,7 +154,7 @@ const Mistake mistakes[] = {
 INSTANTIATE_TEST_SUITE_P(CoordinatesTest, WrongCoordinatesTest, testing::ValuesIn(mistakes),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(WrongCoordinatesTest, BodyOnOneLine) {
+TEST(WrongCoordinatesTest, BodyOnOneLineIsRefused) {
   EXPECT_EQ(error_of(three_points(R"("coordinates": [{"kind": "rigid_body", "points": "all"}])")),
             "scene.json: /coordinates/0/points: all 3 points are on one line, through points 0 and 2; a rigid body "
             "needs one beside it");

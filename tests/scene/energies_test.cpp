@@ -41,7 +41,7 @@ TEST(Energies, TextsHaveParametersAndConstantsOfTheirOwn) {
   EXPECT_EQ(gradient[9], 24.0);
 }
 
-TEST(Energies, SinglePointsAreAListToo) {
+TEST(Energies, PotentialsTakeAListOfSinglePoints) {
   const auto potential =
       read_energy<Potential>(R"({"kind": "potential", "points": {"first": 0, "count": 3}, "energy": "z1"})");
 
@@ -87,7 +87,7 @@ TEST(Energies, PairsHaveTheirLaws) {
   EXPECT_EQ(morse.rest_length, 0.5);
 }
 
-TEST(Energies, AlongRodsEveryTwoAndEveryThreeInSequence) {
+TEST(Energies, TuplesAlongRodsAreEveryTwoAndEveryThreeInSequence) {
   const auto bendings =
       read_energy<Bendings>(R"({"kind": "bending", "law": "cosine", "along": "chain", "stiffness": [1, 2, 3]})");
   const auto torsions =
@@ -108,7 +108,7 @@ struct Rule {
 
 class EnergyRules : public testing::TestWithParam<Rule> {};
 
-TEST_P(EnergyRules, AreOneErrorWithItsPlace) {
+TEST_P(EnergyRules, GiveOneErrorWithItsPlace) {
   EXPECT_EQ(error_of(zigzag(GetParam().force, GetParam().more_rods)), "scene.json: " + GetParam().error);
 }
 
@@ -284,8 +284,8 @@ TEST(Energies, AnAngleOfRoundedPiRestsStraight) {
   EXPECT_FALSE(KindOf<Bendings>::is_straight({.law = BendingLaw::Harmonic, .rest = 3.1415926}));
 }
 
-/// Where points are at one place: both are named, whatever joins them.
-TEST(EnergyRulesAtOnePlace, NameTheTuple) {
+/// Points at one place are both named, whatever joins them.
+TEST(EnergyRulesAtOnePlace, CoincidentPointsAreNamed) {
   const std::string points = R"({"positions": [[0,0,0],[0,0,0],[1,0,0],[2,1,0]]})";
   const auto told = [&](const std::string& force) {
     return error_of(R"({"tanor_scene": 1, "points": )" + points + R"(, "forces": [)" + force + "]}");

@@ -86,7 +86,7 @@ TEST(Friction, GuidesAreNamedAsInTheScene) {
   EXPECT_EQ(num_contacts(scene.system, 0), 1u);
 }
 
-TEST(Friction, SolverHasAMethodForIt) {
+TEST(Friction, MethodOfTheSolverIsRead) {
   const auto method = [](const std::string& solver) {
     return parse(rough_scene("", R"("solver": {)" + solver + "}")).solver.friction;
   };
@@ -197,19 +197,19 @@ const BadFriction bad_friction[] = {
 INSTANTIATE_TEST_SUITE_P(Contract, BadFrictionTest, testing::ValuesIn(bad_friction),
                          [](const auto& bad) { return std::string(bad.param.rule); });
 
-TEST(BadFrictionSceneTest, ListIsNoList) {
+TEST(BadFrictionSceneTest, FrictionThatIsNoListIsNamed) {
   EXPECT_EQ(error_of(three_points(R"("friction": {"kind": "coulomb"})")),
             "scene.json: /friction: found an object, wanted a list of friction laws");
 }
 
-TEST(BadFrictionSceneTest, CoordinatesAloneHaveNoGuide) {
+TEST(BadFrictionSceneTest, GuidesAmongCoordinatesAloneAreRefused) {
   EXPECT_EQ(error_of(three_points(R"("coordinates": [{"kind": "free", "points": "all"}],
                                      "friction": [{"kind": "coulomb", "at": "free0", "coefficient": 0.3}])")),
             "scene.json: /friction/0/at: \"free0\" names no constraint: there are none, and coordinates are no guides; "
             "a plane, sphere, line, circle, ellipsoid, helix or formula of single points is right");
 }
 
-TEST(BadFrictionSceneTest, MethodIsUnknown) {
+TEST(BadFrictionSceneTest, UnknownMethodIsNamed) {
   EXPECT_EQ(error_of(three_points(R"("solver": {"friction": "guess"})")),
             "scene.json: /solver/friction: found string \"guess\", wanted one of auto, fixed_point, anderson, newton, "
             "enumeration");

@@ -22,16 +22,16 @@ void expect_short(const std::string& error) {
   EXPECT_LT(error.size(), 1000u);
 }
 
-TEST(HostileInput, ListsInsideListsEndAtAHundred) {
+TEST(HostileInput, ListsMayBeNestedAHundredDeep) {
   EXPECT_EQ(error_of(repeat("[", megabyte)),
             "scene.json: found more than 100 lists and objects inside one another, wanted a scene");
   expect_short(error_of(repeat(R"({"a":)", megabyte / 5)));
-  // A hundred are read, and then found to be no scene.
+  // A hundred lists are read, and then found to be no scene.
   EXPECT_EQ(error_of(repeat("[", 100) + repeat("]", 100)), "scene.json: found a list of 1, wanted an object");
 }
 
-// Bytes that go on a character which never began: a long word cannot be cut between two characters.
-TEST(HostileInput, WordsWithoutABeginningAreCut) {
+// The bytes go on a character which never began: a long word cannot be cut between two characters.
+TEST(HostileInput, LongWordsOfBrokenCharactersAreCut) {
   const std::string word(300, '\x80');
   const Folder folder;
   folder.add("a.data", "a file of LAMMPS\n\n1 atoms\n1 atom types\n\nAtoms # atomic\n\n1 1 0 " + word + " 0\n");
@@ -45,8 +45,8 @@ TEST(HostileInput, WordsWithoutABeginningAreCut) {
   expect_short(error_of(R"({"tanor_scene": )" + word));
 }
 
-// What stands behind the end of a document stands nowhere in it.
-TEST(HostileInput, NumbersBehindTheEndAreNoPartOfTheScene) {
+// A text behind the end of a document has no place in it.
+TEST(HostileInput, NumbersBehindTheEndOfTheSceneAreRefused) {
   for (const char* rest : {"nan", "1e999", "\"a b nan", "[nan]"}) {
     const std::string error = error_of(std::string("{\"tanor_scene\": 1} ") + rest);
     EXPECT_EQ(error.find("scene.json: line 1, column "), 0u) << error;
@@ -55,13 +55,13 @@ TEST(HostileInput, NumbersBehindTheEndAreNoPartOfTheScene) {
   }
 }
 
-/// What the parser says quotes the text, which may read like words of its own.
-TEST(HostileInput, WordsOfTheParserAreNoneOfItsMessages) {
+/// Messages of the parser quote the text, which may read like words of its own.
+TEST(HostileInput, TextLikeAMessageOfTheParserIsNoMessage) {
   const std::string error = error_of("{ \"while parsing value}nan");
   EXPECT_NE(error.find("not JSON: syntax error while parsing object key"), std::string::npos) << error;
 }
 
-// What scripts/fuzz found: a name that the library quoted as it was.
+// scripts/fuzz found a name that the library quoted as it was.
 TEST(HostileInput, NamesOfTwoLinesAreToldOnOne) {
   EXPECT_EQ(error_of(three_points(R"("motion": {"t_end": 1, "method": "radau5\\\nva"})")).find('\n'),
             std::string::npos);

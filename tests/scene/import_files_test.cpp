@@ -147,7 +147,7 @@ TEST(ImportPly, NamesWhatIsWrong) {
             "a.ply, line 12: found vertex 1 twice in sequence in face 0, wanted vertices that differ");
   EXPECT_EQ(error(face + "200 1 1\n"),
             "a.ply, line 12: found a list of 200 entries in face 0, wanted no more than the rest of the file holds");
-  // More than an integer holds.
+  // The number is more than an integer holds.
   EXPECT_EQ(error("element face 1\nproperty list double int vertex_index\nend_header\n1e46 1 1\n"),
             "a.ply, line 6: found a list of 1e+46 entries in face 0, wanted no more than the rest of the file holds");
   const std::string list = "found a list of ";
@@ -274,7 +274,7 @@ TEST(ImportGro, ReadsWaterWithBondsByDistance) {
   EXPECT_EQ(angles.triples[5], (std::array<Index, 3>{16, 15, 17}));
 }
 
-TEST(ImportGro, HasNoRodsOfItsOwn) {
+TEST(ImportGro, MakesNoRodsByItself) {
   const Scene scene = import(R"("file": "water216.gro", "format": "gro")");
 
   EXPECT_TRUE(rods_of(scene).pairs.empty());

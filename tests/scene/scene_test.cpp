@@ -3,7 +3,7 @@
 namespace tanor::scene {
 namespace {
 
-TEST(Scene, OfTheContractIsReadWhole) {
+TEST(Scene, SceneOfTheContractIsReadWhole) {
   const Scene scene = parse(R"({
     "tanor_scene": 1,
     "name": "three beads",
@@ -99,7 +99,7 @@ TEST(Scene, TakesNoStepFromNull) {
   EXPECT_EQ(parse(three_points(R"("motion": {"step": null})")).motion.step, 0.0);
 }
 
-TEST(Scene, AcceptsEmptyListsOfWhatThisVersionLacks) {
+TEST(Scene, AcceptsEmptyListsOfFrictionAndCoordinates) {
   EXPECT_EQ(error_of(three_points(R"("friction": [], "coordinates": [])")), "no error");
 }
 
@@ -148,7 +148,7 @@ TEST(Scene, IsLoadedFromItsFile) {
   EXPECT_EQ(load_scene(file).name, "beads");
 }
 
-TEST(Scene, ThatCannotBeReadNamesItsFile) {
+TEST(Scene, UnreadableSceneNamesItsFile) {
   const Folder folder;
 
   for (const char* name : {"nowhere.json", ""}) {  // the second one is the folder itself
@@ -162,7 +162,7 @@ TEST(Scene, ThatCannotBeReadNamesItsFile) {
   }
 }
 
-TEST(Scene, OfAMillionPointsIsReadWhole) {
+TEST(Scene, MillionPointsAreRead) {
   constexpr int num_points = 1'000'000;
   std::string positions, pairs;
   for (int k = 0; k < num_points; ++k) {

@@ -140,7 +140,7 @@ System make_driven_chain(std::mt19937* random) {
   return system;
 }
 
-TEST(LinearSolvers, PathsKnowLengthsThatMoveOffsetsAndForces) {
+TEST(LinearSolvers, PathsTakeMovingLengthsOffsetsAndForces) {
   std::mt19937 random(8);
   for (int repetition = 0; repetition < 3; ++repetition) {
     const System system = make_driven_chain(&random);
@@ -202,7 +202,7 @@ TEST(LinearSolvers, ThreadsChangeNoBit) {
     expect_the_same_bits_with_threads(make_random_chain(20011, ends, 1e1, &random), LinearSolver::Paths);
 }
 
-/// `bend`: how far the middle of a straight path between two supports is out of line.
+/// `bend` says how far the middle of a straight path between two supports is out of line.
 System make_taut_path(double bend) {
   System system;
   Rods rods;
@@ -234,7 +234,7 @@ TEST(LinearSolvers, TautPathIsLeftToTheGeneralSolver) {
   EXPECT_EQ(w, general.w);
   EXPECT_EQ(lambda, general.lambda);
 
-  // And back with its own solver where the rank is full.
+  // Where the rank is full its own solver answers again.
   ASSERT_TRUE(dynamics
                   .solve({.time = 0.0, .positions = bent.positions, .velocities = bent.velocities},
                          {.accelerations = w, .multipliers = lambda})
@@ -294,7 +294,7 @@ TEST(LinearSolvers, WrongNumbersAreToldAsWithTheGeneralSolver) {
   }
 }
 
-TEST(LinearSolvers, WhatDoesNotServeIsRefused) {
+TEST(LinearSolvers, ASolverThatDoesNotServeIsRefused) {
   System tree = make_taut_path(0.1);
   std::get<Rods>(tree.constraints[0]).pairs[4] = {2, 5};
   const auto message = [](const System& system, SolverOptions options) -> std::string {

@@ -260,7 +260,7 @@ System islands_of_every_kind(AnyNumbers* any) {
   return system;
 }
 
-TEST(MixedSolvers, GiveEachIslandItsOwn) {
+TEST(MixedSolvers, GiveEachIslandItsOwnSolver) {
   AnyNumbers any(18);
   const System system = islands_of_every_kind(&any);
   EXPECT_EQ(Dynamics(system).plan().linear_solver(), "closed_form+batches+paths");

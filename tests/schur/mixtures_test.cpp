@@ -163,7 +163,7 @@ TEST(Mixtures, GiveShortIslandsTheirWaysBesideOthers) {
   EXPECT_LE(refinements, 4);
 }
 
-TEST(Mixtures, KnowAnyConstraints) {
+TEST(Mixtures, AgreeWithTheGeneralSolverOnAnyConstraints) {
   int num_mixtures = 0;
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     AnyNumbers any(seed);
@@ -205,7 +205,7 @@ TEST(Mixtures, GiveTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-/// A rod given twice.
+/// A rod is given twice.
 TEST(Mixtures, LeaveSingularIslandsToTheGeneralSolverWhichNamesTheRow) {
   AnyNumbers any(23);
   System system = net(5, 5, &any);
@@ -264,7 +264,7 @@ TEST(Mixtures, KeepFactorsOfConstantGradients) {
   }
 }
 
-/// Beside `count` clusters.
+/// Returns the plan of a net beside `count` clusters.
 PlanSummary plan_of_net(Index size, int count) {
   AnyNumbers any(26);
   System system = net(size, size, &any);

@@ -44,7 +44,7 @@ TEST(MultiplierHistoryTest, ANewSolutionOfTheSameTimeTakesThePlaceOfTheOld) {
 }
 
 /// Three solutions of nearly one time say nothing about a curvature: the last one alone is taken.
-TEST(MultiplierHistoryTest, FarFromTheOthersTheLastSolutionServes) {
+TEST(MultiplierHistoryTest, TakesTheLastSolutionAloneFarFromAllTimes) {
   MultiplierHistory history(3);
   std::vector<double> last;
   for (const double t : {1.0, 1.001, 1.002}) history.add(t, last = motion(t));

@@ -91,7 +91,7 @@ Solved solve(Numbers* numbers, int threads) {
   return result;
 }
 
-/// Of K'(w - w0) + b, with the blocks' places from the families' own list.
+/// Returns the residual of K'(w - w0) + b, with the blocks' places from the families' own list.
 double residual_of(const Numbers& numbers, const Solved& solved) {
   std::vector<double> rest = solved.b;
   for (const Incidence& incidence : numbers.constraints.list_incidences()) {
@@ -125,7 +125,7 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
   EXPECT_LE(residual_of(numbers, solved), ring_rounding * scale);
   EXPECT_LE(largest_difference(accelerations_of(numbers, solved), solved.w), ring_rounding * of_w);
 
-  // Another sweep, so that nothing is left from the first one.
+  // Another sweep shows that nothing is left from the first one.
   Numbers again(system, random);
   const Elimination factor = again.solver->factorize(Parallel(1), solved.blocks.data());
   EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, ring_rounding);
@@ -151,7 +151,7 @@ TEST(PathRings, AllCallsAgreeWithKAndM) {
   }
 }
 
-TEST(PathRings, SideBySideTheyAgreeToo) {
+TEST(PathRings, AllCallsAgreeForRingsSideBySide) {
   std::mt19937 random(32);
   std::vector<Index> sizes;
   for (int k = 0; k < 40; ++k) sizes.push_back(std::uniform_int_distribution<Index>(3, 400)(random));

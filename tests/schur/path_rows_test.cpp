@@ -91,7 +91,7 @@ TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
   }
 }
 
-TEST_P(PathRows, SolvingAgainIsSolving) {
+TEST_P(PathRows, SolvingWithAKeptFactorGivesTheSameNumbers) {
   std::mt19937 random(32);
   for (const auto& lengths : shapes) {
     Rows rows(make_paths(lengths, GetParam(), &random));
@@ -145,13 +145,13 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
   for (const std::vector<double>& each : found) EXPECT_TRUE(each == found.front());
 }
 
-TEST_P(PathRows, ManyAreProjectedAlongTheirGradients) {
+TEST_P(PathRows, ManyPathsAreProjectedAlongTheirGradients) {
   std::mt19937 random(34);
   const System system = make_paths({1, 2, 3, 127, 128, 129, 130, 257, 10, 700, 5, 4}, GetParam(), &random);
   expect_projections_along_gradients(system, LinearSolver::Paths);
 }
 
-TEST_P(PathRows, FewAreProjectedAlongTheirGradients) {
+TEST_P(PathRows, FewPathsAreProjectedAlongTheirGradients) {
   std::mt19937 random(37);
   for (const std::vector<std::size_t>& lengths : {std::vector<std::size_t>{9}, {300, 7}, {3, 1000}}) {
     const System system = make_paths(lengths, GetParam(), &random);

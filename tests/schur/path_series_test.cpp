@@ -121,20 +121,20 @@ double compare(const System& system) {
 
 constexpr double agreement = 100.0;  // an order rests on those before it
 
-RC_GTEST_PROP(PathSeries, IsThatOfTheGeneralSolver, ()) {
+RC_GTEST_PROP(PathSeries, AgreesWithTheGeneralSolver, ()) {
   const auto lengths = *rc::gen::nonEmpty(rc::gen::container<std::vector<std::size_t>>(rc::gen::inRange(1, 30)));
   const auto seed = *rc::gen::arbitrary<std::uint32_t>();
   RC_ASSERT(compare(RandomPaths(lengths, seed, false).system) <= agreement);
 }
 
-TEST(PathSeries, OfOnePathThatIsCutIsThatOfTheGeneralSolver) {
+TEST(PathSeries, AgreesWithTheGeneralSolverOnOnePathThatIsCut) {
   for (const std::size_t length : {64, 65, 71, 72, 73, 200, 1001}) {
     for (std::uint32_t seed = 0; seed < 4; ++seed)
       EXPECT_LE(compare(RandomPaths({length}, seed, false).system), agreement) << length << ", " << seed;
   }
 }
 
-TEST(PathSeries, OfPathsOfAllLengthsIsThatOfTheGeneralSolver) {
+TEST(PathSeries, AgreesWithTheGeneralSolverOnPathsOfAllLengths) {
   EXPECT_LE(compare(RandomPaths({100, 3, 1, 1, 80, 2, 30, 30, 29, 5, 5, 300, 7}, 5, false).system), agreement);
 }
 

@@ -78,7 +78,7 @@ class Copies final : public PointSource {
 
 class PointSources : public testing::TestWithParam<Chains> {};
 
-TEST_P(PointSources, MakeNoOtherBits) {
+TEST_P(PointSources, GiveTheSameBitsAsOneCallForAllPoints) {
   const System system = make_system(GetParam());
   const Linearised inner(system, 0.0, system.positions, system.velocities);
   const ReactionGather gather(inner.incidences, inner.numbering.num_points());
@@ -121,7 +121,7 @@ TEST_P(PointSources, MakeNoOtherBits) {
     EXPECT_EQ(blocks2, blocks);
     EXPECT_EQ(r2, r);
 
-    // From places nearby, with a guess.
+    // The projections start from places nearby, with a guess.
     std::vector<double> moved = r, sum(d, 1e-4), sum2(d, 1e-4), moved2;
     for (std::size_t k = 0; k < 3 * num_constrained; ++k) moved[k] += 1e-3 * v[k];
     const Copies moves({&moved}, {&moved2}, num_constrained);

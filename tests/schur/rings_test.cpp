@@ -59,7 +59,7 @@ System make_driven_ring(Index num_points, AnyNumbers* any) {
   return system;
 }
 
-/// Those of the second system beside those of the first one.
+/// Appends the points and groups of the second system to those of the first one.
 void append(const System& more, System* system) {
   const auto shift = static_cast<Index>(system->masses.size());
   system->positions.insert(system->positions.end(), more.positions.begin(), more.positions.end());
@@ -90,8 +90,8 @@ TEST(Rings, AgreeWithTheGeneralSolver) {
   }
 }
 
-/// Nearly straight from rod to rod: the last row feels all others.
-TEST(Rings, FlatOnesAgreeToo) {
+/// The rings are nearly straight from rod to rod: the last row feels all others.
+TEST(Rings, AgreeWithTheGeneralSolverWhenNearlyFlat) {
   AnyNumbers any(22);
   for (const Index num_points : {5, 40, 300}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
@@ -99,7 +99,7 @@ TEST(Rings, FlatOnesAgreeToo) {
   }
 }
 
-TEST(Rings, BesidePathsAgreeWithTheGeneralSolver) {
+TEST(Rings, AgreeWithTheGeneralSolverBesidePaths) {
   AnyNumbers any(23);
   System system = make_ring(90, 0.5, &any);
   for (int k = 0; k < 60; ++k) {
@@ -115,7 +115,7 @@ TEST(Rings, BesidePathsAgreeWithTheGeneralSolver) {
 }
 
 /// Every rod pulls with m w^2 R / (2 sin(pi/n)).
-TEST(Rings, TurningOnePullsAsClosedFormSays) {
+TEST(Rings, PullByTheClosedFormWhenTurning) {
   constexpr double speed = 2.0, mass = 0.7;
   for (const Index n : {3, 24, 1000}) {
     const double radius = 0.1 * n;
@@ -143,8 +143,8 @@ TEST(Rings, ThreadsChangeNoBit) {
   expect_the_same_bits_with_threads(make_ring(20011, 0.5, &any), LinearSolver::Paths);
 }
 
-/// Projections and corrections too: further right sides with a factor.
-TEST(Rings, MotionIsThatOfTheGeneralSolver) {
+/// Projections and corrections are further right sides with a factor.
+TEST(Rings, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(25);
   const System system = make_ring(150, 0.5, &any);
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
@@ -162,7 +162,7 @@ TEST(Rings, MotionIsThatOfTheGeneralSolver) {
 }
 
 /// Four rods, stretched to a line, depend on one another, which the general solver decides.
-TEST(Rings, SingularOneIsLeftToTheGeneralSolver) {
+TEST(Rings, AreLeftToTheGeneralSolverWhenSingular) {
   const System system = make_stretched_ring();
 
   const Answer paths = solve(system, {.linear_solver = LinearSolver::Paths}),
@@ -173,8 +173,8 @@ TEST(Rings, SingularOneIsLeftToTheGeneralSolver) {
   EXPECT_EQ(paths.lambda, general.lambda);
 }
 
-/// One point more, on a rod of its own.
-TEST(Rings, OneWithABranchIsForTheGeneralSolver) {
+/// A point more hangs on a rod of its own.
+TEST(Rings, AreLeftToTheGeneralSolverWithABranch) {
   AnyNumbers any(26);
   System system = make_ring(200, 0.5, &any);
   EXPECT_EQ(Dynamics(system).plan().linear_solver(), "paths");

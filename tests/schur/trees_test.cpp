@@ -96,7 +96,7 @@ TEST(Trees, AgreeWithTheGeneralSolver) {
   EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
-TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
+TEST(Trees, AgreeSideBySideAndGiveTheSameBitsOnTwoThreads) {
   AnyNumbers any(5);
   System system = make_tree({40, 1}, &any);
   // Copies side by side, each with masses and velocities of its own.
@@ -115,7 +115,7 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
   EXPECT_EQ(a.lambda, b.lambda);
 }
 
-TEST(Trees, MotionIsThatOfTheGeneralSolver) {
+TEST(Trees, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(6);
   const System system = make_tree({60, 1, 3}, &any);
   MotionOptions motion{.method = Method::Dop853, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project};
@@ -183,7 +183,7 @@ std::vector<int> binary_tree(int depth) {
   return parents;
 }
 
-TEST(Trees, OfEqualBranchesAgreeWithTheGeneralSolver) {
+TEST(Trees, AgreeWithTheGeneralSolverOnEqualBranches) {
   AnyNumbers any(8);
   int refined = 0, solved = 0;
   const std::vector<int> tail{-1, 0, 1}, fork{-1, 0, 0, 2}, lopsided{-1, 0, 1, 0, 3, 3, 5, 5, 5};
@@ -209,7 +209,7 @@ System with_held(System system, const std::vector<Index>& points) {
   return system;
 }
 
-TEST(Trees, BranchesHeldBySupportsAgreeToo) {
+TEST(Trees, AgreeWithTheGeneralSolverOnBranchesHeldBySupports) {
   AnyNumbers any(9);
   (void)expect_trees_agree(with_held(make_comb(30, binary_tree(4), false, &any), {3, 100, 200}), rounding);
 }
@@ -219,7 +219,7 @@ TEST(Trees, ThreadsGiveTheSameBitsInLanes) {
   expect_the_same_bits_with_threads(make_comb(300, binary_tree(6), true, &any), LinearSolver::Trees);
 }
 
-TEST(Trees, OfEqualBranchesMoveAsWithTheGeneralSolver) {
+TEST(Trees, MoveAsWithTheGeneralSolverOnEqualBranches) {
   AnyNumbers any(11);
   const System system = make_comb(9, binary_tree(3), false, &any);
   MotionOptions motion{.method = Method::Dop853, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project};
@@ -263,7 +263,7 @@ TEST(Trees, AreProjectedAlongTheirGradients) {
 }
 
 /// The shifts of images are a part of what is violated; lengths that move are known to the families alone.
-TEST(Trees, WithShiftsAndMovingLengthsAreProjectedAlongTheirGradients) {
+TEST(Trees, AreProjectedAlongTheirGradientsWithShiftsAndMovingLengths) {
   AnyNumbers any(15);
   System system = make_comb(13, binary_tree(4), true, &any);
   system.forces = {};
@@ -273,7 +273,7 @@ TEST(Trees, WithShiftsAndMovingLengthsAreProjectedAlongTheirGradients) {
 }
 
 /// The plan says how many rods have lanes: of 63 a tooth all but the one that hangs on the backbone.
-TEST(Trees, AreTakenWhereMostOfThemIsEqualBranches) {
+TEST(Trees, AreTakenWhereMostRodsAreInEqualBranches) {
   AnyNumbers any(12);
   const PlanSummary comb = Dynamics(make_comb(16, binary_tree(6), false, &any)).plan();
   EXPECT_EQ(comb.linear_solver(), "trees");
@@ -283,7 +283,7 @@ TEST(Trees, AreTakenWhereMostOfThemIsEqualBranches) {
   EXPECT_EQ(Dynamics(make_tree({500, 1}, &any)).plan().linear_solver(), "general");
 }
 
-TEST(Trees, RingsAreForTheGeneralSolver) {
+TEST(Trees, RingsAreLeftToTheGeneralSolver) {
   AnyNumbers any(7);
   System system = make_tree({200, 1}, &any);
   std::get<Rods>(system.constraints[0]).pairs.push_back({3, 150});

@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-/// At rest and without a force: terms of its series are 0.
+/// The chain is at rest and without a force: terms of its series are 0.
 System make_resting_chain() {
   System system = scenes::make_chain(6);
   system.forces.clear();
@@ -64,7 +64,7 @@ System make_hoop() {
   return system;
 }
 
-/// Traps on, for as long as it lives.
+/// Traps are on for as long as it lives.
 class Traps {
  public:
   static constexpr int all = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
@@ -74,16 +74,15 @@ class Traps {
   Traps& operator=(const Traps&) = delete;
 };
 
-TEST(HostFaults, FloatingPointTrapsOfTheHostSeeNothingOfOurs) {
+TEST(HostFaults, FloatingPointTrapsOfTheHostAreNotTriggered) {
   const Traps traps;  // an exception kills the test
   const System systems[] = {
       make_resting_chain(), scenes::make_chain(6), make_parallelogram(), make_rough_bead(), make_gas(), make_hoop()};
   for (const System& system : systems) {
-    for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
-                                Method::Rattle, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
+    for (const MethodTraits& each : methods()) {
       for (const int threads : {1, 3}) {
-        MotionOptions motion{.method = method};
-        if (has_fixed_steps(method)) motion.step = 0.01;
+        MotionOptions motion{.method = each.method};
+        if (each.has_fixed_steps) motion.step = 0.01;
         try {
           Simulation simulation(system, motion, {.threads = threads});
           (void)simulation.advance_to(1.0);
@@ -170,7 +169,7 @@ TEST(HostFaults, AnObjectThatWasMovedFromSaysSo) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(HostFaults, AnObserverMakesNoStepsOfItsOwn) {
+TEST(HostFaults, AnObserverMayNotAdvanceOrRestore) {
   Simulation simulation(scenes::make_chain(6), {.method = Method::Dop853});
   const std::vector<std::byte> start = simulation.save();
   int looks = 0;

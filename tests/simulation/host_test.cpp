@@ -137,7 +137,7 @@ TEST(Dynamics, RowBetweenSupportsIsIdle) {
 
 // ---- the host's arrays -------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(Dynamics, WhatTheHostSaysAboutSupportsDoesNotMatter, ()) {
+RC_GTEST_PROP(Dynamics, StatesAndMassesOfSupportsAreIgnored, ()) {
   RandomSystem random = any_system();
   const Solved expected(random);
   for (const Support& support : random.system.supports) {
@@ -342,7 +342,7 @@ RC_GTEST_PROP(Dynamics, RenamedPointsGetTheSameAnswerUnderTheirNewNames, ()) {
 }
 
 RC_GTEST_PROP(Dynamics, RowsFollowTheOrderOfTheGroups, ()) {
-  // Groups the other way round: the same rows, in another order.
+  // The groups are given the other way round: the rows are the same, in another order.
   const RandomSystem random = any_system();
   RandomSystem reversed = random;
   std::reverse(reversed.system.constraints.begin(), reversed.system.constraints.end());
@@ -466,7 +466,7 @@ TEST(Dynamics, SplitIsThatOfItsStateWhateverWasAskedInBetween) {
   EXPECT_EQ(solved.support_forces(), carried);
 }
 
-TEST(Dynamics, ACertificateOfWhatStandsIsThatOfWhatIsFoundAnew) {
+TEST(Dynamics, CertificateOfASolvedStateIsThatOfAFreshOne) {
   RandomSystem random = make_random_system(12, 3);
   const StateView state{.time = random.t, .positions = random.positions, .velocities = random.velocities};
   Dynamics anew(random.system), stands(random.system), without_reactions(random.system);

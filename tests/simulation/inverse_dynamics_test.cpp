@@ -35,7 +35,7 @@ MotionState turn(double t) {
   return {row(0), row(1), row(2)};
 }
 
-TEST(InverseDynamics, ControlOfAPendulumByItsClosedForm) {
+TEST(InverseDynamics, ControlOfAPendulumIsItsClosedForm) {
   InverseDynamics problem(make_heavy_pendulum());
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
@@ -119,7 +119,7 @@ TEST(InverseDynamics, PlacesOfCirclesThatRestAndOfThoseThatBreatheAreTold) {
 /// Motion -> table -> forces, away from the ends, where splines are one-sided.
 struct RoundTrip {
   double control = 0.0, reactions = 0.0, position = 0.0;  ///< largest errors
-  double size = 0.0;                                      ///< of the reactions
+  double size = 0.0;                                      ///< the size of the reactions
 
   RoundTrip(const System& system, double h, std::size_t steps) {
     Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-13, .atol = 1e-14});
@@ -170,7 +170,7 @@ TEST(InverseDynamics, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
   EXPECT_GT(coarse.control / fine.control, 10.0);  // 16 in the limit
 }
 
-TEST(InverseDynamics, RoundTripOfARodOfChangingLength) {
+TEST(InverseDynamics, RoundTripOfARodOfChangingLengthNeedsNoControl) {
   System system = make_heavy_pendulum();
   system.constraints = {Rods{"rod", {{0, 1}}, ScalarFunction::formula("1 + 0.3*sin(2*t)"), {}}};
   system.velocities = {0, 0, 0, 0.6, 0.0, 0.0};
@@ -211,7 +211,7 @@ TEST(InverseDynamics, ControlForceAppliedBringsTheProgrammedMotionBack) {
 
 TEST(InverseDynamics, NamesTheRowThatAMotionBreaksAndByHowMuch) {
   InverseDynamics problem(make_double_pendulum());
-  // The second rod 1 % too long, its bead 0.25 m/s off, 3 m/s^2 off along it.
+  // The second rod is 1 % too long, its bead 0.25 m/s off and 3 m/s^2 off along it.
   const double l = std::sqrt(1.04);
   MotionState state{make_double_pendulum().positions, std::vector<double>(9, 0.0), std::vector<double>(9, 0.0)};
   const double along[3] = {0.0, -1.0 / l, 0.2 / l};

@@ -40,7 +40,7 @@ Eigen::Vector3d angular_momentum(const System& system, std::span<const double> r
   return sum;
 }
 
-/// Tumbling many times over: no pole of any chart is met, and what is conserved stays.
+/// The body tumbles many times over: no pole of any chart is met, and what is conserved stays.
 TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
   const System system = make_spinning_body({0.3, 7.0, -2.0});
   Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
@@ -89,7 +89,8 @@ TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
 
 // ---- charts ------------------------------------------------------------------------------------------------------
 
-/// A great circle over both poles of every axis: exactly known, through thousands of recentrings.
+/// The bead runs on a great circle over both poles of every axis, which is exactly known, through thousands of
+/// recentrings.
 TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
   constexpr double speed = 3.0, t_end = 40.0;
   System system;
@@ -182,7 +183,7 @@ TEST(ChoiceTest, LongChainIsSolvedInNormalForm) {
   EXPECT_EQ(Dynamics(chain, {.form = Form::Tangent}).plan().form, Form::Tangent);
 }
 
-TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
+TEST(RefusalTest, FormsThatTheSystemDoesNotHaveAreRefused) {
   System constraints = make_framework(4, false), coordinates = make_framework(4, true);
   coordinates.constraints.clear();
 
@@ -196,7 +197,7 @@ TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
   EXPECT_EQ(Simulation(make_framework(1000, true), {.method = Method::Rattle, .step = 1e-3}).plan().form, Form::Normal);
 }
 
-TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
+TEST(RefusalTest, ConstraintsThatTheCoordinatesBreakAreNamed) {
   // A bead on a circle of radius 1, which a rod to a support at its centre allows, to another place does not.
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 0.5, 0, 0};
@@ -233,7 +234,7 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
   }
 }
 
-/// What the start of a system says, in each form.
+/// Returns the message of a start in a form.
 std::string complaint_at_start(const System& system, Form form) {
   return error_of([&] {
     std::vector<double> r = system.positions, v(r.size(), 0.0);
@@ -241,7 +242,7 @@ std::string complaint_at_start(const System& system, Form form) {
   });
 }
 
-TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
+TEST(RefusalTest, CoordinatesNarrowerThanTheConstraintsAreRefused) {
   // A plane holds beads 1 and 2; the coordinates hold bead 2 on a circle in it: K'A = 0, yet the forms part.
   System system;
   system.positions = {0, 0, 0, 3, 1, 0, 1, 0, 0};
@@ -257,14 +258,14 @@ TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
         complaint_at_start(system, form),
         "/coordinates: the coordinates are narrower than the constraints, which let point 2 move where no "
         "coordinate leads: rank K = 2 and rank A = 3 do not add up to 3n = 6; both must describe the same motion");
-    // Wider ones: the bead rises from the floor.
+    // These coordinates are wider: the bead rises from the floor.
     system.coordinates = {first, FreeCoordinates{"", {2}}};
     EXPECT_NE(complaint_at_start(system, form).find("at point 2: they are wider than the constraints"),
               std::string::npos);
   }
 }
 
-TEST(RefusalTest, RowsThatDependAreNoLackOfCoordinates) {
+TEST(RefusalTest, DependentRowsDoNotCountAsALackOfCoordinates) {
   // A crank of three rods between two supports, one of them given twice.
   System bar;
   bar.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0};
@@ -304,7 +305,7 @@ TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
 }
 
 /// q, q - 2 pi and so on put the point at the same place.
-TEST(CoordinatesOfAUser, AreThoseOfTheStartAndNotOfAnotherTurn) {
+TEST(CoordinatesOfAUser, KeepTheTurnOfTheStart) {
   const std::vector<std::string> names = {"q"}, components = {"cos(q)", "sin(q)", "0"};
   for (const double q : {0.5, 4.0, -9.0, 100.0}) {
     System system;

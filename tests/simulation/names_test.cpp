@@ -39,7 +39,7 @@ TEST(EnumNamesOfLists, AreJoined) {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
 
-TEST(OldNames, AreReadForOneVersion) {
+TEST(OldNames, StillCompileAndWork) {
   EXPECT_EQ(Way::Bundles, LinearSolver::Batches);
   EXPECT_EQ(method_name(Method::Rk4), "rk4");
   EXPECT_EQ(friction_method_name(FrictionMethod::FixedPoint), "fixed_point");

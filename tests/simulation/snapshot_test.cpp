@@ -9,7 +9,8 @@
 namespace tanor {
 namespace {
 
-/// All whose meaning depends on the start: initial lengths, a moving support, damped springs; and all that does work.
+/// The system holds all whose meaning depends on the start, initial lengths, a moving support, damped springs, and all
+/// that does work.
 System make_system() {
   System system = scenes::make_shaken_chain();
   std::get<Rods>(system.constraints[0]).length = {};
@@ -140,7 +141,7 @@ TEST(SnapshotOfRattleTest, RestoringTwiceGivesTheSameMotion) {
   expect_same_bits(simulation.positions(), once);
 }
 
-TEST(SnapshotReportTest, WorkIsCountedOn) {
+TEST(SnapshotReportTest, CountersAndTimesGoOn) {
   const MotionOptions options{.method = Method::Rk4, .step = 0.01};
   Simulation first(make_system(), options), second(make_system(), options);
   ASSERT_TRUE(first.advance_to(0.1).ok());
@@ -155,7 +156,7 @@ TEST(SnapshotReportTest, WorkIsCountedOn) {
   EXPECT_NEAR(second.report().times.solve, 400, 1);
 }
 
-/// A bead half a rod too far out: nothing is projected.
+/// The bead is half a rod too far out, and nothing is projected.
 TEST(SnapshotStateTest, IsTakenAsItIs) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01});
   Snapshot snapshot = open_saved(simulation);
@@ -170,7 +171,7 @@ TEST(SnapshotStateTest, IsTakenAsItIs) {
 }
 
 /// Forces of the old place must not survive at the same time: rattle keeps them from step to step.
-TEST(SnapshotStateTest, NothingIsLeftOfTheMotionBefore) {
+TEST(SnapshotStateTest, RestoringForgetsTheMotionBefore) {
   System system = scenes::make_pendulum();
   system.forces.push_back(Springs{"spring", {{0, 1}}, 5.0, 0.0, {}});
   const MotionOptions options{.method = Method::Rattle, .step = 0.01};

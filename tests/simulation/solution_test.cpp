@@ -80,7 +80,7 @@ TEST(Solution, StaysWhatItWasWhenTheMotionGoesOn) {
   EXPECT_NE(simulation.solution().position(chain.tip), start.position(chain.tip));
 }
 
-/// Groups before it, and those of two rows a member.
+/// There are groups before it, and groups of two rows a member.
 TEST(Solution, MultipliersAreThoseOfTheirMembers) {
   System system;
   const Point bead = system.add_point({.position = {1.0, 0.0, 0.0}}), other = system.add_point({});
@@ -95,7 +95,7 @@ TEST(Solution, MultipliersAreThoseOfTheirMembers) {
   EXPECT_NEAR(std::hypot(now.multiplier({0, 1}, 0), now.multiplier({0, 1}, 1)), 5.0, 1e-14);
 }
 
-TEST(Solution, WhatIsNotThereIsRefused) {
+TEST(Solution, UnknownPointsRodsAndRowsAreRefused) {
   const HangingChain chain = make_hanging_chain();
   Dynamics dynamics(chain.system);
   const Solution now = dynamics.solution({.time = 0.0, .positions = chain.system.positions});

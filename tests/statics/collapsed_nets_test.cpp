@@ -30,7 +30,7 @@ bool says_self_stress(const EquilibriumResult& found) {
                              [](const std::string& each) { return each.find("self-stress") != std::string::npos; });
 }
 
-TEST(CollapsedNets, HaveSelfStressAndNoModesWithoutAPrestress) {
+TEST(CollapsedNets, ReportSelfStressAndHaveNoModesWithoutAPrestress) {
   for (const std::array<int, 3>& size : {std::array{2, 2, 2}, {2, 2, 3}, {3, 3, 2}, {3, 3, 1}, {4, 3, 2}, {3, 3, 3}}) {
     const std::string name = testing::PrintToString(size);
     const System system = make_hanging_lattice(size);
@@ -60,7 +60,7 @@ TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
     ASSERT_TRUE(found.outcome.ok()) << columns << " x " << rows << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.status, Stability::Stable);
     ASSERT_GT(found.self_stress_states, 0u);
-    // The second way: dense matrices with those multipliers.
+    // The second way is by dense matrices with those multipliers.
     Workspace work(net, {.threads = 1}, 0.0);
     const Model& model = work.model();
     EquilibriumEquations equations(work, 0.0);
@@ -77,7 +77,7 @@ TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
 }
 
 /// Where all tensions are determined both say the same.
-TEST(HangingNets, HaveAsManyUnstableDirectionsByBothWays) {
+TEST(HangingNets, ModesAndEquilibriumCountTheSameUnstableDirections) {
   System net = scenes::make_net(4, 3);
   net.supports = {{"", {0, 3, 8}, {}}};
   for (const bool up : {false, true}) {
@@ -93,8 +93,8 @@ TEST(HangingNets, HaveAsManyUnstableDirectionsByBothWays) {
   }
 }
 
-/// A tower of rods upside down: every direction grows, and more than were asked for are counted.
-TEST(Modes, CountWhatGrowsBeyondThoseThatAreAskedFor) {
+/// A tower of rods stands upside down: every direction grows, and more than were asked for are counted.
+TEST(Modes, CountGrowingDirectionsBeyondTheModesAskedFor) {
   for (const int count : {40, 200}) {
     System tower;
     Rods rods{"rods", {}, scenes::spacing, {}};
@@ -113,8 +113,8 @@ TEST(Modes, CountWhatGrowsBeyondThoseThatAreAskedFor) {
   }
 }
 
-/// Beads on which nothing acts, few or many: they rest wherever they are.
-TEST(Equilibrium, WhereNothingIsStiffIsOfRigidMotionsAlone) {
+/// Nothing acts on these beads, few or many: they rest wherever they are.
+TEST(Equilibrium, FreeBeadsHaveRigidZeroModesAlone) {
   for (const int count : {20, 150}) {
     System gas;
     for (int i = 0; i < count; ++i) scenes::add_point({0.1 * i, 0.0, 0.0}, &gas);
@@ -137,7 +137,7 @@ TEST(Equilibrium, WhereNothingIsStiffIsOfRigidMotionsAlone) {
 }
 
 /// A taut wire between supports carries nobody knows what.
-TEST(Equilibrium, OfPointsHeldRigidDoesNotTellTheirTensions) {
+TEST(Equilibrium, TensionsOfATautWireAreNotTold) {
   System wire;
   for (int i = 0; i <= 4; ++i) scenes::add_point({scenes::spacing * i, 0.0, 0.0}, &wire);
   wire.constraints = {Rods{"wire", {{0, 1}, {1, 2}, {2, 3}, {3, 4}}}};

@@ -34,8 +34,8 @@ std::vector<Index> beads(int rods) {
   return result;
 }
 
-/// Drag of c on every bead of mass m: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
-TEST(DampedModes, OfAChainInAirFollowFromThoseWithout) {
+/// Every bead of mass m has a drag of c: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
+TEST(DampedModes, FollowFromTheUndampedOnesForAChainInAir) {
   for (const double c : {0.0, 0.3, 1.2, 8.0}) {
     System system = make_held_chain(6, {0.0, 0.0, -0.1});
     system.forces = {Gravity{"", {0.0, 0.0, -g}}};
@@ -73,9 +73,10 @@ TEST(DampedModes, OfAChainInAirFollowFromThoseWithout) {
   }
 }
 
-/// As `OfAChainInAirFollowFromThoseWithout`, of 5,000 freedoms: omega^2 = (2 sqrt(k/m) sin(j pi/(2(N + 1))))^2 of beads
-/// with springs on a line between supports, each lambda of lambda^2 + (c/m) lambda + omega^2 = 0.
-TEST(DampedModes, OfALongChainOfSpringsAreTheClosedForm) {
+/// The equations are those of `FollowFromTheUndampedOnesForAChainInAir`, of 5,000 freedoms: omega^2 = (2 sqrt(k/m)
+/// sin(j pi/(2(N + 1))))^2 of beads with springs on a line between supports, each lambda of lambda^2 + (c/m) lambda +
+/// omega^2 = 0.
+TEST(DampedModes, HaveTheClosedFormForALongChainOfSprings) {
   constexpr int count = 5000, wanted = 12;
   constexpr double stiffness = 3.0e6, mass = 0.1, drag = 1.3;
   System system;
@@ -112,9 +113,9 @@ TEST(DampedModes, OfALongChainOfSpringsAreTheClosedForm) {
   EXPECT_LT(found.residual_max, 1e-6);
 }
 
-/// Chains that swing alike in x and y, in air, with a follower force: many freedoms by the sparse way, and the same
+/// Chains swing alike in x and y, in air, with a follower force: many freedoms by the sparse way, and the same
 /// equations by the dense one, which takes up to 300.
-TEST(DampedModes, OfMoreThan300FreedomsAreThoseOfTheirParts) {
+TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
   const auto make = [](int rods, int chains) {
     System system;
     Rods all{.name = "rods"};
@@ -157,9 +158,9 @@ TEST(DampedModes, OfMoreThan300FreedomsAreThoseOfTheirParts) {
   EXPECT_LT(sparse.residual_max, 1e-9);
 }
 
-/// One system both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and by
-/// Arnoldi's method on the sparse one.
-TEST(DampedModes, OfOneSystemAreTheSameByTheDenseAndTheSparseWay) {
+/// One system is solved both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and
+/// by Arnoldi's method on the sparse one.
+TEST(DampedModes, AreTheSameByTheDenseAndTheSparseWay) {
   constexpr int rods = 120, wanted = 30;
   System system = make_held_chain(rods, {0.0, 0.0, -0.1});
   for (std::size_t i = 0; i < system.num_points(); ++i)
@@ -186,8 +187,9 @@ TEST(DampedModes, OfOneSystemAreTheSameByTheDenseAndTheSparseWay) {
     EXPECT_NEAR(std::abs(sparse.modes.lambda[k] - dense.lambda[k]), 0.0, 1e-9 * std::abs(dense.lambda[k])) << k;
 }
 
-/// Two beads on a line with a spring and its damper between them: one slides freely, one swings with the reduced mass.
-TEST(DampedModes, OfASpringWithADamperAreThoseOfTheReducedMass) {
+/// Two beads slide on a line with a spring and its damper between them: one slides freely, one swings with the reduced
+/// mass.
+TEST(DampedModes, HaveTheReducedMassForASpringWithADamper) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 3.0};
@@ -217,7 +219,7 @@ System make_zieglers_column(double push) {
   return system;
 }
 
-TEST(DampedModes, OfZieglersColumnFlutterFromItsCriticalLoadOn) {
+TEST(DampedModes, ShowZieglersColumnFlutterFromItsCriticalLoadOn) {
   const double critical = (3.5 - std::sqrt(2.0)) / 0.1;
   for (const double part : {0.5, 0.999, 1.001, 1.2}) {
     const System system = make_zieglers_column(part * critical);
@@ -227,7 +229,7 @@ TEST(DampedModes, OfZieglersColumnFlutterFromItsCriticalLoadOn) {
     const Modes found = modes(system, system.positions, {.count = ModesOptions::all, .damped = true});
 
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-    // In both planes: two swings, or one that grows and one that decays.
+    // There are two swings in both planes, or one that grows and one that decays.
     ASSERT_EQ(found.count(), 4u);
     EXPECT_EQ(found.unstable_directions, part < 1.0 ? 0u : 2u) << part;
     if (part < 1.0) continue;
@@ -236,8 +238,8 @@ TEST(DampedModes, OfZieglersColumnFlutterFromItsCriticalLoadOn) {
   }
 }
 
-/// x'' = -10 x + 3 y - 2 v_x + v_y, y'' = x - 4 y - v_y: the roots of a polynomial of degree 4.
-TEST(DampedModes, OfUnsymmetricMatricesAreTheRootsOfTheirPolynomial) {
+/// The roots of x'' = -10 x + 3 y - 2 v_x + v_y, y'' = x - 4 y - v_y are those of a polynomial of degree 4.
+TEST(DampedModes, AreRootsOfThePolynomialForUnsymmetricMatrices) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.0};
@@ -260,8 +262,9 @@ TEST(DampedModes, OfUnsymmetricMatricesAreTheRootsOfTheirPolynomial) {
   }
 }
 
-/// A bead of 1 kg on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a time.
-TEST(DampedModes, WhereNothingIsStiffDecayByDragAlone) {
+/// A bead of 1 kg lies on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a
+/// time.
+TEST(DampedModes, DecayByDragAloneWhereNothingIsStiff) {
   System system;
   scenes::add_point({0.0, 0.0, 0.0}, &system);
   system.masses = {1.0};

@@ -32,8 +32,9 @@ System make_hanging_chain(int count, double length, double mass, Vector3 end, do
   return system;
 }
 
-// T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g: H and V_0 of 10 rods of 0.1 m between (0, 0) and (0.7, 0.25).
-TEST(Equilibrium, OfAChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
+// The tensions are T_i = sqrt(H^2 + V_i^2), V_i = V_0 + i m g, with H and V_0 of 10 rods of 0.1 m between (0, 0) and
+// (0.7, 0.25).
+TEST(Equilibrium, ChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
   constexpr double H = 2.378492301432212934792583225, V0 = -3.044284345718873534849989889;
 
   const EquilibriumResult found = find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2));
@@ -51,14 +52,14 @@ TEST(Equilibrium, OfAChainBetweenUnevenSupportsIsTheDiscreteCatenary) {
   EXPECT_NEAR(std::sqrt(found.stability.lowest_omega2), 6.313398211465762790, 1e-8);
 }
 
-TEST(Equilibrium, OfAChainThatStartsStraightBetweenItsSupportsIsTheSame) {
+TEST(Equilibrium, ChainThatStartsStraightBetweenItsSupportsFindsTheCatenary) {
   const EquilibriumResult found = find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.0));
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-TEST(Equilibrium, OfAChainByDescentIsTheSame) {
+TEST(Equilibrium, DescentFindsTheCatenary) {
   const EquilibriumResult found =
       find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2), {.method = EquilibriumMethod::Descent});
 
@@ -67,8 +68,8 @@ TEST(Equilibrium, OfAChainByDescentIsTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-// MoorPy's case 4: 500 m of line, 400 m apart, 200 m high; N rods come near the catenary as 1/N^2.
-TEST(Equilibrium, OfALongMooringLineComesToMoorPysCatenary) {
+// MoorPy's case 4 is a line of 500 m, 400 m apart, 200 m high; N rods come near the catenary as 1/N^2.
+TEST(Equilibrium, LongMooringLineIsMoorPysCatenary) {
   constexpr int count = 2000;
   constexpr double weight = 200.0;
   System line = make_hanging_chain(count, 500.0 / count, weight * 500.0 / count / g, {400.0, 200.0, 0.0}, 150.0);
@@ -89,7 +90,7 @@ System make_pendulum(Vector3 bead) {
   return system;
 }
 
-TEST(Equilibrium, OfAPendulumIsBelow) {
+TEST(Equilibrium, PendulumRestsBelowItsSupport) {
   const EquilibriumResult found = find_equilibrium(make_pendulum({0.5, 0.0, 0.0}));
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
@@ -98,7 +99,7 @@ TEST(Equilibrium, OfAPendulumIsBelow) {
   EXPECT_NEAR(found.stability.lowest_omega2, g / 0.5, 1e-9);
 }
 
-TEST(Equilibrium, ThatIsUnstableIsReportedWhereAnyIsAccepted) {
+TEST(Equilibrium, UnstableRestIsReportedWhereAnyIsAccepted) {
   const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.accept = AcceptedEquilibria::Any});
 
   ASSERT_TRUE(found.outcome.ok());
@@ -108,14 +109,14 @@ TEST(Equilibrium, ThatIsUnstableIsReportedWhereAnyIsAccepted) {
   EXPECT_NEAR(found.stability.lowest_omega2, -g / 0.5, 1e-9);
 }
 
-TEST(Equilibrium, ThatIsUnstableIsLeftForAStableOne) {
+TEST(Equilibrium, UnstableRestIsLeftForAStableOne) {
   const EquilibriumResult found = find_equilibrium(make_pendulum({0.0, 0.0, 0.5}));
 
   ASSERT_TRUE(found.outcome.ok());
   EXPECT_NEAR(found.positions[5], -0.5, 1e-12);
 }
 
-TEST(Equilibrium, ThatIsUnstableIsRefusedByNewtonsMethodAlone) {
+TEST(Equilibrium, UnstableRestIsRefusedByNewtonsMethodAlone) {
   const EquilibriumResult found =
       find_equilibrium(make_pendulum({0.0, 0.0, 0.5}), {.method = EquilibriumMethod::Newton});
 
@@ -143,8 +144,8 @@ System make_inverted_chain(int count, double stiffness) {
   return system;
 }
 
-// Stable where k > (m g/l) x_max, x_max the largest zero of Laguerre's polynomial; omega^2 = k/m - (g/l) x.
-TEST(Equilibrium, OfAnInvertedChainOnSpringsIsStableBeyondTheCriticalStiffness) {
+// It is stable where k > (m g/l) x_max, x_max the largest zero of Laguerre's polynomial; omega^2 = k/m - (g/l) x.
+TEST(Equilibrium, InvertedChainOnSpringsIsStableBeyondTheCriticalStiffness) {
   for (const auto& [count, critical] : {std::pair{1, 9.81}, {2, 33.49343504688006}, {5, 124.0062562823454}}) {
     const EquilibriumResult stiff = find_equilibrium(make_inverted_chain(count, 1.25 * critical));
     EXPECT_TRUE(stiff.outcome.ok()) << stiff.outcome.what;
@@ -157,7 +158,7 @@ TEST(Equilibrium, OfAnInvertedChainOnSpringsIsStableBeyondTheCriticalStiffness) 
   }
 }
 
-TEST(Equilibrium, AtTheCriticalStiffnessIsMarginal) {
+TEST(Equilibrium, IsMarginalAtTheCriticalStiffness) {
   const EquilibriumResult found = find_equilibrium(make_inverted_chain(1, 9.81), {.method = EquilibriumMethod::Newton});
 
   EXPECT_EQ(found.stability.status, Stability::Marginal);
@@ -179,7 +180,7 @@ System make_bead_on_ellipsoid(Vector3 start) {
 }
 
 /// Nothing answers to a small move along x, but a large one meets a force: no motion of the point as a whole.
-TEST(Equilibrium, WhereTheSecondOrderSaysNothingIsMarginal) {
+TEST(Equilibrium, IsMarginalWhereTheSecondOrderSaysNothing) {
   for (const char* energy : {"x1^4+y1^2+z1^2", "-x1^4+y1^2+z1^2", "x1^3+y1^2+z1^2", "y1^2+z1^2"}) {
     System system;
     system.positions = {0.0, 0.0, 0.0};
@@ -196,7 +197,7 @@ TEST(Equilibrium, WhereTheSecondOrderSaysNothingIsMarginal) {
   }
 }
 
-TEST(Equilibrium, OfAFreeTriangleHasSixRigidZeroModes) {
+TEST(Equilibrium, FreeTriangleHasSixRigidZeroModes) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.3, 0.8, 0.0};
   system.masses = {1.0, 2.0, 3.0};
@@ -209,7 +210,7 @@ TEST(Equilibrium, OfAFreeTriangleHasSixRigidZeroModes) {
   EXPECT_EQ(found.stability.rigid_zero_modes, 6u);
 }
 
-TEST(Equilibrium, OnAnEllipsoidIsTheOnlyMinimumFromAnywhere) {
+TEST(Equilibrium, BeadOnAnEllipsoidFindsTheOnlyMinimumFromAnywhere) {
   for (const Vector3& start : {Vector3{-1.4, 0.1, 0.3}, {0.0, -1.0, 0.1}, {0.2, 0.1, -0.7}, {2.0, 2.0, 2.0}}) {
     const EquilibriumResult found = find_equilibrium(make_bead_on_ellipsoid(start));
 
@@ -221,7 +222,7 @@ TEST(Equilibrium, OnAnEllipsoidIsTheOnlyMinimumFromAnywhere) {
   }
 }
 
-TEST(Equilibrium, OnAnEllipsoidThatIsAMaximumHasTwoUnstableDirections) {
+TEST(Equilibrium, MaximumOnAnEllipsoidHasTwoUnstableDirections) {
   const EquilibriumResult found =
       find_equilibrium(make_bead_on_ellipsoid({-1.482476750916294567, -0.1493380449916554513, -0.02130125908724319901}),
                        {.accept = AcceptedEquilibria::Any});
@@ -230,8 +231,8 @@ TEST(Equilibrium, OnAnEllipsoidThatIsAMaximumHasTwoUnstableDirections) {
   EXPECT_NEAR(found.stability.lowest_omega2, -102.4247958744150931, 1e-6);
 }
 
-// Thomson's problem: charges on a sphere, sum of lambda = -U, three turns of the whole.
-TEST(Equilibrium, OfChargesOnASphereHasThreeRigidZeroModes) {
+// Thomson's problem has charges on a sphere: the sum of lambda is -U, and three turns of the whole cost nothing.
+TEST(Equilibrium, ChargesOnASphereHaveThreeRigidZeroModes) {
   for (const auto& [count, energy] :
        {std::pair{4, 3.674234614174767}, {6, 9.985281374238570}, {12, 49.16525305762880}}) {
     System system;
@@ -258,8 +259,8 @@ TEST(Equilibrium, OfChargesOnASphereHasThreeRigidZeroModes) {
   }
 }
 
-/// A bead that stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
-TEST(Equilibrium, WithoutConstraintsIsToldBesideTheLargestSingleForce) {
+/// A bead stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
+TEST(Equilibrium, ResidualWithoutConstraintsIsToldBesideTheLargestSingleForce) {
   constexpr double mass = 2.0, stiffness = 500.0;
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, 0.9};
@@ -285,8 +286,8 @@ TEST(Equilibrium, WithoutConstraintsIsToldBesideTheLargestSingleForce) {
   }
 }
 
-/// A flat net whose first row has supports at both ends: that row is straight and cannot sag.
-TEST(Equilibrium, OfANetFromAFlatStartHangsFromItsStraightRow) {
+/// The first row of a flat net has supports at both ends: that row is straight and cannot sag.
+TEST(Equilibrium, NetFromAFlatStartHangsFromItsStraightRow) {
   constexpr int n = 12;
   System system;
   Rods rods{.name = "rods"};
@@ -313,14 +314,14 @@ TEST(Equilibrium, OfANetFromAFlatStartHangsFromItsStraightRow) {
     return what.find("held rigid by prestress") != std::string::npos;
   }));
 
-  // What the straight row carries is not determined: its multipliers are NaN, and modes do without them.
+  // The tensions of the straight row are not determined: its multipliers are NaN, and modes do without them.
   const Modes shaken = modes(system, found.positions, {.count = 3, .multipliers = found.multipliers});
   ASSERT_TRUE(shaken.outcome.ok()) << shaken.outcome.what;
   EXPECT_EQ(shaken.unstable_directions, 0u);
   EXPECT_NEAR(shaken.omega.front(), std::sqrt(found.stability.lowest_omega2), 1e-8);
 }
 
-TEST(Equilibrium, OfAFreeIslandUnderGravityDoesNotExist) {
+TEST(Equilibrium, FreeIslandUnderGravityHasNoEquilibrium) {
   System system = make_pendulum({0.5, 0.0, 0.0});
   system.positions.insert(system.positions.end(), {3.0, 0.0, 0.0, 4.0, 0.0, 0.0});
   system.masses.insert(system.masses.end(), {1.0, 1.0});
@@ -333,8 +334,9 @@ TEST(Equilibrium, OfAFreeIslandUnderGravityDoesNotExist) {
       << found.outcome.what;
 }
 
-// A bead in the middle of a straight wire: omega^2 = 2 T/(m l) across it, by the tension that is given alone.
-TEST(Equilibrium, OfAStraightWireIsStiffByItsPrestress) {
+// A bead in the middle of a straight wire swings across it with omega^2 = 2 T/(m l), by the tension that is given
+// alone.
+TEST(Equilibrium, StraightWireIsStiffByItsPrestress) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 2.0, 1.0};
@@ -349,7 +351,7 @@ TEST(Equilibrium, OfAStraightWireIsStiffByItsPrestress) {
   EXPECT_NEAR(found.stability.lowest_omega2, 2.0 * 10.0 / (2.0 * 0.5), 1e-10);
 }
 
-TEST(Equilibrium, UnderAForceWithoutPotentialIsNotConservative) {
+TEST(Equilibrium, IsNotConservativeUnderAForceWithoutPotential) {
   System system;
   system.positions = {0.3, -0.2, 0.1};
   system.masses = {1.0};
@@ -382,7 +384,7 @@ std::string refusal(const System& system, const EquilibriumOptions& options = {}
   return "accepted";
 }
 
-TEST(Equilibrium, RefusesWhatItCannotAnswerByItsPlace) {
+TEST(Equilibrium, RefusesWrongOptionsByTheirPlace) {
   System rough = make_pendulum({0.5, 0.0, 0.0});
   rough.constraints.push_back(Planes{.name = "floor", .points = {1}, .normal = Vector3{0, 1, 0}});
   rough.friction.push_back(Coulomb{.at = {"floor"}, .coefficient = 0.1});
@@ -395,7 +397,7 @@ TEST(Equilibrium, RefusesWhatItCannotAnswerByItsPlace) {
   EXPECT_EQ(refusal(make_pendulum({1, 0, 0}), {.prestress = {{"rods", {1.0, 2.0}}}}), "/equilibrium/prestress/rods");
 }
 
-TEST(Equilibrium, InLoadStepsIsTheSame) {
+TEST(Equilibrium, LoadStepsFindTheSame) {
   const EquilibriumResult found =
       find_equilibrium(make_hanging_chain(10, 0.1, 0.1, {0.7, 0.25, 0.0}, 0.2), {.load_steps = 3});
 
@@ -403,9 +405,9 @@ TEST(Equilibrium, InLoadStepsIsTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-/// Rods and springs of which some are compressed, in a soft equilibrium: full steps bend too far, and descent without
-/// what the compressed ones take away creeps.
-TEST(Equilibrium, OfATangleIsFoundWhereItIsSoft) {
+/// Some of the rods and springs are compressed in a soft equilibrium: full steps bend too far, and descent without what
+/// the compressed ones take away creeps.
+TEST(Equilibrium, SoftTangleIsFound) {
   System system;
   system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,
                       0.231,  -0.432, 0.16,   -0.975, -0.573, 0.508,  -0.095, 0.319,  0.32,   -0.876,

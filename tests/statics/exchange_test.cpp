@@ -17,7 +17,7 @@ struct Complementarity {
   MatrixXd M;
   VectorXd q, z, w;
 
-  /// z of what is closed, w of what is open.
+  /// Sets z of closed contacts and w of open ones.
   void solve(const std::vector<bool>& open) {
     const auto size = static_cast<Eigen::Index>(open.size());
     MatrixXd A = M;
@@ -47,7 +47,7 @@ void change(std::vector<bool>& open, const OneSidedRows::Rows& rows) {
   for (const std::size_t row : rows) open[row] = !open[row];
 }
 
-/// Rounds until nothing is wrong; -1: a set comes back before.
+/// Returns the rounds until nothing is wrong, or -1 where a set comes back before.
 int count_rounds(Complementarity problem, std::vector<bool> open) {
   Exchange exchange;
   for (int round = 0; round < 1000; ++round) {
@@ -59,8 +59,8 @@ int count_rounds(Complementarity problem, std::vector<bool> open) {
   return -1;
 }
 
-/// Of this matrix, whose principal minors are positive, changing all that is wrong runs in a circle
-/// (Ben Gharbia & Gilbert, Mathematical Programming 134, 2012).
+/// The principal minors of this matrix are positive, and changing all that is wrong runs in a circle (Ben Gharbia &
+/// Gilbert, Mathematical Programming 134, 2012).
 TEST(Exchange, EndsWhereChangingAllThatIsWrongGoesInACircle) {
   Complementarity problem{MatrixXd(3, 3), VectorXd::Constant(3, -1.0), {}, {}};
   problem.M << 1, 2, 0, 0, 1, 2, 2, 0, 1;
@@ -75,12 +75,12 @@ TEST(Exchange, EndsWhereChangingAllThatIsWrongGoesInACircle) {
   EXPECT_GT(count_rounds(problem, open), 0);
 }
 
-TEST(Exchange, EndsOfRandomPositiveDefiniteMatrices) {
+TEST(Exchange, EndsForRandomPositiveDefiniteMatrices) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 300; ++trial) {
     const Eigen::Index size = 2 + trial % 30;
-    // Nearly singular ones take longest.
+    // Nearly singular matrices take longest.
     const MatrixXd any = MatrixXd::NullaryExpr(size, size / 2 + 1, [&] { return normal(random); });
     Complementarity problem{any * any.transpose() + 1e-3 * MatrixXd::Identity(size, size),
                             VectorXd::NullaryExpr(size, [&] { return normal(random); }),

@@ -29,7 +29,7 @@ System make_slack_chain(int count, double length, double chord, const Vector3& f
   return system;
 }
 
-TEST(Equilibrium, OfASlackChainIsFoundFromAStraightLine) {
+TEST(Equilibrium, SlackChainIsFoundFromAStraightLine) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> aside(-0.05, 0.05);
   for (const int count : {2, 3, 7, 20, 29}) {
@@ -50,7 +50,7 @@ TEST(Equilibrium, OfASlackChainIsFoundFromAStraightLine) {
   }
 }
 
-TEST(Equilibrium, OfARingHungAtOnePointIsFoundFromACircle) {
+TEST(Equilibrium, RingHungAtOnePointIsFoundFromACircle) {
   for (const int count : {30, 61, 100}) {
     System ring;
     Rods rods{"rods"};
@@ -70,8 +70,8 @@ TEST(Equilibrium, OfARingHungAtOnePointIsFoundFromACircle) {
   }
 }
 
-/// A point on three others by rods, and so on: its rods pull and push each other a hundred times as hard as its weight.
-TEST(Equilibrium, OfARigidBodyHungAtAPointTakesFewSteps) {
+/// Each point hangs on three others by rods, which pull and push each other a hundred times as hard as its weight.
+TEST(Equilibrium, RigidBodyHungAtAPointTakesFewSteps) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   int slow = 0, missed = 0;
@@ -100,7 +100,7 @@ TEST(Equilibrium, OfARigidBodyHungAtAPointTakesFewSteps) {
 }
 
 /// Two masses on a triangle of rods at a support turn about the vertical, whatever line they lie on.
-TEST(Equilibrium, OfTwoPointsThatTurnAsOneIsStable) {
+TEST(Equilibrium, TwoPointsThatTurnAsOneAreStable) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int each = 0; each < 40; ++each) {
@@ -119,8 +119,8 @@ TEST(Equilibrium, OfTwoPointsThatTurnAsOneIsStable) {
   }
 }
 
-/// Three bonds at a support that no force strains: the triangle turns about the support as it likes.
-TEST(Equilibrium, OfATriangleOfBondsAtASupportHasThreeRigidModes) {
+/// No force strains the three bonds at a support: the triangle turns about the support as it likes.
+TEST(Equilibrium, TriangleOfBondsAtASupportHasThreeRigidModes) {
   System triangle;
   for (const Vector3& place : {Vector3{0.0, 0.0, 0.0}, {1.2, 0.3, 0.0}, {2.2, 0.0, 0.5}})
     scenes::add_point(place, &triangle);
@@ -138,7 +138,7 @@ TEST(Equilibrium, OfATriangleOfBondsAtASupportHasThreeRigidModes) {
 }
 
 /// Opposite charges fall into each other. Where they have met, rounding of their places makes any force of any size.
-TEST(Equilibrium, OfChargesThatAttractEachOtherDoesNotExist) {
+TEST(Equilibrium, ChargesThatAttractEachOtherHaveNoEquilibrium) {
   System charges;
   charges.positions = {0.0, 0.0, 0.0, 1.0, 0.2, 0.1};
   charges.masses = {1.0, 1.0};
@@ -156,7 +156,7 @@ TEST(Equilibrium, OfChargesThatAttractEachOtherDoesNotExist) {
 }
 
 /// f = (3 (y - 1), -(y - 1), -z): nothing answers to a move along x, but what pulls along x depends on y.
-TEST(Equilibrium, OfAForceWithoutPotentialIsFoundWhereItsPullEnds) {
+TEST(Equilibrium, ForceWithoutPotentialIsFoundWhereItsPullEnds) {
   for (const Vector3& start : {Vector3{0.2, 1.0, 0.1}, {0.0, 0.0, 0.0}, {-3.0, 4.0, 1.0}}) {
     System system;
     scenes::add_point(start, &system);
@@ -172,8 +172,8 @@ TEST(Equilibrium, OfAForceWithoutPotentialIsFoundWhereItsPullEnds) {
   }
 }
 
-/// Two ends of a rod in one place: it has no direction there, and descent finds one.
-TEST(HardStarts, WherePointsLieOnEachOtherIsLeft) {
+/// Two ends of a rod are in one place: it has no direction there, and descent finds one.
+TEST(HardStarts, DescentLeavesAPlaceWherePointsCoincide) {
   System system;
   system.positions = {0, 0, 0, 0.5, 0, 0, 0.5, 0, 0, 1, 0, 0};
   system.masses.assign(4, 1.0);

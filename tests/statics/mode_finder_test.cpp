@@ -208,8 +208,8 @@ TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
   }
 }
 
-/// What nothing holds is unstable in all directions but for its length: an upright chain of more than 300 unknowns.
-TEST(ModeFinder, OfAnUprightChainIsCountedWithoutAMode) {
+/// An upright chain of more than 300 unknowns, which nothing holds, is unstable in all directions but for its length.
+TEST(ModeFinder, CountsUnstableDirectionsOfAnUprightChainWithoutAMode) {
   System system = hang_chains(1, 150, 3);
   system.forces = {Gravity{"", {0.0, 0.0, 9.81}}};
 
@@ -221,7 +221,7 @@ TEST(ModeFinder, OfAnUprightChainIsCountedWithoutAMode) {
 }
 
 /// Single forces vanish where a molecule rests: rounding is all that is left of them.
-TEST(Modes, OfAMoleculeAtRestAreFound) {
+TEST(Modes, AreFoundForAMoleculeAtRest) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.2, 0.1, 0.0, 1.9, 0.9, 0.3, 3.1, 1.0, 0.9};
   system.masses = {1.0, 2.0, 2.0, 1.0};
@@ -237,8 +237,8 @@ TEST(Modes, OfAMoleculeAtRestAreFound) {
   EXPECT_EQ(found.zero_modes, 7u);  // and the turn about the bond in the middle
 }
 
-/// Free straight chains that resist bending: each moves as a whole in three directions and turns about two axes.
-TEST(Modes, OfFreeIslandsHaveTheirZeroModes) {
+/// Free straight chains resist bending: each moves as a whole in three directions and turns about two axes.
+TEST(Modes, HaveTheZeroModesOfFreeIslands) {
   for (const int copies : {1, 2, 7}) {
     System system;
     Rods rods;
@@ -267,7 +267,7 @@ TEST(Modes, OfFreeIslandsHaveTheirZeroModes) {
   }
 }
 
-/// 8,000 freedoms, of which some are equal.
+/// There are 8,000 freedoms, of which some are equal.
 TEST(Modes, HaveTheSameBitsOnAnyNumberOfThreads) {
   const System system = hang_chains(40, 100, 3);
 

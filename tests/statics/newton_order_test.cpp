@@ -26,7 +26,7 @@ TEST(ObservedOrders, TellLinearConvergenceFromQuadratic) {
   EXPECT_LT(late[1], 1.8);
 }
 
-/// The equilibrium, and then the same again from beside it: points are moved by a part of the rods' length.
+/// Finds the equilibrium, and then the same again from beside it: points are moved by a part of the rods' length.
 void expect_quadratic(const char* name, System system, double part) {
   const EquilibriumResult rest = find_equilibrium(system);
   ASSERT_TRUE(rest.outcome.ok()) << name << ": " << rest.outcome.what;
@@ -64,13 +64,13 @@ System make_catenary(int count, double chord) {
   return system;
 }
 
-TEST(NewtonsOrder, OfChains) {
+TEST(NewtonsOrder, IsTwoOnChains) {
   expect_quadratic("chain of 10", make_catenary(10, 0.7), 0.05);
   expect_quadratic("chain of 60", make_catenary(60, 4.0), 0.02);
 }
 
-/// Springs along the edges of a cubic lattice, held at its floor.
-TEST(NewtonsOrder, OfALatticeOfSprings) {
+/// Springs lie along the edges of a cubic lattice, which is held at its floor.
+TEST(NewtonsOrder, IsTwoOnALatticeOfSprings) {
   System lattice = scenes::make_lattice(4);
   Springs springs{.name = "springs", .pairs = std::get<Rods>(lattice.constraints[0]).pairs, .stiffness = 400.0};
   for (Index i = 0; i < 64; ++i) {  // diagonals, that it does not shear
@@ -92,8 +92,8 @@ TEST(NewtonsOrder, OfALatticeOfSprings) {
   expect_quadratic("lattice of springs", lattice, 0.05);
 }
 
-/// A clamped rod of bonds, bendings and torsions that sags, on its bonds' and angles' energies alone.
-TEST(NewtonsOrder, OfEnergiesOfTuples) {
+/// A clamped rod of bonds, bendings and torsions sags, on the energies of its bonds and angles alone.
+TEST(NewtonsOrder, IsTwoOnEnergiesOfTuples) {
   System system;
   Bonds bonds{.name = "bonds"};
   Bendings bendings{.name = "bendings"};

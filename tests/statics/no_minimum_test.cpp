@@ -21,7 +21,7 @@ System make_point(const Vector3& place, const std::string& energy) {
   return system;
 }
 
-TEST(Equilibrium, OfAPotentialThatFlattensDoesNotExist) {
+TEST(Equilibrium, PotentialThatFlattensHasNoEquilibrium) {
   for (const char* energy : {"exp(-x1)+y1^2+z1^2", "exp(-x1)", "exp(-x1^2-y1^2-z1^2)", "1/x1+y1^2+z1^2"}) {
     const EquilibriumResult found = find_equilibrium(make_point({0.3, 0.1, 0.0}, energy));
 
@@ -30,7 +30,7 @@ TEST(Equilibrium, OfAPotentialThatFlattensDoesNotExist) {
   }
 }
 
-TEST(Equilibrium, OfAForceThatDiesAwayDoesNotExist) {
+TEST(Equilibrium, ForceThatDiesAwayHasNoEquilibrium) {
   System system = make_point({0.1, 0.0, 0.0}, "y1^2+z1^2");
   system.forces.push_back(FormulaForce{.name = "push", .points = {0}, .kernel = formula_force({"exp(-x)", "0", "0"})});
 
@@ -40,8 +40,8 @@ TEST(Equilibrium, OfAForceThatDiesAwayDoesNotExist) {
   EXPECT_NE(found.outcome.what.find("forces die away"), std::string::npos) << found.outcome.what;
 }
 
-/// Charges that screen each other, one of them held: alone, and beside a pendulum whose forces are large.
-TEST(Equilibrium, OfPointsThatRepelEachOtherDoesNotExist) {
+/// The charges screen each other and one of them is held: alone, and beside a pendulum whose forces are large.
+TEST(Equilibrium, PointsThatRepelEachOtherHaveNoEquilibrium) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 1.0};
@@ -62,7 +62,7 @@ TEST(Equilibrium, OfPointsThatRepelEachOtherDoesNotExist) {
   }
 }
 
-TEST(Equilibrium, OnASoftFloorIsFoundFromFarAboveAndFromBelow) {
+TEST(Equilibrium, SoftFloorIsFoundFromFarAboveAndFromBelow) {
   for (const double start : {50.0, 3.0, -20.0}) {
     System system = make_point({0.0, 0.0, start}, "exp(-z1)+x1^2+y1^2");
     system.add_gravity({0.0, 0.0, -g});
@@ -75,7 +75,7 @@ TEST(Equilibrium, OnASoftFloorIsFoundFromFarAboveAndFromBelow) {
   }
 }
 
-TEST(Equilibrium, OfAWellWithLinearWallsIsFoundFromThere) {
+TEST(Equilibrium, WellWithLinearWallsIsFoundFromItsWalls) {
   const EquilibriumResult found = find_equilibrium(make_point({-30.0, 0.0, 0.0}, "log(1+exp(x1))-0.5*x1+y1^2+z1^2"));
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
@@ -84,7 +84,7 @@ TEST(Equilibrium, OfAWellWithLinearWallsIsFoundFromThere) {
 
 /// At the kink there is no stiffness, and beside it none either: no equilibrium to the tolerance, but no load that
 /// pulls without end.
-TEST(Equilibrium, AtAKinkIsNotSaidToBeWithoutEnd) {
+TEST(Equilibrium, KinkIsNotTakenForAPullWithoutEnd) {
   const EquilibriumResult found = find_equilibrium(make_point({0.0, 3.0, 0.0}, "abs(y1-1)+x1^2+z1^2"));
 
   EXPECT_EQ(found.outcome.status, Status::NotConverged) << found.outcome.what;
@@ -92,7 +92,7 @@ TEST(Equilibrium, AtAKinkIsNotSaidToBeWithoutEnd) {
 }
 
 /// Stiffness of another part of the system, or of the same one, is no scale for what holds a bead.
-TEST(Equilibrium, OfAPendulumBesideStiffSpringsIsStable) {
+TEST(Equilibrium, PendulumBesideStiffSpringsIsStable) {
   for (const double stiffness : {1e6, 1e8, 1e10}) {
     System system;
     system.positions = {0.0, 0.0, 0.0, 0.1, 0.0, -0.9, 5.0, 0.0, 0.0, 6.0, 0.2, 0.1};
@@ -106,7 +106,7 @@ TEST(Equilibrium, OfAPendulumBesideStiffSpringsIsStable) {
 
     ASSERT_TRUE(found.outcome.ok()) << stiffness << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.status, Stability::Stable);
-    EXPECT_EQ(found.stability.zero_modes, 5u);  // of the spring, which floats
+    EXPECT_EQ(found.stability.zero_modes, 5u);  // those of the spring, which floats
     EXPECT_EQ(found.stability.rigid_zero_modes, 5u);
     EXPECT_NEAR(found.stability.lowest_omega2, g / std::hypot(0.1, 0.9), 1e-6);
   }

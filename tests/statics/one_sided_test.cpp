@@ -43,7 +43,7 @@ System make_chain_on_table(int count, double length, double mass, double height,
 const EquilibriumOptions on_table{
     .accept = AcceptedEquilibria::Marginal, .one_sided = {{"table", OneSide::AtLeast}}, .solver = {.threads = 1}};
 
-// From the table on, rod k = 1, 2, … carries V = V_1 + (k - 1) m g with 0 <= V_1 < m g, and rises l V/sqrt(H^2 + V^2).
+// Rod k = 1, 2, … from the table on carries V = V_1 + (k - 1) m g with 0 <= V_1 < m g, and rises l V/sqrt(H^2 + V^2).
 TEST(OneSided, ChainThatLiesPartlyOnATableHangsAsADiscreteCatenary) {
   constexpr double length = 0.1, mass = 0.2, H = 3.0;
   constexpr int hanging = 7, count = 20;
@@ -71,7 +71,7 @@ TEST(OneSided, ChainThatLiesPartlyOnATableHangsAsADiscreteCatenary) {
   EXPECT_NEAR(found.positions[3 * count], reach + (count - hanging) * length, 1e-10);
 }
 
-/// From a start that is level it would hang through the table, where no step of Newton's method lays it down again.
+/// It would hang through the table from a level start, where no step of Newton's method lays it down again.
 TEST(OneSided, ChainThatStartsAboveTheTableComesToLie) {
   System system = make_chain_on_table(30, 0.1, 0.2, 0.5, 2.0);
   for (std::size_t i = 0; i <= 30; ++i) system.positions[3 * i + 2] = 0.5;
@@ -81,13 +81,13 @@ TEST(OneSided, ChainThatStartsAboveTheTableComesToLie) {
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_NEAR(-found.multipliers[29], 2.0, 1e-9);
   EXPECT_NEAR(found.positions[3 * 30 + 2], 0.0, 1e-12);
-  // What hangs weighs as much as the support and the bead that lies first say; the table carries the rest.
+  // The hanging part weighs as much as the support and the bead that lies first say; the table carries the rest.
   double weight = 0.0;
   for (std::size_t row = 30; row < 60; ++row) weight += found.multipliers[row];
   EXPECT_NEAR(weight - found.support_forces[2], 30 * 0.2 * g, 0.2 * g + 1e-9);
 }
 
-TEST(OneSided, ChainThatIsPulledOffTheTableIsTheOneWithoutIt) {
+TEST(OneSided, ChainThatIsPulledOffTheTableHangsAsWithoutATable) {
   System system = make_chain_on_table(10, 0.1, 0.2, 0.9, 0.0);
   system.supports = {Support{"", {0, 10}}};
   for (std::size_t i = 0; i <= 10; ++i) system.positions[3 * i + 2] = 1.0;
@@ -122,7 +122,7 @@ TEST(OneSided, BallFallsOntoASphereOrATableFromAbove) {
   EXPECT_NEAR(found.multipliers[1], -3.0 * g, 1e-9);
 }
 
-/// A weight on two ropes, at_most: hung so that one of them is slack, it hangs below the other alone.
+/// A weight hangs on two ropes, at_most, so that one of them is slack: it hangs below the other alone.
 TEST(OneSided, RopeIsSlackWhereTheOtherCarriesAll) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.2, 0.0, -0.4};
@@ -216,7 +216,7 @@ TEST(OneSided, RandomSystemsAreComplementary) {
   }
 }
 
-TEST(OneSided, SystemThatNothingHoldsSaysSo) {
+TEST(OneSided, SystemThatNothingHoldsHasNoEquilibrium) {
   System system;
   system.positions = {0.0, 0.0, 1.0};
   system.masses = {1.0};

@@ -39,7 +39,7 @@ PairForces pairs_of(PairLaw law, std::optional<double> cutoff) {
 }
 
 /// W x is -df along x, by central differences of the forces.
-TEST(PairStiffness, IsWhatForcesChangeBy) {
+TEST(PairStiffness, AgreesWithDifferencesOfForces) {
   const std::pair<PairLaw, std::optional<double>> laws[] = {
       {PairLaw::Yukawa, 1.1}, {PairLaw::Morse, 1.2}, {PairLaw::Lj, 1.5},    {PairLaw::Wca, {}},
       {PairLaw::Log, {}},     {PairLaw::Yukawa, {}}, {PairLaw::Coulomb, {}}};
@@ -132,8 +132,9 @@ TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
   }
 }
 
-/// Charges on a sphere, one more than have a Hessian of their own: Euler's sum of multipliers, and the rigid motions.
-TEST(PairStiffness, OfManyChargesKnowsWhetherTheyAreStable) {
+/// The charges on a sphere are one more than have a Hessian of their own: Euler's sum of multipliers and the rigid
+/// motions tell that it is right.
+TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   constexpr std::size_t count = 201;
   System system;
   std::vector<Index> all;
@@ -160,8 +161,8 @@ TEST(PairStiffness, OfManyChargesKnowsWhetherTheyAreStable) {
   EXPECT_NEAR(sum, -found.energy, 1e-8 * found.energy);
 }
 
-/// More than memory holds is refused with the number of bytes, unless nobody asks for stability.
-TEST(PairStiffness, OfTooManyChargesIsRefused) {
+/// Charges that take more than memory holds are refused with the number of bytes, unless nobody asks for stability.
+TEST(PairStiffness, TooManyChargesAreRefused) {
   System system = cloud(3001, 30.0);
   PairForces charges{.name = "charges", .law = PairLaw::Coulomb};
   charges.charges = {1.0};

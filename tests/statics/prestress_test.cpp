@@ -30,7 +30,7 @@ std::string prestress_note(const Result& found) {
   return note == found.left_out.end() ? "" : *note;
 }
 
-TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
+TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 100.0);
   std::fill(tensions.begin() + 5, tensions.end(), 50.0);
@@ -41,8 +41,8 @@ TEST(Prestress, ThatDoesNotBalanceIsToldWithTheTensionThatTakesItsPlace) {
   EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
 }
 
-/// A rod that nothing was asked of is not blamed.
-TEST(Prestress, OfSomeRodsIsToldOfOneOfThem) {
+/// A rod of which nothing was asked is not blamed.
+TEST(Prestress, UnbalancedTensionsNameARodThatTheyWereAskedOf) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 0.0);
   std::fill(tensions.begin() + 5, tensions.end(), 100.0);
@@ -58,14 +58,14 @@ TEST(Prestress, OfSomeRodsIsToldOfOneOfThem) {
   }
 }
 
-TEST(Prestress, ThatIsAStateOfSelfStressIsTakenWithoutAWord) {
+TEST(Prestress, StateOfSelfStressIsTakenWithoutANote) {
   const System wire = make_wire();
 
   EXPECT_EQ(prestress_note(modes(wire, wire.positions, {.prestress = {{"r", {100.0}}}})), "");
 }
 
-/// Forces along the wire and the tensions that balance them.
-TEST(Prestress, ThatBalancesTheForcesIsTakenWithoutAWord) {
+/// Forces act along the wire, and the tensions balance them.
+TEST(Prestress, TensionsThatBalanceTheForcesAreTakenWithoutANote) {
   System wire = make_wire();
   wire.forces.push_back(ConstantForce{.name = "pull", .points = {5}, .force = Vector3{50.0, 0.0, 0.0}});
   std::vector<double> tensions(10, 100.0);

@@ -30,8 +30,8 @@ System make_octahedron() {
   return system;
 }
 
-/// omega^2 = m g a/I of a pendulum: five points 0.3 m below on the average, about the corner.
-TEST(SelfStress, OfARigidBodyDoesNotChangeHowItSwings) {
+/// The pendulum has omega^2 = m g a/I: five points hang 0.3 m below on the average, about the corner.
+TEST(SelfStress, DoesNotChangeHowARigidBodySwings) {
   const System body = make_octahedron();
   const double moment = 2 * (0.3 * 0.3 + 0.3 * 0.3) + 2 * 0.3 * 0.3 + 0.6 * 0.6, arm = 4 * 0.3 + 0.6;
   const double omega = std::sqrt(9.81 * arm / moment);
@@ -84,7 +84,7 @@ TEST(SelfStress, LeavesAMechanismMarginal) {
 }
 
 /// Nobody has written tensions into it: "modes" and "equilibrium" both say that.
-TEST(SelfStress, OfAWireWithoutLoadIsAskedFor) {
+TEST(SelfStress, IsAskedForInAWireWithoutLoad) {
   System wire;
   wire.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0};
   wire.masses.assign(3, 1.0);

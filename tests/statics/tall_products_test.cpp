@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd;
 
-/// Around the eight lanes, the four columns of a tile and the 512 rows of a part; blocks of wider matrices, whose
-/// columns stand further apart.
-TEST(TallProducts, AreThoseOfEigen) {
+/// Sizes lie around the eight lanes, the four columns of a tile and the 512 rows of a part, and blocks are of wider
+/// matrices, whose columns stand further apart.
+TEST(TallProducts, AgreeWithEigen) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   const auto any = [&](Index rows, Index columns) {

@@ -54,7 +54,7 @@ std::vector<double> swing_of_rope(const System& rope) {
 
 class Rope : public testing::TestWithParam<int> {};
 
-/// 1e-9 to 1e-11 of the fastest omega^2.
+/// The slow omega^2 are 1e-9 to 1e-11 of the fastest one.
 TEST_P(Rope, SwingsSlowlyAndStably) {
   const System rope = make_rope(GetParam());
   const EquilibriumResult rest = find_equilibrium(rope);
@@ -73,7 +73,7 @@ TEST_P(Rope, SwingsSlowlyAndStably) {
 
 INSTANTIATE_TEST_SUITE_P(OfPieces, Rope, testing::Values(50, 100, 400));
 
-/// Nothing of a place's stability depends on masses.
+/// The stability of a place does not depend on masses.
 TEST(Stability, IsTheSameForAnyMasses) {
   System system;
   Rods rods{.name = "rods"};
@@ -98,7 +98,7 @@ TEST(Stability, IsTheSameForAnyMasses) {
 }
 
 /// The eigenvalues of the companion matrix know slow modes to the rounding of the fastest.
-TEST(DampedModes, OfWhatHasNoDampersDoNotGrow) {
+TEST(DampedModes, DoNotGrowWithoutDampers) {
   for (const int pieces : {50, 70, 80, 90, 96}) {
     System rope = make_rope(pieces);
     for (double& mass : rope.masses) mass *= 0.39;
@@ -117,7 +117,7 @@ TEST(DampedModes, OfWhatHasNoDampersDoNotGrow) {
 
 /// Forces that are not quite in balance take no modes away where a support, which has no mass of its own, holds the
 /// rope.
-TEST(DampedModes, OfAPlaceThatIsKnownToAMillionthAreFound) {
+TEST(DampedModes, AreFoundAtAPlaceThatIsNotQuiteInBalance) {
   const System rope = make_rope(20);
   const EquilibriumResult rest = find_equilibrium(rope);
   ASSERT_TRUE(rest.outcome.ok()) << rest.outcome.what;
@@ -131,7 +131,7 @@ TEST(DampedModes, OfAPlaceThatIsKnownToAMillionthAreFound) {
   EXPECT_NEAR(found.omega[0], swing_of_rope(rope)[0], 1e-3);
 }
 
-TEST(Modes, OfAGyroscopeNameWhatDependsOnVelocities) {
+TEST(Modes, NameForcesOfAGyroscopeThatDependOnVelocities) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {2.0};

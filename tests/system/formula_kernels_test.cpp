@@ -113,7 +113,7 @@ TEST(FormulaConstraint, ErrorsGiveTheColumn) {
 
 // ---- coordinates ---------------------------------------------------------------------------------------------------
 
-TEST(FormulaCoordinates, PositionsVelocitiesAndCurvatureOfATurningRing) {
+TEST(FormulaCoordinates, GivePositionsVelocitiesAndCurvatureOfATurningRing) {
   // r = ((2 + cos b) cos(a + 3t), (2 + cos b) sin(a + 3t), sin b) and a second point on the axis, a t high.
   const std::vector<std::string> names = {"a", "b"};
   const std::vector<std::string> components = {

@@ -87,8 +87,8 @@ RC_GTEST_PROP(Numbering, RenamesPointsAndRowsOneToOne, ()) {
   RC_ASSERT(rows.size() == d && (d == 0 || (*rows.begin() == 0 && *rows.rbegin() == static_cast<Index>(d) - 1)));
 }
 
-/// Chains one after the other, as hosts have them: their arrays can be used where they are.
-TEST(Numbering, OfChainsInTheUsersOrderIsTheUsers) {
+/// Hosts have chains one after the other: their arrays can be used where they are.
+TEST(Numbering, KeepsTheUsersOrderOfChainsOneAfterTheOther) {
   std::vector<std::array<Index, 2>> pairs;
   for (const Index first : {0, 5, 7}) {
     for (const auto& [i, j] : chain(first == 5 ? 2 : 5)) pairs.push_back({first + i, first + j});

@@ -109,7 +109,7 @@ TEST(Table, ReproducesPolynomialsUpToDegreeFiveFromSixRowsOn) {
   }
 }
 
-TEST(Table, OfFewRowsIsThePolynomialThroughThem) {
+TEST(Table, IsThePolynomialThroughItsRowsWhenTheyAreFew) {
   for (int rows = 2; rows <= 6; ++rows) {
     const auto polynomial = [&](const auto& t) { return 2.0 - t + pow(t, rows - 1.0); };
     const auto table =
@@ -168,7 +168,7 @@ TEST(Table, ConvergesOnSineWithOrderSixAndItsSecondDerivativeWithOrderFour) {
 }
 
 TEST(Table, SecondDerivativesAreSmoothAtTheSamples) {
-  // Rough data, so that a jump of the fourth derivative would show.
+  // The data are rough, so that a jump of the fourth derivative would show.
   const std::vector<double> times = uneven_times(12);
   std::vector<double> values;
   for (std::size_t i = 0; i < times.size(); ++i) values.push_back(i % 2 ? 1.0 : -1.0);
@@ -191,7 +191,7 @@ TEST(Table, SecondDerivativesAreSmoothAtTheSamples) {
   }
 }
 
-TEST(Table, OutsideIsAnErrorThatNamesTimeAndRange) {
+TEST(Table, TimesOutsideItsRangeAreErrorsThatNameTimeAndRange) {
   const auto table = make_table(uniform_times(0.5, 2.0, 10), [](double t) { return t; });
 
   EXPECT_EQ(error_of([&] { table(2.25); }), "t = 2.25 is outside the table, which reaches from 0.5 to 2");

@@ -34,7 +34,7 @@ std::string error_of(const Change& change) {
   return "no error";
 }
 
-TEST(UserConstraintsValidation, RightOnesPass) {
+TEST(UserConstraintsValidation, CorrectConstraintsPass) {
   EXPECT_EQ(error_of([](UserConstraints&, FormulaForce&) {}), "no error");
 }
 

@@ -16,7 +16,7 @@
 
 #include "embed/openmm/openmm_systems.hpp"
 
-/// What OpenMM registers when it is loaded, and Contexts that it refuses, it never frees.
+/// OpenMM never frees what it registers when it is loaded, nor Contexts that it refuses.
 extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
   return "detect_leaks=0";
 }
@@ -124,7 +124,7 @@ TEST(OpenMM, MovesAsCcmaDoesThatConverges) {
   EXPECT_NEAR(energies[0], energies[1], 1e-9 * std::abs(energies[0]));
 }
 
-TEST(OpenMM, TakesThePlaceOfSettleToo) {
+TEST(OpenMM, KeepsWaterRigidInThePlaceOfSettle) {
   Molecules water;
   water.add_particle(15.999, {0, 0, 0});
   for (const double side : {-1.0, 1.0}) water.add_particle(1.008, {0.0757 * side, 0.0586, 0});
@@ -161,7 +161,7 @@ TEST(OpenMM, VelocitiesAndPositionsAreProjectedOnRequest) {
   }
 }
 
-TEST(OpenMM, EveryIntegratorAndThePlatformCpuGoThroughTheSameDoor) {
+TEST(OpenMM, EveryIntegratorAndThePlatformCpuKeepTheConstraints) {
   std::vector<OpenMM::Platform*> platforms{&reference()};
   try {
     OpenMM::Platform::loadPluginLibrary(OpenMM::Platform::getDefaultPluginsDirectory() + "/libOpenMMCPU.so");
@@ -238,7 +238,8 @@ TEST(OpenMM, ParticleWithoutMassHoldsAPendulum) {
   EXPECT_EQ(exact.addConstraint(0, 1, 1.0), 0);
   HostRun run(pendulum, 1e-3);
 
-  // From the horizontal to the lowest place in a quarter of the period: K(sin 45°) = 1.854074677 times sqrt(l/g).
+  // It falls from the horizontal to the lowest place in a quarter of the period: K(sin 45°) = 1.854074677 times
+  // sqrt(l/g).
   run.integrator->step(static_cast<int>(std::lround(1.854074677 / std::sqrt(9.81) / 1e-3)));
 
   const std::vector<Vec3> end = positions_of(run.context);
@@ -248,7 +249,7 @@ TEST(OpenMM, ParticleWithoutMassHoldsAPendulum) {
   EXPECT_NEAR(end[1][1], -1.0, 1e-4);
 }
 
-TEST(OpenMM, WhatIsConstrainedIsOneMolecule) {
+TEST(OpenMM, ConstrainedParticlesFormOneMolecule) {
   Molecules loose;
   for (int i = 0; i < 4; ++i) loose.add_particle(1.0, Vec3(i, 0, 0));
   ExactConstraints& exact = loose.add_exact_constraints();
@@ -279,7 +280,7 @@ TEST(OpenMM, ACallForPythonAddsTheForce) {
   EXPECT_NE(dynamic_cast<ExactConstraints*>(&chain.system->getForce(chain.system->getNumForces() - 1)), nullptr);
 }
 
-TEST(OpenMM, ASystemInXmlKeepsIt) {
+TEST(OpenMM, ASystemInXmlKeepsTheForce) {
   Molecules chain = make_chain(2);
   ExactConstraints& exact = chain.add_exact_constraints();
   exact.setForceGroup(3);
@@ -354,7 +355,7 @@ TEST(OpenMMErrors, ConstraintsThatCannotBeKeptAreNamedByTheirParticles) {
   EXPECT_EQ(refused(2, 1, 0.15), prefix + "2 and 1 is there twice");
 }
 
-TEST(OpenMMErrors, NoConstraintsAndTwoForces) {
+TEST(OpenMMErrors, MissingConstraintsAndSecondForcesAreNamed) {
   Molecules nothing, twice = make_chain(2);
   nothing.add_particle(1.0, {});
   nothing.add_exact_constraints();

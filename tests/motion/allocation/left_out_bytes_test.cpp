@@ -31,7 +31,7 @@ System make_beads_on_circles() {
   return system;
 }
 
-/// Held by a Dynamics that has solved once.
+/// Counts the bytes that a Dynamics holds after one solve.
 struct Solved {
   AllocationCounter counter;
   Dynamics dynamics;
@@ -56,7 +56,7 @@ TEST(LeftOutBytes, AllocatedBytesAreCountedAndGivenBack) {
   EXPECT_EQ(counter.bytes(), 0);
 }
 
-TEST(LeftOutBytes, GammaTakesNoneBeforeTheSplitAndNoneWhereAllMassesAreEqual) {
+TEST(LeftOutBytes, GammaTakesNoBytesBeforeTheSplitOrWhereAllMassesAreEqual) {
   const auto measure_split = [](double last_mass) {
     System chain = scenes::make_chain(num_beads);
     chain.masses.back() = last_mass * chain.masses.back();
@@ -88,7 +88,7 @@ TEST(LeftOutBytes, CoordinatesAloneHoldNoS) {
   EXPECT_LE(tangent.bytes, both.bytes - normal.factor_bytes());
 }
 
-TEST(LeftOutBytes, FrictionThatIsNotThereTakesNone) {
+TEST(LeftOutBytes, SmoothGuidesTakeNoBytesForFriction) {
   System smooth = make_beads_on_circles();
   smooth.coordinates.clear();
   System creeping = smooth, sticking = smooth;
@@ -113,7 +113,7 @@ TEST(LeftOutBytes, FrictionThatIsNotThereTakesNone) {
   EXPECT_LE(regularised.bytes, exact.bytes - 4 * num_beads * number);
 }
 
-TEST(LeftOutBytes, ConstantKKeepsWhatItHas) {
+TEST(LeftOutBytes, StepsWithConstantKTakeNoBytes) {
   // Beads on planes: S is diagonal, in closed form, and a step asks for nothing more.
   System beads;
   for (Index i = 0; i < num_beads; ++i) {
