@@ -13,18 +13,12 @@ using scenes::g;
 
 /// Released horizontally, on a rod or on a sphere.
 System make_pendulum(double length, bool has_rod) {
+  if (has_rod) return scenes::make_pendulum({length, 0.0, 0.0}, 1.0);
   System system;
+  system.positions = {length, 0.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Spheres{"bowl", {0}, Vector3{}, length}};
   system.forces = {Gravity{"", {0.0, 0.0, -g}}};
-  if (has_rod) {
-    system.positions = {0.0, 0.0, 0.0, length, 0.0, 0.0};
-    system.masses = {1.0, 1.0};
-    system.supports = {{"hook", {0}, {}}};
-    system.constraints = {Rods{"rod", {{0, 1}}}};
-  } else {
-    system.positions = {length, 0.0, 0.0};
-    system.masses = {1.0};
-    system.constraints = {Spheres{"bowl", {0}, Vector3{}, length}};
-  }
   return system;
 }
 

@@ -27,14 +27,6 @@ const std::vector<Method> without_series{Method::Rk4, Method::Dopri5, Method::Ra
 const std::vector<Method> all_implicit{Method::Radau5, Method::GeneralizedAlpha};
 const std::vector<Method> in_coordinates{Method::Rk4, Method::Dopri5, Method::Dop853};
 
-/// Beads that stick and slide on rough guides of every kind.
-System make_rough_beads() {
-  System system = scenes::make_beads(1'500);
-  system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
-                     Coulomb{"ball", {"spheres"}, 0.1, 0.15}, Coulomb{"wire", {"lines"}, 0.25, 0.3}};
-  return system;
-}
-
 /// The same guides as coordinates, without friction.
 System make_beads_in_coordinates() {
   System system = scenes::make_beads(1'500);
@@ -64,7 +56,7 @@ const BigScene big_scenes[]{
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed_form", all_explicit},
     {"damped_chain_of_2500", [] { return scenes::make_damped_chain(2'500); }, "paths", all_implicit, 5},
     {"implicit_beads", [] { return scenes::make_beads(800); }, "closed_form", all_implicit, 5},
-    {"rough_beads", make_rough_beads, "simplicial", without_series, 5},
+    {"rough_beads", [] { return scenes::make_rough_beads(1'500); }, "simplicial", without_series, 5},
     {"beads_in_coordinates", make_beads_in_coordinates, "closed_form+simplicial", in_coordinates, 20, Form::Tangent},
 };
 
