@@ -192,16 +192,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
 
 /// A chain that hangs at rest: nothing flows, and rounding is no drift.
 TEST(AccuracyWarning, RestIsNoReasonForOne) {
-  System system;
-  Rods rods;
-  for (int i = 0; i <= 20; ++i) {
-    system.positions.insert(system.positions.end(), {0.0, 0.0, -0.1 * i});
-    system.masses.push_back(0.1);
-    if (i > 0) rods.pairs.push_back({i - 1, i});
-  }
-  system.supports = {{"hook", {0}, {}}};
-  system.constraints = {rods};
-  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+  const System system = scenes::hang(scenes::make_chain_along(20, {0.0, 0.0, -0.1}), {0});
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 1e-2;
