@@ -196,7 +196,7 @@ TEST(HostFaults, ValuesOfNoEnumerationAreNamedWithoutTheBuildersFolders) {
   System gas = make_gas();
   std::get<PairForces>(gas.forces[0]).law = static_cast<PairLaw>(99);
   refuses(error_of([&] { (void)Dynamics(gas); }), "/forces/0/law");
-  System rough = make_rough_bead();
+  System rough = make_sliding_block();
   std::get<Coulomb>(rough.friction[0]).reaction = static_cast<Coulomb::Reaction>(99);
   refuses(error_of([&] { (void)Dynamics(rough); }), "/friction/0/reaction");
 }
