@@ -100,13 +100,22 @@ System copies(int count, const std::vector<Eigen::Vector3d>& points, const std::
   return system;
 }
 
-System rings(int count) {
+struct Frame {
   std::vector<Eigen::Vector3d> points;
   std::vector<std::array<int, 2>> rods;
+};
+
+Frame make_ring_of_six() {
+  Frame ring;
   for (int k = 0; k < 6; ++k) {
-    points.emplace_back(std::cos(k * std::numbers::pi / 3.0), std::sin(k * std::numbers::pi / 3.0), 0.3 * (k % 2));
-    rods.push_back({k, (k + 1) % 6});
+    ring.points.emplace_back(std::cos(k * std::numbers::pi / 3.0), std::sin(k * std::numbers::pi / 3.0), 0.3 * (k % 2));
+    ring.rods.push_back({k, (k + 1) % 6});
   }
+  return ring;
+}
+
+System rings(int count) {
+  const auto [points, rods] = make_ring_of_six();
   return copies(count, points, rods);
 }
 
@@ -219,12 +228,7 @@ System lattice_with_holes(int size) {
 
 /// Rings of six, from every second point of which a tail of two rods hangs.
 System rings_with_tails(int count) {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<std::array<int, 2>> rods;
-  for (int k = 0; k < 6; ++k) {
-    points.emplace_back(std::cos(k * std::numbers::pi / 3.0), std::sin(k * std::numbers::pi / 3.0), 0.3 * (k % 2));
-    rods.push_back({k, (k + 1) % 6});
-  }
+  auto [points, rods] = make_ring_of_six();
   for (int k = 0; k < 6; k += 2) {
     const auto first = static_cast<int>(points.size());
     points.push_back(2.0 * points[static_cast<std::size_t>(k)]);

@@ -5,9 +5,9 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <random>
 
 #include "evaluate/pair_field.hpp"
+#include "scenes.hpp"
 
 namespace {
 
@@ -17,17 +17,7 @@ using namespace tanor;
 System make_beads() {
   constexpr int columns = 20, rows = 40;
   const double spacing = std::cbrt(1.0 / 0.8442);
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> shake(-0.1, 0.1);
-  System system;
-  for (int a = 0; a < columns; ++a) {
-    for (int b = 0; b < rows; ++b) {
-      for (int c = 0; c < rows; ++c) {
-        for (const int k : {a, b, c}) system.positions.push_back(k * spacing + shake(random));
-        system.masses.push_back(1.0);
-      }
-    }
-  }
+  System system = scenes::make_shaken_grid({columns, rows, rows}, spacing, 1);
   system.forces = {PairForces{.law = PairLaw::Wca, .box = {columns * spacing, rows * spacing, rows * spacing}}};
   return system;
 }

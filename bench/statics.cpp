@@ -10,7 +10,7 @@
 
 #include <tanor/equilibrium.hpp>
 
-#include "hung_net.hpp"
+#include "scenes.hpp"
 
 namespace {
 
@@ -48,10 +48,10 @@ void measure(const char* name, const System& system) {
 
 int main(int argc, char** argv) {
   if (argc > 1) {
-    measure("net", make_hung_net(std::atoi(argv[1])));
+    measure("net", tanor::scenes::make_hung_net(std::atoi(argv[1])));
     return 0;
   }
-  measure("net of 100 x 100", make_hung_net(100));
+  measure("net of 100 x 100", tanor::scenes::make_hung_net(100));
   measure("chain of 10^4 rods", make_chain(10'000));
   measure("chain of 10^5 rods", make_chain(100'000));
 }

@@ -114,17 +114,42 @@ inline System make_pendulum() {
   return make_chain(1);
 }
 
-/// Two cranks of 1 m on pivots 1 m apart and a coupler of 1 m between unit masses, on a sheet, turning at `rate`: a
-/// parallelogram, flat at angle 0 and after each half turn, where it could leave as an antiparallelogram.
-inline System make_four_bar(double angle, double rate) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  System system;
-  system.positions = {0, 0, 0, 1, 0, 0, c, s, 0, 1 + c, s, 0};
-  system.velocities = {0, 0, 0, 0, 0, 0, -rate * s, rate * c, 0, -rate * s, rate * c, 0};
-  system.masses.assign(4, 1.0);
-  system.supports = {{"pivots", {0, 1}, {}}};
-  system.constraints = {Rods{"bars", {{0, 2}, {1, 3}, {2, 3}}, {}, {}}, Planes{"plane", {2, 3}, {0, 0, 1}, 0.0}};
+/// A bob at rest on a rod from the origin, as long as drawn.
+inline System make_pendulum(const Vector3& bob, double bob_mass) {
+  System system = make_chain_through({{0, 0, 0}, bob});
+  system.velocities.clear();
+  system.masses = {1.0, bob_mass};
   return system;
+}
+
+/// Parallel cranks of 1 m between pivots at these x and unit masses, on a sheet, turning at `rate`; couplers join the
+/// tips of neighbours. The pivots are the first points.
+inline System make_cranks(const std::vector<double>& pivots, double angle, double rate) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const auto count = static_cast<Index>(pivots.size());
+  System system;
+  Rods bars{"bars", {}, {}, {}};
+  Support held{"pivots", {}, {}};
+  Planes sheet{"plane", {}, {0, 0, 1}, 0.0};
+  for (const double x : pivots) held.points.push_back(add_point({x, 0, 0}, &system));
+  for (const double x : pivots) {
+    const Index tip = add_point({x + c, s, 0}, &system);
+    system.velocities[3 * static_cast<std::size_t>(tip)] = -rate * s;
+    system.velocities[3 * static_cast<std::size_t>(tip) + 1] = rate * c;
+    bars.pairs.push_back({tip - count, tip});
+    sheet.points.push_back(tip);
+  }
+  for (Index tip = count + 1; tip < 2 * count; ++tip) bars.pairs.push_back({tip - 1, tip});
+  system.masses.assign(system.num_points(), 1.0);
+  system.supports = {held};
+  system.constraints = {bars, sheet};
+  return system;
+}
+
+/// A parallelogram of two cranks on pivots `base` apart, m. It is flat at angle 0 and after each half turn, where it
+/// could leave as an antiparallelogram.
+inline System make_four_bar(double angle, double rate, double base = 1.0) {
+  return make_cranks({0.0, base}, angle, rate);
 }
 
 /// A closed ring of rods, free and without forces, turning and beating.
@@ -160,11 +185,28 @@ inline System make_grid(const std::array<int, 3>& size) {
   return system;
 }
 
+/// The same system, falling, held at these points.
+inline System hang(System system, const std::vector<Index>& points) {
+  system.supports = {{"corners", points, {}}};
+  system.forces = {gravity};
+  return system;
+}
+
 /// A net hung up at two opposite corners (a straight row of rods between two supports would be redundant).
 inline System make_net(int columns, int rows) {
-  System system = make_grid({columns, rows, 1});
-  system.supports = {{"corners", {0, static_cast<Index>(columns * rows - 1)}, {}}};
-  system.forces = {gravity};
+  return hang(make_grid({columns, rows, 1}), {0, static_cast<Index>(columns * rows - 1)});
+}
+
+/// A flat square net that hangs from two neighbouring corners. Unequal: 0.05 to 0.15 kg, from columns that are light
+/// below to such that are heavy there, so that no two of them, each of which swings by itself, have a frequency in
+/// common.
+inline System make_hung_net(int side, bool has_unequal_masses = false) {
+  System system = hang(make_grid({side, side, 1}), {0, static_cast<Index>(side - 1)});
+  if (!has_unequal_masses) return system;
+  for (int k = 0; k < side * side; ++k) {
+    const double x = 2.0 * (k / side) / (side - 1) - 1.0, y = 2.0 * (k % side) / (side - 1) - 1.0;
+    system.masses[static_cast<std::size_t>(k)] = 0.1 + 0.05 * x * y;
+  }
   return system;
 }
 
@@ -246,11 +288,28 @@ inline System make_beads(int groups) {
   return system;
 }
 
+/// The same beads on rough guides, pulled to and fro through the springs: they stick and slide.
+inline System make_rough_beads(int groups) {
+  System system = make_beads(groups);
+  system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
+                     Coulomb{"ball", {"spheres"}, 0.1, 0.15}, Coulomb{"wire", {"lines"}, 0.25, 0.3}};
+  return system;
+}
+
 /// A hanging chain whose support is shaken.
 inline System make_shaken_chain(std::size_t count = 5) {
   System system = make_chain(count);
   system.supports[0].displacement = {ScalarFunction::formula("0.05*sin(3*t)^2"),
                                      ScalarFunction::formula("0.03*(1-cos(5*t))"), ScalarFunction::formula("0.1*t^2")};
+  return system;
+}
+
+/// A shaken chain in air with damped springs: all whose meaning depends on the start, and all that does work.
+inline System make_shaken_chain_in_air(double damping) {
+  System system = make_shaken_chain();
+  std::get<Rods>(system.constraints[0]).length = {};
+  system.forces.push_back(Drag{"air", {1, 3, 5}, 0.05, 0.1});
+  system.forces.push_back(Springs{"springs", {{0, 2}, {1, 4}}, 20.0, damping, 0.15});
   return system;
 }
 
@@ -286,6 +345,22 @@ inline System make_driven_chain(std::size_t count = 5) {
       ConstantForce{"drive",
                     {static_cast<Index>(count)},
                     {ScalarFunction::formula("0.3*sin(4*t)"), 0.0, ScalarFunction::formula("0.5*cos(t)")}});
+  return system;
+}
+
+/// Unit masses on a cubic grid, each shaken by up to a tenth of 1 m along each axis; no velocities, no rods.
+inline System make_shaken_grid(const std::array<int, 3>& size, double distance, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> shake(-0.1, 0.1);
+  System system;
+  for (int a = 0; a < size[0]; ++a) {
+    for (int b = 0; b < size[1]; ++b) {
+      for (int c = 0; c < size[2]; ++c) {
+        for (const int k : {a, b, c}) system.positions.push_back(distance * k + shake(random));
+        system.masses.push_back(1.0);
+      }
+    }
+  }
   return system;
 }
 

@@ -22,8 +22,8 @@
 #include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
-#include "../hung_net.hpp"
 #include "../timing.hpp"
+#include "scenes.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -191,9 +191,9 @@ struct Options {
 int measure(const Options& options) {
   const int count = options.count;
   // It rests in the same shape whatever the masses: each column hangs straight, and the rows carry nothing.
-  const System system = make_hung_net(options.side, options.is_unequal != 0);
+  const System system = scenes::make_hung_net(options.side, options.is_unequal != 0);
   const double begin = processor_seconds();
-  const EquilibriumResult rest = find_equilibrium(make_hung_net(options.side), {.solver = {.threads = 1}});
+  const EquilibriumResult rest = find_equilibrium(scenes::make_hung_net(options.side), {.solver = {.threads = 1}});
   if (!rest.outcome.ok()) return std::printf("%s\n", rest.outcome.what.c_str()), 1;
   std::printf("equilibrium: %d iterations, %.2f s, residual %.1e of the largest force\n", rest.search.iterations,
               processor_seconds() - begin, rest.residual_force / rest.largest_force);

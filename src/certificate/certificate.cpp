@@ -50,8 +50,8 @@ Certificate make_failed_certificate(const Outcome& outcome) {
   return certificate;
 }
 
-Certificate certify(Forms& forms, const Answer& answer, SecondWay way) {
-  return Verifier(forms, answer, way).verify();
+Certificate certify(Forms& forms, const Answer& answer, SecondFactorization by) {
+  return Verifier(forms, answer, by).verify();
 }
 
 }  // namespace tanor

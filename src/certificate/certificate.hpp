@@ -20,7 +20,7 @@ struct Answer {
 Certificate make_failed_certificate(const Outcome& outcome);
 
 /// Verifies an answer with the forms' present matrices and factors (the last accelerations were those of the answer),
-/// and by second ways that share none of them; `way` is that of the second factorization.
-Certificate certify(Forms& forms, const Answer& answer, SecondWay way = SecondWay::Auto);
+/// and by a second evaluation and factorization, `by` which, that share none of them.
+Certificate certify(Forms& forms, const Answer& answer, SecondFactorization by = SecondFactorization::Auto);
 
 }  // namespace tanor

@@ -5,15 +5,15 @@
 
 namespace tanor {
 
-EuclideanSplit::EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form, SecondWay way,
-                               SecondFactor* second, double condition)
+EuclideanSplit::EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form,
+                               SecondFactorization by, SecondFactor* second, double condition)
     : work_(work), model_(work.model()), K_(K), scale_(model_.inverse_mass), condition_(condition) {
   if (second != nullptr && has_one_mass(model_)) {
     factor_ = second;
     return;
   }
   for (double& weight : scale_) weight = weight > 0.0 ? 1.0 : 0.0;
-  own_.emplace(model_, K_.data(), scale_, form.orderings(), way);
+  own_.emplace(model_, K_.data(), scale_, form.orderings(), by);
   if (!own_->trouble().empty()) return;
   factor_ = &*own_;
   condition_ = own_->estimate_reciprocal_condition();

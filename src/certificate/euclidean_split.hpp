@@ -15,7 +15,7 @@ class EuclideanSplit {
  public:
   /// `second` is a factor of S, which is used if all masses are equal, Gamma = m S (36), or null. It, K and the rest
   /// must outlive the split. `condition` is the reciprocal condition of S.
-  EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form, SecondWay way,
+  EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form, SecondFactorization by,
                  SecondFactor* second, double condition);
 
   /// Tells why there is no factor of Gamma; empty if there is one.

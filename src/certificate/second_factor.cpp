@@ -67,11 +67,12 @@ TrianglePattern multiply(const SparseColumns& C, const Groups<RowEntry>& by_row,
 }  // namespace
 
 SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
-                           std::span<const Ordering> first_orderings, SecondWay way) {
+                           std::span<const Ordering> first_orderings, SecondFactorization by) {
   const PointColumns C = scaled_columns(model, blocks, weights);
   const std::size_t d = C.num_columns();
   const bool makes_no_fill = first_orderings.size() == 1 && first_orderings[0] == Ordering::Natural;
-  is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
+  is_qr_ =
+      by == SecondFactorization::Qr || (by == SecondFactorization::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
     const double tolerance = 20.0 * static_cast<double>(d + 3 * model.num_points()) * eps;
     R_ = makes_no_fill ? merge_rows(C, tolerance) : find_independent_columns(C.expand(), tolerance).factor;

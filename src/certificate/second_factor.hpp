@@ -12,7 +12,7 @@
 namespace tanor {
 
 /// The second factorization of K'WK. Auto is QR, or Cholesky if R would take too much memory.
-enum class SecondWay { Auto, Qr, Cholesky };
+enum class SecondFactorization { Auto, Qr, Cholesky };
 
 /// Solves with K'WK a second time, sharing nothing with GramSolver but the blocks of K: C = W^1/2 K with unit columns
 /// and R of its QR factorization, or its own C'C in another elimination order.
@@ -21,7 +21,7 @@ class SecondFactor {
   /// Factorizes K in `blocks` with `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports. `first_orderings` are
   /// those of the GramSolver.
   SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
-               std::span<const Ordering> first_orderings, SecondWay way);
+               std::span<const Ordering> first_orderings, SecondFactorization by);
 
   /// Tells why there is no factor; empty if there is one.
   const std::string& trouble() const { return trouble_; }

@@ -9,9 +9,9 @@
 
 namespace tanor {
 
-Verifier::Verifier(Forms& forms, const Answer& answer, SecondWay way)
+Verifier::Verifier(Forms& forms, const Answer& answer, SecondFactorization by)
     : AnswerMeasures(forms, answer),
-      way_(way),
+      second_factorization_(by),
       has_friction_(model_.has_friction()),
       something_sticks_(work_.constraints.tangents().num_sticking() > 0),
       random_(model_) {

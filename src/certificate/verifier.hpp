@@ -16,7 +16,7 @@ namespace tanor {
 /// Verifies one answer, identity by identity, and writes the certificate.
 class Verifier : private AnswerMeasures {
  public:
-  Verifier(Forms& forms, const Answer& answer, SecondWay way);
+  Verifier(Forms& forms, const Answer& answer, SecondFactorization by);
 
   Certificate verify();
 
@@ -71,7 +71,7 @@ class Verifier : private AnswerMeasures {
   void solve_other();
   void compare_forms();
 
-  const SecondWay way_;
+  const SecondFactorization second_factorization_;
   const bool has_friction_, something_sticks_;
   Certificate result_;
   RandomVectors random_;

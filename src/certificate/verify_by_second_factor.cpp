@@ -4,13 +4,13 @@
 #include "certificate/verifier.hpp"
 #include "dynamics/split.hpp"
 
-/// \file Verifies by additional factorizations: w and lambda by a second way, and Gamma = K'K for the Euclidean split
+/// \file Verifies by additional factorizations: w and lambda once more, and Gamma = K'K for the Euclidean split
 /// and the direct problem.
 namespace tanor {
 
 /// Computes w and lambda once more from scratch by the second factor of S, refined in w.
 void Verifier::verify_by_second_factor() {
-  second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->orderings(), way_);
+  second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->orderings(), second_factorization_);
   if (!second_->trouble().empty()) {
     result_.left_out.push_back("second factorization: " + second_->trouble());
     second_.reset();
@@ -69,7 +69,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
 
 /// Verifies u = u_T + u_N (15), (16).
 void Verifier::verify_euclidean(const Definitions& definitions) {
-  euclidean_.emplace(work_, K_, *forms_.normal, way_, second_ ? &*second_ : nullptr, rcond_of_S_);
+  euclidean_.emplace(work_, K_, *forms_.normal, second_factorization_, second_ ? &*second_ : nullptr, rcond_of_S_);
   if (!euclidean_->trouble().empty()) {
     result_.left_out.push_back("(15), the direct problem: " + euclidean_->trouble());
     return;

@@ -89,11 +89,11 @@ report::ForcesOfMotion find_forces(const GivenMotion& motion, InverseDynamics* p
 }
 
 /// Returns why the accelerations, and with them all forces, are poorly known; empty if they are not.
-std::string find_doubt(const report::ForcesOfMotion& forces) {
-  std::string doubt;
+std::string find_accuracy_warning(const report::ForcesOfMotion& forces) {
+  std::string warning;
   const std::size_t count = forces.times.size();
   if (count < fewest_samples) {
-    doubt = fmt::format(
+    warning = fmt::format(
         "the motion has {} samples, {} are the fewest for a spline of degree 5: its accelerations are those of a "
         "polynomial of degree {}",
         count, fewest_samples, count - 1);
@@ -101,12 +101,13 @@ std::string find_doubt(const report::ForcesOfMotion& forces) {
   const std::size_t worst = forces.find_worst([](const MotionForces& sample) { return sample.acceleration.largest; });
   const Violation& violation = forces.samples[worst].acceleration;
   if (violation.largest > poor_acceleration * forces.acceleration_scale) {
-    doubt += fmt::format(
+    warning += fmt::format(
         "{}the accelerations of the spline break the constraints by {:.3g} m/s^2 ({} at t = {} s), the largest "
         "acceleration is {:.3g} m/s^2: forces are no better; finer samples are needed",
-        doubt.empty() ? "" : "; ", violation.largest, violation.where, forces.times[worst], forces.acceleration_scale);
+        warning.empty() ? "" : "; ", violation.largest, violation.where, forces.times[worst],
+        forces.acceleration_scale);
   }
-  return doubt;
+  return warning;
 }
 
 /// Returns why the answer is incomplete or no motion of this scene; empty if neither holds.
@@ -150,8 +151,8 @@ ExitCode execute(const ForcesOptions& options) {
                report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point,
                forces.times[largest], report::in_words(violated.largest, "{:.3g}"), where, typed(directory));
   }
-  if (const std::string doubt = find_doubt(forces); !doubt.empty())
-    print_message(options.scene.string() + ": warning: " + doubt, Tone::Warning);
+  if (const std::string warning = find_accuracy_warning(forces); !warning.empty())
+    print_message(options.scene.string() + ": warning: " + warning, Tone::Warning);
   const std::string trouble = find_trouble(forces, worst);
   if (trouble.empty()) return ExitCode::Done;
   return tell(options.scene, trouble);

@@ -144,17 +144,18 @@ Finding explode_tetrahedron() {
 }  // namespace
 
 std::vector<KnownProblem> list_known_motions() {
-  struct Way {
+  struct MethodRun {
     MotionOptions options;
     double promised;
   };
   std::vector<KnownProblem> problems;
   for (const auto& [options, promised] :
-       {Way{tightly(Method::Taylor), 12.0}, Way{tightly(Method::Dop853), 11.0}, Way{tightly(Method::Dopri5), 10.5},
-        Way{tightly(Method::Radau5), 9.0}, Way{{.method = Method::Rk4, .step = 1e-3}, 9.0},
-        Way{{.method = Method::Rattle, .step = 1e-3}, 4.0}, Way{{.method = Method::Rattle4, .step = 1e-3}, 8.5},
-        Way{{.method = Method::Rattle6, .step = 2e-3}, 10.0},
-        Way{{.method = Method::GeneralizedAlpha, .step = 1e-3}, 3.0}}) {
+       {MethodRun{tightly(Method::Taylor), 12.0}, MethodRun{tightly(Method::Dop853), 11.0},
+        MethodRun{tightly(Method::Dopri5), 10.5}, MethodRun{tightly(Method::Radau5), 9.0},
+        MethodRun{{.method = Method::Rk4, .step = 1e-3}, 9.0}, MethodRun{{.method = Method::Rattle, .step = 1e-3}, 4.0},
+        MethodRun{{.method = Method::Rattle4, .step = 1e-3}, 8.5},
+        MethodRun{{.method = Method::Rattle6, .step = 2e-3}, 10.0},
+        MethodRun{{.method = Method::GeneralizedAlpha, .step = 1e-3}, 3.0}}) {
     problems.push_back({"pendulum, 10 s", "elliptic functions", std::string(name_of(options.method)), promised,
                         [options = options] { return swing_pendulum(options, 10.0); }});
   }

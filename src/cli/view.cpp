@@ -92,7 +92,7 @@ bool open_browser(const std::string& url) {
   return is_started;
 }
 
-void announce(const ViewOptions& options, const fs::path& folder, int port) {
+void print_address(const ViewOptions& options, const fs::path& folder, int port) {
   const std::string url = fmt::format("http://127.0.0.1:{}/", port);
   if (options.json) {
     print_json({{"url", url}, {"port", port}, {"folder", folder.string()}});
@@ -114,7 +114,7 @@ ExitCode execute(const ViewOptions& options) {
   serve({.folder = folder,
          .first = report::html_page_name,
          .port = options.port,
-         .begins = [&](int port) { announce(options, folder, port); },
+         .begins = [&](int port) { print_address(options, folder, port); },
          .is_running = [&] { return is_running(folder); }},
         &trouble);
   if (!trouble.empty()) throw InputError("--port", trouble);

@@ -46,7 +46,7 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
   const std::vector<Index> number_of = number_points(pairs, numbering, which);
   if (potential_.law() == PairLaw::Coulomb) read_charges(pairs, numbering);
   places_.resize(points_.size());
-  felt_.resize(points_.size());
+  point_forces_.resize(points_.size());
   Pairs excluded;
   if (pairs.exclude_rods) exclude_rods(system, numbering, number_of, &excluded);
   if (which == Which::OfSupports) exclude_same_place(system, numbering, &excluded);
@@ -133,11 +133,11 @@ void PairField::prepare_search(double sigma, Pairs excluded) {
 }
 
 /// Sums over the neighbours within the cutoff. The law is chosen outside the loop.
-PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbours) const {
+PairField::PointForce PairField::force_within_cutoff(std::size_t i, std::span<const Index> neighbours) const {
   const Vec3 here = places_[i];
   const double cutoff2 = potential_.cutoff2(), shift = potential_.shift();
   const auto sum_over_neighbours = [&](const auto& measure) {
-    Feeling sum{};
+    PointForce sum{};
     for (const Index j : neighbours) {
       const Vec3 d = box_.nearest_image(here - places_[j]);
       const double r2 = dot(d, d);
@@ -158,7 +158,7 @@ PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbo
 /// Blocks of 32 pairs are added up in vector lanes, and the blocks with compensation, so a sum over thousands is good
 /// to a few roundings of its terms. One logarithm serves a block: with r^2 = m 2^e, the m are multiplied and the e
 /// added.
-PairField::Feeling PairField::feel_logarithm(std::size_t i) const {
+PairField::PointForce PairField::logarithmic_force(std::size_t i) const {
   constexpr std::size_t block = 32;
   constexpr std::uint64_t mantissa_bits = (std::uint64_t{1} << 52) - 1, exponent_of_one = std::uint64_t{1023} << 52;
   const double hx = x_[i], hy = y_[i], hz = z_[i];
@@ -220,8 +220,8 @@ void PairField::for_each_pair(const Visit& visit) const {
   }
 }
 
-PairField::Feeling PairField::feel_all(std::size_t i) const {
-  if (potential_.law() == PairLaw::Log) return feel_logarithm(i);
+PairField::PointForce PairField::force_without_cutoff(std::size_t i) const {
+  if (potential_.law() == PairLaw::Log) return logarithmic_force(i);
   CompensatedSum fx, fy, fz, potential;
   const double charge = charges_.empty() ? 1.0 : charges_[i];
   for_each_range_of_others(i, [&](std::size_t first, std::size_t last) {
@@ -259,28 +259,29 @@ void PairField::follow(const Parallel& parallel, const double* r) {
     parallel.for_ranges(
         places_.size(),
         [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) felt_[i] = feel_all(i);
+          for (std::size_t i = begin; i < end; ++i) point_forces_[i] = force_without_cutoff(i);
         },
         std::max<std::size_t>(16, 16384 / (places_.size() + 1)));
   } else if (neighbours_->follow(parallel, places_)) {
-    neighbours_->for_each_point(
-        parallel, [&](std::size_t i, std::span<const Index> neighbours) { felt_[i] = feel(i, neighbours); });
+    neighbours_->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
+      point_forces_[i] = force_within_cutoff(i, neighbours);
+    });
   } else {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-    std::fill(felt_.begin(), felt_.end(), Feeling{{unknown, unknown, unknown}, unknown});
+    std::fill(point_forces_.begin(), point_forces_.end(), PointForce{{unknown, unknown, unknown}, unknown});
   }
 }
 
 void PairField::add_forces(const Parallel& parallel, const double* r, double* f) {
   follow(parallel, r);
   parallel.for_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) add_to(f, points_[i], felt_[i].force);
+    for (std::size_t i = begin; i < end; ++i) add_to(f, points_[i], point_forces_[i].force);
   });
 }
 
 double PairField::potential(const Parallel& parallel, const double* r) {
   follow(parallel, r);
-  return parallel.sum(points_.size(), [&](std::size_t i) { return felt_[i].potential; });
+  return parallel.sum(points_.size(), [&](std::size_t i) { return point_forces_[i].potential; });
 }
 
 void PairField::for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit) {
@@ -320,7 +321,7 @@ double PairField::power_of_supports(const Parallel& parallel, const double* r, c
   // The support does the work -(force on it).velocity on the potential energy.
   return parallel.sum(points_.size() - num_moving_, [&](std::size_t k) {
     const std::size_t i = num_moving_ + k;
-    return -dot(felt_[i].force, load(v, points_[i]));
+    return -dot(point_forces_[i].force, load(v, points_[i]));
   });
 }
 

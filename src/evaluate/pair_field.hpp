@@ -66,7 +66,7 @@ class PairField {
 
  private:
   /// The force on one point, and its share of energy.
-  struct Feeling {
+  struct PointForce {
     Vec3 force;              // N
     double potential = 0.0;  // J, half of that of its pairs
   };
@@ -107,9 +107,9 @@ class PairField {
                        std::span<const double> masses) const;
 
   void follow(const Parallel& parallel, const double* r);
-  Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
-  Feeling feel_all(std::size_t i) const;
-  Feeling feel_logarithm(std::size_t i) const;
+  PointForce force_within_cutoff(std::size_t i, std::span<const Index> neighbours) const;
+  PointForce force_without_cutoff(std::size_t i) const;
+  PointForce logarithmic_force(std::size_t i) const;
   template <class Visit>
   void for_each_range_of_others(std::size_t i, const Visit& visit) const;
   template <class Visit>
@@ -132,9 +132,9 @@ class PairField {
   IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
 
   bool is_known_ = false, gives_stiffness_;
-  std::vector<Vec3> places_;       // [point] of the last evaluation
-  std::vector<double> x_, y_, z_;  // the same, without a cutoff
-  std::vector<Feeling> felt_;      // [point]
+  std::vector<Vec3> places_;              // [point] of the last evaluation
+  std::vector<double> x_, y_, z_;         // the same, without a cutoff
+  std::vector<PointForce> point_forces_;  // [point]
 
   // These serve `find_passage`.
   std::optional<NeighbourLists> far_;  // for steps that lead beyond the skin of `neighbours_`

@@ -54,14 +54,14 @@ bool ContactProblem::are_same(const VectorXd& x, const VectorXd& y) const {
 
 bool is_monotone(const ContactProblem& problem) {
   constexpr double rounding = 1e-11;
-  std::vector<std::size_t> felt;  // contacts whose reaction friction changes
+  std::vector<std::size_t> coupled;  // contacts whose reaction friction changes
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const double change = problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c)).norm();
     if (problem.contacts[c].mu * change <= rounding) continue;
     if (problem.contacts[c].moves) return false;
-    felt.push_back(c);
+    coupled.push_back(c);
   }
-  if (felt.empty()) return true;
+  if (coupled.empty()) return true;
   // With A = L L' and z = L'y, y'A y = |z|^2. The bound is the largest eigenvalue of the sum of mu (s L_c'L_c +
   // V_c'V_c/s)/2, where W = V L' and s = |V_c|/|L_c|.
   const Range range(problem.A, rounding);
@@ -70,7 +70,7 @@ bool is_monotone(const ContactProblem& problem) {
   const MatrixXd L = range.vectors * root.asDiagonal(),
                  V = problem.W * range.vectors * root.cwiseInverse().asDiagonal();
   MatrixXd sum = MatrixXd::Zero(rank, rank);
-  for (const std::size_t c : felt) {
+  for (const std::size_t c : coupled) {
     const auto& contact = problem.contacts[c];
     const auto rows = problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c));
     if (contact.mu * (rows * range.null).norm() > rounding * std::max(1.0, rows.norm())) return false;

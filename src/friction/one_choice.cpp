@@ -127,12 +127,12 @@ void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorX
 VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   const auto obeys = [&](const VectorXd& x) { return problem.residual(x) <= obeys_below; };
   const Equations equations(problem, nullptr);
-  const auto polish = [&](const VectorXd& from) {
+  const auto refine = [&](const VectorXd& from) {
     VectorXd x = from;
     return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
   };
   VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
-  if (VectorXd found = polish(x); found.size() > 0) return found;
+  if (VectorXd found = refine(x); found.size() > 0) return found;
   constexpr int most_rounds = 60;
   VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
   for (int round = 0; round < most_rounds; ++round) {
@@ -140,7 +140,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
       limits(static_cast<Eigen::Index>(c)) = problem.contacts[c].mu * problem.normal_force(c, x).norm();
     solve_convex(problem, limits, &x);
     if (obeys(x)) return x;
-    if (VectorXd found = polish(x); found.size() > 0) return found;
+    if (VectorXd found = refine(x); found.size() > 0) return found;
   }
   return {};
 }

@@ -42,7 +42,7 @@ class Search {
   VectorXd defect(const VectorXd& z) const;
   MatrixXd jacobian(const VectorXd& z) const;
   bool narrow(Box* box) const;
-  bool polish(Eigen::Index fixed, VectorXd* z) const;
+  bool refine(Eigen::Index fixed, VectorXd* z) const;
   Eigen::Index variable(Eigen::Index k, Eigen::Index fixed) const { return k < fixed ? k : k + 1; }
 
   const Homogeneous& problem_;
@@ -91,7 +91,7 @@ bool Search::narrow(Box* box) const {
   return true;
 }
 
-bool Search::polish(Eigen::Index fixed, VectorXd* z) const {
+bool Search::refine(Eigen::Index fixed, VectorXd* z) const {
   for (int pass = 0; pass < 30; ++pass) {
     const VectorXd rest = defect(*z);
     if (rest.lpNorm<Eigen::Infinity>() <= 1e-15 * z->lpNorm<Eigen::Infinity>()) return true;
@@ -138,7 +138,7 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
   }
   if (!is_inside) return Verdict::Cut;
   *solution = box->middle;
-  return polish(box->fixed, solution) ? Verdict::Solved : Verdict::Cut;
+  return refine(box->fixed, solution) ? Verdict::Solved : Verdict::Cut;
 }
 
 }  // namespace

@@ -82,16 +82,16 @@ RungeKutta::RungeKutta(const Tableau& tableau, const IntegrationOptions& options
   looks_.insert(looks_.end(), {0.0, 1.0});
   std::sort(looks_.begin(), looks_.end());
   looks_.erase(std::unique(looks_.begin(), looks_.end()), looks_.end());
-  share_out();
+  distribute_error();
 }
 
-/// Shares out the allowed error among the stages. Errors dw_i of the stages move the end of the step by h sum_i b_i
+/// Distributes the allowed error over the stages. Errors dw_i of the stages move the end of the step by h sum_i b_i
 /// dw_i and also through later stages, which depend on earlier ones:
 ///
 ///   weight_i = max(|b_i|, |e_i|) + answer sum_(j > i) weight_j |a_ji|
 ///
 /// Work is least if each stage may make the same part of the allowed error, over its weight.
-void RungeKutta::share_out() {
+void RungeKutta::distribute_error() {
   // Steps are about ten times better than their estimates. With a hundredth of the tolerance for all stages together,
   // motions of nets and lattices end with the errors that exact stages leave (bench/reuse).
   constexpr double for_all = 0.01;

@@ -57,7 +57,7 @@ class RungeKutta final : public Scheme {
   };
   using Accelerations = std::array<const double*, most_stages>;
 
-  void share_out();
+  void distribute_error();
   Weights weigh(const std::vector<double>& weights) const;
   Accelerations accelerations(const State& from, const State& to) const;
   Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);

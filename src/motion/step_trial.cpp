@@ -34,7 +34,7 @@ StepAttempt StepTrial::step(double t, bool may_surprise) {
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events.meet(*motion_.scheme, motion_.state, motion_.drives.pieces(), &state, &step);
   step.outcome = meeting.outcome;
-  if (step.outcome.ok()) look_out(&attempt);
+  if (step.outcome.ok()) detect_user_events(&attempt);
   if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
     attempt.has_switched = true;
     step.outcome = events.switch_equations(*motion_.scheme, motion_.state, &state);
@@ -54,7 +54,7 @@ void StepTrial::look_between(StepAttempt* attempt) {
 }
 
 /// Looks for the user's events during a good attempt, which ends at one that stops.
-void StepTrial::look_out(StepAttempt* attempt) {
+void StepTrial::detect_user_events(StepAttempt* attempt) {
   if (watch.is_empty() || state.t == motion_.state.t) return;
   StepResult& step = attempt->step;
   const DenseOutput by_ends(*motion_.scheme, motion_.state, state, true),
@@ -85,7 +85,7 @@ StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {
   attempt.error = attempt.step.error;
   if (!attempt.is_good()) return attempt;
   std::swap(state, beyond_);
-  look_out(&attempt);
+  detect_user_events(&attempt);
   is_before = attempt.is_good();
   return attempt;
 }

@@ -64,7 +64,7 @@ class StepTrial {
 
  private:
   void look_between(StepAttempt* attempt);
-  void look_out(StepAttempt* attempt);
+  void detect_user_events(StepAttempt* attempt);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;

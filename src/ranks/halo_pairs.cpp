@@ -27,7 +27,7 @@ HaloPairs::HaloPairs(const Model& model, const Part::SharedPairs& pairs, Ranks& 
       excluded_(pairs.excluded),
       halo_(ranks, box_, potential_.cutoff(), pairs.numbers),
       places_(pairs.law.points.size()),
-      felt_(places_.size()) {
+      point_forces_(places_.size()) {
   for (const Index point : pairs.law.points)
     own_.push_back(model.numbering.inner_point[static_cast<std::size_t>(point)]);
   std::ranges::sort(excluded_);
@@ -46,8 +46,8 @@ void HaloPairs::make(std::span<const Vec3> own, double skin) {
   is_known_ = false;
 }
 
-HaloPairs::Feeling HaloPairs::feel(std::size_t i) const {
-  Feeling sum{};
+HaloPairs::PointForce HaloPairs::force_on(std::size_t i) const {
+  PointForce sum{};
   for (const Index k : halo_.near(i)) {
     const Vec3 d = box_.nearest_image(places_[i] - halo_places_[static_cast<std::size_t>(k)]);
     const double r2 = dot(d, d);
@@ -77,26 +77,26 @@ void HaloPairs::follow(const double* r) {
   is_known_ = std::isfinite(all[0]);
   if (!is_known_) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-    std::ranges::fill(felt_, Feeling{{unknown, unknown, unknown}, unknown});
+    std::ranges::fill(point_forces_, PointForce{{unknown, unknown, unknown}, unknown});
     return;
   }
   if (!is_made_ || all[0] > 0.4999 * halo_.skin()) make(places_, default_skin_);
   halo_.fetch(places_, &halo_places_);
   model_.parallel.for_ranges(own_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) felt_[i] = feel(i);
+    for (std::size_t i = begin; i < end; ++i) point_forces_[i] = force_on(i);
   });
   is_known_ = true;
 }
 
 void HaloPairs::add_forces(const double* r, double* f) {
   follow(r);
-  for (std::size_t i = 0; i < own_.size(); ++i) add_to(f, own_[i], felt_[i].force);
+  for (std::size_t i = 0; i < own_.size(); ++i) add_to(f, own_[i], point_forces_[i].force);
 }
 
 double HaloPairs::potential(const double* r) {
   follow(r);
   double sum = 0.0;
-  for (const Feeling& each : felt_) sum += each.potential;
+  for (const PointForce& each : point_forces_) sum += each.potential;
   return sum;
 }
 

@@ -27,7 +27,7 @@ class HaloPairs final : public PairsBeyond {
   double find_passage(const PointPath& path, std::span<const double> masses) override;
 
  private:
-  struct Feeling {
+  struct PointForce {
     Vec3 force;              // N
     double potential = 0.0;  // J
   };
@@ -36,7 +36,7 @@ class HaloPairs final : public PairsBeyond {
 
   void follow(const double* r);
   void make(std::span<const Vec3> own, double skin);
-  Feeling feel(std::size_t i) const;
+  PointForce force_on(std::size_t i) const;
   bool is_excluded(std::size_t i, Index number) const;
   std::array<double, 2> measure_reach(const PointPath& path);
   bool are_too_many(std::span<const Vec3> own, double radius);
@@ -52,7 +52,7 @@ class HaloPairs final : public PairsBeyond {
   Halo halo_;
   bool is_made_ = false, is_known_ = false;
   std::vector<Vec3> places_, halo_places_;      // places of the last evaluation
-  std::vector<Feeling> felt_;                   // [own point]
+  std::vector<PointForce> point_forces_;        // [own point]
   std::unique_ptr<Surroundings> surroundings_;  // for passages; null if none were looked for since the lists were made
 };
 

@@ -32,7 +32,7 @@ struct InverseDynamics::Implementation {
   const Model& model{work.model()};
   std::optional<NormalSpace> normal;    // empty if coordinates alone are given
   std::optional<TangentSpace> tangent;  // empty otherwise
-  std::optional<DirectFriction> friction;
+  std::optional<InverseFriction> friction;
   std::vector<double> blocks;       // blocks of K or A
   std::vector<double> row_norms;    // [rows] largest |gradient| at one of its points
   std::vector<double> r, v, w, w0;  // [3n] inner

@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-DirectFriction::DirectFriction(Workspace& work, NormalSpace& normal)
+InverseFriction::InverseFriction(Workspace& work, NormalSpace& normal)
     : work_(work),
       model_(work.model()),
       normal_(normal),
@@ -18,7 +18,7 @@ DirectFriction::DirectFriction(Workspace& work, NormalSpace& normal)
       part_(points_.size()) {}
 
 /// Adds sign tau(x) to `points`.
-void DirectFriction::add(double sign, const double* x, std::vector<double>* points) {
+void InverseFriction::add(double sign, const double* x, std::vector<double>* points) {
   laws_.write_forces(x, forces_.data());
   const Tangents& tangents = work_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c)
@@ -26,21 +26,21 @@ void DirectFriction::add(double sign, const double* x, std::vector<double>* poin
 }
 
 /// Finds lambda = Gamma^-1 K'(Mw - f - tau).
-void DirectFriction::find_multipliers(const double* x, double* lambda) {
+void InverseFriction::find_multipliers(const double* x, double* lambda) {
   points_ = *force_;
   add(-1.0, x, &points_);
   normal_.project(points_.data(), part_.data(), lambda);
 }
 
-void DirectFriction::find_change(const double* x, double* lambda) {
+void InverseFriction::find_change(const double* x, double* lambda) {
   std::fill(points_.begin(), points_.end(), 0.0);
   add(-1.0, x, &points_);
   normal_.project(points_.data(), part_.data(), lambda);
 }
 
-Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::vector<double>& v,
-                             const std::vector<double>& blocks, const std::vector<double>& force,
-                             std::vector<double>* tau) {
+Outcome InverseFriction::find(double t, const std::vector<double>& r, const std::vector<double>& v,
+                              const std::vector<double>& blocks, const std::vector<double>& force,
+                              std::vector<double>* tau) {
   constexpr double rest = 1e-9;  // relative to the fastest point, for rounding of a velocity that was given as 0
   Tangents& tangents = work_.constraints.tangents();
   const double fastest = model_.largest_norm(v.data());

@@ -11,10 +11,10 @@ namespace tanor {
 /// Finds the friction of a given motion from lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the
 /// factor of Gamma (docs/theory.md). Contacts with an exact Coulomb law have none at rest, since the law gives only a
 /// bound there.
-class DirectFriction final : private Response {
+class InverseFriction final : private Response {
  public:
   /// Both arguments must outlive the object.
-  DirectFriction(Workspace& work, NormalSpace& normal);
+  InverseFriction(Workspace& work, NormalSpace& normal);
 
   /// Finds tau [3n] at (t, r, v) for `force` = Mw - f [3n]; `normal` and K in `blocks` must be current there.
   Outcome find(double t, const std::vector<double>& r, const std::vector<double>& v, const std::vector<double>& blocks,

@@ -50,7 +50,7 @@ class Search {
   Outcome search_by_newton(const NewtonLimits& limits);
   Outcome descend(const NewtonLimits& limits);
   Outcome search_from_smallest(Outcome before);
-  void polish();
+  void refine();
   void take_smallest();
   void decide_rank();
   std::size_t count_self_stress() const;
@@ -190,13 +190,13 @@ std::size_t Search::count_self_stress() const {
 }
 
 /// Iterates to rounding. Rods that coincide then do so exactly, and motions from there see which rows depend.
-void Search::polish() {
+void Search::refine() {
   constexpr int most_steps = 8;
-  StaticState polished = state_;
+  StaticState refined = state_;
   std::vector<double> residuals;
-  (void)newton_.run({std::numeric_limits<double>::epsilon(), most_steps}, &polished, &residuals);
-  const StaticResidual before = newton_.measure(state_), after = newton_.measure(polished);
-  if (after.force <= before.force && after.violation <= std::max(before.violation, 1e-15)) state_ = std::move(polished);
+  (void)newton_.run({std::numeric_limits<double>::epsilon(), most_steps}, &refined, &residuals);
+  const StaticResidual before = newton_.measure(state_), after = newton_.measure(refined);
+  if (after.force <= before.force && after.violation <= std::max(before.violation, 1e-15)) state_ = std::move(refined);
 }
 
 /// Continues the search from the smallest multipliers. If the load does not determine all multipliers, as in a net that
@@ -211,7 +211,7 @@ Outcome Search::search_from_smallest(Outcome before) {
   const StaticState ended = state_;
   state_.lambda = smallest_;
   Outcome outcome = search();
-  outcome.ok() ? polish() : void(state_ = ended);
+  outcome.ok() ? refine() : void(state_ = ended);
   decide_rank();
   take_smallest();
   return outcome.ok() ? outcome : before;
@@ -310,9 +310,10 @@ Outcome Search::run(bool is_judged) {
     return {Status::NoSolution, "there is no equilibrium: " + load};
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
   if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
-  // Residual forces give a little stiffness to motions that cost nothing, so they are polished away first.
+  // Residual forces give a little stiffness to motions that cost nothing, so Newton's method removes those forces
+  // first.
   if (equations_.size() <= most_dense_unknowns) {
-    polish();
+    refine();
     decide_rank();
   }
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;

@@ -59,8 +59,7 @@ void require_stiffness(const System& system, bool ignores_stability, std::vector
     const std::string name = force_name(system, k);
     if (!ignores_stability)
       throw InputError("/forces/" + std::to_string(k),
-                       name + ": " + text(num_points(system, *pairs)) +
-                           " points all feel each other, and a stiffness of " +
+                       name + ": " + text(num_points(system, *pairs)) + " points all interact, and a stiffness of " +
                            text(bytes_of_dense_stiffness(num_points(system, *pairs))) +
                            " bytes would say whether they are stable and how they vibrate; up to " +
                            text(most_points_of_dense_stiffness) +

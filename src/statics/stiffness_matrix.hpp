@@ -63,7 +63,7 @@ class StiffnessMatrix {
 
   Workspace& work_;
   const Model& model_;
-  std::size_t pattern_version_ = 0, num_pairs_ = 0;  // pairs that feel each other, by forces of pairs
+  std::size_t pattern_version_ = 0, num_pairs_ = 0;  // pairs that interact, by forces of pairs
   std::vector<int> start_{0}, columns_;
   std::vector<Block3> blocks_;
   std::vector<int> diagonal_;  // [moving point] its own block

@@ -2,25 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
 #include <tanor/dynamics.hpp>
 #include <tanor/motion.hpp>
 
 #include "cases/reference_motion.hpp"
+#include "rough_scenes.hpp"
 
 namespace tanor::cases {
 namespace {
-
-System make_rough_incline(const Instant& start) {
-  System system = make_system(start, {}, {2.0});
-  const Vector3 downhill = point(start.v, 0);
-  system.constraints = {Lines{"rail", {0}, Vector3{0, 0, 0}, downhill}};
-  system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
-  system.friction = {Coulomb{.name = "rough", .at = {"rail"}, .coefficient = 0.3}};
-  return system;
-}
 
 System make_rough_circle(const Instant& start) {
   System system = make_system(start, {}, {1.0});
@@ -39,7 +30,7 @@ struct RoughCase {
 };
 
 std::vector<RoughCase> rough_cases() {
-  return {{"04a_rough_incline", make_rough_incline,
+  return {{"04a_rough_incline", [](const Instant&) { return scenes::make_rough_incline(1.0, 0.3); },
            []() -> Coordinates {
              return LineCoordinates{"", {0}, Vector3{0, 0, 0}, Vector3{std::sqrt(0.75), -0.5, 0}};
            },
@@ -133,26 +124,19 @@ INSTANTIATE_TEST_SUITE_P(Cases, RoughCaseTest, testing::ValuesIn(rough_cases()),
 
 // ---- 10b: a rod between two rails ----------------------------------------------------------------------------------
 
-System make_rails(const nlohmann::json& instance) {
-  const double alpha = instance.at("alpha_deg").get<double>() * std::numbers::pi / 180.0;
-  const Vector3 along{1, 0, 0};
-  System system;
-  system.positions = {0, 0, 0, 1.0 / std::tan(alpha), 1, 0};
-  system.velocities = {1, 0, 0, 1, 0, 0};
-  system.masses = {number(instance.at("m1")), number(instance.at("m2"))};
-  system.constraints = {Lines{"rough rail", {0}, Vector3{0, 0, 0}, along},
-                        Lines{"smooth rail", {1}, Vector3{0, 1, 0}, along}, Rods{"rod", {{0, 1}}, {}, {}}};
-  system.forces = {Gravity{"gravity", {0, -9.81, 0}},
-                   ConstantForce{"", {0}, Vector3{instance.at("f1").get<double>(), 0, 0}},
-                   ConstantForce{"", {1}, Vector3{instance.at("f2").get<double>(), 0, 0}}};
-  system.friction = {Coulomb{.name = "rough", .at = {"rough rail"}, .coefficient = number(instance.at("mu"))}};
-  return system;
+scenes::Rails read_rails(const nlohmann::json& instance) {
+  return {.mu = number(instance.at("mu")),
+          .f2 = instance.at("f2").get<double>(),
+          .alpha = instance.at("alpha_deg").get<double>(),
+          .m1 = number(instance.at("m1")),
+          .m2 = number(instance.at("m2")),
+          .f1 = instance.at("f1").get<double>()};
 }
 
 TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
   const nlohmann::json rails = read_case("10b_painleve_rails");
   for (const nlohmann::json& instance : rails.at("instances")) {
-    const System system = make_rails(instance);
+    const System system = scenes::make_rails(read_rails(instance));
     Dynamics dynamics(system);
     std::vector<double> w(6), lambda(5);
     const SolveReport report =
@@ -173,7 +157,7 @@ TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
       // The message names contact, time and both accelerations.
       for (const std::string& what : {report.outcome.what, run.outcome().what}) {
         EXPECT_NE(what.find("t = 0"), std::string::npos) << what;
-        EXPECT_NE(what.find("rough at rough rail[0], point 0"), std::string::npos) << what;
+        EXPECT_NE(what.find("rust at rough[0], point 0"), std::string::npos) << what;
         std::vector<double> named;
         for (std::size_t k = what.find('('); k != std::string::npos; k = what.find('(', k + 1))
           named.push_back(std::strtod(what.c_str() + k + 1, nullptr));

@@ -52,7 +52,7 @@ RC_GTEST_PROP(Certificate, PassesRandomSystems, ()) {
 
   RC_LOG() << certificate.line() << "\n";
   RC_ASSERT(certificate.passed());
-  RC_ASSERT(solved.certify(SecondWay::Cholesky).passed());
+  RC_ASSERT(solved.certify(SecondFactorization::Cholesky).passed());
 }
 
 TEST(Certificate, FindsAWrongMultiplierWhoseAccelerationIsRight) {
@@ -80,16 +80,16 @@ TEST(Certificate, AFastBystanderHidesNoWrongMultiplier) {
 }
 
 TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
-  for (const SecondWay way : {SecondWay::Qr, SecondWay::Cholesky}) {
+  for (const SecondFactorization by : {SecondFactorization::Qr, SecondFactorization::Cholesky}) {
     for (std::size_t a = 0; a < 4; ++a) {
       Case solved(make_driven_chain());
-      const std::string name = way == SecondWay::Qr ? "by QR" : "by another Cholesky";
-      const Certificate right = solved.certify(way);
+      const std::string name = by == SecondFactorization::Qr ? "by QR" : "by another Cholesky";
+      const Certificate right = solved.certify(by);
       EXPECT_TRUE(right.passed()) << right.line();
       EXPECT_LE(right.second_factorization, 1e-14);
       solved.lambda[a] *= 1.0 + 1e-7;
 
-      const Certificate wrong = solved.certify(way);
+      const Certificate wrong = solved.certify(by);
 
       EXPECT_FALSE(fails(wrong, "w " + name + " = w"));
       EXPECT_TRUE(fails(wrong, "K lambda " + name));
@@ -142,7 +142,7 @@ TEST(Certificate, RedundanciesThatShowInNoDiagonalEntryAreLeftOutOfTheSecondFact
   for (const std::uint32_t seed : {57u, 235u, 241u, 528u}) {
     Case solved(make_flat_frame(12, seed));
 
-    const Certificate certificate = solved.certify(SecondWay::Qr);
+    const Certificate certificate = solved.certify(SecondFactorization::Qr);
 
     EXPECT_TRUE(certificate.passed()) << seed << ": " << certificate.line();
   }
@@ -152,7 +152,7 @@ TEST(Certificate, SaysWhatItLeavesOut) {
   System system = make_driven_chain();
   std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
 
-  const Certificate certificate = Case(system).certify(SecondWay::Cholesky);
+  const Certificate certificate = Case(system).certify(SecondFactorization::Cholesky);
 
   ASSERT_EQ(certificate.left_out.size(), 2u);
   EXPECT_EQ(certificate.left_out[0].rfind("second factorization: ", 0), 0u);

@@ -58,8 +58,8 @@ struct Case {
     ASSERT_TRUE(forms.reactions({own, points}, to_rounding, reactions, lambda.data(), eta.data()).ok());
     forms.main->write_friction(reactions, tau.data());
   }
-  Certificate certify(SecondWay way = SecondWay::Auto) {
-    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau, report.friction}, way);
+  Certificate certify(SecondFactorization by = SecondFactorization::Auto) {
+    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau, report.friction}, by);
   }
 };
 

@@ -10,6 +10,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "evaluate/forces.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -264,19 +265,10 @@ RC_GTEST_PROP(PairField, TakesAsMuchMomentumAsItGives, ()) {
 
 /// A shaken grid of `count`^3 points at the density of a melt, rods along one axis, periodic, one support.
 System make_grid(int count, PairLaw law) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> shake(-0.1, 0.1);
-  System system;
+  System system = scenes::make_shaken_grid({count, count, count}, 1.06, 7);
   Rods rods;
-  for (int a = 0; a < count; ++a) {
-    for (int b = 0; b < count; ++b) {
-      for (int c = 0; c < count; ++c) {
-        for (const int k : {a, b, c}) system.positions.push_back(1.06 * k + shake(random));
-        system.masses.push_back(1.0);
-        const auto point = static_cast<Index>(system.masses.size() - 1);
-        if (c > 0) rods.pairs.push_back({point - 1, point});
-      }
-    }
+  for (Index point = 0; point < count * count * count; ++point) {
+    if (point % count > 0) rods.pairs.push_back({point - 1, point});
   }
   system.constraints = {rods};
   system.supports = {{"", {1}, {}}};

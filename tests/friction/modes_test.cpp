@@ -7,6 +7,7 @@
 
 #include "long_tests.hpp"
 #include "reference.hpp"
+#include "rough_scenes.hpp"
 
 /// \file Beads at rest on rough lines that rods join: all motions that obey the law, counted by a dense twin, and by
 /// tanor. The law is written down here once more: the twin knows places, masses and forces alone.
@@ -161,20 +162,6 @@ TEST(FrictionModes, APlaneGivenTwiceSharesItsReactionByConvention) {
 
 // ---- cases/10b in runs ----
 
-System make_rails(double mu, const ScalarFunction& f2) {
-  constexpr double alpha = 75.0 * 3.14159265358979323846 / 180.0;
-  System system;
-  system.positions = {0.0, 0.0, 0.0, 1.0 / std::tan(alpha), 1.0, 0.0};
-  system.velocities = {1.0, 0.0, 0.0, 1.0, 0.0, 0.0};
-  system.masses = {1.0, 1.0};
-  const Vector3 along{1.0, 0.0, 0.0};
-  system.constraints = {Lines{"rough", {0}, Vector3{}, along}, Lines{"smooth", {1}, Vector3{0.0, 1.0, 0.0}, along},
-                        Rods{"rod", {{0, 1}}, {}, {}}};
-  system.forces = {Gravity{"", {0.0, -9.81, 0.0}}, ConstantForce{"", {1}, VectorFunction{f2, 0.0, 0.0}}};
-  system.friction = {Coulomb{.name = "rust", .at = {"rough"}, .coefficient = mu}};
-  return system;
-}
-
 /// The first numbers of all "(x, y, z)" in a text.
 std::vector<double> first_numbers(const std::string& text) {
   std::vector<double> result;
@@ -187,7 +174,7 @@ std::vector<double> first_numbers(const std::string& text) {
 TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
   for (const auto& [f2, wanted] : {std::pair{1.0, std::vector{-19.423818516974819713, -0.62435140649000290110}},
                                    {-30.0, std::vector{-180.00596629147985736, -24.311703482994491729}}}) {
-    const System system = make_rails(0.6, f2);
+    const System system = scenes::make_rails({0.6, f2});
     for (const bool in_run : {false, true}) {
       Outcome outcome;
       if (in_run) {
@@ -210,12 +197,12 @@ TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
       for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found[k], wanted[k], 2e-12 * std::abs(wanted[k]));
     }
   }
-  const Simulation none(make_rails(0.6, 30.0));
+  const Simulation none(scenes::make_rails({0.6, 30.0}));
   EXPECT_EQ(none.outcome().status, Status::NoSolution) << none.outcome().what;
 }
 
 TEST(FrictionModes, ARegularisedLawMayHaveSeveralMotions) {
-  System system = make_rails(0.6, 1.0);
+  System system = scenes::make_rails({0.6, 1.0});
   std::get<Coulomb>(system.friction[0]).regularisation = 1e-9;
   const Simulation simulation(system);
   EXPECT_EQ(simulation.outcome().status, Status::NotUnique) << simulation.outcome().what;
@@ -234,24 +221,10 @@ TEST(FrictionModes, ARegularisedLawMayHaveSeveralMotions) {
 struct Telescope {
   static constexpr double mu = 0.6, g = 9.81, pi = 3.14159265358979323846;
   static constexpr double enters = 2.0 * pi / 3.0, leaves = 4.0 * pi / 3.0;  // D = mu/2
-  std::string F;
 
   static double ahead(double t) { return 0.4 + 0.2 * std::cos(t); }
   static double acceleration(double F_now, double t) {
     return F_now - (F_now + mu * g) * ahead(t) / (2.0 * ahead(t) + mu);
-  }
-  System system() const {
-    System result;
-    result.positions = {0.0, 0.0, 0.0, 0.6, 1.0, 0.0};
-    result.velocities = {30.0, 0.0, 0.0, 30.0, 0.0, 0.0};
-    result.masses = {1.0, 1.0};
-    const Vector3 along{1.0, 0.0, 0.0};
-    result.constraints = {Lines{"rough", {0}, Vector3{}, along}, Lines{"smooth", {1}, Vector3{0.0, 1.0, 0.0}, along},
-                          Rods{"rod", {{0, 1}}, ScalarFunction::formula("sqrt(1 + (0.4 + 0.2*cos(t))^2)"), {}}};
-    result.forces = {Gravity{"", {0.0, -g, 0.0}},
-                     ConstantForce{"", {1}, VectorFunction{ScalarFunction::formula(F + " - 0.2*cos(t)"), 0.0, 0.0}}};
-    result.friction = {Coulomb{.name = "rust", .at = {"rough"}, .coefficient = mu}};
-    return result;
   }
 };
 
@@ -259,7 +232,7 @@ TEST(FrictionModes, ARunThroughSeveralMotionsKeepsItsOwnAndCountsThem) {
   constexpr double h = 1e-3;
   for (const MotionOptions& options : {MotionOptions{.method = Method::Rk4, .step = h},
                                        MotionOptions{.method = Method::Dopri5, .max_step = h, .rtol = 1e-10}}) {
-    Simulation simulation(Telescope{"1"}.system(), options);
+    Simulation simulation(scenes::make_telescope("1"), options);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().friction.uniqueness, Uniqueness::Proven);
     const FrictionSummary& friction = simulation.report().friction;
@@ -310,7 +283,7 @@ TEST(FrictionModes, ARunEndsWhereNoMotionIsLeft) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Dop853}) {
     MotionOptions options{.method = method, .rtol = 1e-9};
     if (method == Method::Rk4) options.step = 1e-3;
-    Simulation simulation(Telescope{"1 + 0.5*t^2"}.system(), options);
+    Simulation simulation(scenes::make_telescope("1 + 0.5*t^2"), options);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_TRUE(simulation.advance_to(2.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().friction.several, 0u);

@@ -121,17 +121,9 @@ TEST(Bystanders, DoNotChangeTheMotionOfOthers) {
 
 /// A heavy tip on light beads, straight and aslant: S is ill-conditioned, so that residuals decide what is refined.
 System make_heavy_tip() {
-  System system;
-  Rods rods;
-  for (int i = 0; i <= 10; ++i) {
-    system.positions.insert(system.positions.end(), {0.06 * i, 0.0, -0.08 * i});
-    system.masses.push_back(i == 10 ? 1e4 : 1e-2);
-    if (i > 0) rods.pairs.push_back({i - 1, i});
-  }
-  system.supports = {{"hook", {0}, {}}};
-  system.constraints = {rods};
-  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
-  return system;
+  System system = scenes::make_chain_along(10, {0.06, 0.0, -0.08}, 1e-2);
+  system.masses.back() = 1e4;
+  return scenes::hang(system, {0});
 }
 
 /// The same chain is written in angles.

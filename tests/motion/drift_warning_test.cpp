@@ -4,6 +4,8 @@
 #include <tanor/equilibrium.hpp>
 #include <tanor/tanor.hpp>
 
+#include "scenes.hpp"
+
 /// \file Drifts of the energy are measured beside all that has flowed, and not before anything flows.
 namespace tanor {
 namespace {
@@ -26,12 +28,8 @@ System make_lifted_block(const ScalarFunction& height) {
 
 /// A bob of 1 kg whose support is lifted.
 System make_lifted_bob(const ScalarFunction& height) {
-  System system;
-  system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
-  system.velocities.assign(6, 0.0);
-  system.masses = {1.0, 1.0};
-  system.supports = {{"hand", {0}, VectorFunction{0.0, 0.0, height}}};
-  system.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
+  System system = scenes::make_pendulum({0.0, 0.0, -1.0}, 1.0);
+  system.supports[0].displacement = {0.0, 0.0, height};
   system.forces = {Gravity{"", {0.0, 0.0, -10.0}}};
   return system;
 }

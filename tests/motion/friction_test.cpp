@@ -5,7 +5,7 @@
 #include <string>
 #include <tanor/tanor.hpp>
 
-#include "rough_incline.hpp"
+#include "rough_scenes.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -21,7 +21,7 @@ double along(const Simulation& simulation) {
 }
 
 TEST(RoughIncline, ABeadSlidesDownByTheClosedForm) {
-  Simulation simulation(make_incline(1.0, 0.3), {.rtol = 1e-10, .atol = 1e-12});
+  Simulation simulation(scenes::make_rough_incline(1.0, 0.3), {.rtol = 1e-10, .atol = 1e-12});
   ASSERT_TRUE(simulation.advance_to(2.0).ok()) << simulation.outcome().what;
   EXPECT_NEAR(simulation.positions()[0], 5.813260018694220418279570647, 1e-12);
   EXPECT_NEAR(simulation.positions()[1], -3.356287236662397062574362708, 1e-12);
@@ -32,7 +32,7 @@ TEST(RoughIncline, ABeadSlidesDownByTheClosedForm) {
 TEST(RoughIncline, UphillItStopsAndStaysWhereMuIsAboveTheSlope) {
   const double mu = 0.7, alpha = std::numbers::pi / 6.0;
   const double a = g * (std::sin(alpha) + mu * std::cos(alpha)), stop = 1.0 / a;
-  Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
+  Simulation simulation(scenes::make_rough_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
   ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
   EXPECT_EQ(simulation.report().events, 1u);
   EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
@@ -44,7 +44,7 @@ TEST(RoughIncline, UphillItStopsAndSlidesBackWhereMuIsBelowTheSlope) {
   // cases/04a: uphill_stop_time
   const double mu = 0.3, alpha = std::numbers::pi / 6.0, stop = 0.1341613276163089975121182181;
   const double back = g * (std::sin(alpha) - mu * std::cos(alpha));
-  Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
+  Simulation simulation(scenes::make_rough_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
   ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
   EXPECT_EQ(simulation.report().events, 1u);
   EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
@@ -57,7 +57,7 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
   for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method};
     if (method != Method::Dopri5) options.step = 0.01;
-    Simulation simulation(make_incline(0.0, 0.6), options);
+    Simulation simulation(scenes::make_rough_incline(0.0, 0.6), options);
     ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_NEAR(along(simulation), 0.0, 1e-13);
     for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-15);
@@ -67,7 +67,7 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
 TEST(RoughIncline, ARegularisedLawCreepsAsItsVelocitySays) {
   // m g sin = mu m g cos v/sqrt(v^2 + v0^2): v = v0 p/sqrt(1 - p^2), p = tan/mu
   const double mu = 0.8, v0 = 1e-3, p = std::tan(std::numbers::pi / 6.0) / mu, v = v0 * p / std::sqrt(1.0 - p * p);
-  System system = make_incline(v, mu);
+  System system = scenes::make_rough_incline(v, mu);
   std::get<Coulomb>(system.friction[0]).regularisation = v0;
   Simulation simulation(system, {.method = Method::Rk4, .step = 1e-4});
   ASSERT_TRUE(simulation.advance_to(0.5).ok()) << simulation.outcome().what;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rough_scenes.hpp"
 #include "scenes.hpp"
 
 /// \file A run that was restored from a snapshot goes on bit by bit as the one that was never interrupted: every
@@ -22,23 +23,6 @@ void PrintTo(const Case& each, std::ostream* out) {
   *out << each.scene << " by " << name_of(each.options.method);
 }
 
-/// A shaken chain in air whose springs are damped.
-System make_shaken_scene() {
-  System system = scenes::make_shaken_chain();
-  std::get<Rods>(system.constraints[0]).length = {};
-  system.forces.push_back(Drag{"air", {1, 3, 5}, 0.05, 0.1});
-  system.forces.push_back(Springs{"springs", {{0, 2}, {1, 4}}, 20.0, 0.3, 0.15});
-  return system;
-}
-
-/// Beads on rough guides of every kind, pulled to and fro through springs: they stick and slide.
-System make_rough_beads() {
-  System system = scenes::make_beads(2);
-  system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
-                     Coulomb{"ball", {"spheres"}, 0.1, 0.15}, Coulomb{"wire", {"lines"}, 0.25, 0.3}};
-  return system;
-}
-
 /// A bead that a shaking force moves now and then, on a rough wire that turns.
 System make_rough_wire() {
   System system;
@@ -53,33 +37,16 @@ System make_rough_wire() {
 
 /// Bars that repeat each other: a parallelogram with a middle crank.
 System make_redundant_cranks() {
-  System system;
-  system.positions = {0, 0, 0, 0.5, 0, 0, 1, 0, 0, 0.6, 0.8, 0, 1.1, 0.8, 0, 1.6, 0.8, 0};
-  system.velocities.assign(18, 0.0);
-  for (std::size_t i = 3; i < 6; ++i) {
-    system.velocities[3 * i] = -0.8;
-    system.velocities[3 * i + 1] = 0.6;
-  }
-  system.masses.assign(6, 1.0);
-  system.supports = {{"pivots", {0, 1, 2}, {}}};
-  system.constraints = {Rods{"bars", {{0, 3}, {1, 4}, {2, 5}, {3, 4}, {4, 5}}, {}, {}},
-                        Planes{"plane", {3, 4, 5}, {0, 0, 1}, 0.0}};
+  System system = scenes::make_cranks({0.0, 0.5, 1.0}, std::atan2(0.8, 0.6), 1.0);
   system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
   return system;
 }
 
 /// A bead on a rough hoop that turns, in the angle along the hoop.
-System make_rough_hoop() {
-  System system;
-  system.positions = {0.7 * std::sin(0.9), 0.0, -0.7 * std::cos(0.9)};
-  system.velocities = {0.0, 3.8 * 0.7 * std::sin(0.9), 0.0};
-  system.masses = {1.3};
-  const VectorFunction normal{ScalarFunction::formula("sin(3.8*t + t^2)"), ScalarFunction::formula("-cos(3.8*t + t^2)"),
-                              0.0};
-  system.constraints = {Circles{"hoop", {0}, Vector3{}, normal, 0.7}};
-  system.coordinates = {CircleCoordinates{"", {0}, Vector3{}, normal, 0.7}};
-  system.forces = {scenes::gravity};
-  system.friction = {Coulomb{"rust", {"hoop"}, 0.3, 0.35}};
+System make_bead_on_hoop() {
+  System system = scenes::make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
+  const auto& hoop = std::get<Circles>(system.constraints[0]);
+  system.coordinates = {CircleCoordinates{"", hoop.points, hoop.center, hoop.normal, hoop.radius}};
   return system;
 }
 
@@ -190,20 +157,20 @@ std::vector<Case> list_cases() {
   std::vector<Case> cases;
   for (const MotionOptions& options : all) {
     const Method method = options.method;
-    cases.push_back({"chain", make_shaken_scene, options});
+    cases.push_back({"chain", [] { return scenes::make_shaken_chain_in_air(0.3); }, options});
     cases.push_back({"breathing_chain", [] { return scenes::make_breathing_chain(); }, options});
     cases.push_back({"beads", [] { return scenes::make_beads(2); }, options});
     cases.push_back({"four_bar", [] { return scenes::make_four_bar(-0.7, 1.0); }, options, {}, 0.69, 1.0});
     cases.push_back({"redundant_cranks", make_redundant_cranks, options});
     cases.push_back({"net", [] { return scenes::make_net(6, 7); }, options, {}, 0.1, 0.2});
     if (!is_one_of(method, {Method::Taylor, Method::Radau5, Method::GeneralizedAlpha})) {
-      cases.push_back({"rough_beads", make_rough_beads, options});
+      cases.push_back({"rough_beads", [] { return scenes::make_rough_beads(2); }, options});
       cases.push_back({"rough_wire", make_rough_wire, options});
     }
     if (is_one_of(method, {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853})) {
       cases.push_back({"coordinates", [] { return scenes::make_coordinates(); }, options});
       cases.back().options.start = StartMode::Project;
-      cases.push_back({"rough_hoop", make_rough_hoop, options, {.form = Form::Tangent}});
+      cases.push_back({"rough_hoop", make_bead_on_hoop, options, {.form = Form::Tangent}});
     }
   }
   return cases;

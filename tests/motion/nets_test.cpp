@@ -19,13 +19,10 @@ namespace {
 enum class Hold { OppositeCorners, AdjacentCorners, OneCorner };
 
 System make_flat_net(Index side, Hold hold) {
-  System system = scenes::make_grid({side, side, 1});
   std::vector<Index> corners{0};
   if (hold == Hold::OppositeCorners) corners.push_back(side * side - 1);
   if (hold == Hold::AdjacentCorners) corners.push_back(side - 1);
-  system.supports = {{"corners", corners, {}}};
-  system.forces = {scenes::gravity};
-  return system;
+  return scenes::hang(scenes::make_grid({side, side, 1}), corners);
 }
 
 struct Way {

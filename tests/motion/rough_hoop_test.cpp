@@ -5,6 +5,7 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
+#include "rough_scenes.hpp"
 #include "scenes.hpp"
 
 /// \file A bead on a rough hoop that turns with omega(t) about its vertical diameter. At the angle theta from the
@@ -18,20 +19,6 @@ namespace {
 
 using scenes::g;
 constexpr double R = 0.7;
-
-/// `turn`: the angle of the hoop, a formula; omega its rate at the start.
-System make_hoop(double theta, const std::string& turn, double omega, double mu, double mu_s) {
-  System system;
-  system.positions = {R * std::sin(theta), 0.0, -R * std::cos(theta)};
-  system.velocities = {0.0, omega * R * std::sin(theta), 0.0};
-  system.masses = {1.3};
-  const VectorFunction normal{ScalarFunction::formula("sin(" + turn + ")"),
-                              ScalarFunction::formula("-cos(" + turn + ")"), 0.0};
-  system.constraints = {Circles{"hoop", {0}, Vector3{}, normal, R}};
-  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
-  system.friction = {Coulomb{.name = "", .at = {"hoop"}, .coefficient = mu, .static_coefficient = mu_s}};
-  return system;
-}
 
 double angle(const Simulation& simulation) {
   const auto r = simulation.positions();
@@ -55,7 +42,7 @@ TEST(RoughHoop, SticksInTheIntervalOfTheClosedForm) {
   ASSERT_GT(high, middle + 0.1);
   for (const auto& [theta, holds] :
        {std::pair{low - 1e-7, false}, {low + 1e-7, true}, {middle, true}, {high - 1e-7, true}, {high + 1e-7, false}}) {
-    Simulation simulation(make_hoop(theta, "5*t", omega, mu, mu), {.rtol = 1e-10, .atol = 1e-12});
+    Simulation simulation(scenes::make_rough_hoop(theta, "5*t", omega, mu, mu), {.rtol = 1e-10, .atol = 1e-12});
     ASSERT_TRUE(simulation.advance_to(0.01).ok()) << simulation.outcome().what;
     if (holds)
       EXPECT_NEAR(angle(simulation), theta, 1e-13);
@@ -69,7 +56,7 @@ TEST(RoughHoop, StickingBeadDoesNotCreepForAHundredSecondsInTheTangentForm) {
     MotionOptions options{.method = method};
     if (method != Method::Dopri5) options.step = 0.01;
     const double theta = 1.0;
-    System system = make_hoop(theta, "5*t", 5.0, 0.3, 0.3);
+    System system = scenes::make_rough_hoop(theta, "5*t", 5.0, 0.3, 0.3);
     const auto& hoop = std::get<Circles>(system.constraints[0]);
     system.coordinates = {CircleCoordinates{"", {0}, hoop.center, hoop.normal, R}};
     Simulation simulation(system, options, {.form = Form::Tangent});
@@ -85,7 +72,7 @@ TEST(RoughHoop, StickingBeadKeepsItsPlaceForAHundredSeconds) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
-    Simulation simulation(make_hoop(theta, "5*t", 5.0, 0.3, 0.3), options);
+    Simulation simulation(scenes::make_rough_hoop(theta, "5*t", 5.0, 0.3, 0.3), options);
     ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 0u);
     // The angle of the hoop rounds by 500 eps, each step by eps.
@@ -98,7 +85,7 @@ TEST(RoughHoop, StickingBeadKeepsItsPlaceForAHundredSeconds) {
 /// The hoop is a sphere and a plane that turns, as in examples/rough_hoop.json.
 TEST(RoughHoop, StickingBeadOnASphereAndAPlaneKeepsItsPlace) {
   const double theta = 1.0;
-  System system = make_hoop(theta, "5*t", 5.0, 0.3, 0.3);
+  System system = scenes::make_rough_hoop(theta, "5*t", 5.0, 0.3, 0.3);
   const VectorFunction normal = std::get<Circles>(system.constraints[0]).normal;
   system.constraints = {Spheres{"ball", {0}, Vector3{}, R}, Planes{"disk", {0}, normal, 0.0}};
   std::get<Coulomb>(system.friction[0]).at = {"ball", "disk"};
@@ -152,7 +139,7 @@ TEST(RoughHoop, ARestoredStickingBeadGoesOnBitByBit) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4}) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
-    const System system = make_hoop(1.0, "5*t", 5.0, 0.3, 0.3);
+    const System system = scenes::make_rough_hoop(1.0, "5*t", 5.0, 0.3, 0.3);
     Simulation whole(system, options), other(system, options);
     ASSERT_TRUE(whole.advance_to(3.7).ok());
     other.restore(whole.save());
@@ -175,7 +162,7 @@ TEST(RoughHoop, LeavesWhereTheHoopHasBecomeTooFast) {
     for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
       MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
       if (method != Method::Dopri5) options.step = 0.002;
-      Simulation simulation(make_hoop(theta, turn, 3.8, 0.25, mu), options);
+      Simulation simulation(scenes::make_rough_hoop(theta, turn, 3.8, 0.25, mu), options);
       const std::vector<double> events = advance_and_list_events(&simulation, static_cast<double>(instant) + 0.05);
       ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
       ASSERT_EQ(events.size(), 1u) << name_of(method);

@@ -13,18 +13,12 @@ using scenes::g;
 
 /// Released horizontally, on a rod or on a sphere.
 System make_pendulum(double length, bool has_rod) {
+  if (has_rod) return scenes::make_pendulum({length, 0.0, 0.0}, 1.0);
   System system;
+  system.positions = {length, 0.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Spheres{"bowl", {0}, Vector3{}, length}};
   system.forces = {Gravity{"", {0.0, 0.0, -g}}};
-  if (has_rod) {
-    system.positions = {0.0, 0.0, 0.0, length, 0.0, 0.0};
-    system.masses = {1.0, 1.0};
-    system.supports = {{"hook", {0}, {}}};
-    system.constraints = {Rods{"rod", {{0, 1}}}};
-  } else {
-    system.positions = {length, 0.0, 0.0};
-    system.masses = {1.0};
-    system.constraints = {Spheres{"bowl", {0}, Vector3{}, length}};
-  }
   return system;
 }
 
@@ -198,16 +192,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
 
 /// A chain that hangs at rest: nothing flows, and rounding is no drift.
 TEST(AccuracyWarning, IsNotGivenForAChainAtRest) {
-  System system;
-  Rods rods;
-  for (int i = 0; i <= 20; ++i) {
-    system.positions.insert(system.positions.end(), {0.0, 0.0, -0.1 * i});
-    system.masses.push_back(0.1);
-    if (i > 0) rods.pairs.push_back({i - 1, i});
-  }
-  system.supports = {{"hook", {0}, {}}};
-  system.constraints = {rods};
-  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+  const System system = scenes::hang(scenes::make_chain_along(20, {0.0, 0.0, -0.1}), {0});
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 1e-2;

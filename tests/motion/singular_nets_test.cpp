@@ -7,26 +7,15 @@
 
 #include "base/parallel.hpp"
 #include "motion/method_options.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
-/// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
+/// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut. Rods are as long as drawn.
 System make_net_on_adjacent_corners() {
-  constexpr Index m = 10;
-  System system;
-  Rods rods;
-  for (Index x = 0; x < m; ++x) {
-    for (Index y = 0; y < m; ++y) {
-      system.positions.insert(system.positions.end(), {0.1 * x, 0.1 * y, 0.0});
-      if (x > 0) rods.pairs.push_back({(x - 1) * m + y, x * m + y});
-      if (y > 0) rods.pairs.push_back({x * m + y - 1, x * m + y});
-    }
-  }
-  system.masses.assign(m * m, 0.1);
-  system.supports = {{"", {0, m - 1}, {}}};
-  system.constraints = {rods};
-  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  System system = scenes::make_hung_net(10);
+  std::get<Rods>(system.constraints[0]).length = {};
   return system;
 }
 

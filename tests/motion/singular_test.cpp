@@ -16,12 +16,8 @@ using scenes::make_four_bar;
 
 /// Three parallel cranks of length 1 that carry rods 3-4, 4-5 and 3-5 in a line: one rod too many (case 18a).
 System make_parallelogram() {
-  System system;
-  for (const double x : {0.0, 1.0, 2.5}) system.positions.insert(system.positions.end(), {x, 0.0, 0.0});
-  for (const double x : {0.0, 1.0, 2.5})
-    system.positions.insert(system.positions.end(), {x + std::sin(0.7), -std::cos(0.7), 0.0});
+  System system = scenes::make_cranks({0.0, 1.0, 2.5}, 0.7 - 0.5 * M_PI, 0.0);
   system.masses = {1, 1, 1, 1, 2, 3};
-  system.supports = {{"", {0, 1, 2}, {}}};
   system.constraints = {Rods{"cranks", {{0, 3}, {1, 4}, {2, 5}}, 1.0, {}},
                         Rods{"couplers", {{3, 4}, {4, 5}, {3, 5}}, std::vector{1.0, 1.5, 2.5}, {}}};
   system.forces = {Gravity{"", {0, -9.81, 0}}};

@@ -34,14 +34,6 @@ const std::vector<Method> implicit_ones =
 const std::vector<Method> in_coordinates =
     list_methods_that([](const MethodTraits& method) { return method.steps_in_coordinates; });
 
-/// Beads that stick and slide on rough guides of every kind.
-System make_rough_beads() {
-  System system = scenes::make_beads(1'500);
-  system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
-                     Coulomb{"ball", {"spheres"}, 0.1, 0.15}, Coulomb{"wire", {"lines"}, 0.25, 0.3}};
-  return system;
-}
-
 /// The same guides as coordinates, without friction.
 System make_beads_in_coordinates() {
   System system = scenes::make_beads(1'500);
@@ -71,7 +63,7 @@ const BigScene big_scenes[]{
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed_form", explicit_ones},
     {"damped_chain_of_2500", [] { return scenes::make_damped_chain(2'500); }, "paths", implicit_ones, 5},
     {"implicit_beads", [] { return scenes::make_beads(800); }, "closed_form", implicit_ones, 5},
-    {"rough_beads", make_rough_beads, "simplicial", without_series, 5},
+    {"rough_beads", [] { return scenes::make_rough_beads(1'500); }, "simplicial", without_series, 5},
     {"beads_in_coordinates", make_beads_in_coordinates, "closed_form+simplicial", in_coordinates, 20, Form::Tangent},
 };
 

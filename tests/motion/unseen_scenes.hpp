@@ -1,9 +1,11 @@
 #pragma once
 
 #include <utility>
+#include <variant>
 
 #include <tanor/tanor.hpp>
 
+#include "rough_scenes.hpp"
 #include "unseen.hpp"
 
 /// \file A point and a block that a force moves for a short time.
@@ -26,12 +28,10 @@ inline VectorFunction along_x(ScalarFunction g) {
   return {std::move(g), 0.0, 0.0};
 }
 
-/// 1 kg on a rail along x under g = 10.
+/// A block on a belt.
 inline System make_block(double mu, VectorFunction belt) {
-  System system = make_free_point();
-  system.constraints = {Lines{.name = "rail", .points = {0}, .origin = Vector3{}, .direction = Vector3{1.0, 0.0, 0.0}}};
-  system.forces = {Gravity{.acceleration = {0.0, 0.0, -10.0}}};
-  system.friction = {Coulomb{.at = {"rail"}, .coefficient = mu, .velocity = std::move(belt)}};
+  System system = scenes::make_block_on_rail(mu);
+  std::get<Coulomb>(system.friction[0]).velocity = std::move(belt);
   return system;
 }
 

@@ -111,10 +111,8 @@ System make_braced_beam(int cubes) {
           1.8 * scenes::spacing)
         rods.pairs.push_back({i, j});
   rods.length = {};  // as drawn
-  system.supports = {{"hinge", {0}, {}}};
-  system.forces = {scenes::gravity};
   for (std::size_t i = 0; i < system.num_points(); ++i) system.masses[i] = 0.1 + 0.01 * static_cast<double>(i % 5);
-  return system;
+  return scenes::hang(system, {0});
 }
 
 TEST(Reach, RowsThatDependAreFoundOnAllRanks) {

@@ -8,7 +8,7 @@
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
 #include "report/recording_file.hpp"
-#include "rough_incline.hpp"
+#include "rough_scenes.hpp"
 
 namespace tanor::report {
 namespace {
@@ -19,7 +19,7 @@ double length(const std::vector<float>& v) {
 
 // m = 2, 30 degrees: the rail pushes with m g cos(30), friction holds back with mu times that.
 TEST(RecordingTest, ReactionsOfAGuideHaveANormalAndATangentPart) {
-  const System system = make_incline(1.0, 0.2);
+  const System system = scenes::make_rough_incline(1.0, 0.2);
   Simulation simulation(system, {.method = Method::Dopri5});
   Recording recording(system, {});
 
@@ -55,7 +55,7 @@ TEST(RecordingTest, ASupportHoldsAChainThatHangs) {
 
 // Seven output times are no film. Where they are many, or points are, nothing more is asked for.
 TEST(RecordingTest, AsksForInstantsBetweenOutputTimesThatAreRare) {
-  const System system = make_incline(1.0, 0.2);
+  const System system = scenes::make_rough_incline(1.0, 0.2);
   const auto count_frames = [&](double every) {
     Recording recording(system, {}, {.duration = 0.6, .every = every});
     Simulation motion(system, {.method = Method::Rk4, .step = 1e-3});
@@ -73,7 +73,7 @@ TEST(RecordingTest, AsksForInstantsBetweenOutputTimesThatAreRare) {
 }
 
 TEST(RecordingTest, AFrameBetweenOutputTimesHasTheForcesOfItsTime) {
-  const System system = make_incline(1.0, 0.2);
+  const System system = scenes::make_rough_incline(1.0, 0.2);
   Simulation motion(system, {.method = Method::Dopri5});
   Recording recording(system, {}, {.duration = 1.0});
 
@@ -92,7 +92,7 @@ TEST(RecordingTest, AFrameBetweenOutputTimesHasTheForcesOfItsTime) {
 }
 
 TEST(RecordingTest, AHistoryIsThinnedEvenlyAndKeepsItsEnd) {
-  Recording recording(make_incline(1.0, 0.2), {});
+  Recording recording(scenes::make_rough_incline(1.0, 0.2), {});
 
   MotionReport report;
   for (int k = 0; k <= 20'001; ++k) {
@@ -123,7 +123,7 @@ void record(double end, Simulation* motion, Recording* recording) {
 /// A recording of a run that ends at t = 0.5 s, where its bead sticks on a rough rail after it has slid uphill, is
 /// stored in a folder.
 struct StoredRecording {
-  System system = make_incline(-1.0, 0.8);
+  System system = scenes::make_rough_incline(-1.0, 0.8);
   Simulation motion{system, in_small_steps};
   Recording recording{system, {}};
   Folder folder;
@@ -199,7 +199,7 @@ TEST(RecordingTest, WhatCameAfterTheCheckpointIsForgotten) {
 
 // A page has room for 4,000 of these steps.
 TEST(RecordingTest, AViolationOfOneStepIsSeenThoughTheStepIsNotKept) {
-  const System system = make_incline(0.0, 0.8);
+  const System system = scenes::make_rough_incline(0.0, 0.8);
   Recording recording(system, {});
   for (int k = 0; k < 20'000; ++k) {
     MotionReport report;

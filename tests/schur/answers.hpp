@@ -85,4 +85,17 @@ inline Index add_point(const Vector3& place, AnyNumbers* any, System* system) {
   return static_cast<Index>(system->masses.size() - 1);
 }
 
+/// Points on planes and on lines of their own, and as many free ones.
+inline void add_beads(int count, AnyNumbers* any, System* system) {
+  Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
+  Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
+  for (int k = 0; k < count; ++k) {
+    planes.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, system));
+    lines.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, system));
+    add_point({(*any)(), (*any)(), (*any)()}, any, system);  // free
+  }
+  system->constraints.emplace_back(planes);
+  system->constraints.emplace_back(lines);
+}
+
 }  // namespace tanor

@@ -247,15 +247,7 @@ System islands_of_every_kind(AnyNumbers* any) {
   }
   for (const Index num_rods : {150, 37}) add_island(path_shape(num_rods), any, &system, &rods);
   system = shuffled(system, rods, any);
-  Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
-  Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
-  for (int k = 0; k < 11; ++k) {
-    planes.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
-    lines.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
-    add_point({(*any)(), (*any)(), (*any)()}, any, &system);  // free
-  }
-  system.constraints.emplace_back(planes);
-  system.constraints.emplace_back(lines);
+  add_beads(11, any, &system);
   system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
   return system;
 }

@@ -94,14 +94,7 @@ System of_every_other_kind(AnyNumbers* any) {
 /// Points on guides of their own.
 System beads(int count, AnyNumbers* any) {
   System system;
-  Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
-  Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
-  for (int k = 0; k < count; ++k) {
-    planes.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
-    lines.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
-    add_point({(*any)(), (*any)(), (*any)()}, any, &system);  // free
-  }
-  system.constraints = {planes, lines};
+  add_beads(count, any, &system);
   return system;
 }
 

@@ -10,6 +10,7 @@
 
 #include "errors.hpp"
 #include "measures.hpp"
+#include "rough_scenes.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -22,25 +23,9 @@ System make_resting_chain() {
   return system;
 }
 
-/// A parallelogram that passes through the place where it lies flat.
-System make_parallelogram() {
-  System system;
-  system.positions = {0, 0, 0, 0, 1, 0, 2, 1, 0, 2, 0, 0};
-  system.velocities = {0, 0, 0, 2, 0, 0, 2, 0, 0, 0, 0, 0};
-  system.masses.assign(4, 1.0);
-  system.supports = {{"", {0, 3}, {}}};
-  system.constraints = {Rods{"bars", {{0, 1}, {1, 2}, {3, 2}}, {}, {}}, Planes{"page", {1, 2}, Vector3{0, 0, 1}, 0.0}};
-  return system;
-}
-
-System make_rough_bead() {
-  System system;
-  system.positions = {0, 0, 0};
+System make_sliding_block() {
+  System system = scenes::make_block_on_rail(0.3);
   system.velocities = {1, 0, 0};
-  system.masses = {1.0};
-  system.constraints = {Lines{"rail", {0}, Vector3{}, Vector3{1, 0, 0}}};
-  system.forces = {Gravity{"", {0, 0, -10}}};
-  system.friction = {Coulomb{.name = "rust", .at = {"rail"}, .coefficient = 0.3}};
   return system;
 }
 
@@ -76,8 +61,10 @@ class Traps {
 
 TEST(HostFaults, FloatingPointTrapsOfTheHostAreNotTriggered) {
   const Traps traps;  // an exception kills the test
+  // The parallelogram passes through where it lies flat.
+  const System parallelogram = scenes::make_four_bar(0.5 * M_PI, -2.0, 2.0);
   const System systems[] = {
-      make_resting_chain(), scenes::make_chain(6), make_parallelogram(), make_rough_bead(), make_gas(), make_hoop()};
+      make_resting_chain(), scenes::make_chain(6), parallelogram, make_sliding_block(), make_gas(), make_hoop()};
   for (const System& system : systems) {
     for (const MethodTraits& each : methods()) {
       for (const int threads : {1, 3}) {
@@ -208,7 +195,7 @@ TEST(HostFaults, ValuesOfNoEnumerationAreNamedWithoutTheBuildersFolders) {
   System gas = make_gas();
   std::get<PairForces>(gas.forces[0]).law = static_cast<PairLaw>(99);
   refuses(error_of([&] { (void)Dynamics(gas); }), "/forces/0/law");
-  System rough = make_rough_bead();
+  System rough = make_sliding_block();
   std::get<Coulomb>(rough.friction[0]).reaction = static_cast<Coulomb::Reaction>(99);
   refuses(error_of([&] { (void)Dynamics(rough); }), "/friction/0/reaction");
 }

@@ -15,11 +15,7 @@ namespace {
 
 /// A bead of 2 kg on a rod of 1 m, its weight along -y.
 System make_heavy_pendulum() {
-  System system;
-  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
-  system.masses = {1.0, 2.0};
-  system.supports = {{"hook", {0}, {}}};
-  system.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
+  System system = scenes::make_pendulum({1.0, 0.0, 0.0}, 2.0);
   system.forces = {Gravity{"weight", {0.0, -9.81, 0.0}}};
   return system;
 }

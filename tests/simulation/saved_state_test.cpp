@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/tanor.hpp>
 
+#include "scenes.hpp"
 #include "simulation/saved_state.hpp"
 
 namespace tanor {
@@ -13,12 +14,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 System make_pendulum(double length = 0.1) {
-  System system;
-  const Point anchor = system.add_support({0.0, 0.0, 0.0});
-  const Point bob = system.add_point({.position = {length, 0.0, 0.0}, .mass = 0.5});
-  system.add_rods("rod").join(anchor, bob);
-  system.add_gravity({0.0, 0.0, -9.81});
-  return system;
+  return scenes::make_pendulum({length, 0.0, 0.0}, 0.5);
 }
 
 const MotionOptions options{.method = Method::Dop853, .rtol = 1e-10};

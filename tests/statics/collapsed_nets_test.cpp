@@ -18,13 +18,6 @@
 namespace tanor {
 namespace {
 
-System make_hanging_lattice(const std::array<int, 3>& size) {
-  System system = scenes::make_grid(size);
-  system.supports = {{"corner", {0}, {}}};
-  system.forces = {scenes::gravity};
-  return system;
-}
-
 bool says_self_stress(const EquilibriumResult& found) {
   return std::ranges::any_of(found.left_out,
                              [](const std::string& each) { return each.find("self-stress") != std::string::npos; });
@@ -33,7 +26,7 @@ bool says_self_stress(const EquilibriumResult& found) {
 TEST(CollapsedNets, ReportSelfStressAndHaveNoModesWithoutAPrestress) {
   for (const std::array<int, 3>& size : {std::array{2, 2, 2}, {2, 2, 3}, {3, 3, 2}, {3, 3, 1}, {4, 3, 2}, {3, 3, 3}}) {
     const std::string name = testing::PrintToString(size);
-    const System system = make_hanging_lattice(size);
+    const System system = scenes::hang(scenes::make_grid(size), {0});
 
     const EquilibriumResult found = find_equilibrium(system);
 

@@ -80,14 +80,8 @@ TEST(Equilibrium, LongMooringLineIsMoorPysCatenary) {
   EXPECT_NEAR(found.support_forces[0], 43694.60642855651631, 43694.6 * 1e-6);
 }
 
-System make_pendulum(Vector3 bead) {
-  System system;
-  system.positions = {0.0, 0.0, 0.0, bead[0], bead[1], bead[2]};
-  system.masses = {1.0, 2.0};
-  system.supports.push_back({"", {0}, {}});
-  system.constraints.push_back(Rods{.name = "rods", .pairs = {{0, 1}}});
-  system.add_gravity({0.0, 0.0, -g});
-  return system;
+System make_pendulum(const Vector3& bead) {
+  return scenes::make_pendulum(bead, 2.0);
 }
 
 TEST(Equilibrium, PendulumRestsBelowItsSupport) {
