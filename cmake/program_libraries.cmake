@@ -1,6 +1,6 @@
 # Libraries without which the program is built all the same, and says what it cannot write:
-# zlib (compression), HDF5 (h5md), libzip (npz). Sets has_zlib, has_hdf5, has_zip,
-# program_libraries and program_includes.
+# zlib (compression), HDF5 (h5md), libzip (npz). Sets has_zlib, has_hdf5, has_zip and
+# program_libraries; the modules of src/formats link HDF5 and libzip.
 find_package(ZLIB QUIET)
 # Debian's HDF5 without MPI lies in folders of its own; tools that could tell more are slow and pull in MPI.
 find_path(HDF5_SERIAL_INCLUDE_DIR hdf5.h PATH_SUFFIXES hdf5/serial)
@@ -10,7 +10,6 @@ find_library(ZIP_LIBRARY zip)
 mark_as_advanced(HDF5_SERIAL_INCLUDE_DIR HDF5_SERIAL_LIBRARY ZIP_INCLUDE_DIR ZIP_LIBRARY)
 
 set(program_libraries)
-set(program_includes)
 set(has_zlib ${ZLIB_FOUND})
 if(has_zlib)
   list(APPEND program_libraries ZLIB::ZLIB)
@@ -21,8 +20,6 @@ foreach(library IN ITEMS hdf5:HDF5_SERIAL zip:ZIP)
   list(GET library 1 prefix)
   if(${prefix}_INCLUDE_DIR AND ${prefix}_LIBRARY)
     set(has_${name} ON)
-    list(APPEND program_libraries ${${prefix}_LIBRARY})
-    list(APPEND program_includes ${${prefix}_INCLUDE_DIR})
   else()
     set(has_${name} OFF)
     message(STATUS "the program is built without ${name}")

@@ -67,7 +67,8 @@ ROOMS = {
                      "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/archive.hpp base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
-                     "sys/resource.h zlib.h hdf5.h zip.h"),
+                     "zlib.h dlfcn.h"),
+    "formats":  Sees("report scene", "error", "unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
     "picture":  Sees("base/vec3.hpp system/operations.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("scene report view picture", "tanor",

@@ -9,8 +9,8 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
-#include "cli/module.hpp"
 #include "picture/draw.hpp"
+#include "report/module.hpp"
 #include "report/output_file.hpp"
 #include "report/stored_motion.hpp"
 
@@ -19,9 +19,9 @@ namespace tanor::cli {
 namespace {
 
 picture::Drawn draw(const picture::Picture& picture) {
-  const auto function = reinterpret_cast<picture::DrawFunction*>(
-      load_function("tanor_picture", picture::draw_symbol,
-                    "this tanor was built without cairo and draws no pictures; trajectory.pvd opens in ParaView"));
+  const auto function = reinterpret_cast<picture::DrawFunction*>(report::load_function(
+      "tanor_picture", picture::draw_symbol,
+      "this tanor was built without cairo and draws no pictures; trajectory.pvd opens in ParaView"));
   picture::Drawn drawn;
   std::string trouble;
   function(picture, &drawn, &trouble);

@@ -15,8 +15,8 @@
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
-#include "cli/module.hpp"
 #include "report/html_page.hpp"
+#include "report/module.hpp"
 #include "view/serve.hpp"
 
 namespace tanor::cli {
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 namespace {
 
 view::ServeFunction* load_server() {
-  return reinterpret_cast<view::ServeFunction*>(load_function(
+  return reinterpret_cast<view::ServeFunction*>(report::load_function(
       "tanor_view", view::serve_symbol,
       fmt::format("this tanor was built without cpp-httplib and has no server; {} opens in a browser by itself",
                   report::html_page_name)));

@@ -8,17 +8,13 @@
 
 #include "report/compression.hpp"
 #include "report/csv_trajectory.hpp"
+#include "report/frame_module.hpp"
 #include "report/guide_forces.hpp"
 #include "report/lammps_dump.hpp"
+#include "report/module.hpp"
 #include "report/output_file.hpp"
 #include "report/vtp_frame.hpp"
 #include "report/xyz_trajectory.hpp"
-#if TANOR_HAS_HDF5
-#include "report/h5md_trajectory.hpp"
-#endif
-#if TANOR_HAS_ZIP
-#include "report/npz_trajectory.hpp"
-#endif
 
 namespace tanor::report {
 
@@ -83,6 +79,17 @@ void require_marked(const fs::path& directory, const std::vector<std::string>& n
   for (std::size_t k = 0; k < mark.frames; ++k) require_size(directory / VtpTrajectory::name_frame(k), 1);
 }
 
+std::string say_that_is_missing(TrajectoryFormat format) {
+  return fmt::format("found {}, which this tanor was built without ({})", name_of(format),
+                     format == TrajectoryFormat::H5md ? "libhdf5-dev" : "libzip-dev");
+}
+
+/// Returns the function that opens files of this format, from its module.
+OpenFrameFile* load_opener(TrajectoryFormat format) {
+  const std::string module = "tanor_" + std::string(name_of(format));
+  return reinterpret_cast<OpenFrameFile*>(load_function(module, open_symbol, say_that_is_missing(format)));
+}
+
 /// Returns the bytes of a frame in a format that keeps frames in memory.
 double bytes_of_a_frame(std::size_t num_points) {
   return 9.0 * sizeof(double) * static_cast<double>(num_points);
@@ -91,13 +98,9 @@ double bytes_of_a_frame(std::size_t num_points) {
 }  // namespace
 
 void require_formats(const TrajectoryOptions& options, std::size_t num_points, double expected_frames) {
-  const auto refuse = [](TrajectoryFormat format, const char* library) {
-    throw InputError("/motion/trajectory",
-                     fmt::format("found {}, which this tanor was built without ({})", name_of(format), library));
-  };
   for (const TrajectoryFormat format : options.formats.files) {
-    if (format == TrajectoryFormat::H5md && !TANOR_HAS_HDF5) refuse(format, "libhdf5-dev");
-    if (format == TrajectoryFormat::Npz && !TANOR_HAS_ZIP) refuse(format, "libzip-dev");
+    if ((format == TrajectoryFormat::H5md && !TANOR_HAS_HDF5) || (format == TrajectoryFormat::Npz && !TANOR_HAS_ZIP))
+      throw InputError("/motion/trajectory", say_that_is_missing(format));
     constexpr double most = 2e9;
     const std::size_t shown = options.points.empty() ? num_points : options.points.size();
     const double needed = expected_frames * bytes_of_a_frame(shown);
@@ -178,20 +181,10 @@ void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& 
         file = std::make_unique<CsvTrajectory>(path, *shown_, size);
         break;
       case TrajectoryFormat::H5md:
-#if TANOR_HAS_HDF5
-        file = size > 0 ? std::make_unique<H5mdTrajectory>(path, shown_.get(), size)
-                        : std::make_unique<H5mdTrajectory>(
-                              path, shown_.get(),
-                              H5mdTrajectory::Sample{options.title, masses_, options.cell, is_compressed});
-#endif
-        break;
       case TrajectoryFormat::Npz:
-#if TANOR_HAS_ZIP
-        file = std::make_unique<NpzTrajectory>(path, shown_.get(), is_compressed, size);
-#endif
+        load_opener(format)({path, shown_.get(), options.title, masses_, options.cell, is_compressed, size}, &file);
         break;
     }
-    if (!file) throw std::logic_error("a format that require_formats refuses");
   }
 }
 

@@ -110,7 +110,7 @@ double MotionMeasures::energy_of_a_move() {
   moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double length = work_.scales.length(work_.scales.of_point(i));
-    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += part * length * direction_of(i, c);
+    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += part * length * directions()[3 * i + c];
   }
   return change_of_potential();
 }
@@ -126,14 +126,19 @@ double MotionMeasures::change_of_potential() {
   return std::isfinite(change) ? change : 0.0;
 }
 
-/// Returns a number in [-1, 1] that depends only on where the point was given, so that it is the same for any
-/// distribution of points over ranks.
-double MotionMeasures::direction_of(std::size_t point, std::size_t component) const {
+/// Returns an irregular direction for each moving point, with components in [-1, 1] that depend only on where the point
+/// was given, so that they are the same for any distribution of points over ranks.
+const std::vector<double>& MotionMeasures::directions() {
+  if (!directions_.empty()) return directions_;
   constexpr std::uint64_t most = std::uint64_t{1} << 24;
-  const auto user = static_cast<std::size_t>(model_.numbering.user_point[point]);
-  Checksum sum;
-  sum.add(std::span(model_.system.positions).subspan(3 * user, 3));
-  return irregular(3 * static_cast<std::size_t>(sum.value() % most) + component);
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    Checksum sum;
+    sum.add(
+        std::span(model_.system.positions).subspan(3 * static_cast<std::size_t>(model_.numbering.user_point[i]), 3));
+    const std::size_t first = 3 * static_cast<std::size_t>(sum.value() % most);
+    for (std::size_t c = 0; c < 3; ++c) directions_.push_back(irregular(first + c));
+  }
+  return directions_;
 }
 
 /// Warns of an absolute tolerance that leaves a neighbourhood less than four digits.
@@ -165,7 +170,7 @@ double MotionMeasures::tolerated_energy() {
     const double acceleration = work_.scales.accelerations()[i];
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
-    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction_of(i, c);
+    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * directions()[3 * i + c];
   }
   // The change of potential adds dr'W dr/2 of stiff forces, also where forces balance.
   return form_.sum(sum) + change_of_potential();

@@ -28,7 +28,8 @@ struct KnownMotion {
 
 /// Let go horizontally at the length 0.1 m.
 KnownMotion make_pendulum() {
-  return {"pendulum", scenes::make_pendulum, [](double t, const std::vector<double>& x) {
+  return {"pendulum", [] { return scenes::make_pendulum(); },
+          [](double t, const std::vector<double>& x) {
             const double angle = elliptic::swing(0.5 * pi, std::sqrt(9.81 / 0.1), t).angle;
             return std::hypot(x[3] - 0.1 * std::sin(angle), x[5] + 0.1 * std::cos(angle));
           }};

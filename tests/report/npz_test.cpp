@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "report/npz_trajectory.hpp"
+#include "formats/npz_trajectory.hpp"
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
 

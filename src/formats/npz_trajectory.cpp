@@ -1,4 +1,4 @@
-#include "report/npz_trajectory.hpp"
+#include "formats/npz_trajectory.hpp"
 
 #include <zip.h>
 
@@ -14,6 +14,7 @@
 
 #include <tanor/error.hpp>
 
+#include "report/frame_module.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 
@@ -207,3 +208,10 @@ void NpzTrajectory::save() const {
 }
 
 }  // namespace tanor::report
+
+/// The function of the module, which the program calls by its name.
+extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
+    const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
+  *opened = std::make_unique<tanor::report::NpzTrajectory>(request.path, request.shown, request.is_compressed,
+                                                           request.frames);
+}

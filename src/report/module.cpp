@@ -1,4 +1,4 @@
-#include "cli/module.hpp"
+#include "report/module.hpp"
 
 #include <dlfcn.h>
 
@@ -7,7 +7,7 @@
 
 #include <tanor/error.hpp>
 
-namespace tanor::cli {
+namespace tanor::report {
 
 namespace fs = std::filesystem;
 
@@ -23,4 +23,4 @@ void* load_function(const std::string& module, const char* symbol, const std::st
   return function;
 }
 
-}  // namespace tanor::cli
+}  // namespace tanor::report

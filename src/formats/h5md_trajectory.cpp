@@ -1,4 +1,4 @@
-#include "report/h5md_trajectory.hpp"
+#include "formats/h5md_trajectory.hpp"
 
 #include <fcntl.h>
 #include <hdf5.h>
@@ -14,6 +14,7 @@
 #include <tanor/error.hpp>
 #include <tanor/version.hpp>
 
+#include "report/frame_module.hpp"
 #include "report/output_file.hpp"
 
 namespace tanor::report {
@@ -434,3 +435,15 @@ void H5mdTrajectory::synchronize() {
 }
 
 }  // namespace tanor::report
+
+/// The function of the module, which the program calls by its name.
+extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
+    const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
+  using tanor::report::H5mdTrajectory;
+  if (request.frames > 0)
+    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown, request.frames);
+  else
+    *opened = std::make_unique<H5mdTrajectory>(
+        request.path, request.shown,
+        H5mdTrajectory::Sample{request.title, request.masses, request.cell, request.is_compressed});
+}
