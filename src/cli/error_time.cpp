@@ -55,8 +55,8 @@ ExitCode execute(const ErrorTimeOptions& options) {
   std::optional<scene::ReferenceState> reference;
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
   const std::vector<Method> methods = naming_file(options.scene, [&] { return choose_methods(wanted, scene); });
+  catch_interrupts();  // before there is a folder that a signal would leave behind
   const OutputFolder folder(choose_folder(options.out, scene), "error-time");
-  catch_interrupts();
   const report::ErrorTimeTable table = naming_file(options.scene, [&] {
     return report::measure_error_time(scene, methods, reference ? &*reference : nullptr,
                                       {.say = say, .goes_on = [] { return !caught_interrupt(); }});

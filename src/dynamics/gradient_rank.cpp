@@ -88,7 +88,7 @@ double GradientRank::compare_gradients() {
   for (const Incidence& incidence : model_.incidences) {
     const bool moves = model_.inverse_mass[static_cast<std::size_t>(incidence.point)] > 0.0;
     const auto a = static_cast<std::size_t>(incidence.row);
-    if (moves && norm(load(before_.data(), incidence.block)) > 0.0) x_[a] = irregular(a);
+    if (moves && x_[a] == 0.0 && norm(load(before_.data(), incidence.block)) > 0.0) x_[a] = irregular(a);
   }
   double eigenvalue = 0.0;  // of 1 - C
   for (int k = 0; k < most_iterations; ++k) {

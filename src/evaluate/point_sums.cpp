@@ -46,11 +46,13 @@ namespace {
   return result;
 }
 
-/// Returns what part(begin, end) adds up, over 64 parts in their order.
+/// Returns what part(begin, end) adds up, over at most 64 parts in their order. How many there are follows from the
+/// count alone, so that the sum does not depend on the threads.
 template <class Sum, class Part>
 Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
-  constexpr std::size_t num_parts = 64, grain = 2048;
-  std::array<Sum, num_parts> sums{};
+  constexpr std::size_t most_parts = 64, grain = 2048, least_points = 256;
+  const std::size_t num_parts = std::clamp<std::size_t>(count / least_points, 1, most_parts);
+  std::array<Sum, most_parts> sums;
   parallel.for_ranges(
       num_parts,
       [&](std::size_t begin, std::size_t end) {
@@ -59,7 +61,7 @@ Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
         });
       },
       std::max<std::size_t>(1, num_parts * grain / (count + 1)));
-  return std::accumulate(sums.begin(), sums.end(), Sum{});
+  return std::accumulate(sums.begin(), sums.begin() + static_cast<std::ptrdiff_t>(num_parts), Sum{});
 }
 
 }  // namespace
