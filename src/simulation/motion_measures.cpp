@@ -49,7 +49,7 @@ void MotionMeasures::note(const Energy& energy) {
 }
 
 void MotionMeasures::resume() {
-  warns_of_drift_ = !report_.accuracy_warning.empty() && report_.accuracy_warning == explain_drift();
+  warns_of_drift_ = is_drifting() && report_.accuracy_warning == explain_drift();
 }
 
 /// Takes the violations from the projections; without projections they are measured here.
@@ -184,10 +184,13 @@ void MotionMeasures::watch_accuracy() {
   const double turn = integration_.scheme().is_adaptive() ? 0.0 : integration_.turn();
   watch_drift(turn);
   const bool is_too_long = turn > longest_turn;
-  warning = is_too_long
-                ? "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state_.t)
-                : explain_drift();
-  warns_of_drift_ = !is_too_long && !warning.empty();
+  warns_of_drift_ = !is_too_long && is_drifting();
+  if (is_too_long)
+    warning = "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state_.t);
+  else if (warns_of_drift_)
+    warning = explain_drift();
+  else
+    warning.clear();
 }
 
 void MotionMeasures::watch_drift(double turn) {
@@ -199,15 +202,19 @@ void MotionMeasures::watch_drift(double turn) {
   energy.largest_drift_time = state_.t;
 }
 
-/// Compares the drift with all energy that has flowed so far; empty if it is small.
-std::string MotionMeasures::explain_drift() const {
+/// Compares the drift with all energy that has flowed so far.
+bool MotionMeasures::is_drifting() const {
   constexpr double largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
   const bool is_adaptive = integration_.scheme().is_adaptive();
   const double allowed =
       is_adaptive ? std::clamp(drift_of_rtol * options_.rtol, least_drift, largest_drift) : largest_drift;
+  return report_.energy.largest_drift > allowed * report_.energy.scale;
+}
+
+std::string MotionMeasures::explain_drift() const {
   const EnergyReport& energy = report_.energy;
-  if (!(energy.largest_drift > allowed * energy.scale)) return "";
-  return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") +
+  return std::string(integration_.scheme().is_adaptive() ? "the tolerance may be missed: "
+                                                         : "steps may be too long: ") +
          "the energy drifts by " + text(energy.largest_drift / energy.scale) +
          " of its scale at t = " + text(energy.largest_drift_time);
 }

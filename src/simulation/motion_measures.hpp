@@ -56,6 +56,7 @@ class MotionMeasures {
   double tolerated_energy();
   void watch_accuracy();
   void watch_drift(double turn);
+  bool is_drifting() const;
   std::string explain_drift() const;
   void write_points();
 
