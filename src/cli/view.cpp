@@ -40,7 +40,7 @@ bool is_running(const fs::path& folder) {
 
 /// Returns the folder of a run that has a page, or throws the reason why there is none.
 fs::path require_page(const fs::path& given) {
-  const fs::path folder = given.filename() == report::html_page_name ? fs::absolute(given).parent_path() : given;
+  fs::path folder = given.filename() == report::html_page_name ? fs::absolute(given).parent_path() : given;
   if (!fs::exists(folder)) throw InputError(given.string(), "there is no such folder");
   if (!fs::is_directory(folder))
     throw InputError(given.string(), "is a file; wanted the folder of a run, such as net.out");

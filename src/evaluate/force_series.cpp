@@ -62,8 +62,8 @@ class ForceSeries::Reader {
     Expression expression;
     for (int c = 0; c < 3; ++c) (void)Traced::variable(expression);
     expression.results = expression.variables;
-    Group& group = add_group(std::move(expression),
-                             {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3);
+    Group& group =
+        add_group(expression, {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3);
     std::vector<std::size_t> slots;
     for (const ScalarFunction& component : given.force.components) slots.push_back(series_.table_.add(component));
     for (const Index point : given.points) add_member(group, {&point, 1}, slots);
@@ -110,13 +110,12 @@ class ForceSeries::Reader {
   }
 
  private:
-  Group& add_group(Expression expression, std::vector<SeriesVariable> variables, int num_points, int num_functions,
-                   bool is_energy = false) {
+  Group& add_group(const Expression& expression, std::vector<SeriesVariable> variables, int num_points,
+                   int num_functions, bool is_energy = false) {
     const bool is_of_points = is_energy || expression.results.size() == 3 * static_cast<std::size_t>(num_points);
-    series_.groups_.push_back({ProgramFamily(SeriesProgram(std::move(expression), is_energy), std::move(variables),
-                                             num_points, num_functions),
-                               series_.num_blocks_, is_energy,
-                               is_of_points ? static_cast<std::size_t>(num_points) : 1});
+    series_.groups_.push_back(
+        {ProgramFamily(SeriesProgram(expression, is_energy), std::move(variables), num_points, num_functions),
+         series_.num_blocks_, is_energy, is_of_points ? static_cast<std::size_t>(num_points) : 1});
     return series_.groups_.back();
   }
   /// Adds energies. A tuple's constants and the time enter as functions of time.

@@ -232,8 +232,7 @@ void Canvas::add(const Surface& surface) {
 }
 
 void Canvas::add(const Triangle& triangle) {
-  const auto& [a, b, c] = triangle.corners;
-  const Vec3 normal = cross(b - a, c - a);
+  const Vec3 a = triangle.corners[0], normal = cross(triangle.corners[1] - a, triangle.corners[2] - a);
   if (!(squared(normal) > 0.0)) return;
   visit(camera_.bound(triangle.center(), triangle.reach()), [&](std::size_t sample, const Ray& ray) {
     const double depth = dot(a - ray.origin, normal) / dot(ray.direction, normal);

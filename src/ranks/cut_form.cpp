@@ -158,7 +158,7 @@ Outcome CutForm::refuse_prestress(const Kinematics& at) {
   if (ProjectionReport report = project_velocities(at.t, at.x, u.data()); !report.outcome.ok()) return report.outcome;
   Request request;
   request.gradients = Gradients::Keep;
-  const Outcome outcome = accelerations({at.t, at.x, u.data()}, request, AccelerationOutput(w.data()));
+  Outcome outcome = accelerations({at.t, at.x, u.data()}, request, AccelerationOutput(w.data()));
   if (outcome.status != Status::Contradictory) return outcome;
   return {Status::Singular, linearization_.rank().explain("depends on") + " at t = " + text(at.t) +
                                 ", and prestress holds what they let move; take one rank"};

@@ -147,7 +147,7 @@ std::string describe_sources(std::span<const fs::path> files, const System& syst
 std::string name_difference(std::string_view before, std::string_view now) {
   std::string changed;
   const std::string their = list_files(before), our = list_files(now);
-  const std::string strangers = their.empty() || our.empty()
+  std::string strangers = their.empty() || our.empty()
                                     ? "belongs to another scene"
                                     : fmt::format("belongs to another scene, of {}, not of {}", their, our);
   scene::LineReader old_lines("", before), new_lines("", now);

@@ -10,7 +10,7 @@ namespace tanor::scene {
 namespace {
 
 const Rods& find_rods(const Cursor& along, const Context& context) {
-  const std::string wanted = along.string();
+  const std::string& wanted = along.string();
   std::string names;
   for (const Constraint& constraint : context.constraints) {
     const Rods* const rods = std::get_if<Rods>(&constraint);
