@@ -87,6 +87,9 @@ if [[ ${1:-} != --quick ]]; then
   git ls-files 'src/*.cpp' ':!src/embed/openmm' |
     xargs -P "$(nproc)" -n 2 clang-tidy -p build-develop --quiet --extra-arg=-Wno-unknown-warning-option
 
+  headline "clang: everything compiles without a warning"
+  scripts/clang_warnings
+
   sanitize
 
   headline "release, with the long tests"
