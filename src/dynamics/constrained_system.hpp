@@ -10,8 +10,8 @@
 
 namespace tanor {
 
-/// What the contacts need from the constrained system while they choose their modes: linearization, projection and
-/// solution, always with the contacts that stick at present.
+/// Serves the contacts while they choose their modes: it linearizes, projects and solves the constrained system, always
+/// with the contacts that stick at present.
 class ConstrainedSystem {
  public:
   virtual ~ConstrainedSystem() = default;

@@ -6,7 +6,7 @@
 #include "base/eight.hpp"
 #include "factor/front_kernels.hpp"
 
-/// \file What the kernels of a factorization and those of a substitution share.
+/// \file The kernels of a factorization and those of a substitution share these functions.
 namespace tanor::kernels {
 
 static_assert(front_width == num_lanes);

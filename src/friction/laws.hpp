@@ -116,8 +116,8 @@ class FrictionLaws {
   std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
   std::vector<Index> part_start_{0};  // [contact + 1]
-  // What every iteration reads, at the last configuration. The guides' normals are K_g = Q R, so that mu |N| = |mu R
-  // lambda_g|.
+  // Numbers of the last configuration that every iteration reads. The guides' normals are K_g = Q R, so that
+  // mu |N| = |mu R lambda_g|.
   struct Guides {
     double a = 0.0, b = 0.0, c = 0.0;  // mu R = [a b; 0 c]; 0 if the contact sticks or has another law
     Index first_row, second_row;

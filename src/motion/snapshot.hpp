@@ -13,7 +13,7 @@ struct Snapshot {
   std::vector<double> velocities;  ///< 3n, m/s
   MotionReport report;             ///< counts, times, works and extremes so far
 
-  // What the next step depends on besides the state. The defaults are those of a start.
+  // These members are what the next step depends on besides the state. The defaults are those of a start.
   double next_step = 0.0;            ///< s, adaptive methods; 0 if not known yet
   double last_error = 1e-4;          ///< error of the last step, over the tolerance
   double advance_begin = 0.0;        ///< s, fixed steps: an advance stopped before `advance_end` continues with …

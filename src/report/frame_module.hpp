@@ -16,7 +16,7 @@
 /// long as everything else that a short run does.
 namespace tanor::report {
 
-/// What a module needs to know about the file.
+/// Describes the file that a module opens.
 struct FrameFileRequest {
   std::filesystem::path path;
   const ShownParts* shown;         ///< must outlive the file
