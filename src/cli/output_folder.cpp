@@ -79,8 +79,11 @@ void require_results_not_read(const fs::path& folder, const std::vector<fs::path
   for (const fs::path& file : read) {
     std::error_code error;
     const fs::path name = fs::canonical(file, error).filename();
-    for (const fs::path& result : results)  // a run may have left many frames, and few have this name
-      if (result.filename() == name) require_not_read(result, {file});
+    const bool has_other_names = fs::hard_link_count(file, error) > 1 && !error;
+    for (const fs::path& result : results) {  // a run may have left many frames, and few have this name
+      if (has_other_names || result.filename() == name || result.filename() == file.filename())
+        require_not_read(result, {file});
+    }
   }
 }
 

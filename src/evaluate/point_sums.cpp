@@ -52,7 +52,7 @@ template <class Sum, class Part>
 Sum add_parts(const Parallel& parallel, std::size_t count, const Part& part) {
   constexpr std::size_t most_parts = 64, grain = 2048, least_points = 256;
   const std::size_t num_parts = std::clamp<std::size_t>(count / least_points, 1, most_parts);
-  if (count < 2 * least_points) return part(0, count);
+  if (num_parts == 1) return part(0, count);
   std::array<Sum, most_parts> sums;
   parallel.for_ranges(
       num_parts,

@@ -148,8 +148,8 @@ std::string name_difference(std::string_view before, std::string_view now) {
   std::string changed;
   const std::string their = list_files(before), our = list_files(now);
   std::string strangers = their.empty() || our.empty()
-                                    ? "belongs to another scene"
-                                    : fmt::format("belongs to another scene, of {}, not of {}", their, our);
+                              ? "belongs to another scene"
+                              : fmt::format("belongs to another scene, of {}, not of {}", their, our);
   scene::LineReader old_lines("", before), new_lines("", now);
   while (old_lines.next() && new_lines.next()) {
     const auto [old_value, old_name] = split_line(old_lines.line());

@@ -101,6 +101,12 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
   for (const TrajectoryFormat format : options.formats.files) {
     if ((format == TrajectoryFormat::H5md && !TANOR_HAS_HDF5) || (format == TrajectoryFormat::Npz && !TANOR_HAS_ZIP))
       throw InputError("/motion/trajectory", say_that_is_missing(format));
+    // A module that cannot be loaded is told before any result is replaced.
+    try {
+      if (format == TrajectoryFormat::H5md || format == TrajectoryFormat::Npz) (void)load_opener(format);
+    } catch (const InputError& error) {
+      throw InputError("/motion/trajectory", error.what());
+    }
     constexpr double most = 2e9;
     const std::size_t shown = options.points.empty() ? num_points : options.points.size();
     const double needed = expected_frames * bytes_of_a_frame(shown);

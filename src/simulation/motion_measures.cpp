@@ -106,6 +106,7 @@ double MotionMeasures::energy_of_a_fall() const {
 /// Returns by how much the potential changes at the start if each point is moved by a hundredth of its neighbourhood's
 /// length, J. Stiff energies may cancel each other at rest.
 double MotionMeasures::energy_of_a_move() {
+  if (has_pairs_) return 0.0;
   constexpr double part = 0.01;
   moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -115,10 +116,9 @@ double MotionMeasures::energy_of_a_move() {
   return change_of_potential();
 }
 
-/// Returns the change of the potential from the points to `moved_`, J; 0 if it has no value there. It is also 0 with
+/// Returns the change of the potential from the points to `moved_`, J; 0 if it has no value there. Do not call it with
 /// pair forces, whose lists would have to be made anew and which are soft beside stiff energies.
 double MotionMeasures::change_of_potential() {
-  if (has_pairs_) return 0.0;
   form_.fetch_guests(moved_.data(), nullptr);
   const double moved = form_.potential(state_.t, moved_.data());
   const double here = form_.potential(state_.t, points_.r.data());
@@ -162,7 +162,6 @@ double MotionMeasures::tolerated_energy() {
   if (!integration_.scheme().is_adaptive()) return 0.0;
   write_points();
   double sum = 0.0;
-  moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double speed = norm(load(points_.v.data(), i)), atol = work_.scales.velocity_tolerance(options_.atol, i);
     // The terms are m v dv and m a dr.
@@ -170,9 +169,15 @@ double MotionMeasures::tolerated_energy() {
     const double acceleration = work_.scales.accelerations()[i];
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
-    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * directions()[3 * i + c];
   }
+  if (has_pairs_) return form_.sum(sum);
   // The change of potential adds dr'W dr/2 of stiff forces, also where forces balance.
+  moved_ = points_.r;
+  const std::vector<double>& direction = directions();
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const double dr = work_.scales.position_tolerance(options_.atol, i);
+    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction[3 * i + c];
+  }
   return form_.sum(sum) + change_of_potential();
 }
 

@@ -333,6 +333,11 @@ TEST(FolderTest, FilesThatACommandReadsAreNotReplaced) {
   expect_kept({"run", "o/summary.json", "--out", "o"}, "o/summary.json", scene);
   expect_kept({"equilibrium", "o/equilibrium.json", "--out", "o"}, "o/equilibrium.json", scene);
   expect_kept({"modes", "o/summary.json", "--out", "o"}, "o/summary.json", scene);
+  std::filesystem::create_hard_link(folder / "o/summary.json", folder / "linked.json");
+  expect_kept({"run", "linked.json", "--out", "o"}, "linked.json", scene);
+  write_text(folder / "scene.json", scene);
+  std::filesystem::create_symlink("../scene.json", folder / "o/report.txt");
+  expect_kept({"run", "o/report.txt", "--out", "o"}, "o/report.txt", scene);
   expect_kept({"solve", "o/moved.json", "--out", "o/moved.json"}, "o/moved.json", read_text(folder / "o/moved.json"));
   expect_kept({"solve", "o/moved.json", "--out", "./o/../o/trajectory.csv"}, "o/trajectory.csv", table);
 }

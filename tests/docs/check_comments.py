@@ -6,7 +6,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FRAGMENT = re.compile(r"(Of|From|Whether|That|What|Beside|Instead|Likewise|(False|True|Null|None|Empty|Else|Not)[:,])\b")
+FRAGMENT = re.compile(r"(Of|From|Whether|That|What|Beside|Instead|Likewise)\b|(False|True|Null|None|Empty|Else|Not)[:,]")
 
 
 def find_blocks(text):
