@@ -12,27 +12,21 @@ namespace tanor {
 namespace {
 
 /// The largest magnitude seen so far.
+template <class Lanes>
 struct Sizes {
-  Eight lanes{};
+  Lanes lanes{};
   double rest = 0.0;
 
-  [[gnu::always_inline]] void see(const Eight& x) {
-    const Eight size = x < 0.0 ? -x : x;
-    lanes = size > lanes ? size : lanes;
-  }
+  [[gnu::always_inline]] void see(const Lanes& x) { lanes.include_magnitudes(x); }
   [[gnu::always_inline]] void see(double x) { rest = std::max(rest, std::abs(x)); }
-  double largest() const {
-    double result = rest;
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) result = std::max(result, lanes[lane]);
-    return result;
-  }
+  [[gnu::always_inline]] double largest() const { return lanes.largest(rest); }
 };
 
 double largest_change(const double* from, const double* to, std::size_t begin, std::size_t end) {
-  return dispatch([=] {
-    Sizes sizes;
+  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    Sizes<Lanes> sizes;
     std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) sizes.see(eight_at(to + i) - eight_at(from + i));
+    for (; i + num_lanes <= end; i += num_lanes) sizes.see(Lanes::at(to + i) - Lanes::at(from + i));
     for (; i < end; ++i) sizes.see(to[i] - from[i]);
     return sizes.largest();
   });
@@ -42,23 +36,21 @@ struct StepEnds {
   const double *x0, *v0, *x1, *v1;
 };
 /// Finds the largest |x1|, |v1| and |x1 - x0 - h (v0 + v1)/2| of these numbers, in one pass.
-void measure_step(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end, TurnMeter::Step* step) {
-  dispatch([=, &ends] {
-    Sizes place, speed, missed;
+TurnMeter::Step measure_step(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end) {
+  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) -> TurnMeter::Step {
+    Sizes<Lanes> place, speed, missed;
     const auto see = [&](const auto& x0, const auto& v0, const auto& x1, const auto& v1)
         __attribute__((always_inline)) {
       place.see(x1);
       speed.see(v1);
       missed.see(x1 - x0 - half_step * (v0 + v1));
     };
+    const auto [x0, v0, x1, v1] = ends;
     std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) {
-      const Eight x0 = eight_at(ends.x0 + i), v0 = eight_at(ends.v0 + i), x1 = eight_at(ends.x1 + i),
-                  v1 = eight_at(ends.v1 + i);
-      see(x0, v0, x1, v1);
-    }
-    for (; i < end; ++i) see(ends.x0[i], ends.v0[i], ends.x1[i], ends.v1[i]);
-    *step = {place.largest(), speed.largest(), missed.largest()};
+    for (; i + num_lanes <= end; i += num_lanes)
+      see(Lanes::at(x0 + i), Lanes::at(v0 + i), Lanes::at(x1 + i), Lanes::at(v1 + i));
+    for (; i < end; ++i) see(x0[i], v0[i], x1[i], v1[i]);
+    return {place.largest(), speed.largest(), missed.largest()};
   });
 }
 
@@ -69,8 +61,7 @@ void TurnMeter::note(Mechanics& mechanics, const State& from, const State& to) {
   std::mutex joining;
   step_ = {};
   mechanics.parallel().for_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
-    Step part;
-    measure_step(ends, 0.5 * (to.t - from.t), begin, end, &part);
+    const Step part = measure_step(ends, 0.5 * (to.t - from.t), begin, end);
     const std::lock_guard lock(joining);
     step_ = {std::max(step_.place, part.place), std::max(step_.speed, part.speed), std::max(step_.missed, part.missed)};
   });

@@ -18,6 +18,28 @@ namespace {
   return result;
 }
 
+/// Returns the largest of `so_far` and |x_k|, [count], or NaN if some number is not finite.
+template <class Lanes>
+[[gnu::always_inline]] inline double find_largest(const double* x, std::size_t count, double so_far) {
+  double largest = so_far, nothing = 0.0;  // 0 or NaN
+  std::size_t k = 0;
+  if (count >= num_lanes) {
+    Lanes sizes{}, lost{};
+    for (; k + num_lanes <= count; k += num_lanes) {
+      const Lanes a = Lanes::at(x + k);
+      sizes.include_magnitudes(a);
+      lost += a - a;
+    }
+    largest = sizes.largest(largest);
+    nothing = lost.sum();
+  }
+  for (; k < count; ++k) {
+    largest = std::max(largest, std::abs(x[k]));
+    nothing += x[k] - x[k];
+  }
+  return largest + nothing;
+}
+
 /// Computes x of the next point minus x of this one, [3 count].
 [[gnu::always_inline]] inline void subtract_neighbours(const double* __restrict x, std::size_t count,
                                                        double* __restrict difference) {
@@ -109,7 +131,7 @@ void evaluate_right_side(const Rods& rods, double* b) {
 }
 
 double evaluate_values(const Rods& rods, const double* __restrict lengths, double* __restrict xi) {
-  return dispatch([=, &rods] {
+  return dispatch([=, &rods]<class Lanes>(std::type_identity<Lanes>) {
     std::array<double, 3 * chunk_size> a;   // NOLINT: filled before use
     std::array<double, chunk_size> ratios;  // NOLINT: likewise
     subtract_places(rods, a.data());
@@ -118,7 +140,7 @@ double evaluate_values(const Rods& rods, const double* __restrict lengths, doubl
       xi[k] = std::sqrt(x * x + y * y + z * z) - lengths[k];
       ratios[k] = xi[k] / lengths[k];
     }
-    return largest_magnitude(ratios.data(), rods.count, 0.0);
+    return find_largest<Lanes>(ratios.data(), rods.count, 0.0);
   });
 }
 
@@ -275,7 +297,7 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcomi
 }
 
 Ends accelerate(const Between& between, double* residual) {
-  return dispatch([=, &between]() -> Ends {
+  return dispatch([=, &between]<class Lanes>(std::type_identity<Lanes>) -> Ends {
     constexpr std::size_t size = chunk_size + 1;
     std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
     const std::size_t count = between.count;
@@ -320,7 +342,7 @@ Ends accelerate(const Between& between, double* residual) {
     for (std::size_t k = 1; k < count; ++k) {
       rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
     }
-    *residual = largest_magnitude(rest.data(), count - 1, *residual);
+    *residual = find_largest<Lanes>(rest.data(), count - 1, *residual);
     return ends;
   });
 }
@@ -346,24 +368,7 @@ void add(double factor, const double* __restrict x, std::size_t count, double* _
 }
 
 double largest_magnitude(const double* x, std::size_t count, double so_far) {
-  return dispatch([=] {
-    Eight largest = so_far - Eight{};
-    double nothing = 0.0;  // 0, or NaN if some number is not finite
-    std::size_t k = 0;
-    Eight lost{};
-    for (; k + 8 <= count; k += 8) {
-      const Eight a = eight_at(x + k);
-      const Eight size = a < 0.0 ? -a : a;
-      largest = size > largest ? size : largest;
-      lost += a - a;
-    }
-    for (; k < count; ++k) {
-      largest[0] = std::max(largest[0], std::abs(x[k]));
-      nothing += x[k] - x[k];
-    }
-    for (int lane = 0; lane < 8; ++lane) nothing += lost[lane];
-    return largest_of(largest) + nothing;
-  });
+  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) { return find_largest<Lanes>(x, count, so_far); });
 }
 
 }  // namespace tanor::paths

@@ -49,10 +49,17 @@ paths::Accelerated PathReactions::accelerate_outermost(const RodPath& path, path
   return found;
 }
 
-void PathReactions::accelerate_all(const RodPath& path) const {
-  double nothing = 0.0;
-  for (std::size_t row = path.first; row + 1 < path.end; row += paths::chunk_size)
-    (void)accelerate(path, row, std::min(paths::chunk_size, path.end - 1 - row), &nothing);
+void PathReactions::accelerate_all(const Parallel& parallel, const RodPath& path) const {
+  // A chunk begins at the same row for any number of threads, so that the bits are the same.
+  const std::size_t num_between = path.end - 1 - path.first;  // points between two rows
+  const auto accelerate_chunks = [&](std::size_t begin, std::size_t end) {
+    double nothing = 0.0;
+    for (std::size_t k = begin * paths::chunk_size; k < std::min(end * paths::chunk_size, num_between);
+         k += paths::chunk_size)
+      (void)accelerate(path, path.first + k, std::min(paths::chunk_size, num_between - k), &nothing);
+  };
+  parallel.for_ranges((num_between + paths::chunk_size - 1) / paths::chunk_size, accelerate_chunks,
+                      plan::rows_worth_a_thread / paths::chunk_size);
   if (path.left_support < 0) (void)accelerate_end(path, path.first, path.left_point(path.first), -1.0);
   if (path.right_support < 0) (void)accelerate_end(path, path.end - 1, path.right_point(path.end - 1), 1.0);
 }

@@ -21,8 +21,8 @@ struct PathReactions {
   /// Accelerates the outermost point of one of the halves; `dw_next` is that of the point beside it.
   paths::Accelerated accelerate_outermost(const RodPath& path, paths::Halves half, std::size_t row, Vec3 dw_next,
                                           paths::Accelerated found) const;
-  /// Accelerates all points of a path.
-  void accelerate_all(const RodPath& path) const;
+  /// Accelerates all points of a path; threads share a long one.
+  void accelerate_all(const Parallel& parallel, const RodPath& path) const;
   /// Returns |K'dw + b| of one row.
   double residual_of(std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
   /// Includes the residual of a whole path, given that of its halves.

@@ -9,6 +9,12 @@ namespace tanor {
 
 using paths::Halves, paths::PathWork;
 
+namespace {
+
+const Parallel alone(1);  // a path of many stays with one thread
+
+}  // namespace
+
 std::unique_ptr<PathSolver> PathSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
   if (islands->empty()) return nullptr;
   const std::vector<Index> before = *islands;
@@ -231,7 +237,7 @@ Projection PathSolver::project_positions(const Parallel& parallel, const double*
   rows_.take_lengths();
   const auto begin = [&](const RodPath& path) {
     if (source != nullptr) source->bring(path.first_point(), path.end_point() - path.first_point());
-    if (sum != nullptr) PathReactions{rows_, nullptr, blocks, nullptr, sum, r}.accelerate_all(path);
+    if (sum != nullptr) PathReactions{rows_, nullptr, blocks, nullptr, sum, r}.accelerate_all(alone, path);
   };
   const auto evaluate = [&](const RodPath& path, double* xi) {
     return rows_.find_values(path.first, path.first + path.num_rows(), r, xi);
@@ -250,11 +256,14 @@ Projection PathSolver::project_velocities(const Parallel& parallel, const double
 }
 
 void PathSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
-  if (are_few()) return IslandSolver::add_reactions(parallel, blocks, rows, points);
   const PathReactions reactions{rows_, nullptr, blocks, nullptr, rows, points};
+  if (are_few()) {
+    for (const RodPath& path : rows_.paths) reactions.accelerate_all(parallel, path);
+    return;
+  }
   parallel.for_tasks(group_start_.size() - 1, [&](std::size_t group) {
     for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p)
-      reactions.accelerate_all(rows_.paths[p]);
+      reactions.accelerate_all(alone, rows_.paths[p]);
   });
 }
 
