@@ -335,8 +335,8 @@ TEST(EndlessSwitchingTest, IsReportedWithItsTime) {
   }
 }
 
-/// A ball that keeps half of its speed at each bounce comes to rest after infinitely many bounces at t_n = T (3 -
-/// 4/2^n), where T is the instant of the first.
+/// A ball that keeps half of its speed at each bounce comes to rest after infinitely many bounces. They are at
+/// t_n = T (3 - 4/2^n), where T is the instant of the first.
 TEST(EndlessSwitchingTest, IsReportedWhereSwitchesAccumulate) {
   Free toy(-10.0, {[](double, double x, double) { return x; }});
   Travel run(toy, Method::Dopri5, sharp, {0.05}, {0.0});

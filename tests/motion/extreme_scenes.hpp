@@ -278,8 +278,8 @@ inline Case turn_four_bars(Index loops) {
   system.constraints = {bars, sheet};
   system.forces = {scenes::gravity};
   constexpr double t = 5.0;
-  static const double angle =
-      angle_of_four_bars(t);  // once, since each process makes all scenes for the names of tests
+  // The angle is computed once, since each process makes all scenes for the names of tests.
+  static const double angle = angle_of_four_bars(t);
   // The extrapolation past each of five flat places costs up to 100 tolerances, or about (rate h)^2 of a fixed step.
   const double fastest = std::sqrt(1.0 + 2.0 * g);
   Case result = bounded(fastest, 5e-8,

@@ -1,5 +1,5 @@
-/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and a run that cannot go on says
-/// so.
+/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and a failed run gives its
+/// reason.
 
 #include "motion/extreme_scenes.hpp"
 
