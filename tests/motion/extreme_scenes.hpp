@@ -40,8 +40,7 @@ inline Case bounded(double rate, double extra, Case scene) {
   return scene;
 }
 
-/// Returns tolerances that decide the steps, or the scene's step; with a step, tolerances only stop Newton's
-/// iterations.
+/// Returns tolerances that decide the steps, or the scene's step, with which they only stop Newton's iterations.
 inline MotionOptions options_of(const Case& scene, Method method) {
   switch (method) {
     case Method::Taylor:

@@ -1,5 +1,4 @@
-/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and a failed run gives its
-/// reason.
+/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and failed runs give a reason.
 
 #include "motion/extreme_scenes.hpp"
 
@@ -164,8 +163,7 @@ TEST(HeavyTip, IsNotTakenForASingularPlace) {
   }
 }
 
-/// Such a motion neither fails nor is silent. It warns that its steps may be too long, and shorter steps get no
-/// warning.
+/// Such a motion neither fails nor is silent. It warns that its steps may be too long; shorter steps are not warned of.
 class DoubtedSteps : public testing::TestWithParam<Method> {};
 
 TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {

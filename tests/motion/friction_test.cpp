@@ -65,7 +65,7 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
 }
 
 TEST(RoughIncline, ARegularisedLawCreepsAsItsVelocitySays) {
-  // From m g sin = mu m g cos v/sqrt(v^2 + v0^2) follows v = v0 p/sqrt(1 - p^2) with p = tan/mu.
+  // The speed obeys m g sin = mu m g cos v/sqrt(v^2 + v0^2), so that v = v0 p/sqrt(1 - p^2) with p = tan/mu.
   const double mu = 0.8, v0 = 1e-3, p = std::tan(std::numbers::pi / 6.0) / mu, v = v0 * p / std::sqrt(1.0 - p * p);
   System system = scenes::make_rough_incline(v, mu);
   std::get<Coulomb>(system.friction[0]).regularisation = v0;
@@ -159,8 +159,7 @@ TEST(RowOnALine, GivesWayAtTheSumOfItsStaticLimits) {
     ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
 
     // M v' = 20 t - sliding from t0 = limit/20 on. Beads at their limit are held until the force is 4e-6 above it,
-    // which costs the difference of the coefficients for that long, or the square of that time if the coefficients are
-    // equal.
+    // which costs the difference of the coefficients for that long, or its square where they are equal.
     const double t0 = limit / 20.0, t = 3.0;
     const double v = (10.0 * (t * t - t0 * t0) - sliding * (t - t0)) / M;
     const double late = 5e-6 * t0 * (limit - sliding) / M;

@@ -149,8 +149,7 @@ TEST_P(ImplicitOrderTest, OscillatorConvergesAtTheOrderOfTheMethod) {
   }
 }
 
-/// A bead on a damped spring moves along it by z'' = -2 delta z' - omega^2 z; the work of the spring is the energy
-/// lost.
+/// A bead on a damped spring moves by z'' = -2 delta z' - omega^2 z. The work of the spring is the energy lost.
 TEST_P(ImplicitOrderTest, DampedSpringAndItsWorkConvergeAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 8.0, delta = 1.5, fast = std::sqrt(omega * omega - delta * delta), m = scenes::mass;

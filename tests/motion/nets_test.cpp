@@ -86,8 +86,8 @@ std::vector<double> measure_sensitivity(const System& system, const Way& way,
   return result;
 }
 
-/// Expects that all methods arrive, and agree to within what the errors that their tolerances allow on the way can make
-/// of the motion.
+/// Expects that all methods arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the
+/// motion agree.
 void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
   SCOPED_TRACE(side);
   SCOPED_TRACE(static_cast<int>(hold));

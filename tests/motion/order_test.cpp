@@ -78,8 +78,8 @@ KnownMotion make_spherical_pendulum() {
           }};
 }
 
-/// Makes a bead on an inclined line that a spring draws to the origin, in air: s'' = -k/m s - c/m s', from rest at s
-/// = 1.
+/// Makes a bead on an inclined line that a spring draws to the origin, in air. From rest at s = 1 it moves by
+/// s'' = -k/m s - c/m s'.
 KnownMotion make_damped_bead() {
   static constexpr double stiffness = 0.1, drag = 0.02;
   const auto build = [] {

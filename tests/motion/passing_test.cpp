@@ -173,8 +173,7 @@ const std::array<Bump, 4> bumps{{
      [](double u) { return -8 * u * std::pow(std::max(0.0, 1 - u * u), 3); }},
 }};
 
-/// Draws a bead that slides along x on a surface, a wire or in a coordinate with a narrow bump, with gravity or
-/// without:
+/// Draws a bead that slides along x on a surface, a wire or in a coordinate with a narrow bump, gravity or not:
 ///
 ///   m (1 + (a^2 + b^2) eta'^2/width^2) x_dot^2/2 + m g a eta = E,   z = a eta, y = b eta
 Well draw_bump(Random& random) {

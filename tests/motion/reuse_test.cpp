@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
                          testing::Combine(testing::ValuesIn(reused_scenes),
                                           testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
 
-/// Each step makes one factor where it ends, and a few more are made while no iterations have been counted.
+/// Each step makes one factor where it ends, and a few more are made before the iterations are known.
 TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
   for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
     for (const Method method : {Method::Dop853, Method::Dopri5}) {

@@ -62,7 +62,7 @@ TEST(RoughSphere, ABeadInABowlSpiralsDownAndStops) {
   using Real = long double;
   const auto slope = [&](const std::array<Real, 6>& s) {
     const Real r2 = s[0] * s[0] + s[1] * s[1] + s[2] * s[2], v2 = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-    // From N = v^2/R - g.n with n = r/|r| follows lambda = -(v^2 + g_.r)/R.
+    // As N = v^2/R - g.n with n = r/|r|, lambda = -(v^2 + g_.r)/R.
     const Real radius = std::sqrt(r2), lambda = -(v2 - static_cast<Real>(g) * s[2]) / radius, speed = std::sqrt(v2);
     std::array<Real, 6> d{s[3], s[4], s[5], 0, 0, 0};
     for (std::size_t c = 0; c < 3; ++c)

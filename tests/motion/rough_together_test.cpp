@@ -84,7 +84,7 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
         ASSERT_FALSE(events.empty());
         EXPECT_NEAR(events.back(), leave, 1e-9) << name_of(method) << " " << count;
-        // From then on M v = b (t^2 - leave^2)/2 - mu M g (t - leave).
+        // It then moves with M v = b (t^2 - leave^2)/2 - mu M g (t - leave).
         const double t = leave + 0.3;
         const double v = (0.5 * b * (t * t - leave * leave) - mu * M * g * 0.3) / M;
         for (std::size_t k = 0; k < count; ++k)

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Access to what the bytes that a Simulation saves hold.
+/// \file Access to the contents of the bytes that a Simulation saves.
 
 #include "simulation/saved_state.hpp"
 #include "system/fingerprint.hpp"

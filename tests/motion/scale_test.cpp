@@ -85,7 +85,7 @@ System make_named_chain(bool outwards) {
 }
 
 TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
-  // The error of 2e-5 m is large beside a rod and small beside the chain.
+  // An error of 2e-5 m is large beside a rod and small beside the chain.
   for (const double atol : {0.0, 2e-5}) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
     Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);

@@ -60,8 +60,7 @@ TEST_P(SupportsTest, MovingSupportsStandWhereTheirFormulaSays) {
 }
 
 /// Two supports at a distance of sigma push each other by 24 epsilon/sigma (WCA) or by strength/sigma (log). A third
-/// one lies where the first lies and makes no pair with it. The bead far away feels next to nothing, and no energy
-/// changes.
+/// one lies where the first lies and makes no pair with it. The far bead feels next to nothing, and the energy stays.
 TEST(SupportsTest, CarryTheirPairForcesOnEachOther) {
   for (const PairLaw law : {PairLaw::Wca, PairLaw::Log}) {
     System system;

@@ -11,7 +11,7 @@ namespace tanor {
 namespace {
 
 using std::numbers::pi;
-constexpr double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; it goes round, above pi
+constexpr double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; above pi it goes round
 
 /// The motion of x = phi - rest between -pi and pi, x'' = -w^2 x, which begins at 0 and jumps from pi to -pi.
 struct Turning {

@@ -1,5 +1,4 @@
-/// Beads on straight wires that turn have two multipliers, which are functions of the instant whatever steps were
-/// taken.
+/// Beads on straight wires that turn have two multipliers, functions of the instant whatever steps were taken.
 
 #include <cmath>
 

@@ -40,8 +40,7 @@ inline System make_mixture(const System& others) {
   return system;
 }
 
-/// Counts allocations in 20 steps after 3 steps of warm-up. One more step follows, so that the count ends between
-/// steps.
+/// Counts allocations in 20 steps after 3 of warm-up. One more step follows, so that the count ends between steps.
 inline std::size_t count_in_steady_steps(Simulation* simulation) {
   std::size_t count = 0;
   std::unique_ptr<AllocationCounter> counter;
