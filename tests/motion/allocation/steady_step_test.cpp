@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Pairs, SteadyStepTest,
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Rattle),
                                           testing::Values(1, 2)),
                          allocation::name_steps);
-// Method `rattle` is left out, since it cannot step coordinates.
+// Methods `taylor` and `rattle` are left out, since they cannot step in coordinates.
 INSTANTIATE_TEST_SUITE_P(Coordinates, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"coordinates", scenes::make_coordinates}),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853),
