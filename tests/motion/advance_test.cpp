@@ -8,8 +8,7 @@
 namespace tanor {
 namespace {
 
-// ---- output times
-// -----------------------------------------------------------------------------------------------------
+// ---- output times ----
 
 /// Options under which each method is exact to about `accuracy` over half a second of a short chain.
 struct MethodAndAccuracy {
@@ -47,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, AdvanceTest,
                                          MethodAndAccuracy{{.method = Method::Rattle, .step = 1.0 / 2000}, 1e-4}),
                          [](const auto& instance) { return std::string(name_of(instance.param.options.method)); });
 
-/// 0.35 is 3.5 steps of 0.1: 4 steps of 0.0875.
+/// An interval of 0.35 with the step 0.1 is divided into 4 equal steps of 0.0875.
 TEST(OutputTimesTest, FixedStepsAreEqualAndNeverLongerThanAsked) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.1});
   std::vector<double> times{0.0};
@@ -66,7 +65,7 @@ TEST(OutputTimesTest, FixedStepsAreEqualAndNeverLongerThanAsked) {
   EXPECT_NEAR(simulation.report().last_step, 0.0875, 1e-15);
 }
 
-/// 3 * 0.1 lies above 0.3: rounding makes no extra step.
+/// An end that lies above a whole number of steps by rounding alone, as 3 * 0.1 above 0.3, takes no further step.
 TEST(OutputTimesTest, AWholeNumberOfStepsStaysThatNumber) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 1e-3});
   for (int k = 1; k <= 100; ++k) {
@@ -93,7 +92,7 @@ TEST(OutputTimesTest, AnObserverStopsARunThatCanGoOn) {
   }
 }
 
-/// Accelerations and multipliers belong to the state that they stand beside: a fresh solve there gives the same.
+/// A fresh solve at the state of the simulation gives the same accelerations and multipliers.
 TEST(OutputTimesTest, AccelerationsAndMultipliersBelongToTheState) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     MotionOptions options{.method = method};
@@ -131,8 +130,7 @@ TEST(OutputTimesTest, AMotionMayStartAtAnyTime) {
   EXPECT_NEAR(std::hypot(r[3] - r[0], r[4] - r[1], r[5] - r[2]), now, 1e-13);
 }
 
-// ---- options
-// ----------------------------------------------------------------------------------------------------------
+// ---- options ----
 
 TEST(MethodTest, AutoIsTaylorWithTolerancesAndRattleWithAStep) {
   EXPECT_EQ(Simulation(scenes::make_pendulum(), {}).report().method, Method::Taylor);
@@ -154,7 +152,7 @@ TEST(MethodTest, NamesGoBothWaysAndAnUnknownOneListsTheKnown) {
   }
 }
 
-/// Where the complaint about these options points to.
+/// Returns the place that the error about these options names.
 std::string place_of_error(const MotionOptions& options) {
   try {
     Simulation simulation(scenes::make_pendulum(), options);

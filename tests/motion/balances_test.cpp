@@ -7,8 +7,7 @@
 namespace tanor {
 namespace {
 
-// ---- momentum
-// ---------------------------------------------------------------------------------------------------------
+// ---- momentum ----
 
 /// The momenta are sum m v and sum m r x v.
 struct Momenta {
@@ -44,7 +43,7 @@ Losses measure_losses(MotionOptions options) {
           largest_difference(before.angular, after.angular) / largest(before.angular)};
 }
 
-/// r1 x v1/2 = r0 x v1/2 and rods pull along themselves: RATTLE keeps both for any step.
+/// Since r1 x v1/2 = r0 x v1/2 and rods pull along themselves, RATTLE keeps both momenta for any step.
 TEST(MomentumTest, RattleKeepsLinearAndAngularMomentumToRounding) {
   const Losses losses = measure_losses({.method = Method::Rattle, .step = 1e-3});
 
@@ -71,8 +70,7 @@ TEST(MomentumTest, Dopri5KeepsLinearMomentumToRoundingAndAngularToItsTolerance) 
   EXPECT_LT(tight.angular, 1e-2 * loose.angular);
 }
 
-// ---- energy
-// -----------------------------------------------------------------------------------------------------------
+// ---- energy ----
 
 struct EnergyScene {
   std::string name;
@@ -89,7 +87,7 @@ const EnergyScene closed_scenes[]{{"chain", [] { return scenes::make_chain(5); }
                                      return system;
                                    }}};
 
-// Energy goes in or out here, and the report has to know how much.
+// Energy goes in or out in these scenes, and the report has to say how much.
 const EnergyScene open_scenes[]{{"shaken_support", [] { return scenes::make_shaken_chain(); }},
                                 {"breathing_rods", [] { return scenes::make_breathing_chain(); }},
                                 {"drag", [] { return scenes::make_chain_in_air(); }},
@@ -151,7 +149,7 @@ TEST_P(OpenEnergyTest, DriftFallsWithTheOrderOfRattle) {
 INSTANTIATE_TEST_SUITE_P(Scenes, OpenEnergyTest, testing::ValuesIn(open_scenes),
                          [](const auto& instance) { return instance.param.name; });
 
-/// A free bead in linear drag, m v' = -c v: half its energy goes after t = m ln 2/(2 c), all of it into the drag.
+/// A free bead in linear drag, m v' = -c v, loses half its energy by t = m ln 2/(2 c), all of it to the drag.
 TEST(EnergyTest, WorkOfDragIsTheLostKineticEnergy) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -167,8 +165,8 @@ TEST(EnergyTest, WorkOfDragIsTheLostKineticEnergy) {
   EXPECT_NEAR(energy.work_of_forces, -0.1, 1e-12);
 }
 
-/// A spring of rest length 0, stretched to length a t by its support: the work is k (a t)^2/2 less what the bead, held
-/// on a line that is orthogonal to it, never takes.
+/// A support stretches a spring of rest length 0 from 0.1 m to 0.4 m. The bead at its other end stays on a line
+/// orthogonal to the spring and takes none of the work k (l1^2 - l0^2)/2.
 TEST(EnergyTest, WorkOfAMovingSupportGoesIntoTheSpring) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -184,15 +182,14 @@ TEST(EnergyTest, WorkOfAMovingSupportGoesIntoTheSpring) {
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-13);
 }
 
-// ---- RATTLE over long times
-// -------------------------------------------------------------------------------------------
+// ---- RATTLE over long times ----
 
 struct LongRun {
   double first = 0.0, last = 0.0;  // mean energy of the first and the last tenth
   double swing = 0.0;              // largest distance from the start's energy
 };
 
-/// The motion takes 1e5 steps.
+/// Runs 1e5 steps.
 LongRun run_long(const System& system, double step) {
   constexpr std::size_t steps = 100'000;
   Simulation simulation(system, {.method = Method::Rattle, .step = step});
@@ -225,7 +222,7 @@ TEST(RattleTest, EnergyOfARingSwingsButDoesNotDriftOver1e5Steps) {
   EXPECT_LT(std::abs(energy.last - energy.first), 1e-2 * energy.swing);
 }
 
-/// Returns the energies after 0.1 s, in which beads meet and part.
+/// Returns the energies after 0.1 s, in which beads meet and part; `swing`: largest distance from the start's energy.
 EnergyReport run_melt(double step, double* swing) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = step, .start = StartMode::Project});
   const Outcome outcome = simulation.advance_to(0.1, [&](const MotionReport& report) {
@@ -256,7 +253,7 @@ TEST(MomentumTest, BeadsThatMeetKeepLinearMomentum) {
   EXPECT_LT(largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
 }
 
-/// The method is symmetric: with v turned round the same steps lead back.
+/// The method is symmetric, so that the same steps lead back once v is reversed.
 TEST(RattleTest, RunsBackToItsStart) {
   System system = scenes::make_damped_chain();
   std::get<Springs>(system.forces[1]).damping = 0.0;

@@ -1,4 +1,4 @@
-/// Angles that are nearly straight: their cosine has lost what holds them, their points have not.
+/// Angles that are nearly straight are held as precisely as their points tell them, since their cosine cannot.
 
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace tanor {
 namespace {
 
-/// Three beads on two rods, bent by `angle` in the plane y = 0, falling and turning in it.
+/// Makes three beads on two rods, bent by `angle` in the plane y = 0, falling and turning in it.
 System make_bent_rods(double angle) {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 1 + std::cos(angle), 0, -std::sin(angle)};
@@ -33,7 +33,7 @@ TEST(BentAngle, IsHeldDownToATenMillionth) {
       ASSERT_TRUE(outcome.ok()) << angle << " by " << name_of(method) << ": " << outcome.what;
       const std::span<const double> r = simulation.positions();
       const double ax = r[3], az = r[5], bx = r[6] - r[3], bz = r[8] - r[5];
-      // The cosine that the start has in double precision tells the angle to eps/angle.
+      // In double precision the cosine at the start determines the angle to eps/angle.
       EXPECT_NEAR(std::atan2(ax * bz - az * bx, ax * bx + az * bz), -angle, 1e-15 + 3e-16 / angle) << angle;
       EXPECT_LT(simulation.report().steps, 400u) << "it moves as a rigid body does, however little it is bent";
       EXPECT_TRUE(simulation.certify().passed()) << angle << ": " << simulation.certify().line();

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Tests of motions that each of some methods reproduces to eight digits.
+/// Runs motions that each of some methods reproduces to eight digits.
 class MotionByMethod : public testing::TestWithParam<Method> {
  protected:
   Simulation run(System system, double t_end) const {

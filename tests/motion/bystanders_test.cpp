@@ -7,8 +7,8 @@
 #include "motion/rough_guides.hpp"
 #include "scenes.hpp"
 
-/// \file A point that nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at
-/// it.
+/// \file A point that nothing joins to a system does not affect it, however fast, far or heavy the point is and
+/// whatever pulls at it.
 namespace tanor {
 namespace {
 
@@ -45,7 +45,7 @@ const std::vector<Bystander> bystanders{
     {.place = {1e9, 1e9, 0.0}, .velocity = {1e5, 0.0, 0.0}, .mass = 1e12, .acceleration = 1e10, .is_on_line = true},
 };
 
-/// A block that slides over a rough plane, aslant to the force, until it stops.
+/// Makes a block that slides over a rough plane, aslant to the force, until it stops.
 System make_block() {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -57,7 +57,7 @@ System make_block() {
   return system;
 }
 
-/// Beads on a rough line that a rod joins, pulled so slowly at first that they stick.
+/// Makes two beads on a rough line that a damped spring joins, pulled so slowly at first that they stick.
 System make_train() {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.1, 0.0, 0.0};
@@ -119,14 +119,15 @@ TEST(Bystanders, DoNotChangeTheMotionOfOthers) {
   }
 }
 
-/// A heavy tip on light beads, straight and aslant: S is ill-conditioned, so that residuals decide what is refined.
+/// Makes light beads with a heavy tip in a straight line, aslant. S is ill-conditioned, so that residuals decide what
+/// is refined.
 System make_heavy_tip() {
   System system = scenes::make_chain_along(10, {0.06, 0.0, -0.08}, 1e-2);
   system.masses.back() = 1e4;
   return scenes::hang(system, {0});
 }
 
-/// The same chain is written in angles.
+/// Makes the same chain with angles as coordinates.
 System make_angles() {
   System system = make_heavy_tip();
   system.constraints.clear();
@@ -176,7 +177,7 @@ TEST(Bystanders, DoNotChangeAccelerations) {
   }
 }
 
-/// F = 1.1 + mu m g along x: one block sticks or slides by its own forces, whatever another one feels.
+/// A block under F = 1.1 + mu m g along x slides by its own forces, whatever another point feels.
 TEST(Bystanders, ABlockSlidesByItsOwnForces) {
   const double mu = 0.3;
   for (const Bystander& bystander : bystanders) {
@@ -212,8 +213,8 @@ RC_GTEST_PROP(Bystanders, LeaveTheBlockAloneAtAnySpeedPlaceAndPull, ()) {
   RC_ASSERT(largest_difference(beside.positions, alone.positions) <= 1e-11);
 }
 
-/// The errors that conjugate gradients may leave at a stage are allowed each group by itself: a heavy bystander must
-/// not take all of them.
+/// Each group has its own bound for the errors that conjugate gradients leave at a stage, so that a heavy bystander
+/// does not use up the bound of the others.
 TEST(Bystanders, DoNotLoosenTheStagesOfANetWhenHeavy) {
   System net = scenes::make_net(24, 24);
   for (std::size_t i = 0; i < net.positions.size(); i += 3)
@@ -226,7 +227,7 @@ TEST(Bystanders, DoNotLoosenTheStagesOfANetWhenHeavy) {
   EXPECT_NEAR(static_cast<double>(beside.steps), static_cast<double>(alone.steps), 2.0);
 }
 
-/// Two blocks that nothing joins, one a million times faster and heavier: each stops where it would alone.
+/// A block stops where it would alone, also beside one that is 1e12 times as heavy and that nothing joins to it.
 TEST(Bystanders, DoNotChangeTheFrictionOfOthers) {
   System heavy = make_block();
   heavy.masses = {1e12};

@@ -7,14 +7,14 @@
 #include "motion/rough_guides.hpp"
 #include "scenes.hpp"
 
-/// \file Guides that move: belts, planes that tilt, and the mass that a belt pulls at its spring.
+/// \file Guides that move: belts, planes that tilt, and a belt that pulls a mass at its spring.
 namespace tanor {
 namespace {
 
 using scenes::g;
 
 TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
-  // v = v0 + mu g t up to u; then r = r1 + u (t - t1)
+  // The speed grows as v = v0 + mu g t up to u; from then on r = r1 + u (t - t1).
   const double mu = 0.35, u = 2.0, v0 = -0.7, t1 = (u - v0) / (mu * g), r1 = 0.5 * (u + v0) * t1;
   for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
     System system;
@@ -33,14 +33,14 @@ TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
     EXPECT_NEAR(events[0], t1, 1e-13) << name_of(method);
     EXPECT_NEAR(simulation.velocities()[0], u, 1e-15);
     EXPECT_NEAR(simulation.positions()[0], r1 + u * (100.0 - t1), 1e-11);
-    // mu m g times the way of the bead
+    // The work of friction is mu m g times the path of the bead.
     EXPECT_NEAR(simulation.report().energy.work_of_friction, mu * 0.8 * g * r1, 1e-12);
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-12);
   }
 }
 
 TEST(Conveyor, AVelocityThatChangesCarriesAlongAsFarAsFrictionReaches) {
-  // u = b t^2/2: sticks while u_dot = b t <= mu_s g, then slides behind with mu g
+  // The belt moves with u = b t^2/2. The block sticks while u_dot = b t <= mu_s g, then it slides behind with mu g.
   const double mu = 0.3, mu_s = 0.4, b = 3.0, t1 = mu_s * g / b;
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -64,11 +64,11 @@ TEST(Conveyor, AVelocityThatChangesCarriesAlongAsFarAsFrictionReaches) {
   }
 }
 
-/// Plane through the origin, tilted by x = w t about the y axis; s down along it:
+/// The plane passes through the origin and is tilted by x = w t about the y axis; s is measured down along it:
 ///   s_ddot = s w^2 + g sin x - friction,   N = m (g cos x + 2 w s_dot)
 TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
   const double w = 0.2, s0 = 0.5, mu = 0.4;
-  // s0 w^2 + g sin x = mu g cos x
+  // The bead leaves where s0 w^2 + g sin x = mu g cos x.
   const double instant = (std::atan(mu) - std::asin(s0 * w * w / (g * std::sqrt(1.0 + mu * mu)))) / w;
   System system;
   system.positions = {s0, 0.3, 0.0};
@@ -93,7 +93,7 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
   }
 }
 
-/// The belt moves with u = sin t along a line, and the place goes along: r = 1 - cos t.
+/// The belt moves with u = sin t along a line and carries the bead along, so that r = 1 - cos t.
 TEST(Conveyor, StickingBeadKeepsItsPlaceOnTheBelt) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -112,7 +112,7 @@ TEST(Conveyor, StickingBeadKeepsItsPlaceOnTheBelt) {
   }
 }
 
-/// A mass on a belt of speed u at a spring: sticks for 2 D/u, slides for (2 pi - 2 atan(D w/u))/w, where
+/// A mass at a spring on a belt of speed u sticks for 2 D/u and slides for (2 pi - 2 atan(D w/u))/w, where
 /// D = (mu_s - mu) m g/k and w^2 = k/m.
 TEST(StickSlipOscillator, PeriodIsTheClosedForm) {
   const double m = 0.5, k = 20.0, u = 0.3, mu = 0.2, mu_s = 0.35, w = std::sqrt(k / m), D = (mu_s - mu) * m * g / k;
@@ -130,7 +130,7 @@ TEST(StickSlipOscillator, PeriodIsTheClosedForm) {
     MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
     if (method != Method::Dopri5) options.step = 1e-3;
     Simulation simulation(system, options);
-    const double first = mu_s * m * g / (k * u);  // rides with the belt up to there
+    const double first = mu_s * m * g / (k * u);  // it rides with the belt until then
     const std::vector<double> events = advance_and_list_events(&simulation, first + 5.0 * (sticks + slides) + 0.01);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_EQ(events.size(), 11u) << name_of(method);

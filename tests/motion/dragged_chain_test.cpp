@@ -7,9 +7,9 @@
 #include "long_tests.hpp"
 #include "scenes.hpp"
 
-/// \file Many contacts held at once that give way one after another: bent chains of beads and rods on a rough floor,
+/// \file Many contacts that stick at once give way one after another: bent chains of beads and rods on a rough floor,
 /// and beads on a rough line that springs join. The normal forces do not depend on friction there, so that at each
-/// instant exactly one acceleration obeys the law (Moreau): no such run may end before its time.
+/// instant exactly one acceleration obeys the law (Moreau). No such run may end before its time.
 ///
 ///       o---o         o---o
 ///      /     \       /     \    o -> pulled
@@ -23,7 +23,7 @@ constexpr double mu = 0.3, m = 0.1, L = 0.1;
 enum class Bend { Wave, Zigzag, Arc };
 enum class Pull { Support, SupportToAndFro, ForceThatGrows, ForceToAndFro };
 
-/// The last bead is a support, or a force acts at it.
+/// Makes a bent chain whose last bead is a support, or is pulled by a force.
 System make_dragged_chain(std::size_t count, Bend bend, Pull pull) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -114,7 +114,7 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
   }
 }
 
-/// The rods keep their angles of 0.6 rad, more or less, so that K is far from losing rank all the way.
+/// The rods keep their angles of about 0.6 rad, so that K is far from losing rank all the way.
 TEST(DraggedChain, ContactsThatSlideAreNoSingularConfigurations) {
   for (const Pull pull : {Pull::Support, Pull::SupportToAndFro}) {
     Simulation simulation(make_dragged_chain(12, Bend::Zigzag, pull),

@@ -6,7 +6,7 @@
 
 #include "scenes.hpp"
 
-/// \file Drifts of the energy are measured beside all that has flowed, and not before anything flows.
+/// \file The drift of the energy is measured relative to all energy that has flowed, and not before any has.
 namespace tanor {
 namespace {
 
@@ -15,7 +15,7 @@ ScalarFunction make_pulse(double height, double middle, double width) {
                                  std::to_string(width) + ")^2)");
 }
 
-/// A block of 1 kg on a floor that is lifted.
+/// Makes a block of 1 kg on a floor that is lifted.
 System make_lifted_block(const ScalarFunction& height) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -26,7 +26,7 @@ System make_lifted_block(const ScalarFunction& height) {
   return system;
 }
 
-/// A bob of 1 kg whose support is lifted.
+/// Makes a bob of 1 kg whose support is lifted.
 System make_lifted_bob(const ScalarFunction& height) {
   System system = scenes::make_pendulum({0.0, 0.0, -1.0}, 1.0);
   system.supports[0].displacement = {0.0, 0.0, height};
@@ -61,7 +61,7 @@ TEST(DriftWarning, IsNotGivenWhileNothingFlows) {
   }
 }
 
-/// Half of a small early pulse is missed by steps that are too long for it; what follows moves 1e7 times as much.
+/// Steps that are too long for a small early pulse miss half of it. Later forces move 1e7 times as much energy.
 TEST(DriftWarning, IsTakenBackWhereMuchMoreFlowsLater) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -80,7 +80,7 @@ TEST(DriftWarning, IsTakenBackWhereMuchMoreFlowsLater) {
   EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-5);
 }
 
-/// A molecule at rest, whose energies are 0 but for rounding: nothing flows, and no part of nothing is missed.
+/// The energies of a molecule at rest are 0 but for rounding. Nothing flows, so that no part of a flow can be missed.
 TEST(DriftWarning, IsNotGivenWhereAMoleculeRests) {
   System system;
   Bonds bonds{"bonds", {}, BondLaw::Harmonic, 300.0, 1.0};

@@ -1,4 +1,4 @@
-/// Beads on ellipsoids: closed forms, and the same surface as a formula.
+/// Beads on ellipsoids follow closed forms and the motion on the same surface given as a formula.
 
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 
 using EllipsoidMotion = MotionByMethod;
 
-/// Nothing pulls a bead out of the equator: it goes round with its speed, and the surface turns it by m v^2/a.
+/// Nothing pulls a bead out of the equator. It goes round at constant speed, held by the force m v^2/a.
 TEST_P(EllipsoidMotion, EquatorIsACircle) {
   System system;
   scenes::add_point({2, 0, 0}, &system);
@@ -27,7 +27,7 @@ TEST_P(EllipsoidMotion, EquatorIsACircle) {
   EXPECT_NEAR(simulation.multipliers()[0], -scenes::mass * 9.0 / 2.0, 1e-9);
 }
 
-/// Where all radii are equal it is a sphere, by positions and by the force that holds the bead.
+/// An ellipsoid with equal radii gives the positions and the force of a sphere.
 TEST_P(EllipsoidMotion, EqualRadiiMakeASphere) {
   System ball;
   scenes::add_point({1.2, 0, 0.5}, &ball);
@@ -45,7 +45,7 @@ TEST_P(EllipsoidMotion, EqualRadiiMakeASphere) {
   EXPECT_NEAR(simulation.multipliers()[0], expected.multipliers()[0], 1e-7);
 }
 
-/// x^2/4 + y^2 + z^2/9 = 1 under gravity, as a kind and as a formula; the energy stays.
+/// The surface x^2/4 + y^2 + z^2/9 = 1 gives the same motion as a kind and as a formula, and the energy stays.
 TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
   System egg;
   const double x = 2.0 * 0.6, z = 3.0 * 0.8;
@@ -62,7 +62,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
     EXPECT_NEAR(simulation.positions()[i], expected.positions()[i], 1e-7);
     EXPECT_NEAR(simulation.reactions()[i], expected.reactions()[i], 1e-5);
   }
-  // The gradient has unit length on the surface: lambda is the size of the force.
+  // The gradient has unit length on the surface, so that lambda is the size of the force.
   const auto eta = simulation.reactions();
   EXPECT_NEAR(std::abs(simulation.multipliers()[0]), std::hypot(eta[0], eta[1], eta[2]), 1e-10);
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-9);
@@ -70,7 +70,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, series_and_kernels, name_method);
 
-/// The same surface is given twice: one row is too many, and the multipliers share the load.
+/// The same surface is given twice, so that one row is redundant, and the multipliers share the load.
 TEST(Ellipsoid, SecondEqualSurfaceIsRedundant) {
   System system;
   scenes::add_point({0, 0, 0.5}, &system);

@@ -10,7 +10,7 @@ struct Functions {
   double sn, cn, dn;
 };
 
-/// Of modulus k, 0 <= k < 1, by descending Landen steps (Abramowitz & Stegun 16.4).
+/// Evaluates sn, cn and dn of modulus k, 0 <= k < 1, by descending Landen steps (Abramowitz & Stegun 16.4).
 inline Functions evaluate(double u, double k) {
   std::array<double, 12> a{1.0}, c{k};
   double b = std::sqrt((1.0 - k) * (1.0 + k));
@@ -31,15 +31,15 @@ struct Angle {
   double angle, rate;
 };
 
-/// angle'' = -frequency^2 sin(angle), let go at rest at `amplitude`, in (-pi, pi).
+/// Solves angle'' = -frequency^2 sin(angle) from rest at `amplitude`, in (-pi, pi).
 inline Angle swing(double amplitude, double frequency, double t) {
   const double k = std::sin(0.5 * amplitude);
   const auto [sn, cn, dn] = evaluate(frequency * t, std::abs(k));
-  // sin(angle/2) = k cd(u), cd = cn/dn
+  // The solution is sin(angle/2) = k cd(u) with cd = cn/dn.
   return {2.0 * std::asin(k * cn / dn), -2.0 * frequency * k * std::sqrt((1.0 - k) * (1.0 + k)) * sn / dn};
 }
 
-/// Of the same: the time from rest to angle 0.
+/// Returns the time that the same motion takes from rest to angle 0.
 inline double quarter_period(double amplitude, double frequency) {
   return std::comp_ellint_1(std::sin(0.5 * std::abs(amplitude))) / frequency;
 }

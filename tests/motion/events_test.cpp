@@ -17,7 +17,7 @@ using toys::Block;
 using toys::SwitchingToy;
 using toys::Travel;
 
-/// x'' = c, and event functions f(t, x, v); what a switch does is said by the test.
+/// A point with x'' = c and event functions f(t, x, v). Each test says what a switch does.
 class Free final : public SwitchingToy {
  public:
   using Function = std::function<double(double t, double x, double v)>;
@@ -60,9 +60,9 @@ class Free final : public SwitchingToy {
 
 const MotionOptions sharp{.step = 0.01, .rtol = 1e-10, .atol = 1e-12};
 
-// ---- an oscillator with dry friction: turning points (-1)^n (A - 2 n F/k), half a period apart ----
+// ---- an oscillator with dry friction turns at (-1)^n (A - 2 n F/k), half a period apart ----
 
-constexpr double stiffness = 4.0, amplitude = 1.0, friction = 0.44;  // F/k = 0.11: sticks at the fifth turn
+constexpr double stiffness = 4.0, amplitude = 1.0, friction = 0.44;  // F/k = 0.11, so that it sticks at the fifth turn
 
 struct Oscillator {
   explicit Oscillator(Method method, const MotionOptions& options)
@@ -71,7 +71,7 @@ struct Oscillator {
     run.place(block, 0.0, {amplitude}, {0.0});
   }
 
-  /// Largest error of the instants of its turns.
+  /// Returns the largest error of the instants of its turns.
   double error() const {
     double result = 0.0;
     for (std::size_t n = 0; n < block.switch_times.size(); ++n) {
@@ -100,7 +100,7 @@ TEST(DryOscillatorTest, TurnsAndSticksWhereTheClosedFormDoes) {
   EXPECT_EQ(oscillator.run.integration.state.t, 20.0);
 }
 
-/// The phase of a scheme falls behind by c (omega h)^order of the angle.
+/// The phase of a scheme lags by the part c (omega h)^order of the angle.
 struct Expected {
   Method method;
   double order, c;
@@ -146,12 +146,12 @@ INSTANTIATE_TEST_SUITE_P(Methods, EqualStepsTest,
                                          Expected{Method::Rattle, 2.0, 1.0 / 24}),
                          [](const auto& instance) { return std::string(name_of(instance.param.method)); });
 
-// ---- a drawn block: sticks until the spring holds F_s, slides with F_d < F_s, sticks again ----
+// ---- a drawn block sticks until the spring holds F_s, slides with F_d < F_s, and sticks again ----
 
 class DrawnBlockTest : public testing::TestWithParam<Method> {};
 
-/// Sliding, y = u t - x - F_d/k goes as d cos + u/omega sin, d = (F_s - F_d)/k, and ends at tan(omega tau/2) = -d
-/// omega/u with y = -d: the spring is then drawn for 2 d/u.
+/// While the block slides, y = u t - x - F_d/k goes as d cos + u/omega sin with d = (F_s - F_d)/k. It stops at
+/// tan(omega tau/2) = -d omega/u with y = -d, after which the spring is drawn for 2 d/u.
 TEST_P(DrawnBlockTest, SticksAndSlipsWhenTheClosedFormDoes) {
   const double omega = std::sqrt(stiffness), drive = 0.1, rest = 1.0, sliding = 0.8;
   const double d = (rest - sliding) / stiffness;
@@ -182,7 +182,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, DrawnBlockTest, testing::Values(Method::Dopri5
 
 const MotionOptions tenth{.step = 0.1};
 
-/// (x - 0.56)^2 - w^2, x = t, is below 0 for a time of 2 w inside one step.
+/// Returns where the event function (x - 0.56)^2 - w^2 with x = t, which is below 0 for a time of 2 w inside one step,
+/// is found to vanish, or -1.
 double find_dip(double half_width) {
   Free toy(0.0, {[=](double, double x, double) { return (x - 0.56) * (x - 0.56) - half_width * half_width; }});
   Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
@@ -279,7 +280,7 @@ TEST(EventPlaceTest, AFunctionThatFallsAtTheStartIsMetAtTheStart) {
   EXPECT_EQ(toy.switch_times, std::vector<double>{0.0});
 }
 
-/// A force pushes from x = 0.53 on: its power begins there at once, and grows with v.
+/// A force pushes from x = 0.53 on. Its power begins there at once and grows with v.
 TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     Free toy(0.0, {[](double, double x, double) { return 0.53 - x; }});
@@ -294,7 +295,7 @@ TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
   }
 }
 
-/// A good first step after an event is not the short one that ended there.
+/// The run goes on after an event with a good first step, not with the short one that ended there.
 TEST(EventPlaceTest, StepsAfterAnEventAreAsLongAsBefore) {
   Oscillator with(Method::Dopri5, sharp);
   ASSERT_TRUE(with.run.advance(2.5 * pi).ok());
@@ -334,8 +335,8 @@ TEST(EndlessSwitchingTest, IsReportedWithItsTime) {
   }
 }
 
-/// A ball that keeps half of its speed at each bounce comes to rest after infinitely many: t_n = T (3 - 4/2^n), where T
-/// is the first.
+/// A ball that keeps half of its speed at each bounce comes to rest after infinitely many bounces. They are at
+/// t_n = T (3 - 4/2^n), where T is the instant of the first.
 TEST(EndlessSwitchingTest, IsReportedWhereSwitchesAccumulate) {
   Free toy(-10.0, {[](double, double x, double) { return x; }});
   Travel run(toy, Method::Dopri5, sharp, {0.05}, {0.0});
@@ -438,7 +439,7 @@ TEST(RootBracketTest, IsFastOnSmoothFunctionsAndNeverSlowerThanBisection) {
   double root = 0.0;
   EXPECT_LE(count_evaluations([](double x) { return std::cos(x) - x; }, 1e-10, &root), 9);
   EXPECT_NEAR(root, 0.7390851332151607, 1e-10);
-  // log2(1/(2e-10)) = 32.2
+  // Bisection takes log2(1/(2e-10)) = 32.2 evaluations.
   EXPECT_LE(count_evaluations([](double x) { return x < 0.3 ? 1.0 : -1e-3; }, 1e-10, &root), 34);
   EXPECT_NEAR(root, 0.3, 2e-10);
   EXPECT_LE(count_evaluations([](double x) { return std::pow(0.9 - x, 9); }, 1e-10, &root), 34);

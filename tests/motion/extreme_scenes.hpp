@@ -23,24 +23,24 @@ struct Case {
   System system;
   double t_end;                                      ///< s
   double step;                                       ///< s, of methods with fixed steps
-  std::function<double(const Simulation&)> error{};  ///< relative, against a closed form; empty: none is known
+  std::function<double(const Simulation&)> error{};  ///< relative, against a closed form; empty if none is known
   double atol = 1e-12;                               ///< m
-  std::vector<Method> methods{};                     ///< empty: all
+  std::vector<Method> methods{};                     ///< all if empty
   StartMode start = StartMode::Check;
-  double patience = 1.0;  ///< times the usual time limit
-  double rate = 0.0;      ///< rad/s, of the fastest that turns or swings; 0: nothing moves
-  double extra = 1e-12;   ///< error beside that of the steps, relative: rounding, and what a singular place costs
-  double extra_of_fixed_steps = 0.0;  ///< what singular places cost where there is no tolerance
+  double patience = 1.0;              ///< times the usual time limit
+  double rate = 0.0;                  ///< rad/s, of the fastest turn or swing; 0 if nothing moves
+  double extra = 1e-12;               ///< relative error besides that of the steps, from rounding and singular places
+  double extra_of_fixed_steps = 0.0;  ///< cost of singular places where there is no tolerance
 };
 
-/// The same scene with what bounds its error.
+/// Returns the scene with the numbers that bound its error.
 inline Case bounded(double rate, double extra, Case scene) {
   scene.rate = rate;
   scene.extra = extra;
   return scene;
 }
 
-/// Tolerances that take their toll, or the scene's step; then they only stop Newton's iterations.
+/// Returns tolerances that decide the steps, or the scene's step, with which they only stop Newton's iterations.
 inline MotionOptions options_of(const Case& scene, Method method) {
   switch (method) {
     case Method::Taylor:
@@ -53,9 +53,10 @@ inline MotionOptions options_of(const Case& scene, Method method) {
   }
 }
 
-/// What the error of a scene may be; more, without a word about it, is a silent failure. A tolerance is one of a step,
-/// so errors add up: each turn (2 pi) may cost a hundred tolerances. A scheme of order p with fixed steps errs by less
-/// than (rate h)^p in each radian while steps are short; what can be seen in a picture is wrong whatever the step.
+/// Returns how large the error of a scene may be; a larger one without a warning is a silent failure. A tolerance
+/// applies to one step and errors add up, so that each turn (2 pi) may cost a hundred tolerances. A scheme of order p
+/// with fixed steps errs by less than (rate h)^p in each radian while steps are short. An error that can be seen in a
+/// picture is too large whatever the step.
 inline double largest_error_of(const Case& scene, Method method) {
   const MotionOptions options = options_of(scene, method);
   if (scene.rate == 0.0) return scene.extra;
@@ -67,7 +68,7 @@ inline double largest_error_of(const Case& scene, Method method) {
   return std::min(visible, scene.extra + scene.extra_of_fixed_steps + of_steps);
 }
 
-/// What rods may be violated by, relative: max(1e-12, 8 eps |r|/L) with the shortest rod as L.
+/// Returns how much rods may be violated, relative: max(1e-12, 8 eps |r|/L) with the shortest rod as L.
 inline double largest_violation(const System& system) {
   double shortest = HUGE_VAL;
   for (const Constraint& constraint : system.constraints) {
@@ -87,7 +88,7 @@ inline std::string power(double x) {
   return "1e" + std::to_string(exponent);
 }
 
-/// How far a point is from where it should be, over the given length.
+/// Measures how far a point is from where it should be, over the given length.
 inline std::function<double(const Simulation&)> miss(Index point, const Vector3& place, double length) {
   return [=](const Simulation& simulation) {
     const auto r = simulation.positions().subspan(3 * static_cast<std::size_t>(point), 3);
@@ -95,7 +96,7 @@ inline std::function<double(const Simulation&)> miss(Index point, const Vector3&
   };
 }
 
-/// How far any point moved, over the given length: for what must stay where it is.
+/// Measures how far any point moved, over the given length, for scenes that must stay where they are.
 inline std::function<double(const Simulation&)> shift(const System& system, double length) {
   return [start = system.positions, length](const Simulation& simulation) {
     return largest_difference(simulation.positions(), start) / length;
@@ -104,14 +105,14 @@ inline std::function<double(const Simulation&)> shift(const System& system, doub
 
 // ---- masses --------------------------------------------------------------------------------------------------------
 
-/// 20 light beads and a heavy tip turn about their anchor as one straight line. Light beads hum like sqrt(ratio).
+/// 20 light beads and a heavy tip turn about their anchor as one straight line. Light beads vibrate like sqrt(ratio).
 inline Case turn_heavy_tip(double ratio) {
   System system = scenes::make_chain(20);
   system.masses.back() *= ratio;
   system.forces.clear();
   scenes::set_rigid_motion({}, {0, 0, 1}, &system);
   const double t = 0.5;
-  // Rods round to 1e-13, and light beads hum with what that leaves them.
+  // Rods round to 1e-13, and light beads vibrate with that error.
   return bounded(1.0, 1e-11 * std::sqrt(ratio),
                  {"masses", "tip " + power(ratio) + " turns", system, t, 1e-3,
                   miss(20, {2.0 * std::cos(t), 2.0 * std::sin(t), 0}, 2.0)});
@@ -131,7 +132,7 @@ inline Case drop_alternating(double ratio) {
 
 // ---- lengths -------------------------------------------------------------------------------------------------------
 
-/// A pendulum from horizontal, for about a period.
+/// A pendulum swings from the horizontal for about a period.
 inline Case swing_scaled(double length) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -153,7 +154,7 @@ inline Case drop_scaled_chain(double length) {
   return {"lengths", "chain of " + power(length) + " m rods", system, t, t / 1000, {}, 1e-12 * length};
 }
 
-/// Rods of 0.1 m far from the origin: what positions round to is eps |r|/L of a rod.
+/// Rods of 0.1 m fall far from the origin, where positions round to eps |r|/L of a rod.
 inline Case drop_far_chain(double distance) {
   System system = scenes::make_chain(10);
   for (std::size_t i = 0; i < system.positions.size(); i += 3) system.positions[i] += distance;
@@ -161,7 +162,7 @@ inline Case drop_far_chain(double distance) {
   return {"lengths", "chain " + power(distance) + " m away", system, 0.3, 1e-3};
 }
 
-/// Three rods, one of them a millionth of the others.
+/// Three rods fall, one of which is a millionth as long as the others.
 inline Case drop_unequal(int place) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -193,22 +194,22 @@ inline Case turn_fast(double angle) {
 
 // ---- straight ------------------------------------------------------------------------------------------------------
 
-/// Pulled with 1 kN, at rest.
+/// A straight chain at rest is pulled with 1 kN.
 inline Case pull_straight() {
   System system = scenes::make_chain(20);
   system.forces = {ConstantForce{"pull", {20}, Vector3{1000, 0, 0}}};
   return {"straight", "chain pulled straight by 1 kN", system, 1.0, 1e-3, shift(system, 2.0)};
 }
 
-/// Held at both ends: no bead can move, though K alone would let them.
+/// A chain is held at both ends, so that no bead can move, though K alone would let the beads move.
 inline Case hold_taut() {
   System system = scenes::make_chain(20);
   system.supports.push_back({"end", {20}, {}});
   return {"straight", "chain taut between supports", system, 1.0, 1e-3, shift(system, 2.0)};
 }
 
-/// A bead on two rods of about 1 m, `sag` below the line of their supports: it swings as a pendulum of that length,
-/// which rods that hold to 1e-13 fix to 1e-13/sag^2.
+/// A bead on two rods of about 1 m, at the distance `sag` from the line of their supports, swings as a pendulum of that
+/// length. Rods that hold to 1e-13 fix the length to 1e-13/sag^2.
 inline Case swing_on_flat_triangle(double sag) {
   System system;
   scenes::add_point({-1, 0, 0}, &system);
@@ -218,7 +219,7 @@ inline Case swing_on_flat_triangle(double sag) {
   system.constraints = {Rods{"rods", {{0, 2}, {1, 2}}, {}, {}}};
   system.forces = {scenes::gravity};
   const double t = 7.0 * std::sqrt(sag / g), angle = elliptic::swing(0.5 * pi, std::sqrt(g / sag), t).angle;
-  // A length that is wrong by a part d turns 7 rad by 7 d/2 less.
+  // A relative error d of the length changes a turn of 7 rad by 7 d/2.
   return bounded(std::sqrt(g / sag), 3.5e-13 / (sag * sag),
                  {"straight", "flat triangle, sag " + power(sag), system, t, t / 1000,
                   miss(2, {0, sag * std::sin(angle), -sag * std::cos(angle)}, sag), std::max(1e-12 * sag, 1e-14)});
@@ -226,9 +227,9 @@ inline Case swing_on_flat_triangle(double sag) {
 
 // ---- singular and redundant ----------------------------------------------------------------------------------------
 
-/// Two cranks and a coupler of 1 m; flat at angle 0. Both cranks turn at the same constant rate.
+/// Two cranks and a coupler of 1 m are flat at angle 0. Both cranks turn at the same constant rate.
 inline Case turn_four_bar(double angle, double t, const std::string& name) {
-  // The extrapolation past each flat place leaves 1e-11 of the rate wrong, and the cranks turn on with that.
+  // The extrapolation past each flat place leaves 1e-11 of the rate wrong, and the cranks turn on with that error.
   double turned = 0.0;  // since the flat places, rad, all of them together
   for (double flat = angle; flat < t; flat += pi) turned += t - flat;
   return bounded(1.0, 1e-11 * turned,
@@ -244,7 +245,7 @@ inline Case start_flat() {
   return turn_four_bar(0.0, 1.0, "four-bar starts flat");
 }
 
-/// Of four-bars that start upright: angle'' = -g cos(angle), by Runge and Kutta's steps of order 4 (to 1e-12).
+/// Integrates angle'' = -g cos(angle) of four-bars that start upright by Runge-Kutta steps of order 4 (to 1e-12).
 inline double angle_of_four_bars(double t) {
   constexpr int steps = 20'000;
   const double h = t / steps;
@@ -259,7 +260,7 @@ inline double angle_of_four_bars(double t) {
   return angle;
 }
 
-/// The same side by side, upright, in gravity (IFToMM A02 with masses at the joints).
+/// Four-bars side by side start upright, in gravity (IFToMM A02 with masses at the joints).
 inline Case turn_four_bars(Index loops) {
   System system;
   Support ground{"ground", {}, {}};
@@ -276,7 +277,8 @@ inline Case turn_four_bars(Index loops) {
   system.constraints = {bars, sheet};
   system.forces = {scenes::gravity};
   constexpr double t = 5.0;
-  static const double angle = angle_of_four_bars(t);  // names of tests are made of scenes, in every process
+  // The angle is computed once, since each process makes all scenes for the names of tests.
+  static const double angle = angle_of_four_bars(t);
   // The extrapolation past each of five flat places costs up to 100 tolerances, or about (rate h)^2 of a fixed step.
   const double fastest = std::sqrt(1.0 + 2.0 * g);
   Case result = bounded(fastest, 5e-8,
@@ -286,7 +288,7 @@ inline Case turn_four_bars(Index loops) {
   return result;
 }
 
-/// A net held at two adjacent corners: its edge is taut.
+/// A net is held at two adjacent corners, so that the edge between them is taut.
 inline Case drop_adjacent_net(int size) {
   System system = scenes::make_net(size, size);
   system.supports = {{"corners", {0, static_cast<Index>(size) - 1}, {}}};
@@ -315,7 +317,7 @@ inline Case drop_duplicates() {
   return {"redundant", "chain, every rod twice", system, 0.5, 5e-4};
 }
 
-/// Two triangles on a hinge, thrown.
+/// Two triangles on a hinge are thrown.
 inline Case throw_diamond() {
   System system;
   for (const Vector3& place : {Vector3{0, 0, 0}, {0.49, 0, 0}, {0.57, 0.26, 0}, {0.9, -0.2, 0.5}}) {
@@ -352,7 +354,7 @@ inline Case rest_hanging() {
 
 // ---- stiff ---------------------------------------------------------------------------------------------------------
 
-/// Two masses of 0.1 kg on a spring of 1e8 N/m, 1 m long, 1 mm beyond rest: 7100 Hz for 14 swings.
+/// Two masses of 0.1 kg on a spring of 1e8 N/m, 1 m long, swing from 1 mm beyond rest: 7100 Hz for 14 swings.
 inline Case ring_spring() {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -364,7 +366,7 @@ inline Case ring_spring() {
                   miss(1, {0.5005 + 0.5 + 0.0005 * std::cos(omega * t), 0, 0}, 1e-3)});
 }
 
-/// A bead on a rod, and another one on a spring of 1e8 N/m below it, from horizontal, at rest.
+/// A bead on a rod carries another one by a spring of 1e8 N/m. Both start at rest on a horizontal line.
 inline Case swing_spring_pendulum() {
   System system = scenes::make_chain(2);
   std::get<Rods>(system.constraints[0]).pairs.pop_back();

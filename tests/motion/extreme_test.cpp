@@ -1,4 +1,4 @@
-/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and what cannot go on says so.
+/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and failed runs give a reason.
 
 #include "motion/extreme_scenes.hpp"
 
@@ -60,7 +60,7 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   } else if (scene.error) {
     EXPECT_LE(scene.error(simulation), extreme::largest_error_of(scene, method));
   } else {
-    // Fixed steps are long beside the hum of light beads, by their order more or less.
+    // Fixed steps are long compared with the vibrations of light beads, and the error depends on their order.
     const bool is_of_order_2 = method == Method::Rattle || method == Method::GeneralizedAlpha;
     const double largest_drift = !has_fixed_steps(method) ? 1e-9 : is_of_order_2 ? 2e-5 : 1e-6;
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), largest_drift);
@@ -94,14 +94,14 @@ INSTANTIATE_TEST_SUITE_P(FlatPlaces, ExtremeScene,
                                           in_every_way));
 
 // The other methods are left out: steps of rk4 end with a reason here, dopri5 and radau5 take 6 and 20 times as many as
-// dop853 (bench/results/extreme.md), and the implicit ones follow with a heavier tip.
+// dop853 (bench/results/extreme.md), and the implicit ones are tested with a heavier tip below.
 INSTANTIATE_TEST_SUITE_P(HeavyTips, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e6); }},
                                                           Named{[] { return extreme::drop_heavy_tip(1e6); }}),
                                           testing::Values(Method::Taylor, Method::Dop853, Method::Rattle,
                                                           Method::Rattle4, Method::Rattle6)));
 
-// At 1e12 light beads hum faster than explicit steps can follow; implicit ones turn with the tip.
+// At 1e12 light beads vibrate faster than explicit steps can follow; implicit steps turn with the tip.
 INSTANTIATE_TEST_SUITE_P(HeaviestTip, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e12); }}),
                                           testing::ValuesIn(list_methods_that([](const MethodTraits& method) {
@@ -133,7 +133,7 @@ TEST(FourBars, ArePassedFlatByStepsThatDoNotShrink) {
   }
 }
 
-/// Newton's matrix holds rods as rods, not by a compliance of 1e-10 that such a tip would feel.
+/// Newton's matrix holds rods rigid. A compliance of 1e-10 in its place would spoil the motion of such a tip.
 TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
   for (const double ratio : {1e9, 1e12}) {
     const Case scene = extreme::drop_heavy_tip(ratio);
@@ -147,7 +147,8 @@ TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
   }
 }
 
-/// In a sheet K could lose rank; S is ill-conditioned by the masses alone, and the motion is told so.
+/// The sheet makes a loss of rank of K possible. S is ill-conditioned by the masses alone, and no singular
+/// configuration is reported.
 TEST(HeavyTip, IsNotTakenForASingularPlace) {
   for (const double ratio : {1e6, 1e9}) {
     System system = extreme::drop_heavy_tip(ratio).system;
@@ -162,8 +163,7 @@ TEST(HeavyTip, IsNotTakenForASingularPlace) {
   }
 }
 
-/// Such a motion is neither a failure nor silent: it says that its steps may be too long, and shorter ones are not
-/// doubted.
+/// Such a motion neither fails nor is silent. It warns that its steps may be too long; shorter steps are not warned of.
 class DoubtedSteps : public testing::TestWithParam<Method> {};
 
 TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
@@ -194,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps, testing::ValuesIn(list_methods_th
                            return method.has_fixed_steps;
                          })));
 
-/// Light beads hum faster than the steps can follow.
+/// Light beads vibrate faster than the steps can follow.
 class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};
 
 TEST_P(TooLongSteps, EndTheRunWithTheTimeAndAReason) {

@@ -9,8 +9,8 @@
 namespace tanor {
 namespace {
 
-/// No motion of the telescope obeys the law of friction where D < 0.3 and F > 2 g D (modes_test.cpp). On the way there
-/// two of them meet, and what is found depends on where iterations begin.
+/// Makes a telescope none of whose motions obeys the law of friction where D < 0.3 and F > 2 g D (modes_test.cpp). On
+/// the way there two motions that obey it meet, and which one is found depends on where iterations begin.
 System make_jamming_telescope() {
   return scenes::make_telescope("1 + 0.5*t^2");
 }
@@ -19,7 +19,7 @@ std::vector<double> copy(std::span<const double> x) {
   return {x.begin(), x.end()};
 }
 
-/// The motions meet at t = 2.62297. Of a step of 0.05 s from just before there no part is good, down to 1/256 of it.
+/// The motions meet at t = 2.62297. A step of 0.05 s from just before that time fails, as do its parts down to 1/256.
 TEST(FailedSwitch, LeavesAccelerationsAndForcesAsTheyWere) {
   for (const double before : {2.6228, 2.6229, 2.62295, 2.62296}) {
     SCOPED_TRACE(before);

@@ -23,7 +23,7 @@ class FailuresTest : public testing::TestWithParam<Method> {
   }
 };
 
-/// A bead between two supports on rods that shorten: at t = 0.5 they are straight, and then too short.
+/// Makes a bead between two supports on rods that shorten. They are straight at t = 0.5 and too short afterwards.
 ///
 ///   |--- l(t) ---o--- l(t) ---|     1 m,  l = 0.75 - t/2
 System make_impossible_at_half() {
@@ -56,7 +56,7 @@ TEST_P(FailuresTest, AGeometryThatBecomesImpossibleStopsAtTheLastGoodStep) {
   EXPECT_EQ(simulation.advance_to(1.0).status, outcome.status) << "a failed simulation stays failed";
 }
 
-/// A force that grows like 1/(1 - t)^2 at its bead's cost.
+/// A force on a free bead grows like 1/(1 - t)^2. The run ends before the pole, in a finite state.
 TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -74,7 +74,7 @@ TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
 INSTANTIATE_TEST_SUITE_P(Methods, FailuresTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
-/// Two beads of 0.1 kg, 1 m apart, that attract each other with 0.1/D: D'' = -2/D ends at t = sqrt(pi)/2.
+/// Two beads of 0.1 kg, 1 m apart, attract each other with 0.1/D. With D'' = -2/D they meet at t = sqrt(pi)/2.
 TEST(PairFailuresTest, BeadsThatFallIntoEachOtherEndWhereTheyMeet) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -92,7 +92,8 @@ TEST(PairFailuresTest, BeadsThatFallIntoEachOtherEndWhereTheyMeet) {
 /// Without an error estimate nothing keeps a step small.
 class FixedStepFailuresTest : public FailuresTest {};
 
-/// Steps of ten seconds for a chain that turns within a tenth: halves of them are no way back onto the constraints.
+/// A chain that turns within a tenth of a second takes steps of ten seconds. Halving them does not lead back onto the
+/// constraints.
 TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
   Simulation simulation(scenes::make_chain(5), options(10.0));
 
@@ -106,7 +107,7 @@ TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
   expect_finite_state(simulation);
 }
 
-/// A pendulum turns in 0.6 s. A failed attempt must leave nothing behind that spoils the smaller ones.
+/// A pendulum with a period of 0.6 s takes a step of 1 s. A failed attempt must not spoil the smaller ones.
 TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 1.0});
 
@@ -118,7 +119,7 @@ TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
   EXPECT_LE(simulation.report().violation.position, 1e-11);
 }
 
-/// Some halves of the first steps are good before one fails.
+/// Some halves of the first steps succeed before one fails.
 TEST_P(FixedStepFailuresTest, AccelerationsAndMultipliersAreThoseOfTheLastGoodState) {
   Simulation simulation(scenes::make_chain(5), options(4.0));
   EXPECT_FALSE(simulation.advance_to(20.0).ok());
@@ -162,7 +163,7 @@ TEST(StartTest, ADoubledRodSwingsAsOneAndSharesItsLoad) {
   const System single = scenes::make_pendulum();
   System system = single;
   std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
-  // Where K may lose rank the series take other steps.
+  // The series take other steps where K may lose rank.
   const MotionOptions options{.rtol = 1e-13, .atol = 1e-13};
   Simulation simulation(system, options), reference(single, options);
 

@@ -41,7 +41,7 @@ TEST(RoughIncline, UphillItStopsAndStaysWhereMuIsAboveTheSlope) {
 }
 
 TEST(RoughIncline, UphillItStopsAndSlidesBackWhereMuIsBelowTheSlope) {
-  // cases/04a: uphill_stop_time
+  // The time of the stop is uphill_stop_time of cases/04a.
   const double mu = 0.3, alpha = std::numbers::pi / 6.0, stop = 0.1341613276163089975121182181;
   const double back = g * (std::sin(alpha) - mu * std::cos(alpha));
   Simulation simulation(scenes::make_rough_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
@@ -65,7 +65,7 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
 }
 
 TEST(RoughIncline, ARegularisedLawCreepsAsItsVelocitySays) {
-  // m g sin = mu m g cos v/sqrt(v^2 + v0^2): v = v0 p/sqrt(1 - p^2), p = tan/mu
+  // The speed obeys m g sin = mu m g cos v/sqrt(v^2 + v0^2), so that v = v0 p/sqrt(1 - p^2) with p = tan/mu.
   const double mu = 0.8, v0 = 1e-3, p = std::tan(std::numbers::pi / 6.0) / mu, v = v0 * p / std::sqrt(1.0 - p * p);
   System system = scenes::make_rough_incline(v, mu);
   std::get<Coulomb>(system.friction[0]).regularisation = v0;
@@ -103,7 +103,7 @@ System make_block(double mu_s, double mu, double omega) {
   system.masses = {1.5};
   system.constraints = {Planes{"floor", {0}, Vector3{0.0, 0.0, 1.0}, 0.0}};
   const Constants constants{{"w", omega}};
-  // 12 N, straight down at first
+  // The force of 12 N points straight down at first.
   const VectorFunction force{ScalarFunction::formula("12*sin(w*t)*0.6", constants),
                              ScalarFunction::formula("12*sin(w*t)*0.8", constants),
                              ScalarFunction::formula("-12*cos(w*t)", constants)};
@@ -119,7 +119,7 @@ TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
     ASSERT_TRUE(simulation.advance_to(0.7).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 1u);
     EXPECT_NEAR(simulation.report().last_event, std::atan(mu_s) / omega, 1e-9);
-    // v = 12/m int (sin - mu cos) dt along (0.6, 0.8)
+    // The speed along (0.6, 0.8) is v = 12/m int (sin - mu cos) dt.
     const double t0 = std::atan(mu_s) / omega, t = 0.7;
     const double v = 12.0 / 1.5 / omega *
                      (-std::cos(omega * t) + std::cos(omega * t0) - mu * (std::sin(omega * t) - std::sin(omega * t0)));
@@ -128,8 +128,8 @@ TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
   }
 }
 
-/// Four beads in a row on a rough line, joined by rods and drawn by 20 t: they leave together, where the force is the
-/// sum of all static limits, and not where one share of it is too much for one of them.
+/// Four beads in a row on a rough line are joined by rods and drawn by 20 t. They leave together where the force is the
+/// sum of all static limits, and not earlier where its share exceeds the limit of one bead.
 TEST(RowOnALine, GivesWayAtTheSumOfItsStaticLimits) {
   const double mass[] = {1.0, 3.0, 2.0, 0.5}, mu[] = {0.2, 0.5, 0.3, 0.4}, mu_s[] = {0.3, 0.6, 0.5, 0.45};
   for (const bool is_weaker : {false, true}) {
@@ -158,8 +158,8 @@ TEST(RowOnALine, GivesWayAtTheSumOfItsStaticLimits) {
 
     ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
 
-    // M v' = 20 t - sliding from t0 = limit/20 on. Beads that bear all they can are held until 4e-6 above it, which
-    // costs the difference of the coefficients for that long, and the square of it where there is none.
+    // M v' = 20 t - sliding from t0 = limit/20 on. Beads at their limit are held until the force is 4e-6 above it,
+    // which costs the difference of the coefficients for that long, or its square where they are equal.
     const double t0 = limit / 20.0, t = 3.0;
     const double v = (10.0 * (t * t - t0 * t0) - sliding * (t - t0)) / M;
     const double late = 5e-6 * t0 * (limit - sliding) / M;

@@ -6,7 +6,7 @@
 #include "rough_scenes.hpp"
 #include "scenes.hpp"
 
-/// \file A run that was restored from a snapshot goes on bit by bit as the one that was never interrupted: every
+/// \file A run that was restored from a snapshot goes on bit by bit as the one that was never interrupted, with every
 /// method, with and without friction, in either form.
 namespace tanor {
 namespace {
@@ -23,7 +23,7 @@ void PrintTo(const Case& each, std::ostream* out) {
   *out << each.scene << " by " << name_of(each.options.method);
 }
 
-/// A bead that a shaking force moves now and then, on a rough wire that turns.
+/// Makes a rough wire that turns, with beads, one of which a shaking force moves now and then.
 System make_rough_wire() {
   System system;
   for (int k = 0; k < 3; ++k) scenes::add_point({0.3 + 0.1 * k, 0, 0}, &system);
@@ -35,14 +35,14 @@ System make_rough_wire() {
   return system;
 }
 
-/// Bars that repeat each other: a parallelogram with a middle crank.
+/// Makes a parallelogram with a redundant middle crank.
 System make_redundant_cranks() {
   System system = scenes::make_cranks({0.0, 0.5, 1.0}, std::atan2(0.8, 0.6), 1.0);
   system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
   return system;
 }
 
-/// A bead on a rough hoop that turns, in the angle along the hoop.
+/// Makes a bead on a rough hoop that turns, with the angle along the hoop as its coordinate.
 System make_bead_on_hoop() {
   System system = scenes::make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
   const auto& hoop = std::get<Circles>(system.constraints[0]);
@@ -50,7 +50,7 @@ System make_bead_on_hoop() {
   return system;
 }
 
-/// All bits of a state, and what is told of the way there.
+/// Returns all numbers of a state and what the report says of the way there.
 std::vector<double> bits(const Simulation& simulation) {
   std::vector<double> all{simulation.time()};
   for (const auto& array :
@@ -116,7 +116,7 @@ TEST_P(GoingOnTest, GoesOnBitByBitFromASnapshotThatAnObserverTook) {
   }
 }
 
-/// The counts of work, which looks at a motion do not change.
+/// Returns the counts of work, which observers of a motion do not change.
 std::vector<std::size_t> count_work(const Simulation& simulation) {
   const Counters& counters = simulation.report().counters;
   return {counters.evaluations,     counters.factorizations,     counters.solves,

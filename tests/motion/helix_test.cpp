@@ -15,7 +15,7 @@ using scenes::g;
 constexpr double radius = 0.5, pitch = 0.6, q = pitch / (2.0 * std::numbers::pi);
 constexpr double sine2 = q * q / (radius * radius + q * q);  // the squared sine of the slope
 
-/// A bead at rest at (radius, 0, 0) of a wire around the z axis, phase 0.
+/// Makes a bead at rest at (radius, 0, 0) on a wire around the z axis with phase 0.
 System bead_on_a_helix() {
   System system;
   scenes::add_point({radius, 0, 0}, &system);
@@ -33,7 +33,7 @@ void expect_at_height(const Simulation& simulation, double z, double turned, dou
 
 using HelixMotion = MotionByMethod;
 
-/// z = -(1/2) g sin^2 t^2; the wire holds m R omega^2 inwards and m g cos across.
+/// The bead falls as z = -(1/2) g sin^2 t^2. The wire holds m R omega^2 inwards and m g cos across.
 TEST_P(HelixMotion, BeadSlidesDownAsOnAnIncline) {
   constexpr double t_end = 3.0, z = -0.5 * g * sine2 * t_end * t_end, omega = -g * sine2 * t_end / q;
 
@@ -45,7 +45,7 @@ TEST_P(HelixMotion, BeadSlidesDownAsOnAnIncline) {
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-9);
 }
 
-/// Started with its speed, the bead stays at rest in the frame of a screw that turns, but for gravity.
+/// A bead that starts with the speed of a turning screw moves in its frame by gravity alone.
 TEST_P(HelixMotion, ScrewCarriesItsBeadRound) {
   System system = bead_on_a_helix();
   std::get<Helices>(system.constraints[0]).phase = ScalarFunction::formula("3*t");
@@ -55,7 +55,7 @@ TEST_P(HelixMotion, ScrewCarriesItsBeadRound) {
   expect_at_height(run(system, t_end), -0.5 * g * sine2 * t_end * t_end, 3.0 * t_end, 1e-8);
 }
 
-/// A wire that winds the other way, through a point of another angle, on an axis that rises.
+/// A wire winds the other way, through a point of another angle, on an axis that rises.
 TEST_P(HelixMotion, NegativePitchWindsTheOtherWay) {
   System system;
   scenes::add_point({0, radius, 0}, &system);
@@ -74,7 +74,7 @@ TEST_P(HelixMotion, NegativePitchWindsTheOtherWay) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, HelixMotion, series_and_kernels, name_method);
 
-/// A helix is a guide: with -c v along the wire, z'' = -g sin^2 - k z', k = c/m.
+/// A helix is a guide: with -c v along the wire, z'' = -g sin^2 - k z' with k = c/m.
 TEST(Helix, ViscousFrictionSlowsTheBead) {
   System system = bead_on_a_helix();
   system.friction = {Viscous{"oil", {"wire"}, 0.2}};
@@ -87,7 +87,7 @@ TEST(Helix, ViscousFrictionSlowsTheBead) {
   expect_at_height(simulation, z, 0.0, 1e-8);
 }
 
-/// A rough wire holds a bead while mu >= tan of its slope.
+/// A rough wire holds a bead while mu is at least the tangent of its slope.
 TEST(Helix, RoughWireHoldsItsBead) {
   const double slope = q / radius;
   for (const double mu : {1.01 * slope, 0.99 * slope}) {
@@ -104,7 +104,7 @@ TEST(Helix, RoughWireHoldsItsBead) {
   }
 }
 
-/// Two wires have the same points, so that two rows are too many.
+/// Two equal wires have the same points, so that two of their four rows are redundant.
 TEST(Helix, SecondEqualWireIsRedundant) {
   System system = bead_on_a_helix();
   system.constraints.push_back(Helices{"", {0}, {}, {0, 0, 1}, radius, pitch, 0.0});

@@ -12,7 +12,7 @@
 namespace tanor {
 namespace {
 
-/// A system on its way in steps of one length, whatever a scheme thinks of its errors.
+/// A system that is advanced in steps of one length, whatever a scheme thinks of its errors.
 class Walk {
  public:
   Walk(System system, const MotionOptions& options) : forms_(std::move(system), SolverOptions{}) {
@@ -128,7 +128,7 @@ TEST_P(ImplicitOrderTest, PendulumConvergesAtTheOrderOfTheMethod) {
   EXPECT_LT(before, method == Method::Radau5 ? 3e-10 : 1e-3);
 }
 
-/// A spring without rest length swings by x'' = -omega^2 x, its energy too.
+/// A bead on a spring without rest length moves by x'' = -omega^2 x.
 TEST_P(ImplicitOrderTest, OscillatorConvergesAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 5.0;
@@ -149,7 +149,7 @@ TEST_P(ImplicitOrderTest, OscillatorConvergesAtTheOrderOfTheMethod) {
   }
 }
 
-/// A damped spring with a rest length moves along itself by z'' = -2 delta z' - omega^2 z; its work is the energy lost.
+/// A bead on a damped spring moves by z'' = -2 delta z' - omega^2 z. The work of the spring is the energy lost.
 TEST_P(ImplicitOrderTest, DampedSpringAndItsWorkConvergeAtTheOrderOfTheMethod) {
   const auto [method, order, steps] = GetParam();
   const double omega = 8.0, delta = 1.5, fast = std::sqrt(omega * omega - delta * delta), m = scenes::mass;
@@ -179,7 +179,7 @@ TEST_P(ImplicitOrderTest, DampedSpringAndItsWorkConvergeAtTheOrderOfTheMethod) {
 
 // ---- stiff springs ----
 
-/// Four points in a row, falling from the horizontal: rods outside, in the middle a rod or a spring.
+/// Makes four points in a row that fall from the horizontal, with rods outside and a rod or a spring in the middle.
 System make_coupled_chain(double stiffness) {
   System system = scenes::make_chain(3);
   if (stiffness > 0.0) {
@@ -198,7 +198,7 @@ const std::vector<double>& slow_motion() {
   return positions;
 }
 
-/// omega = sqrt(2 k/m): rk4 is stable up to 2.83/omega.
+/// Returns the longest stable step of rk4, 2.83/omega with omega = sqrt(2 k/m).
 double explicit_limit(double stiffness) {
   return 2.83 / std::sqrt(2.0 * stiffness / scenes::mass);
 }
@@ -236,8 +236,8 @@ TEST(StiffSpringTest, AnExplicitMethodFailsAtTheSameStep) {
   EXPECT_FALSE(is_right);
 }
 
-/// However stiff the spring is, the slow motion differs from that with a rod by a number over k: the tolerance is kept,
-/// and the cost.
+/// However stiff the spring is, the slow motion differs from that with a rod by a number over k. The tolerance is kept
+/// at the same cost.
 TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
   std::size_t evaluations = 0;
   for (const double stiffness : {1e6, 1e8, 1e10}) {
@@ -254,10 +254,10 @@ TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
   }
 }
 
-/// Small swings of a net of stiff springs: the matrix of the first step serves all of them.
+/// A chain with a stiff spring swings a little, and the matrix of the first step serves all steps.
 TEST(NewtonTest, OneFactorIsKeptWhileItConverges) {
   System system = make_coupled_chain(1e6);
-  // The net hangs, with a push that turns it by 0.01 rad.
+  // The chain hangs, with a push that turns it by 0.01 rad.
   system.positions = {0, 0, 0, 0, 0, -0.1, 0, 0, -0.2, 0, 0, -0.3};
   system.velocities = {0, 0, 0, 0.001, 0, 0, 0.002, 0, 0, 0.003, 0, 0};
   for (const Method method : {Method::Radau5, Method::GeneralizedAlpha}) {
@@ -265,12 +265,12 @@ TEST(NewtonTest, OneFactorIsKeptWhileItConverges) {
     const std::size_t before = walk.counters().factorizations;
     const int steps = 50;
     walk.go(0.25, steps);
-    // A step takes one factor of S and those of Newton's matrix: one real, one complex.
+    // A step takes one factor of S. Newton's matrix takes one real factor and, in radau5, a complex one for all steps.
     EXPECT_EQ(walk.counters().factorizations - before - steps, method == Method::Radau5 ? 2u : 1u) << name_of(method);
   }
 }
 
-/// A rod is duplicated: K has lost a rank, Newton's matrix has a factor all the same.
+/// A rod is duplicated, so that K has lost a rank. Newton's matrix has a factor all the same.
 TEST(NewtonTest, DependentConstraintsChangeNothing) {
   System single = make_coupled_chain(1e6), twice = single;
   std::get<Rods>(twice.constraints[0]).pairs.push_back({0, 1});
@@ -289,7 +289,7 @@ TEST(StiffFormulaTest, NewtonsMatrixHasTheDerivativesOfTheFormula) {
   Simulation simulation(system, {.method = Method::Radau5, .rtol = 1e-8, .atol = 1e-10});
   ASSERT_TRUE(simulation.advance_to(2.0).ok());
   EXPECT_NEAR(simulation.positions()[1], std::cos(2.0) / (1.0 - 1e-9), 1e-8);
-  EXPECT_LT(simulation.report().steps, 1000u);  // explicit ones are stable from sqrt(1e9) 2/3.3 = 19,000 on
+  EXPECT_LT(simulation.report().steps, 1000u);  // explicit steps are stable from sqrt(1e9) 2/3.3 = 19,000 on
 }
 
 // ---- what is refused, and what `auto` does ----

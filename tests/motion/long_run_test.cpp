@@ -11,7 +11,7 @@
 namespace tanor {
 namespace {
 
-/// A pendulum let go horizontally, 300 steps a swing.
+/// A pendulum is released horizontally and takes more than 300 steps a swing.
 TEST(LongRunTest, EnergyOfRattleSwingsAMillionStepsWithoutTrend) {
   constexpr std::size_t steps = 1'000'000, parts = 10;
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 2e-3}, {.threads = 1});

@@ -4,7 +4,7 @@
 
 namespace tanor {
 
-/// Fixed steps, or the tolerance 1e-12 of the method that chooses its own.
+/// Returns options with fixed steps, or with the tolerance 1e-12 if the method chooses its steps.
 inline MotionOptions with(Method method, double step) {
   MotionOptions options;
   options.method = method;

@@ -43,7 +43,7 @@ TEST(MethodTest, TheTableSaysWhichServeFrictionAndCoordinates) {
   }
 }
 
-/// Two beads on a rod; a third one on a spring that swings 4e4 rad/s, while the beads fall at 10/s.
+/// Makes a bead on a rod and another one on a spring that swings 4e4 rad/s, while the beads fall at 10/s.
 System make_stiff() {
   System system = scenes::make_chain(2);
   std::get<Rods>(system.constraints[0]).pairs.pop_back();
@@ -51,7 +51,7 @@ System make_stiff() {
   return system;
 }
 
-/// What auto says about a system; a method that was asked for needs no reason.
+/// Returns the reason that `auto` gives for a system; a method that was asked for needs no reason.
 std::string reason_of(const System& system, const MotionOptions& options, Method expected) {
   const MotionReport report = Simulation(system, options).report();
   EXPECT_EQ(report.method, expected) << report.method_reason;

@@ -1,4 +1,4 @@
-/// Flat nets, released at rest: on the way their cells flatten, K loses rank, or comes near to it.
+/// Flat nets are released at rest. Their cells flatten on the way, where K loses rank or comes near to it.
 
 #include <algorithm>
 #include <cmath>
@@ -35,8 +35,9 @@ MotionOptions options_of(const Way& way) {
   return {.method = way.method, .rtol = way.accuracy, .atol = 0.01 * way.accuracy};
 }
 
-/// The largest drift is relative, and for methods with fixed steps as large as their order leaves it where cells swing
-/// round. Positions are put to 1e-13 of a rod, which near singular configurations is 1e-10 of the energy.
+/// Returns how far the energy may drift, relative. With fixed steps the drift is as large as the order of the method
+/// leaves it where cells swing round. Positions hold to 1e-13 of a rod, which near singular configurations is 1e-10 of
+/// the energy.
 double largest_drift(const Way& way) {
   switch (way.method) {
     case Method::Rattle:
@@ -51,7 +52,7 @@ double largest_drift(const Way& way) {
 
 constexpr double times[] = {0.2, 0.4, 0.6, 0.8};
 
-/// Returns the positions at `times`, fewer where it does not arrive.
+/// Returns the positions at `times`, or fewer if the run does not arrive.
 std::vector<std::vector<double>> run(const System& system, const Way& way) {
   SCOPED_TRACE(name_of(way.method));
   SCOPED_TRACE(way.accuracy);
@@ -68,8 +69,8 @@ std::vector<std::vector<double>> run(const System& system, const Way& way) {
   return places;
 }
 
-/// What the end answers to a start that is moved by 1e-12 m, out of the plane (rods allow it, but not where they are
-/// taut between two corners), over that.
+/// Returns by how much the end moves over the distance by which the start is moved, 1e-12 m out of the plane (rods
+/// allow it, but not where they are taut between two corners).
 std::vector<double> measure_sensitivity(const System& system, const Way& way,
                                         const std::vector<std::vector<double>>& places) {
   constexpr double move = 1e-12;
@@ -85,7 +86,7 @@ std::vector<double> measure_sensitivity(const System& system, const Way& way,
   return result;
 }
 
-/// Expects that all ways arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the
+/// Expects that all methods arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the
 /// motion agree.
 void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
   SCOPED_TRACE(side);
@@ -101,7 +102,7 @@ void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
   for (const Way& way : ways) {
     const auto others = run(system, way);
     ASSERT_EQ(others.size(), std::size(times)) << name_of(way.method) << " " << way.accuracy;
-    if (has_fixed_steps(way.method)) continue;  // their errors are no tolerance
+    if (has_fixed_steps(way.method)) continue;  // they have no tolerance to compare with
     for (std::size_t k = 0; k < others.size(); ++k) {
       EXPECT_LE(largest_difference(others[k], places[k]), 100.0 * way.accuracy * allowed[k])
           << name_of(way.method) << " " << way.accuracy << " at t = " << times[k];
@@ -126,7 +127,7 @@ const std::vector<Way> all_ways = [] {
 
 class FlatNet : public testing::TestWithParam<Hold> {};
 
-/// Returns two sides, or all up to TANOR_LARGEST_NET where that is given (30 takes hours).
+/// Returns two sides, or all sides up to TANOR_LARGEST_NET where that is given (30 takes hours).
 std::vector<Index> choose_sides() {
   const char* const largest = std::getenv("TANOR_LARGEST_NET");
   if (largest == nullptr) return {3, 6};

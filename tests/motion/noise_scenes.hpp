@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Chains with stiff springs and uneven masses, whose forces cancel: for tests of tolerances below the rounding.
+/// \file Chains with stiff springs and uneven masses, whose forces cancel, for tests of tolerances below the rounding.
 
 #include <array>
 #include <cmath>
@@ -19,7 +19,7 @@ struct StiffChain {
   Vector3 anchor{};              ///< m
   double stiffness = 1e8;        ///< N/m
   Vector3 spring{0.3, 0.4, 0};   ///< m, from the last point to the spring's other end
-  std::vector<double> speeds{};  ///< rad/s of each rod about z; empty: at rest
+  std::vector<double> speeds{};  ///< rad/s of each rod about z; at rest if empty
   double t_end = 0.01;           ///< s
 };
 
@@ -56,12 +56,12 @@ inline System make_system(const StiffChain& chain) {
   return system;
 }
 
-/// The issue's own: 1e-6, 1, 1e-6 and 1 kg.
+/// Makes a chain of 1e-6, 1, 1e-6 and 1 kg.
 inline StiffChain make_uneven_chain() {
   return {.masses = {1e-6, 1, 1e-6, 1}, .rods = std::vector<Vector3>(4, Vector3{0.3, -0.4, 0})};
 }
 
-/// Others of its kind, to the end of some hundred swings of what is fastest.
+/// Draws a chain of that kind, with t_end at 100 rad of its fastest vibration.
 inline StiffChain draw_chain(unsigned seed, double offset = 0.0) {
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
@@ -82,8 +82,8 @@ inline StiffChain draw_chain(unsigned seed, double offset = 0.0) {
   return chain;
 }
 
-/// The motion of the chain in long double, by the classical method of Runge and Kutta with as many steps: positions of
-/// the points that move.
+/// Integrates the motion of the chain in long double by classical Runge-Kutta steps. It keeps the positions of all
+/// points.
 class Reference {
  public:
   using Number = long double;
@@ -137,7 +137,7 @@ class Reference {
     const Number length = std::sqrt(dot(s, s));
     for (std::size_t q = 0; q < 3; ++q)
       a[3 * (n - 2) + q] += inverse_[n - 2] * stiffness_ * (length - rest_) * s[q] / length;
-    // S lambda = -(phi + K'a), rods as |d|^2/2: tridiagonal
+    // S lambda = -(phi + K'a) is tridiagonal, with rods as |d|^2/2.
     std::vector<Number3> d(rods);
     std::vector<Number> diagonal(rods), beside(rods), b(rods);
     for (std::size_t k = 0; k < rods; ++k) {
@@ -168,7 +168,7 @@ class Reference {
   Number stiffness_ = 0.0L, rest_ = 0.0L;
 };
 
-/// Positions [3n] of all points at t_end; two runs and the extrapolation between them.
+/// Returns the positions [3n] of all points at t_end, extrapolated from two runs.
 inline std::vector<long double> find_end(const System& system, double t_end) {
   constexpr int steps = 4000;
   Reference coarse(system), fine(system);

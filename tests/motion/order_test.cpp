@@ -1,4 +1,4 @@
-/// The order of every method, by halving steps of equal length, on motions in elliptic functions.
+/// Methods show their order when steps of equal length are halved, on motions that are known in closed form.
 
 #include <cmath>
 #include <functional>
@@ -19,14 +19,14 @@ namespace {
 
 using std::numbers::pi;
 
-/// A motion that is known: how far a state of it is from the truth at t.
+/// A motion that is known, with the distance of a state from the truth at t.
 struct KnownMotion {
   std::string name;
   std::function<System()> build;
   std::function<double(double t, const std::vector<double>& x)> measure_error;
 };
 
-/// Let go horizontally at the length 0.1 m.
+/// Makes a pendulum of 0.1 m that is released horizontally.
 KnownMotion make_pendulum() {
   return {"pendulum", [] { return scenes::make_pendulum(); },
           [](double t, const std::vector<double>& x) {
@@ -35,8 +35,8 @@ KnownMotion make_pendulum() {
           }};
 }
 
-/// A bead on a hoop of radius 1 that turns about its vertical diameter with omega = 3, without gravity: twice the polar
-/// angle swings about pi, theta'' = omega^2 sin(theta) cos(theta).
+/// Makes a bead on a hoop of radius 1 that turns about its vertical diameter with omega = 3, without gravity. Twice the
+/// polar angle swings about pi, theta'' = omega^2 sin(theta) cos(theta).
 KnownMotion make_hoop() {
   static constexpr double omega = 3.0, start = 0.3;
   const auto build = [] {
@@ -54,7 +54,7 @@ KnownMotion make_hoop() {
           }};
 }
 
-/// A spherical pendulum of length 2, pushed sideways at its lowest point, z1: its height is
+/// Makes a spherical pendulum of length 2, pushed sideways at its lowest point, z1. Its height is
 ///
 ///   z = z1 + (z2 - z1) sn^2(sqrt(g (z3 - z1)/(2 l^2)) t),  z'^2 l^2 = 2 (e - g z)(l^2 - z^2) - c^2
 KnownMotion make_spherical_pendulum() {
@@ -68,7 +68,7 @@ KnownMotion make_spherical_pendulum() {
     return system;
   };
   return {"spherical pendulum", build, [](double t, const std::vector<double>& x) {
-            // (2 g z - 2 e)(z^2 - l^2) - c^2 without its root z1: 2 g (z^2 + p z + q)
+            // The cubic (2 g z - 2 e)(z^2 - l^2) - c^2 without its root z1 is 2 g (z^2 + p z + q).
             const double e = 0.5 * speed * speed + g * z1;
             const double p = z1 - e / g, q = p * z1 - l * l, root = std::sqrt(0.25 * p * p - q);
             const double z2 = -0.5 * p - root, z3 = -0.5 * p + root;
@@ -78,7 +78,8 @@ KnownMotion make_spherical_pendulum() {
           }};
 }
 
-/// A bead on an inclined line, drawn to the origin by a spring, in air: s'' = -k/m s - c/m s', from rest at s = 1.
+/// Makes a bead on an inclined line that a spring draws to the origin, in air. From rest at s = 1 it moves by
+/// s'' = -k/m s - c/m s'.
 KnownMotion make_damped_bead() {
   static constexpr double stiffness = 0.1, drag = 0.02;
   const auto build = [] {
@@ -99,7 +100,7 @@ KnownMotion make_damped_bead() {
           }};
 }
 
-/// Largest error on the way to t_end in steps of equal length.
+/// Returns the largest error on the way to t_end in steps of equal length.
 double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   Forms forms(motion.build(), {});
   EquationsOfMotion& form = *forms.main;
@@ -141,7 +142,7 @@ void expect_order(const KnownMotion& motion, const Order& scheme, double t_end, 
   const double coarse = run(motion, scheme.method, t_end, steps), fine = run(motion, scheme.method, t_end, 2 * steps);
 
   const double found = std::log2(coarse / fine);
-  const int of_table = traits_of(scheme.method).order;  // 0: as the tolerance asks
+  const int of_table = traits_of(scheme.method).order;  // 0 if it is as the tolerance asks
   EXPECT_EQ(scheme.order, of_table > 0 ? of_table : scheme.order);
   EXPECT_GT(found, scheme.order - 0.15) << motion.name << ": " << coarse << ", " << fine;
   EXPECT_LT(found, scheme.order + above) << motion.name << ": " << coarse << ", " << fine;
@@ -159,8 +160,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
                                          Order{Method::Rattle6, 6, 80}, Order{Method::Taylor, 5, 100}),
                          [](const auto& instance) { return std::string(name_of(instance.param.method)); });
 
-/// The leading term of dop853 is small: the next one, of order 9 (its energy drifts with that order), hides it in long
-/// steps and in long motions, rounding hides it in short steps. Between them are steps that show it in each motion.
+/// The leading term of dop853 is small. In long steps and in long motions the next term, of order 9 (its energy drifts
+/// with that order), hides it, and in short steps rounding does. Steps between them show it in each motion.
 TEST(OrderOfDop853, ErrorFallsByTheOrderOfTheMethod) {
   const Order dop853{Method::Dop853, 8, 0};
   expect_order(make_damped_bead(), dop853, 20.0, 20, 0.15);

@@ -1,4 +1,4 @@
-/// Motions that come to where an energy ends: the step is rejected, and the run ends with the tuple and the time.
+/// Motions that come to where an energy ends: the step is rejected, and the run ends and names the tuple and the time.
 
 #include <cmath>
 #include <string>
@@ -10,7 +10,8 @@
 namespace tanor {
 namespace {
 
-/// A bead on the x axis, held by a rod at one support; a bond to another support that moves away: r = 1 + t/2.
+/// Makes a bead on the x axis that a rod holds at one support. A bond leads to another support that moves away, so that
+/// r = 1 + t/2.
 System make_pulled_bond(const Force& bond) {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0};
@@ -46,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Overstretch,
                                          Method::Rattle),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
-/// Where two points fall onto each other, forces are finite up to the very place.
+/// Where two points fall onto each other, forces are finite until they meet.
 TEST(Collision, NamesThePairUnderAnUnboundPull) {
   PairForces coulomb{.name = "pull", .law = PairLaw::Coulomb, .strength = 1.0, .charges = {1, -1, 1}};
   PairForces yukawa{.name = "pull", .law = PairLaw::Yukawa, .strength = -1.0, .length = 0.7};
@@ -68,7 +69,7 @@ TEST(Collision, NamesThePairUnderAnUnboundPull) {
   }
 }
 
-/// Within its limit the same bond swings for good, and its energy is kept.
+/// Within its limit the same bond swings for good and keeps its energy.
 TEST(FeneBond, SwingsBelowItsLimit) {
   System system = make_pulled_bond(Bonds{"fene", {{1, 2}}, BondLaw::Fene, 5.0, {}, 1.5, {}, {}});
   system.supports = {Support{"held", {0}, {}}};
@@ -81,7 +82,7 @@ TEST(FeneBond, SwingsBelowItsLimit) {
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-10);
 }
 
-/// An energy that depends on time does the work of its explicit dU/dt: k(t) = 1 + t/2 on a mass that is held.
+/// An energy that depends on time does the work of its explicit dU/dt, here in a well of k(t) = 1 + t/2 + sin(3 t)/5.
 TEST(WorkOfPotentials, IsTheIntegralOfTheExplicitRate) {
   System system;
   system.positions = {0.3, 0, 0};
@@ -101,7 +102,7 @@ TEST(WorkOfPotentials, IsTheIntegralOfTheExplicitRate) {
   }
 }
 
-/// Charges have series and a Hessian, few as they are: each kind of method steps them, and to the same places.
+/// A few smooth pairs have series and a Hessian. Each kind of method steps them, and to the same positions.
 TEST(SmoothPairs, AllKindsOfMethodsAgree) {
   System system;
   system.positions = {0, 0, 0, 1, 0.1, 0, 0.2, 1.1, 0.3, -0.7, 0.4, 0.9};
@@ -124,8 +125,8 @@ TEST(SmoothPairs, AllKindsOfMethodsAgree) {
   }
 }
 
-/// A damper between two points, and a third one that a support drags along: forces of tuples that read velocities and
-/// time have series and derivatives, and what they do is work.
+/// Forces of tuples that read velocities and time have series and derivatives, and what they do is work. Dampers join a
+/// point to two others, and a force that depends on time drags a point along with a support.
 TEST(ForcesOnTuples, AllKindsOfMethodsAgree) {
   System system;
   system.positions = {0, 0, 0, 1, 0.1, 0, 0.2, 1.1, 0.3, -0.7, 0.4, 0.9};
@@ -148,16 +149,16 @@ TEST(ForcesOnTuples, AllKindsOfMethodsAgree) {
       EXPECT_NEAR(simulation.positions()[i], reference.positions()[i], 1e-9) << name_of(method);
     EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-8) << name_of(method);
   }
-  // The support carries what the tuple does to it: (0, sin(2 t) (x2 - x1), 0).
+  // The support carries the force of the tuple on it, (0, sin(2 t) (x2 - x1), 0).
   const auto r = reference.positions();
   EXPECT_NEAR(reference.support_forces()[10], std::sin(2.0) * (r[0] - r[9]), 1e-12);
 }
 
-// ---- angles at which a law has no force: the points in line ----
+// ---- angles at which a law has no force, where the points are in line ----
 
 constexpr Method adaptive[] = {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5};
 
-/// Four free points whose last one moves across the line of the two before it, `beside` that line.
+/// Makes four free points, the last of which crosses the line of the two before it at the distance `beside`.
 System make_torsion(double beside) {
   System system;
   system.positions = {0, 1, 0, 0, 0, 0, 1, 0, 0, 2, 0.3, beside};
@@ -167,7 +168,7 @@ System make_torsion(double beside) {
   return system;
 }
 
-/// Three free points whose angle opens to pi and beyond.
+/// Makes three free points whose angle opens to pi and beyond.
 System make_bending(double rest, double beside = 0.0) {
   System system;
   system.positions = {-1, 0.3, beside, 0, 0, 0, 1, 0.3, beside};
@@ -196,7 +197,7 @@ TEST(AngleEnds, TheTipOfABendingStopsTheMotion) {
   expect_end(make_bending(2.0), 0.1, "knee: [0, 1, 2]: its angle is straight, where the force of law harmonic has no");
 }
 
-/// Where all angles rest straight, the energy has no tip.
+/// The energy has no tip where all angles rest straight.
 TEST(AngleEnds, AChainThatRestsStraightPassesTheLine) {
   for (const Method method : adaptive) {
     Simulation simulation(make_bending(std::acos(-1.0)), {.method = method, .rtol = 1e-9});
@@ -205,9 +206,9 @@ TEST(AngleEnds, AChainThatRestsStraightPassesTheLine) {
   }
 }
 
-/// A little beside the line the forces are great and short, and the motion goes on.
+/// At a small distance from the line the forces are great and short, and the motion goes on.
 TEST(AngleEnds, PassingBesideTheLineIsResolved) {
-  // The valley of the torsion focuses: what comes in beside its line by z passes it at about z².
+  // The valley of the torsion focuses: a point that comes in at the distance z from its line passes it at about z².
   for (const double beside : {1e-2, 1e-3}) {
     for (const System& system : {make_torsion(beside), make_bending(2.0, beside)}) {
       for (const Method method : {Method::Taylor, Method::Dop853}) {

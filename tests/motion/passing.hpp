@@ -44,7 +44,7 @@ inline std::string number(double x) {
   return buffer.data();
 }
 
-/// What one run says; the worst error over what the tolerance allows, in positions and velocities.
+/// The result of one run, with the worst error over what the tolerance allows, in positions and velocities.
 struct Verdict {
   std::string told{};  // an outcome that is not ok, or a warning
   double error = 0.0;
@@ -71,7 +71,7 @@ inline State state_of(const Simulation& simulation) {
           {simulation.velocities().begin(), simulation.velocities().end()}};
 }
 
-/// The error in units of rtol and atol, with `part` of them.
+/// Runs with `part` of rtol and atol and returns the error in units of the full tolerances.
 inline Verdict compare(const System& system, Method method, double t_end, const State& right, double part = 1.0) {
   Simulation simulation(system, {.method = method, .rtol = part * rtol, .atol = part * atol}, {.threads = 1});
   const Outcome outcome = simulation.advance_to(t_end);
@@ -80,7 +80,7 @@ inline Verdict compare(const System& system, Method method, double t_end, const 
           simulation.report().steps};
 }
 
-/// How many of the runs were wrong and silent, or told that they were.
+/// Counts the runs that were wrong and silent, and those that said so.
 struct Tally {
   int runs = 0, wrong = 0, told = 0;
 

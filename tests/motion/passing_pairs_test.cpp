@@ -1,5 +1,5 @@
-/// Steps must not jump beads that meet and part between two evaluations. Random ones, against closed forms and against
-/// runs that cannot jump.
+/// Steps must not jump over beads that meet and part between two evaluations. Random scenes are compared with closed
+/// forms and with runs that cannot jump.
 
 #include "motion/passing.hpp"
 
@@ -20,7 +20,7 @@ System make_two_beads(double gap) {
   return system;
 }
 
-/// Where a longer flight ends: everything happens later by the same time, and nothing else.
+/// Returns where a longer flight ends. Everything happens later by the same time, and nothing else changes.
 State shift(State state, double gap, double more) {
   for (std::size_t i = 0; i < 6; ++i) state.r[i] += more * state.v[i];
   state.r[0] += gap;
@@ -37,7 +37,7 @@ TEST_P(PassingPairsByMethod, TwoBeadsMeetHoweverFarTheyAre) {
     Simulation simulation(make_two_beads(gap), {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
     ASSERT_TRUE(simulation.advance_to(2.0 * gap).ok()) << gap;
 
-    // They meet at gap - 2 later, and gap - 2 farther, and fly on for the rest.
+    // The beads meet later by gap - 2, and farther by gap - 2, and fly on for the rest.
     const State right = shift(state_of(exact), gap - 2.0, gap - 2.0);
     EXPECT_LT(over_tolerance(simulation.velocities(), right.v), 100.0) << gap;
     EXPECT_LT(over_tolerance(simulation.positions(), right.r), 100.0 * gap) << gap;
@@ -45,7 +45,7 @@ TEST_P(PassingPairsByMethod, TwoBeadsMeetHoweverFarTheyAre) {
   }
 }
 
-/// It cannot jump: steps end after every twentieth of the time in which beads pass each other.
+/// Runs without a jump, since steps end after every twentieth of the time in which beads pass each other.
 State run_in_pieces(const System& system, double t_end, double piece) {
   Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14}, {.threads = 1});
   const int pieces = static_cast<int>(std::ceil(t_end / piece));
@@ -62,8 +62,8 @@ struct Gas {
   std::string what;
 };
 
-/// Beads of size 1 in pairs, each of which meets once: two free ones, one at rest on a support, one that a support
-/// carries along, or a dumbbell that spins; in space or in a periodic box.
+/// Draws pairs of beads of size 1, each of which meets once: two free ones, one at rest on a support, one that a
+/// support carries along, or a dumbbell that spins; in space or in a periodic box.
 Gas draw_gas(Random& random) {
   constexpr std::array names{"free", "obstacle", "carried", "dumbbell"};
   Gas gas;
@@ -88,7 +88,7 @@ Gas draw_gas(Random& random) {
     gas.what += std::string(", ") + names[static_cast<std::size_t>(kind)];
     const Vector3 d = random.direction();
     const double away = 40.0 * k, reach = 1.5 + length * random.uniform(0.1, 0.8), offset = random.uniform(0.1, 0.9);
-    // The target, and a bead that flies along d past it, at `offset`.
+    // A bead flies along d past the target, at the distance `offset`.
     const Vector3 e = std::abs(d[2]) < 0.9 ? Vector3{-d[1], d[0], 0.0} : Vector3{0.0, -d[2], d[1]};
     const double scale = offset / std::hypot(e[0], e[1], e[2]);
     Vector3 from;
@@ -125,7 +125,7 @@ TEST_P(PassingPairsByMethod, BeadsOfAThinGasMeet) {
   for (int draw = num_draws(120); draw-- > 0;) {
     const Gas gas = draw_gas(random);
     const State right = run_in_pieces(gas.system, gas.t_end, gas.piece);
-    // What becomes of ten tolerances at the start.
+    // Ten tolerances are added at the start, to see how they grow.
     System moved = gas.system;
     for (std::size_t i = 0; i < moved.velocities.size(); ++i)
       moved.velocities[i] += 10.0 * noise.uniform(-1.0, 1.0) * (atol + rtol * std::abs(moved.velocities[i]));
@@ -143,14 +143,14 @@ TEST_P(PassingPairsByMethod, BeadsOfAThinGasMeet) {
       continue;
     }
     // Dumbbells that spin for long make thousands of steps, each of which may err by a tolerance in the same sense.
-    // That falls with the tolerance, and what was jumped does not.
+    // Such an error falls with the tolerance, and that of a jump does not.
     EXPECT_LE(verdict.error, each * static_cast<double>(verdict.steps)) << what;
     tally.add(compare(gas.system, GetParam(), gas.t_end, right, 0.1), 0.2 * verdict.error, what);
   }
   tally.expect_good();
 }
 
-/// Beads at random places of a wide grid with random velocities.
+/// Makes beads at random places of a wide grid with random velocities.
 System make_gas_of_sixty() {
   Random random(5);
   System system;
@@ -181,12 +181,12 @@ TEST(PassingTest, AGasOfSixtyBeadsIsTheSameAtEachTolerance) {
   ASSERT_LT(growth, 1e6) << "the motion is known";
 
   for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
-    const double size = 48.0;  // to which relative tolerances belong
+    const double size = 48.0;  // the size of the box, to which relative tolerances belong
     EXPECT_LT(largest_difference(run(gas, tolerance, t_end).r, right.r), 100 * tolerance * size * growth) << tolerance;
   }
 }
 
-/// What is looked for between the looks depends on nothing that a snapshot does not hold.
+/// The search between evaluations depends on nothing that a snapshot does not hold.
 TEST(PassingTest, ARunThatGoesOnFromASnapshotMeetsTheSameBeads) {
   const System gas = make_gas_of_sixty();
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-7, .atol = 1e-9};
@@ -204,7 +204,7 @@ TEST(PassingTest, ARunThatGoesOnFromASnapshotMeetsTheSameBeads) {
   EXPECT_GT(whole.report().rejected, rejected);
 }
 
-/// Fixed steps are taken as they were told; the report says where they jump.
+/// Fixed steps stay as they were asked for, and the report says where they jump.
 TEST(PassingTest, FixedStepsThatJumpAreWarnedOf) {
   Random random(3);
   System well;

@@ -1,5 +1,5 @@
-/// Steps must not jump what lies between two evaluations: wells that are narrow, and bumps of guides. Random ones,
-/// against closed forms.
+/// Steps must not jump over what lies between two evaluations, narrow wells and bumps of guides. Random scenes are
+/// compared with closed forms.
 
 #include <functional>
 #include <numbers>
@@ -9,10 +9,9 @@
 namespace tanor::passing {
 namespace {
 
-// ---- wells
-// -----------------------------------------------------------------------------------------------------------
+// ---- wells ----
 
-/// t = integral of slowness ds from 0: the inverse, by Gauss's quadrature on cells that are fine around `centre`.
+/// Solves t = integral of slowness ds from 0 for s, by Gauss's quadrature on cells that are fine around `centre`.
 double distance_after(double time, const std::function<double(double)>& slowness, double far, double centre,
                       double width) {
   static constexpr std::array<std::array<double, 2>, 4> gauss{{{0.1834346424956498, 0.3626837833783620},
@@ -74,7 +73,7 @@ struct Well {
   std::string what;
 };
 
-/// A bead of 0.1 kg with speed v0 on a straight line or a circle meets a well (or a hill) on its way.
+/// Draws a bead of 0.1 kg with speed v0 on a straight line or a circle that meets a well (or a hill) on its way.
 Well draw_well(Random& random) {
   Well well;
   const double v0 = random.log_uniform(0.3, 3.0), energy = 0.5 * scenes::mass * v0 * v0;
@@ -91,7 +90,7 @@ Well draw_well(Random& random) {
               std::to_string(width / length) + ", centre " + std::to_string(centre / length) +
               " of the length, depth " + std::to_string(depth / energy);
 
-  // u(s): s itself, or the straight distance from the well's centre on the circle.
+  // On the circle u(s) is made of the straight distance from the well's centre, else of s itself.
   const auto u = [=](double s) {
     return way == Guide::Circle ? 2.0 * radius * std::sin(0.5 * (s - centre) / radius) / width : (s - centre) / width;
   };
@@ -103,7 +102,7 @@ Well draw_well(Random& random) {
 
   System& system = well.system;
   if (way == Guide::Circle) {
-    // Force towards the centre of the well: depth g'(u) grad u, u = |r - p|/width.
+    // The force points to the centre of the well: depth g'(u) grad u, u = |r - p|/width.
     const double angle = centre / radius;
     add_point({radius, 0, 0}, &system);
     system.velocities = {0, v0, 0};
@@ -138,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(, PassingByMethod,
                          testing::Values(Method::Auto, Method::Dop853, Method::Dopri5, Method::Radau5),
                          [](const auto& of) { return std::string(name_of(of.param)); });
 
-/// Each scene that is drawn, against its closed form.
+/// Compares each scene that is drawn with its closed form.
 void expect_none_is_jumped(Method method, unsigned seed, int draws, Well (*draw_scene)(Random&)) {
   Random random(seed);
   Tally tally;
@@ -154,10 +153,9 @@ TEST_P(PassingByMethod, NarrowWellsAreNotJumped) {
   expect_none_is_jumped(GetParam(), 7, 100, draw_well);
 }
 
-// ---- bumps
-// -----------------------------------------------------------------------------------------------------------
+// ---- bumps ----
 
-/// Heights, their slopes and widths: eta(u), u = (x - centre)/width, as text in U.
+/// A height eta(u) with its slope, where u = (x - centre)/width; the text is in U.
 struct Bump {
   const char* name;
   const char* height;
@@ -175,7 +173,7 @@ const std::array<Bump, 4> bumps{{
      [](double u) { return -8 * u * std::pow(std::max(0.0, 1 - u * u), 3); }},
 }};
 
-/// A bead that slides along x on a surface, a wire or in a coordinate with a narrow bump, with gravity or without:
+/// Draws a bead that slides along x on a surface, a wire or in a coordinate with a narrow bump, gravity or not:
 ///
 ///   m (1 + (a^2 + b^2) eta'^2/width^2) x_dot^2/2 + m g a eta = E,   z = a eta, y = b eta
 Well draw_bump(Random& random) {
@@ -229,7 +227,7 @@ Well draw_bump(Random& random) {
   add("height", "z1 - " + number(a) + "*" + eta_of("x1"));
   add("side", "y1 - " + number(b) + "*" + eta_of("x1"));
   if (way != Guide::TwoBeads) return scene;
-  // Another one keeps beside it, at the distance 1 along y: a constraint of two points.
+  // Another bead keeps beside it, at the distance 1 along y, by constraints of two points.
   add_point({start.r[0], 1.0, start.r[2]}, &system);
   system.velocities.resize(6);
   std::copy_n(start.v.begin(), 3, system.velocities.begin() + 3);
@@ -245,8 +243,8 @@ TEST_P(PassingByMethod, NarrowBumpsOfGuidesAreNotJumped) {
   expect_none_is_jumped(GetParam(), 17, 60, draw_bump);
 }
 
-/// Under 1 N a bead of 0.1 kg gains speed, but for a window of velocities where next to nothing is left of the force:
-/// t = integral m dv/f(v).
+/// Under 1 N a bead of 0.1 kg gains speed, but in a window of velocities up to 95 % of the force are missing. Its speed
+/// follows from t = integral m dv/f(v).
 TEST_P(PassingByMethod, NarrowWindowsOfVelocityAreNotJumped) {
   Random random(17);
   Tally tally;
@@ -270,7 +268,7 @@ TEST_P(PassingByMethod, NarrowWindowsOfVelocityAreNotJumped) {
   tally.expect_good();
 }
 
-/// Wide wells cost no step: the looks of every scheme resolve them.
+/// Wide wells cost no step, since the evaluations of every scheme resolve them.
 TEST_P(PassingByMethod, SmoothForcesRejectNothing) {
   System planet;
   add_point({1, 0, 0}, &planet);

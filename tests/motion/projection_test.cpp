@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t steps = 10'000;
 
-/// 1e4 steps of a chain of 5 with the given stabilisation.
+/// Runs 1e4 steps of a chain of 5 with the given stabilisation.
 Simulation run(Method method, Stabilisation stabilisation) {
   constexpr double step = 5e-4;
   Simulation simulation(scenes::make_chain(5), {.method = method, .step = step, .stabilisation = stabilisation});
@@ -16,7 +16,7 @@ Simulation run(Method method, Stabilisation stabilisation) {
   return simulation;
 }
 
-/// Violations are computed independently: of positions, and of velocities in m/s.
+/// Violations of positions, and of velocities in m/s, which are computed independently.
 struct Violation {
   double position, velocity;
 };

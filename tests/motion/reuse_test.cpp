@@ -6,7 +6,7 @@
 namespace tanor {
 namespace {
 
-/// Waves run through a net that hangs, folds and falls; a lattice is thrown about.
+/// Makes a net that hangs, folds and falls while waves run through it.
 System make_waving_net(int size = 24) {
   System system = scenes::make_net(size, size);
   for (std::size_t i = 0; i < system.positions.size(); i += 3) {
@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
                          testing::Combine(testing::ValuesIn(reused_scenes),
                                           testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
 
-/// Each step has one where it ends, and there are a few more while nothing is known of iterations.
+/// Each step makes one factor where it ends, and a few more are made before the iterations are known.
 TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
   for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
     for (const Method method : {Method::Dop853, Method::Dopri5}) {
@@ -140,7 +140,7 @@ struct CountedNet {
   std::size_t most;
 };
 
-/// Bounds are 2 % above what was counted.
+/// The bounds are 2 % above the counted numbers.
 TEST(ReuseGainsTest, IterationsInKnownNetsStayAsFewAsTheyAre) {
   for (const auto& [size, method, most] : {CountedNet{24, Method::Dop853, 97}, CountedNet{24, Method::Dopri5, 84},
                                            CountedNet{24, Method::Rk4, 203}, CountedNet{70, Method::Rk4, 238}}) {
@@ -151,7 +151,7 @@ TEST(ReuseGainsTest, IterationsInKnownNetsStayAsFewAsTheyAre) {
   }
 }
 
-/// Rows that depend on others have no factor to go on with.
+/// Rows that depend on others leave no factor that could be used again.
 TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
   System system = make_waving_net();
   auto& rods = std::get<Rods>(system.constraints.front());
@@ -164,7 +164,7 @@ TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
   expect_same_bits(reused, each);
 }
 
-/// A cheap factor is made each time: a tree on the general way, linear constraints.
+/// A cheap factor is made each time, as that of a tree in the general solver or of linear constraints.
 TEST(ReuseLimitsTest, CheapFactorsAreMadeEachTime) {
   const MotionOptions options = options_for(Method::Dop853);
   const SolverOptions general{.linear_solver = LinearSolver::General},

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What the tests of stick and slip share: instants of events, roots, a fine reference.
+/// \file Helpers that the tests of stick and slip share: instants of events, roots, a fine reference.
 
 #include <cmath>
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Advances to t_end; the instants at which contacts began or ceased to slide, s.
+/// Advances to t_end and returns the instants at which contacts began or ceased to slide, s.
 inline std::vector<double> advance_and_list_events(Simulation* simulation, double t_end) {
   std::vector<double> instants;
   std::size_t known = simulation->report().events;
@@ -22,7 +22,7 @@ inline std::vector<double> advance_and_list_events(Simulation* simulation, doubl
   return instants;
 }
 
-/// Where f changes its sign between a and b, by bisection.
+/// Returns where f changes its sign between a and b, by bisection.
 inline long double find_root(const std::function<long double(long double)>& f, long double a, long double b) {
   const bool rises = f(b) > 0.0L;
   for (int k = 0; k < 200; ++k) {

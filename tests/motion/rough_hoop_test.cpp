@@ -9,7 +9,7 @@
 #include "scenes.hpp"
 
 /// \file A bead on a rough hoop that turns with omega(t) about its vertical diameter. At the angle theta from the
-/// bottom
+/// bottom its motion is
 ///
 ///   m R theta_ddot = m sin theta (omega^2 R cos theta - g) - friction,   friction = mu |N|,
 ///   N = m (R theta_dot^2 + g cos theta + omega^2 R sin^2 theta) in the plane of the hoop,
@@ -25,7 +25,7 @@ double angle(const Simulation& simulation) {
   return std::atan2(std::hypot(r[0], r[1]), -r[2]);
 }
 
-/// |tangential| - mu |N| at rest on the hoop, over the mass.
+/// Returns |tangential| - mu |N| of a bead at rest on the hoop, over the mass.
 long double excess(long double theta, long double omega, long double omega_dot, long double mu) {
   const long double s = std::sin(theta), c = std::cos(theta);
   const long double along = s * (omega * omega * R * c - g);
@@ -99,7 +99,7 @@ TEST(RoughHoop, StickingBeadOnASphereAndAPlaneKeepsItsPlace) {
   }
 }
 
-/// The guide's points move across it alone: on a ball that grows a bead that sticks keeps its direction, on a ball that
+/// The guide's points move across it alone. A bead that sticks to a ball that grows keeps its direction. On a ball that
 /// is carried off it keeps T'v = 0, R theta_dot = -c_dot.t.
 TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
   System system;
@@ -116,11 +116,12 @@ TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
     Simulation simulation(system, options);
     ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     const auto r = simulation.positions();
-    // The place along the ball holds to rounding; across it constraints hold to 1e-13 of the radius, 4.
+    // The place along the ball holds to rounding. Across it constraints hold to 1e-13 of the radius, 4.
     EXPECT_NEAR(std::atan2(r[0], r[2]), a, 1e-14) << name_of(method);
     EXPECT_NEAR(std::hypot(r[0], r[2]), 4.0, 4e-13) << name_of(method);
   }
-  // c = (s, 0, 0), s = 0.2 sin t: theta_dot = -s_dot cos theta, so gd(theta) = gd(a) - s with gd^-1 = asinh(tan)
+  // With c = (s, 0, 0), s = 0.2 sin t, theta_dot = -s_dot cos theta, so that gd^-1(theta) = gd^-1(a) - s, where
+  // gd^-1(x) = asinh(tan x).
   system.velocities = {0.2 * std::sin(a) * std::sin(a), 0.0, 0.2 * std::sin(a) * std::cos(a)};
   system.constraints = {Spheres{"ball", {0}, VectorFunction{ScalarFunction::formula("0.2*sin(t)"), 0.0, 0.0}, 1.0}};
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rattle}) {
@@ -134,7 +135,7 @@ TEST(RoughBall, StickingBeadGoesAcrossTheBall) {
   }
 }
 
-/// The place is a part of the snapshot, so that the motion goes on bit by bit.
+/// The place where a bead sticks is a part of the snapshot, so that the motion goes on bit by bit.
 TEST(RoughHoop, ARestoredStickingBeadGoesOnBitByBit) {
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4}) {
     MotionOptions options{.method = method};
@@ -153,7 +154,7 @@ TEST(RoughHoop, ARestoredStickingBeadGoesOnBitByBit) {
 }
 
 TEST(RoughHoop, LeavesWhereTheHoopHasBecomeTooFast) {
-  // omega = 3.8 + a t: N has a part across the hoop too
+  // With omega = 3.8 + a t, N has a part across the hoop, too.
   for (const double a : {0.2, 1.5}) {
     const double theta = 0.9, mu = 0.3;
     const std::string turn = "3.8*t + " + std::to_string(0.5 * a) + "*t^2";

@@ -19,7 +19,7 @@ double ratio(double D) {
   return (1.0 + mu * std::tan(0.5 * D)) / (1.0 - mu * std::tan(0.5 * D));
 }
 
-/// `count` beads that go half around; both ends are pulled along the rods that would come next, the first one by 1 N.
+/// Makes `count` beads that go half around. The ends are pulled along the rods that would come next, the first by 1 N.
 System make_rope(std::size_t count, double speed, double pull) {
   const double D = std::numbers::pi / static_cast<double>(count);
   System system;
@@ -65,7 +65,7 @@ TEST(Rope, EachBeadMultipliesTheTensionByTheClosedForm) {
       tension *= step;
       EXPECT_NEAR(-lambda[2 * count + k], tension, 1e-12 * tension) << count << " beads, rod " << k;
     }
-    // (1 + mu tan(D/2))/(1 - mu tan(D/2)) = e^(mu D + O(D^3))
+    // Since (1 + mu tan(D/2))/(1 - mu tan(D/2)) = e^(mu D + O(D^3)), twice as many beads leave a quarter of the error.
     const double error = total - std::exp(mu * std::numbers::pi);
     if (count == 10) {
       EXPECT_NEAR(total, 2.5884, 5e-5);
@@ -93,7 +93,7 @@ TEST(Rope, HoldsUpToTheRatioAndRunsBeyondIt) {
       if (sense == 0) {
         EXPECT_NEAR(v, 0.0, 1e-14) << count << " beads, pull " << pull;
       } else {
-        // a = excess/(m count) times cos of half the angle, about
+        // The acceleration is about excess/(m count) times the cosine of half the angle.
         EXPECT_GT(v * sense, 1e-9) << count << " beads, pull " << pull;
       }
     }

@@ -8,8 +8,8 @@
 #include "base/parallel.hpp"
 #include "motion/rough_guides.hpp"
 
-/// \file Three beads on rough lines, joined by springs, that stop and leave many times, beside a reference in long
-/// double: m s_ddot = F.e - mu_k |F - (F.e) e| sign(s_dot), classical Runge-Kutta steps, events by bisection.
+/// \file Three beads on rough lines, joined by springs, stop and leave many times. They are compared with a reference
+/// in long double: m s_ddot = F.e - mu_k |F - (F.e) e| sign(s_dot), classical Runge-Kutta steps, events by bisection.
 namespace tanor {
 namespace {
 
@@ -59,7 +59,7 @@ class Reference {
  private:
   using State = std::array<Real, 6>;
   State x_{};
-  std::array<int, 3> modes_{};  // 0: sticks
+  std::array<int, 3> modes_{};  // 0 if it sticks
 
   struct Parts {
     Real along, across;
@@ -112,7 +112,7 @@ class Reference {
     for (std::size_t i = 0; i < 6; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
     return y;
   }
-  /// Positive as long as the mode of bead i lasts.
+  /// Returns a number that is positive as long as the mode of bead i lasts.
   Real lasts(const State& x, std::size_t i) const {
     if (modes_[i] != 0) return x[3 + i] * static_cast<Real>(modes_[i]);
     const Parts f = forces(x)[i];

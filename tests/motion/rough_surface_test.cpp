@@ -7,14 +7,14 @@
 #include "motion/rough_guides.hpp"
 #include "scenes.hpp"
 
-/// \file Sliding in two dimensions.
+/// \file Beads that slide in two dimensions.
 namespace tanor {
 namespace {
 
 using scenes::g;
 
-/// The one event is the stop, with each method; then expect(simulation, method) of the place it comes to. At a stop the
-/// direction turns faster than fixed steps can follow: its instant lies within one of them.
+/// Expects with each method that the stop is the only event, then calls expect(simulation, method) for the place of the
+/// stop. The direction turns faster at a stop than fixed steps can follow, so that its instant lies within one of them.
 template <class Expect>
 void expect_stop(const System& system, double stop, const Expect& expect) {
   for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
@@ -29,8 +29,8 @@ void expect_stop(const System& system, double stop, const Expect& expect) {
   }
 }
 
-/// A bead that starts across a force on a rough plane: with a = F/m, b = mu g, k = b/a, psi the angle from the force to
-/// v and u = tan(psi/2), the hodograph is |v| = C u^k/sin psi, and it stops at u = 0:
+/// A bead starts across a force on a rough plane. With a = F/m, b = mu g, k = b/a, psi the angle from the force to v
+/// and u = tan(psi/2), the hodograph is |v| = C u^k/sin psi, and the bead stops at u = 0:
 ///
 ///   t = C/(2 a) [u^(k-1)/(k-1) + u^(k+1)/(k+1)],   x = C^2/(4 a) [u^(2k-2)/(2k-2) - u^(2k+2)/(2k+2)],
 ///   y = C^2/(2 a) [u^(2k-1)/(2k-1) + u^(2k+1)/(2k+1)]
@@ -56,13 +56,13 @@ TEST(RoughPlane, ABeadAcrossAForceFollowsTheHodographAndStops) {
   }
 }
 
-/// m r_ddot = m g_ + lambda n - mu |lambda| v/|v| on a sphere around the origin.
+/// A bead in a bowl obeys m r_ddot = m g_ + lambda n - mu |lambda| v/|v| on a sphere around the origin.
 TEST(RoughSphere, ABeadInABowlSpiralsDownAndStops) {
   const double R = 1.2, mu = 0.25;
   using Real = long double;
   const auto slope = [&](const std::array<Real, 6>& s) {
     const Real r2 = s[0] * s[0] + s[1] * s[1] + s[2] * s[2], v2 = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-    // N = v^2/R - g.n with n = r/|r|: lambda = -(v^2 + g_.r)/R
+    // As N = v^2/R - g.n with n = r/|r|, lambda = -(v^2 + g_.r)/R.
     const Real radius = std::sqrt(r2), lambda = -(v2 - static_cast<Real>(g) * s[2]) / radius, speed = std::sqrt(v2);
     std::array<Real, 6> d{s[3], s[4], s[5], 0, 0, 0};
     for (std::size_t c = 0; c < 3; ++c)

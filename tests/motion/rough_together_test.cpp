@@ -29,7 +29,7 @@ System make_line(double mu, double mu_s) {
 }
 
 TEST(Together, MirroredBeadsStopAtOneInstant) {
-  // at a spring that pulls them together: m x_ddot = -2 k x + mu m g until the first stop, then held
+  // A spring pulls the beads together while they move apart. They slide until the first stop, then they are held.
   for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
     System system = make_line(0.4, 0.4);
     add_bead(-0.5, -1.0, 0.7, &system);
@@ -41,7 +41,7 @@ TEST(Together, MirroredBeadsStopAtOneInstant) {
     const std::vector<double> events = advance_and_list_events(&simulation, 1.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_EQ(events.size(), 1u) << name_of(method);
-    // y = x - 1/2: y_ddot = -w^2 y - mu g, w^2 = 2 k/m; v = 0 at tan(w t) = w/(mu g)
+    // With y = x - 1/2, y_ddot = -w^2 y - mu g and w^2 = 2 k/m, so that v = 0 at tan(w t) = w/(mu g).
     const double w = std::sqrt(2.0 / 0.7), stop = std::atan(w * 1.0 / (0.4 * g)) / w;
     EXPECT_NEAR(events[0], stop, method == Method::Rattle ? 1e-6 : 1e-11) << name_of(method);
     for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-16);
@@ -51,7 +51,7 @@ TEST(Together, MirroredBeadsStopAtOneInstant) {
 }
 
 TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
-  // pulled at its end by F = b t; stops by mu, leaves at b t = mu_s M g
+  // The row is pulled at its end by F = b t. It stops by mu and leaves at b t = mu_s M g.
   const double mu = 0.3, mu_s = 0.4, b = 4.0;
   for (const std::size_t count : {2u, 5u}) {
     for (const bool has_equal_masses : {true, false}) {
@@ -67,7 +67,7 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
       system.constraints.push_back(rods);
       const VectorFunction pull{ScalarFunction::formula("4*t"), 0.0, 0.0};
       system.forces.push_back(ConstantForce{"pull", {static_cast<Index>(count) - 1}, pull});
-      // M v = -0.8 M + (mu M g t + b t^2/2)
+      // The row stops where M v = -0.8 M + (mu M g t + b t^2/2) is 0.
       const double stop = static_cast<double>(
           find_root([&](long double t) { return -0.8L * M + mu * M * g * t + 0.5L * b * t * t; }, 0.0L, 5.0L));
       const double leave = mu_s * M * g / b;
@@ -84,7 +84,7 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
         ASSERT_FALSE(events.empty());
         EXPECT_NEAR(events.back(), leave, 1e-9) << name_of(method) << " " << count;
-        // M v = b (t^2 - leave^2)/2 - mu M g (t - leave)
+        // It then moves with M v = b (t^2 - leave^2)/2 - mu M g (t - leave).
         const double t = leave + 0.3;
         const double v = (0.5 * b * (t * t - leave * leave) - mu * M * g * 0.3) / M;
         for (std::size_t k = 0; k < count; ++k)

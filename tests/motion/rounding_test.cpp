@@ -1,4 +1,4 @@
-/// Tolerances below the rounding of the forces: steps are held where it begins, and the report says what they meet.
+/// Tolerances below the rounding of forces: steps are held where rounding begins, and the report says what they meet.
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 struct Result {
   double error = 0.0;  // m, the largest of all points
-  double steps = 0.0;  // with those that were rejected
+  double steps = 0.0;  // including those that were rejected
   std::string warning;
 };
 
@@ -44,7 +44,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
 
 class HeldSteps : public testing::TestWithParam<Method> {};
 
-/// Chains whose points do not move apart by themselves: beside rounding there is nothing that errors grow by.
+/// The points of these chains do not move apart by themselves, so that nothing but rounding makes errors grow.
 TEST_P(HeldSteps, TolerancesBelowRoundingTakeNoSmallerSteps) {
   std::vector<std::pair<noise::StiffChain, double>> chains{{noise::make_uneven_chain(), 0.0}};
   for (const unsigned seed : {0U, 2U, 3U, 4U, 7U, 9U}) chains.emplace_back(noise::draw_chain(seed), 0.0);
@@ -55,8 +55,7 @@ TEST_P(HeldSteps, TolerancesBelowRoundingTakeNoSmallerSteps) {
     const std::vector<Result> runs = run_all(chain, GetParam());
 
     const auto best = std::ranges::min_element(runs, {}, &Result::error);
-    // The least of ten errors may be luck: positions round in every step, and these roundings add up as a random walk
-    // does.
+    // The least of ten errors may be luck: positions round in every step, and these roundings add up as a random walk.
     const double size = largest(noise::make_system(chain).positions);
     const double reachable = std::max(best->error, 4.0 * 2.2e-16 * size * std::sqrt(best->steps));
     const auto pays = std::ranges::find_if(runs, [&](const Result& run) { return run.error <= reachable; });
@@ -91,7 +90,7 @@ TEST(Warning, NamesTheToleranceThatStepsMeet) {
   EXPECT_LT(met, 1e-8);
 }
 
-/// Smooth motions are not warned of, however small the tolerance.
+/// Smooth motions get no warning, however small the tolerance.
 TEST(Warning, IsNotGivenForAPlainChain) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
     Simulation simulation(scenes::make_chain(5), {.method = method, .rtol = 1e-13, .atol = 1e-13});
@@ -100,7 +99,7 @@ TEST(Warning, IsNotGivenForAPlainChain) {
   }
 }
 
-/// A neighbour that rounds by much does not loosen the tolerance of others: a pendulum ends with the same bits.
+/// A neighbour that rounds by much does not loosen the tolerance of others. A pendulum ends at the same place.
 TEST(Rounding, IsMeasuredForEachGroupByItself) {
   const auto end_of_pendulum = [](const System& system) {
     Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-11, .atol = 1e-13});
@@ -109,7 +108,7 @@ TEST(Rounding, IsMeasuredForEachGroupByItself) {
   };
   const System pendulum = scenes::make_pendulum();
   System both = pendulum;
-  // Two points a million metres away on a spring of 1e4 N/m, at rest: they round by 1e-6 m/s^2 and more.
+  // Two points at rest a million metres away, on a spring of 1e4 N/m, round by 1e-6 m/s^2 and more.
   const Index a = scenes::add_point({1e6, 0, 0}, &both), b = scenes::add_point({1e6, 1.0, 0}, &both);
   both.forces.push_back(Springs{"far", {{a, b}}, 1e4, 0.0, 1.0});
 
@@ -119,8 +118,8 @@ TEST(Rounding, IsMeasuredForEachGroupByItself) {
   EXPECT_NEAR(alone[1], beside[1], 1e-11);
 }
 
-/// 1e-13 kg on rods from three points of 1e-2 kg, pulled by 20 N: a rigid body whose force cancels to 1e-11 of it in
-/// the light point. All of it moves as the heavy points do: its center by F t^2/(2 m).
+/// A point of 1e-13 kg on rods from three points of 1e-2 kg is pulled by 20 N. The force cancels to 1e-11 of itself in
+/// the light point of this rigid body. All of it moves as the heavy points do, its center by F t^2/(2 m).
 TEST(NextToNoMass, ALightPointMovesWithTheBodyItIsFixedTo) {
   System system;
   const auto add = [&](const Vector3& place, double mass) {
@@ -149,7 +148,7 @@ TEST(NextToNoMass, ALightPointMovesWithTheBodyItIsFixedTo) {
   }
 }
 
-/// What was seen of rounding is in the snapshot.
+/// A snapshot holds the rounding that was measured.
 TEST(Rounding, ARestoredRunGoesOnBitByBit) {
   const noise::StiffChain chain = noise::make_uneven_chain();
   const System system = noise::make_system(chain);

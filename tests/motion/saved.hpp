@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What is inside the bytes that a Simulation saves.
+/// \file Access to the contents of the bytes that a Simulation saves.
 
 #include "simulation/saved_state.hpp"
 #include "system/fingerprint.hpp"
@@ -11,7 +11,7 @@ inline Snapshot open_saved(Simulation& simulation) {
   return unpack(simulation.save(), fingerprint_of(simulation.system()));
 }
 
-/// A snapshot that was changed, whole and sound again.
+/// Restores from a snapshot that was changed, packed whole and sound again.
 inline void restore(const Snapshot& snapshot, Simulation* simulation) {
   simulation->restore(pack(snapshot, fingerprint_of(simulation->system())));
 }

@@ -11,7 +11,7 @@ namespace {
 
 using scenes::g;
 
-/// Released horizontally, on a rod or on a sphere.
+/// Makes a pendulum that is released horizontally, on a rod or on a sphere.
 System make_pendulum(double length, bool has_rod) {
   if (has_rod) return scenes::make_pendulum({length, 0.0, 0.0}, 1.0);
   System system;
@@ -22,7 +22,7 @@ System make_pendulum(double length, bool has_rod) {
   return system;
 }
 
-/// x/length and z/length after ten times sqrt(length/g).
+/// Returns x/length and z/length after ten times sqrt(length/g).
 std::array<double, 2> swing(double length, bool has_rod, Method method, MotionReport* report) {
   Simulation simulation(make_pendulum(length, has_rod), {.method = method});
   const Outcome outcome = simulation.advance_to(10.0 * std::sqrt(length / g));
@@ -76,7 +76,7 @@ TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
   EXPECT_NEAR(both.positions()[5] / 1e-6, z, 1e-10);
 }
 
-/// Each rod names its points outwards or inwards.
+/// Makes a chain whose rods name their points outwards or inwards.
 System make_named_chain(bool outwards) {
   System system = scenes::make_chain(20);
   if (outwards) return system;
@@ -85,7 +85,7 @@ System make_named_chain(bool outwards) {
 }
 
 TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
-  // The error is large beside a rod, small beside the chain.
+  // An error of 2e-5 m is large beside a rod and small beside the chain.
   for (const double atol : {0.0, 2e-5}) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
     Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);
@@ -116,7 +116,7 @@ TEST(AccuracyWarning, IsNotGivenForATightTolerance) {
   }
 }
 
-/// A block on a belt at a spring, E(0) = 0: all energy comes from the belt, and goes into friction again.
+/// Makes a block at a spring on a belt. All energy but that of its start comes from the belt, and goes into friction.
 System make_stick_slip(double u) {
   System system;
   system.positions = {-1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
@@ -144,7 +144,7 @@ TEST(AccuracyWarning, IsNotGivenForStickSlip) {
   }
 }
 
-/// Nothing turns where a force that begins at 0 moves what is at rest.
+/// A force that grows from 0 moves a point from rest. Nothing turns there, and no step is too long.
 TEST(AccuracyWarning, IsNotGivenForAStartFromRest) {
   for (const Method method : {Method::Rk4, Method::Rattle, Method::Rattle6, Method::GeneralizedAlpha}) {
     for (const double step : {1e-2, 1e-3}) {
@@ -159,7 +159,7 @@ TEST(AccuracyWarning, IsNotGivenForAStartFromRest) {
   }
 }
 
-/// A block that sticks and slides under 3 sin(10 t), 127 events.
+/// A block sticks and slides under 3 sin(10 t), with 127 events.
 TEST(AccuracyWarning, IsNotGivenForABlockThatIsPushedToAndFro) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -176,7 +176,7 @@ TEST(AccuracyWarning, IsNotGivenForABlockThatIsPushedToAndFro) {
   }
 }
 
-/// What flows is measured, not where the potential has its zero: far above the ground the drift is the same.
+/// The drift is relative to the energy that flows. It is the same far above the ground, where the potential is large.
 TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
   const auto drift = [](double height) {
     System system = make_pendulum(0.5, true);
@@ -190,7 +190,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
   EXPECT_NEAR(drift(1e4), low, 1e-3 * std::abs(low));
 }
 
-/// A chain that hangs at rest: nothing flows, and rounding is no drift.
+/// Nothing flows in a chain that hangs at rest, and rounding is no drift.
 TEST(AccuracyWarning, IsNotGivenForAChainAtRest) {
   const System system = scenes::hang(scenes::make_chain_along(20, {0.0, 0.0, -0.1}), {0});
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {

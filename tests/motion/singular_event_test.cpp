@@ -10,8 +10,8 @@ using toys::Travel;
 
 constexpr double singular_time = 0.8;
 
-/// Flies freely, and turns where x falls through 0. At `singular_time` K loses rank: the smallest
-/// singular value of K goes through 0 there as a straight line.
+/// A ball that flies freely and turns where x falls through 0. K loses rank at `singular_time`, where the smallest
+/// singular value of K goes through 0 as a straight line.
 class Ball final : public SwitchingToy {
  public:
   explicit Ball(double steepness = 0.01) : SwitchingToy(1), steepness_(steepness) {}
@@ -39,7 +39,7 @@ class Ball final : public SwitchingToy {
   double reciprocal_condition_ = 1.0;
 };
 
-/// Steps end at 0.1, 0.6, …: an error of 0 makes every step five times the one before.
+/// Options with which steps end at 0.1, 0.6, …, since an error of 0 makes every step five times the one before.
 const MotionOptions growing{.step = 0.1, .rtol = 1e-8, .atol = 1e-8};
 
 TEST(SingularEventTest, AMotionWithoutEventsIsExtrapolatedPastTheSingularConfiguration) {
@@ -54,7 +54,7 @@ TEST(SingularEventTest, AMotionWithoutEventsIsExtrapolatedPastTheSingularConfigu
 }
 
 TEST(SingularEventTest, ASwitchForgetsTheVelocityBeforeIt) {
-  // Turns at 0.4, from where a step of 0.5 would be extrapolated along the velocity that it had at 0.1.
+  // The ball turns at 0.4. A step of 0.5 from there would be extrapolated along the velocity that it had at 0.1.
   Ball ball;
   Travel travel(ball, Method::Dopri5, growing, {0.4}, {-1.0});
 
@@ -68,7 +68,7 @@ TEST(SingularEventTest, ASwitchForgetsTheVelocityBeforeIt) {
 }
 
 TEST(SingularEventTest, AFixedStepGoesOnAfterASwitchWithTheVelocityOfTheNewEquations) {
-  // The place is suspected first at 0.6, where it turns in the midst of a step from 0.5 to 1.
+  // The singular configuration is suspected first at 0.6, where the ball turns in the midst of a step from 0.5 to 1.
   Ball ball(0.2);
   Travel travel(ball, Method::Rk4, {.step = 0.5}, {0.6}, {-1.0});
 
@@ -81,7 +81,7 @@ TEST(SingularEventTest, AFixedStepGoesOnAfterASwitchWithTheVelocityOfTheNewEquat
 }
 
 TEST(SingularEventTest, AnEventDuringAnExtrapolationIsMetAtItsEnd) {
-  // It is extrapolated from 0.6 over 0.2 + 0.5 (0.5/2) = 0.325.
+  // The motion is extrapolated from 0.6 over 0.2 + 0.5 (0.5/2) = 0.325.
   Ball ball;
   Travel travel(ball, Method::Dopri5, growing, {0.85}, {-1.0});
 

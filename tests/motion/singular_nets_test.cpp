@@ -12,7 +12,8 @@
 namespace tanor {
 namespace {
 
-/// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut. Rods are as long as drawn.
+/// Makes a flat net of 10 x 10 points that hangs from two adjacent corners, so that the edge between them is taut. Rods
+/// are as long as drawn.
 System make_net_on_adjacent_corners() {
   System system = scenes::make_hung_net(10);
   std::get<Rods>(system.constraints[0]).length = {};
@@ -43,7 +44,7 @@ TEST(SingularNets, NetOnAdjacentCornersHangsFromItsTautEdge) {
 }
 
 TEST(SingularNets, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
-  // Atoms 0, 1, 2 in a triangle, 3 on the other side of 1-2: two triangles on a hinge.
+  // Atoms 0, 1, 2 are a triangle and 3 is on the other side of 1-2, so that two triangles meet at a hinge.
   const double l01 = 0.4904, l02 = 0.6019, l12 = 0.2719, l31 = 0.7237, l32 = 0.5376;
   const double x2 = (l01 * l01 + l02 * l02 - l12 * l12) / (2 * l01), y2 = std::sqrt(l02 * l02 - x2 * x2);
   const double a = (l31 * l31 + l12 * l12 - l32 * l32) / (2 * l12), h = std::sqrt(l31 * l31 - a * a);
@@ -65,7 +66,7 @@ TEST(SingularNets, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
   system.masses = {12, 14, 12, 16};
   system.constraints = {
       Rods{"rods", {{0, 1}, {0, 2}, {1, 2}, {3, 1}, {3, 2}}, std::vector{l01, l02, l12, l31, l32}, {}}};
-  // The motion is chaotic, and how far the energy goes to and fro, some h^2, depends on the last bits: up to 1e-5 with
+  // The motion is chaotic. The energy goes to and fro by some h^2, which depends on the last bits: up to 1e-5 with
   // steps of 1e-3.
   MotionOptions options = with(Method::Rattle, 5e-4);
   options.start = StartMode::Project;

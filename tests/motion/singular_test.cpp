@@ -1,4 +1,4 @@
-/// Motions through places where the constraints are redundant, all the time or for a moment.
+/// Motions pass configurations where the constraints are redundant, all the time or for a moment.
 
 #include <cmath>
 
@@ -14,7 +14,7 @@ namespace {
 
 using scenes::make_four_bar;
 
-/// Three parallel cranks of length 1 that carry rods 3-4, 4-5 and 3-5 in a line: one rod too many (case 18a).
+/// Makes three parallel cranks of length 1 that carry rods 3-4, 4-5 and 3-5 in a line, one rod too many (case 18a).
 System make_parallelogram() {
   System system = scenes::make_cranks({0.0, 1.0, 2.5}, 0.7 - 0.5 * M_PI, 0.0);
   system.masses = {1, 1, 1, 1, 2, 3};
@@ -29,7 +29,7 @@ TEST(Singular, RedundantParallelogramMovesAsThePendulumItIs) {
 
   ASSERT_TRUE(simulation.advance_to(5.0).ok()) << simulation.outcome().what;
 
-  // The first mass at t = 5, case 18a
+  // The numbers are those of the first mass at t = 5 in case 18a.
   EXPECT_NEAR(simulation.positions()[9], -0.5703965679671275, 1e-11);
   EXPECT_NEAR(simulation.positions()[10], -0.8213694389562604, 1e-11);
   EXPECT_NEAR(simulation.velocities()[9], -0.8650017313892577, 1e-10);
@@ -43,7 +43,7 @@ TEST(Singular, RedundantParallelogramMovesAsThePendulumItIs) {
 TEST(Singular, ParallelogramHasTheSmallestMultipliers) {
   Simulation simulation(make_parallelogram(), with(Method::Dopri5, 0.0));
 
-  // Case 18a at t = 0: the cranks carry, the couplers do nothing
+  // At t = 0 of case 18a the cranks carry, and the couplers do nothing.
   const std::vector<double> expected{-7.503101857260695, -15.006203714521602, -22.50930557178245, 0, 0, 0};
   for (std::size_t a = 0; a < 6; ++a) EXPECT_NEAR(simulation.multipliers()[a], expected[a], 1e-12);
   EXPECT_EQ(simulation.rank().multipliers_unique, (std::vector<bool>{true, true, true, false, false, false}));
@@ -57,7 +57,7 @@ TEST_P(FourBar, LeavesTheFlatPlaceOnTheBranchOfItsMomentum) {
 
   ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
 
-  // Both cranks turn at the same constant rate: the parallelogram.
+  // Both cranks turn at the same constant rate, as a parallelogram.
   EXPECT_NEAR(simulation.positions()[6], std::cos(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[7], -std::sin(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[9], 1.0 + std::cos(1.0), 1e-6);
@@ -100,7 +100,7 @@ TEST_P(FourBar, NamesEveryFlatPlaceOfALongRun) {
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(passages.first[k].time, 0.5 + static_cast<double>(k) * pi, 1e-4);
 }
 
-/// Both masses slide over a rough plane: the cranks are slowed down evenly, by mu g, on both sides of the flat place.
+/// Both masses slide over a rough plane. The cranks are slowed down evenly, by mu g, on both sides of the flat place.
 TEST_P(FourBar, TellsTheWorkOfFrictionThroughTheFlatPlace) {
   constexpr double g = 9.81, mu = 0.02, t_end = 1.5, way = t_end - 0.5 * mu * g * t_end * t_end;
   System system = make_four_bar(0.5, -1.0);
@@ -118,7 +118,7 @@ TEST_P(FourBar, TellsTheWorkOfFrictionThroughTheFlatPlace) {
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-6);
 }
 
-/// The cranks' angle where a constant force pulls one of the two masses: 3 angle'' = -force cos(angle).
+/// The angle of the cranks while a constant force pulls one of the two masses: 3 angle'' = -force cos(angle).
 struct Pendulum {
   double force, angle, rate;
 
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Landing{Method::Rk4, 500.0, 2e-8, 1e-10}, Landing{Method::Rk4, 500.5, 2e-8, 1e-10},
                     Landing{Method::Rattle, 500.0, 2e-6, 5e-6}, Landing{Method::Rattle, 500.5, 2e-6, 5e-6}));
 
-/// dop853 sees such a place late.
+/// Method `dop853` sees such a place late.
 TEST(Singular, Dop853ArrivesHoweverNearAnAdvanceEndedToTheFlatPlace) {
   const Pendulum start{6.0, 0.5, -1.0};
   Pendulum end = start;
@@ -224,8 +224,8 @@ TEST(Singular, Dop853ArrivesHoweverNearAnAdvanceEndedToTheFlatPlace) {
 
 INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle));
 
-/// N + 1 uniform links on the ground and N uniform couplers between them, each 1 m and 1 kg, upright and on their way
-/// with 1 m/s (IFToMM benchmark A02). A uniform rod is two end masses of 1/6 and one of 4/6 in its middle.
+/// Makes N + 1 uniform links on the ground and N uniform couplers between them, each 1 m and 1 kg, upright and on their
+/// way with 1 m/s (IFToMM benchmark A02). A uniform rod is two end masses of 1/6 and one of 4/6 in its middle.
 System make_many_four_bars(int bars) {
   System system;
   const auto add = [&](double x, double y, double mass, double speed) {
@@ -271,8 +271,8 @@ TEST(Singular, FortyFourBarsGoThroughAllTheirFlatPlacesAsOnePendulum) {
   EXPECT_EQ(simulation.report().singular_passages.count, 20U);
 }
 
-/// The bar lies on a sheet, free of forces: it turns for ever, flat after each half turn. Wherever steps begin, it
-/// takes no branch but the one that it is on, or ends with a reason.
+/// The bar lies on a sheet, free of forces, and turns for ever, flat after each half turn. Wherever steps begin, the
+/// run stays on its branch or ends with a reason.
 class TurningFourBar : public testing::TestWithParam<std::pair<Method, double>> {};
 
 TEST_P(TurningFourBar, StaysOnItsBranchFromAnyAngle) {
@@ -301,8 +301,8 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
                                          std::pair{Method::Dop853, 1e-8}, std::pair{Method::Dop853, 1e-10},
                                          std::pair{Method::Dop853, 1e-12}));
 
-/// Times are right also where steps turn the cranks by more than 90 degrees: these lie flat at angle, angle + pi and so
-/// on.
+/// Times are right also where steps turn the cranks by more than 90 degrees. The cranks lie flat at angle, angle + pi
+/// and so on.
 class PassageTimes : public testing::TestWithParam<std::pair<Method, double>> {};
 
 TEST_P(PassageTimes, MatchTheMotionHoweverLongStepsAre) {
@@ -385,7 +385,7 @@ TEST_P(FourBarSnapshot, ARestoredRunPassesFlatPlacesBitByBit) {
 INSTANTIATE_TEST_SUITE_P(Motion, FourBarSnapshot,
                          testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4));
 
-/// taylor's steps lead beyond the places where branches part.
+/// The steps of `taylor` lead beyond the places where branches part.
 TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   Simulation simulation(make_many_four_bars(40), {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12});
 
@@ -397,8 +397,8 @@ TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   EXPECT_LT(simulation.report().steps, 400U);
 }
 
-/// Rounding is no secret helper: with other numbers in the tenth digit it goes the same way through all places. A step
-/// that was tried at one place says nothing about the next one.
+/// Success does not rest on rounding: with other numbers in the tenth digit the motion goes the same way through all
+/// places. A step that was tried at one place says nothing about the next one.
 TEST(Singular, SeriesGoThroughFortyFourBarsThatAreSentOffALittleFaster) {
   for (const double more : {-4e-10, -1e-10, 1e-10, 3e-10, 5e-10, 1e-9}) {
     System system = make_many_four_bars(40);

@@ -6,7 +6,7 @@
 namespace tanor {
 namespace {
 
-/// Error at t = 0.5 against a much finer run.
+/// Returns the error at t = 0.5 against a much finer run.
 double measure_error(double rtol) {
   const auto run = [](double tolerance) {
     Simulation simulation(scenes::make_chain(3),
@@ -27,7 +27,7 @@ TEST(ToleranceTest, ErrorFollowsTheTolerance) {
   }
 }
 
-/// In x'' = c t^3 the estimate of v is of order 4 and sees no error, only that of x does.
+/// In x'' = c t^3 the estimate of v is of order 4 and sees no error; the estimate of x does.
 TEST(ToleranceTest, PositionsAreHeldToTheTolerance) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -40,8 +40,8 @@ TEST(ToleranceTest, PositionsAreHeldToTheTolerance) {
   EXPECT_NEAR(simulation.positions()[0], 1e4 / 20, 1e-8);
 }
 
-/// A bead of 0.1 kg on a spring of 1e7 N/m swings with 1e4 rad/s: a step of the size that the fall alone would allow
-/// has to be rejected.
+/// Makes a bead of 0.1 kg on a spring of 1e7 N/m that swings with 1e4 rad/s. A step of the size that the fall alone
+/// would allow has to be rejected.
 System make_stiff_spring() {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -62,7 +62,7 @@ TEST(StepControlTest, AStiffSpringIsIntegratedByRejectingSteps) {
   EXPECT_NEAR(simulation.positions()[5], -0.1, 1e-6);
 }
 
-/// At rest nothing limits the step but the end; the first one must not be 0 or NaN.
+/// Nothing but the end limits the step at rest, and the first step must not be 0 or NaN.
 TEST(StepControlTest, ASystemAtRestIsDoneInFewSteps) {
   System system = scenes::make_pendulum();
   system.positions = {0, 0, 0, 0, 0, -0.1};

@@ -1,4 +1,4 @@
-/// Energies and formulas of tuples in the implicit methods: their derivatives are in Newton's matrix, so that steps far
+/// Newton's matrix of the implicit methods has the derivatives of energies and formulas of tuples, so that steps far
 /// beyond those of explicit methods converge, and end where dop853 does.
 
 #include <array>
@@ -18,7 +18,7 @@ namespace {
 constexpr int count = 7;
 constexpr double t_end = 1.0;
 
-/// A clamped zigzag that turns, of mass points that stiff energies alone hold together.
+/// Makes the mass points of a clamped zigzag that turns, which stiff energies alone hold together.
 System make_beam() {
   System beam;
   for (int i = 0; i < count; ++i)
@@ -52,7 +52,7 @@ System make_beam_of_energies() {
   return beam;
 }
 
-/// Springs from each point to the three before it, as texts.
+/// Makes the beam of springs from each point to the three before it, as texts.
 System make_beam_of_formulas() {
   System beam = make_beam();
   for (int reach = 1; reach <= 3; ++reach) {
@@ -68,7 +68,7 @@ System make_beam_of_formulas() {
   return beam;
 }
 
-/// At rest, and then pulled by a load that grows slowly: fast vibrations sleep.
+/// Puts the beam at rest and pulls it by a load that grows slowly, so that fast vibrations sleep.
 System make_loaded(System beam) {
   const EquilibriumResult rest = find_equilibrium(beam, {.accept = AcceptedEquilibria::Any});
   EXPECT_TRUE(rest.outcome.ok()) << rest.outcome.what;
@@ -100,7 +100,7 @@ TEST_P(StiffEnergies, AreSteppedImplicitlyToWhereDop853Ends) {
   ASSERT_GT(moved, 1e-5);
   EXPECT_LT(largest_difference(radau.positions(), exact.positions()), 2e-2 * moved);
   EXPECT_LT(largest_difference(alpha.positions(), exact.positions()), 2e-2 * moved);
-  // Without the derivatives Newton's iteration converges for steps of explicit methods alone.
+  // Without the derivatives Newton's iteration converges only for steps as short as those of explicit methods.
   EXPECT_LT(5 * radau.report().steps, exact.report().steps);
   EXPECT_LT(radau.report().counters.evaluations, 20 * radau.report().steps + 100);
 }

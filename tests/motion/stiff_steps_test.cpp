@@ -19,7 +19,7 @@ struct StiffScene {
   std::function<double(const Simulation&)> error{};  // m, of a closed form
 };
 
-/// 1 kg falls in a drag of 1e6 kg/s: v' = g - k v with k = 1e6/s, after the first microseconds at g/k.
+/// A point of 1 kg falls in a drag of 1e6 kg/s. By v' = g - k v with k = 1e6/s it falls at g/k after some microseconds.
 StiffScene fall_in_honey() {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -32,7 +32,7 @@ StiffScene fall_in_honey() {
   return {"drag", system, 1.0, error};
 }
 
-/// A point in a well of 1e8 N/m and 1e5 kg/s along x, which carries it along y as a swing of 1 rad/s.
+/// A point slides in a well of 1e8 N/m and 1e5 kg/s along x while it swings along y with 1 rad/s.
 StiffScene slide_in_a_formula() {
   System system;
   scenes::add_point({1e-3, 0, 0}, &system);
@@ -45,8 +45,8 @@ StiffScene slide_in_a_formula() {
   return {"formula", system, 1.0, error};
 }
 
-/// Two points 1 m apart on a spring of 1e8 N/m with its damper, without gravity, pushed slowly: an oscillator that
-/// creeps. The middle moves by F t^2/(2 m).
+/// Two points 1 m apart on a spring of 1e8 N/m with its damper, without gravity, are pushed slowly. They are an
+/// oscillator that creeps, and their middle moves by F t^2/(2 m).
 StiffScene push_a_spring() {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -59,7 +59,7 @@ StiffScene push_a_spring() {
   return {"spring", system, 5.0, error};
 }
 
-/// 1e-13 kg ahead of 1e-2 kg on a rod that a force of 20 N pulls straight: it would swing 2e7 rad/s about the rod.
+/// A force of 20 N pulls 1e-2 kg by a rod to a tip of 1e-13 kg, which would swing about the rod with 2e7 rad/s.
 StiffScene pull_a_light_tip() {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -90,7 +90,7 @@ TEST(StiffSteps, AutoGoesOverToRadau5) {
   }
 }
 
-/// Where accuracy itself asks for the steps they stay explicit: in a chain, and beside a spring that swings.
+/// Steps stay explicit where accuracy itself asks for their length, in a chain and on a spring that swings.
 TEST(StiffSteps, AreNotAssumedWhereAccuracyAsksForShortSteps) {
   System swinging;
   scenes::add_point({0, 0, 0}, &swinging);
@@ -123,8 +123,8 @@ TEST(StiffSteps, AreKnownToARestoredRun) {
   EXPECT_NEAR(restored.positions()[1], straight.positions()[1], 1e-9);
 }
 
-/// Light points hum with the root of the mass ratio, and these motions are such hums: steps follow them. At 1e12 there
-/// are 7e5 and 3e6 (docs/methods.md).
+/// Light points vibrate with the root of the mass ratio, and these motions are such vibrations, which the steps follow.
+/// At 1e12 there are 7e5 and 3e6 steps (docs/methods.md).
 TEST(MassRatios, BillionToOneRunsToTheEnd) {
   for (const auto& [scene, most_steps] :
        {std::pair{extreme::drop_heavy_tip(1e9), 40'000U}, std::pair{extreme::drop_alternating(1e9), 150'000U}}) {
@@ -139,8 +139,8 @@ TEST(MassRatios, BillionToOneRunsToTheEnd) {
   }
 }
 
-/// The cost is counted in solves, a factor of a path of rods being two of them: a second one a step costs less than the
-/// iterations that it saves, and fewer orders more than both.
+/// The cost is counted in solves, and a factor of a path of rods counts as two. A second factor in a step costs less
+/// than the iterations that it saves, and the lower order of loose tolerances saves more than both.
 TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   double before = 0.0;
   for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10}) {
@@ -153,8 +153,8 @@ TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   }
 }
 
-/// Two points at the least of a stiff pair force, with a damper between them: Newton's matrix knows the damper alone,
-/// so that implicit steps win nothing.
+/// Two points near the minimum of a stiff pair force have a damper between them. Newton's matrix knows the damper
+/// alone, so that implicit steps win nothing.
 TEST(StiffStepsTest, PairForcesThatAreStiffKeepExplicitSteps) {
   System system;
   system.positions = {0, 0, 0, std::pow(2.0, 1.0 / 6.0) + 1e-3, 0, 0};

@@ -34,7 +34,7 @@ TEST_P(SupportsTest, FixedSupportsDoNotMoveByABit) {
   }
 }
 
-/// They agree bit for bit at the time that the simulation names, whether a step or an output time ends there.
+/// Supports agree with their formula bit for bit at the time of the simulation, be it the end of a step or an output.
 TEST_P(SupportsTest, MovingSupportsStandWhereTheirFormulaSays) {
   const System system = scenes::make_shaken_chain();
   const VectorFunction& displacement = system.supports[0].displacement;
@@ -59,8 +59,8 @@ TEST_P(SupportsTest, MovingSupportsStandWhereTheirFormulaSays) {
   expect_at_formula();
 }
 
-/// Two supports at a distance of sigma push each other by 24 epsilon/sigma (WCA), by strength/sigma (log); a third one
-/// lies where the first lies and makes no pair with it. The bead far away feels next to nothing, and no energy changes.
+/// Two supports at a distance of sigma push each other by 24 epsilon/sigma (WCA) or by strength/sigma (log). A third
+/// one lies where the first lies and makes no pair with it. The far bead feels next to nothing, and the energy stays.
 TEST(SupportsTest, CarryTheirPairForcesOnEachOther) {
   for (const PairLaw law : {PairLaw::Wca, PairLaw::Log}) {
     System system;
@@ -84,7 +84,7 @@ TEST(SupportsTest, CarryTheirPairForcesOnEachOther) {
   }
 }
 
-/// A bead hung on a support that is pulled up with 3 m/s^2 along a straight line: the rod carries m (g + 3).
+/// A bead hangs on a support that is pulled up with 3 m/s^2 along a straight line, so that the rod carries m (g + 3).
 TEST_P(SupportsTest, CarryWhatTheyAccelerate) {
   System system;
   scenes::add_point({0, 0, 0}, &system);

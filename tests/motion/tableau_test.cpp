@@ -1,4 +1,4 @@
-/// Runge-Kutta coefficients against the order conditions of all rooted trees (Hairer, Norsett, Wanner I, II.2).
+/// Runge-Kutta coefficients satisfy the order conditions of all rooted trees (Hairer, Norsett, Wanner I, II.2).
 
 #include <cmath>
 #include <functional>
@@ -15,14 +15,14 @@ namespace {
 
 using Row = std::vector<double>;
 
-/// A rooted tree by what its condition needs: sum_j weight_j elementary_j = 1/density.
+/// A rooted tree, described by what its condition needs: sum_j weight_j elementary_j = 1/density.
 struct Tree {
   int order;
   double density;
   Row elementary;
 };
 
-/// All stages of a method: its own, the one at the new point, those of the dense output.
+/// Returns all stages of a method: its own, the one at the new point, those of the dense output.
 std::vector<Row> list_rows(const Tableau& tableau) {
   std::vector<Row> rows = tableau.a;
   rows.push_back(tableau.b);
@@ -38,7 +38,7 @@ Row multiply(const std::vector<Row>& a, const Row& y) {
   return result;
 }
 
-/// Every tree of at most this order: a root with a multiset of smaller trees on it.
+/// Returns every tree of at most this order, as a root with a multiset of smaller trees on it.
 std::vector<Tree> list_trees(const std::vector<Row>& a, int most) {
   std::vector<Tree> trees;
   std::vector<Row> on_stage;  // A times elementary
@@ -69,7 +69,7 @@ double dot(const Row& weights, const Row& values) {
   return sum;
 }
 
-/// Largest defect among the trees of at most this order, and the smallest among those of the next one's worst tree.
+/// Returns the largest defect of the conditions of the trees whose orders are `from` to `to`.
 double largest_defect(const std::vector<Tree>& trees, const Row& weights, int from, int to, double right_side = 1.0) {
   double worst = 0.0;
   for (const Tree& tree : trees) {
@@ -82,7 +82,7 @@ double largest_defect(const std::vector<Tree>& trees, const Row& weights, int fr
 struct Case {
   std::string name;
   Tableau tableau;
-  int estimate_order, estimate3_order;  // up to which e and e3 see nothing; 0: there is none
+  int estimate_order, estimate3_order;  // the orders up to which e and e3 see nothing, or 0 if there is none
 
   friend std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.name; }
 };
@@ -133,7 +133,7 @@ TEST(TableauTest, ThereAreTwoHundredTreesUpToOrderEight) {
   EXPECT_EQ(list_trees(list_rows(dop853_tableau()), 8).size(), 200U);
 }
 
-/// y(s) = y0 + h sum_j weights_j y'_j, written as it is interpolated: 0 and 1 at the ends, and order 7 between.
+/// The weights of y(s) = y0 + h sum_j weights_j y'_j are those of the interpolation, whose order is 7 inside the step.
 TEST(TableauTest, DenseOutputOfDop853HasOrderSevenInsideTheStep) {
   const Tableau tableau = dop853_tableau();
   const std::vector<Tree> trees = list_trees(list_rows(tableau), 8);
@@ -154,7 +154,7 @@ TEST(TableauTest, DenseOutputOfDop853HasOrderSevenInsideTheStep) {
   }
 }
 
-/// Symmetric compositions of a symmetric method (Hairer, Lubich, Wanner, V.3.1): odd powers vanish one by one.
+/// In symmetric compositions of a symmetric method (Hairer, Lubich, Wanner, V.3.1) odd powers vanish one by one.
 TEST(CompositionTest, FractionsAreSymmetricAndCancelOddPowers) {
   const auto sum = [](std::span<const double> fractions, int power) {
     double result = 0.0;

@@ -1,4 +1,4 @@
-/// Method `taylor`: closed forms, what it counts, what it passes by other means.
+/// Tests of method `taylor`: closed forms, what it counts, what it passes by other means.
 
 #include <cmath>
 #include <numbers>
@@ -24,7 +24,7 @@ double distance(const Simulation& a, const Simulation& b) {
   return worst;
 }
 
-/// IFToMM benchmark A01: l = 1, from (-1, 0) at rest, g = 9.81.
+/// Returns the error in IFToMM benchmark A01: l = 1, from (-1, 0) at rest, g = 9.81.
 double error_of_pendulum(double t_end, double rtol, MotionReport* report = nullptr) {
   System system;
   scenes::add_point({0, 0, 0}, &system);
@@ -49,22 +49,22 @@ TEST(Taylor, FollowsAPendulumForTwoThousandSeconds) {
 
 TEST(Taylor, TakesOneFactorizationAStepAndASolveAnOrder) {
   MotionReport report;
-  // How accelerations round is measured at the start and after every 64 steps, with a factor beside the state and one
-  // at it.
+  // The rounding of accelerations is measured at the start and after every 64 steps, with a factor beside the state and
+  // one at it.
   const auto of_rounding = [&] { return 2 * (1 + report.steps / 64); };
   error_of_pendulum(10.0, 1e-10, &report);
   EXPECT_LE(report.counters.factorizations, report.steps + 4 + of_rounding());
-  EXPECT_LE(report.counters.solves, report.steps * (20 + 3));  // the order at this tolerance; projections
+  EXPECT_LE(report.counters.solves, report.steps * (20 + 3));  // the order at this tolerance, and projections
   EXPECT_EQ(report.rejected, 0u);
   EXPECT_LT(report.steps, 150u);  // dopri5 takes about 3000
 
-  // Long steps turn rods far: a second factor, while it is cheap, leads back onto them.
+  // Long steps turn rods far. A second factor, while it is cheap, leads back onto them.
   error_of_pendulum(10.0, 1e-4, &report);
   EXPECT_LE(report.counters.factorizations, 2 * report.steps + 4 + of_rounding());
   EXPECT_LE(report.counters.solves, report.steps * (10 + 3));
 }
 
-/// Such steps reach beyond where the series converges; only the acceleration at their end tells.
+/// Such steps reach beyond where the series converges, which only the acceleration at their end tells.
 TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
   Simulation simulation(scenes::make_chain(20), {.method = Method::Taylor, .rtol = 0.1, .atol = 0.01, .order = 24});
 
@@ -74,7 +74,7 @@ TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 0.1);
 }
 
-/// x'' = 2 x^3 from x = x' = 1: x = 1/(1 - t), whose series says nothing from t = 1 on.
+/// A toy with x'' = 2 x^3 from x = x' = 1, so that x = 1/(1 - t). Its series says nothing from t = 1 on.
 class Blowup final : public toys::Toy, private SeriesExpansion {
  public:
   Blowup() : Toy(1) {}
@@ -126,7 +126,7 @@ TEST_F(BlowupTest, ARejectedStepDoesNotLengthenTheNextOne) {
   EXPECT_EQ(taylor.propose_step(from), proposed);
 }
 
-/// Beyond t = 1 the fewest terms leave least over; before it, all together do.
+/// Beyond t = 1 the fewest terms leave the least error; before it, all terms together do.
 TEST_F(BlowupTest, TermsAreChosenForEachStepThatIsTried) {
   Taylor taylor(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup),
       other(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup);
@@ -159,7 +159,7 @@ TEST(Taylor, HigherOrdersTakeLongerSteps) {
   }
 }
 
-/// Drag |v| v has no series at rest: the first step is of another method, the rest is not.
+/// Drag |v| v has no series at rest. The first step is of another method, and the rest are series.
 TEST(Taylor, PassesPlacesWithoutASeries) {
   System system = scenes::make_pendulum();
   system.forces.push_back(Drag{"air", {1}, 0.0, 0.5});
@@ -171,11 +171,11 @@ TEST(Taylor, PassesPlacesWithoutASeries) {
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
 }
 
-/// A point is thrown up along a line at v0 against gravity and drag c |v| v: with u = sqrt(m g/c) and T = u/g
+/// A point is thrown up along a line at v0 against gravity and drag c |v| v. With u = sqrt(m g/c) and T = u/g it has
 ///
-///   v = u tan((t_top - t)/T) up to t_top = T atan(v0/u),   v = -u tanh((t - t_top)/T) from there on:
+///   v = u tan((t_top - t)/T) up to t_top = T atan(v0/u),   v = -u tanh((t - t_top)/T) from there on.
 ///
-/// another function behind the turn, whose series knows nothing of it.
+/// The series before the turn knows nothing of the function behind it.
 TEST(Taylor, KeepsItsToleranceWhereAPointTurnsRoundAgainstDrag) {
   constexpr double g = 9.81;
   for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12}) {
@@ -201,7 +201,7 @@ TEST(Taylor, KeepsItsToleranceWhereAPointTurnsRoundAgainstDrag) {
   }
 }
 
-/// A table is a polynomial from knot to knot: no step goes beyond one.
+/// A table is a polynomial from knot to knot, and no step goes beyond a knot.
 TEST(Taylor, StopsAtTheKnotsOfATable) {
   std::vector<double> times, values;
   for (int i = 0; i <= 20; ++i) {
@@ -223,7 +223,7 @@ TEST(Taylor, StopsAtTheKnotsOfATable) {
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
 }
 
-/// A moving support does work: its integral balances the energy.
+/// A moving support does work whose integral balances the energy.
 TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
   System system = scenes::make_pendulum();
   system.supports[0].displacement = {ScalarFunction::formula("0.03*sin(7*t)"), 0.0,
@@ -268,7 +268,7 @@ TEST(Taylor, WorkOfConstraintsThatMoveBalancesTheEnergy) {
   }
 }
 
-/// The energies of a coarse run: a free bead in a well, beside a point that it knows nothing of.
+/// Returns the energies of a coarse run of a free bead in a well, beside a point that nothing joins to it.
 EnergyReport run_coarsely(const VectorFunction& displacement, const Constraint& beside) {
   System system;
   for (const Vector3& place : {Vector3{0, 0, 0}, Vector3{0, 0, -1}, Vector3{3, 0, 1}})
@@ -283,7 +283,7 @@ EnergyReport run_coarsely(const VectorFunction& displacement, const Constraint& 
   return simulation.report().energy;
 }
 
-/// A support or length that touches nothing that moves does no work, however coarse the series are: their error is in
+/// A support or length that touches nothing that moves does no work, however coarse the series are. Their error is in
 /// the drift.
 TEST(Taylor, ErrorsOfTheSeriesDoNotCountAsWork) {
   const Rods rod{"rod", {{0, 1}}, 1.0};

@@ -21,7 +21,7 @@ struct BigScene {
   friend std::ostream& operator<<(std::ostream& out, const BigScene& scene) { return out << scene.name; }
 };
 
-/// These are all explicit methods but dop853, which runs the loops of dopri5 and takes more stages for each step.
+/// Returns true for all explicit methods but dop853, which runs the loops of dopri5 and takes more stages in each step.
 bool is_explicit(const MethodTraits& method) {
   return !method.is_implicit && method.method != Method::Dop853;
 }
@@ -34,7 +34,7 @@ const std::vector<Method> implicit_ones =
 const std::vector<Method> in_coordinates =
     list_methods_that([](const MethodTraits& method) { return method.steps_in_coordinates; });
 
-/// The same guides as coordinates, without friction.
+/// Makes beads whose guides are coordinates, without friction.
 System make_beads_in_coordinates() {
   System system = scenes::make_beads(1'500);
   for (const Constraint& constraint : system.constraints) {

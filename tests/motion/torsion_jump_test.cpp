@@ -11,9 +11,9 @@ namespace tanor {
 namespace {
 
 using std::numbers::pi;
-constexpr double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; above pi: it goes round
+constexpr double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; above pi it goes round
 
-/// x = phi - rest between -pi and pi, x'' = -w^2 x, which begins at 0 and jumps from pi to -pi.
+/// The motion of x = phi - rest between -pi and pi, x'' = -w^2 x, which begins at 0 and jumps from pi to -pi.
 struct Turning {
   double angle, rate;
 
@@ -25,7 +25,7 @@ struct Turning {
   }
 };
 
-/// Three supports and a point that goes round the middle bond on a circle of 1 m.
+/// Makes three supports and a point that goes round the middle bond on a circle of 1 m.
 System make_rotor() {
   System system;
   const Turning start(0.0);
@@ -64,7 +64,7 @@ TEST(TorsionJump, IsPassedInTheMotionThatItsClosedFormHas) {
   }
 }
 
-/// A fixed step stays as it was told, with a warning where the jump costs more than a thousandth of the energy.
+/// A fixed step stays as it was asked for, with a warning where the jump costs more than a thousandth of the energy.
 TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassTheJump) {
   for (const Method method : {Method::Rk4, Method::Rattle}) {
     for (const double step : {0.2, 0.05, 0.02, 0.01}) {

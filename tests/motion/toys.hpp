@@ -10,7 +10,7 @@
 
 namespace tanor::toys {
 
-/// x'' = a(t, x, v) of a few numbers without constraints; keeps the instants of its switches.
+/// A few numbers without constraints that obey x'' = a(t, x, v). It keeps the instants of its switches.
 class Toy : public Mechanics, private StepProjector, private RankMonitor {
  public:
   explicit Toy(std::size_t size) : size_(size) {}
@@ -27,9 +27,9 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
     linearised_at_ = t;
     return {};
   }
-  /// After a `push`.
+  /// Returns the power that belongs to the latest `push`.
   virtual Power power(const double* /*v*/) { return {}; }
-  /// x'' = a(t, x, v)
+  /// Evaluates x'' = a(t, x, v).
   virtual Outcome push(double t, const double* x, const double* v, double* a) = 0;
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     if (request.gradients == Gradients::Evaluate) linearised_at_ = at.t;
@@ -54,7 +54,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   Roles roles() override { return {.step_projector = this, .rank_monitor = this}; }
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "toys have none"; }
-  /// Moves nothing, but is held to the K of the step's beginning as every mechanics is.
+  /// Moves nothing, but fails if the last linearisation is not at the step's beginning, as every mechanics requires.
   ProjectionReport project_step(double t, double h, double*, double*) override {
     ProjectionReport report;
     if (std::abs(linearised_at_ - (t - h)) > 1e-14) {
@@ -82,7 +82,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   Parallel parallel_{1};
 };
 
-/// One whose equations switch; its functions have no kinks, and it has no discrete state.
+/// A toy whose equations switch. Its functions have no kinks, and it has no discrete state.
 class SwitchingToy : public Toy, private EventFunctions {
  public:
   using Toy::Toy;
@@ -100,14 +100,14 @@ class SwitchingToy : public Toy, private EventFunctions {
   void restore_discrete_state(std::span<const int>) override {}
 };
 
-/// A block on a spring, x'' = k (u t - x) - F, whose far end is drawn with u. Coulomb friction holds it up to the
+/// A block on a spring whose far end is drawn with u, x'' = k (u t - x) - F. Coulomb friction holds the block up to the
 /// friction of rest, and slows it by that of sliding.
 class Block final : public SwitchingToy {
  public:
   Block(double stiffness, double drive, double rest, double sliding)
       : SwitchingToy(1), stiffness_(stiffness), drive_(drive), rest_(rest), sliding_(sliding) {}
 
-  int direction = 0;  ///< of sliding; 0: it sticks
+  int direction = 0;  ///< of sliding; 0 if it sticks
 
   Outcome push(double t, const double* x, const double*, double* a) override {
     pull_ = stiffness_ * (drive_ * t - x[0]);

@@ -1,4 +1,4 @@
-/// Beads on straight wires that turn: their two multipliers are functions of the instant, whatever steps were taken.
+/// Beads on straight wires that turn have two multipliers, functions of the instant whatever steps were taken.
 
 #include <cmath>
 
@@ -14,7 +14,7 @@ ScalarFunction f(const char* text) {
 
 constexpr double bead_mass = 2.0, gravity = 9.81;
 
-/// On the wire d = (cos t, sin t, 0) through the origin, from rest at 1 m: s'' = s, s = cosh t.
+/// Makes a bead on the wire d = (cos t, sin t, 0) through the origin, from rest at 1 m: s'' = s, s = cosh t.
 ///
 ///   K lambda = m g e_z + 2 m s' e_t;  e1 = e_z, e2 = d x e1 = -e_t
 System make_turning_wire(bool with_coordinates) {
@@ -69,8 +69,8 @@ TEST(TurningLine, BothFormsAreCertifiedAfterEveryStep) {
   }
 }
 
-/// A wire that wobbles around z: its unit vectors jump four times in a turn. Methods, tolerances and the number of
-/// advances make no difference to the multipliers, nor to K lambda.
+/// The unit vectors of a wire that wobbles around z jump four times in a turn. Methods, tolerances and the number of
+/// advances make no difference to the multipliers.
 TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0};
@@ -96,7 +96,7 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
   EXPECT_EQ(reference.report().singular_passages.count, 0u) << "a jump of unit vectors is no singular configuration";
 }
 
-/// A direction of any length that tumbles: each axis is the farthest one for a while.
+/// A direction of any length tumbles, so that each axis is the farthest one for a while.
 TEST(TurningLine, SeriesFollowALineThatTumbles) {
   System system = make_turning_wire(false);
   system.positions = {1.0, 0.0, 0.0};

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What steps must not jump over, with its integrals in closed form: pulses, windows, waves.
+/// \file Functions that steps must not jump over, with their integrals in closed form: pulses, windows, waves.
 
 #include <cmath>
 #include <functional>
@@ -18,11 +18,11 @@ class Unseen {
  public:
   enum class Shape { Pulse, Triangle, Window, Wave };
 
-  /// Around `center`, as wide as `width`; a wave of that period, all the time.
+  /// Places the function around `center`, as wide as `width`; a wave has that period and lasts all the time.
   Unseen(Shape shape, double height, double center, double width)
       : shape_(shape), height_(height), center_(center), width_(width) {}
 
-  /// In t.
+  /// Returns the function as a formula in t.
   std::string text() const {
     std::ostringstream out;
     out.precision(17);
@@ -75,7 +75,7 @@ class Unseen {
 
   double center() const { return center_; }
   double width() const { return width_; }
-  /// Where it is not smooth, and where it is far from nothing.
+  /// Returns where the function is not smooth.
   std::vector<double> corners() const {
     if (shape_ == Shape::Triangle) return {center_ - 0.5 * width_, center_, center_ + 0.5 * width_};
     if (shape_ == Shape::Window)
@@ -88,7 +88,7 @@ class Unseen {
   double u(double t) const { return (t - center_) / width_; }
   double rate() const { return 2.0 * std::numbers::pi / width_; }
 
-  /// Sum of slope jumps times f(t - corner).
+  /// Returns the sum of slope jumps times f(t - corner).
   template <class Function>
   double ramps(double t, const Function& f) const {
     if (shape_ == Shape::Triangle) {
@@ -112,7 +112,7 @@ class Unseen {
   double second(double t) const {
     switch (shape_) {
       case Shape::Pulse:
-        // w^2 h/2 (sqrt(pi) u erf(u) + exp(-u^2))
+        // The second integral of a pulse is w^2 h/2 (sqrt(pi) u erf(u) + exp(-u^2)).
         return 0.5 * height_ * width_ * width_ *
                (std::sqrt(std::numbers::pi) * u(t) * std::erf(u(t)) + std::exp(-square(u(t))));
       case Shape::Wave:
@@ -126,8 +126,8 @@ class Unseen {
   double height_, center_, width_;
 };
 
-/// integral of f over [0, end] by Gauss & Legendre (10 points) on pieces cut at the corners; all of `finest` or less
-/// around what is narrow.
+/// Integrates f over [0, end] by Gauss & Legendre (10 points) on pieces that are cut at the corners of g and fine
+/// around its center.
 inline double integrate(const std::function<double(double)>& f, double end, const Unseen& g) {
   static constexpr std::array<double, 5> x{0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
                                            0.8650633666889845, 0.9739065285171717};
@@ -148,8 +148,8 @@ inline double integrate(const std::function<double(double)>& f, double end, cons
   return static_cast<double>(sum);
 }
 
-/// A block of 1 kg on a line with |N| = load, drawn by f(t) over a belt that moves with u(t): stick and slip in closed
-/// form between instants that bisection finds.
+/// A block of 1 kg on a line with |N| = load, drawn by f(t) over a belt that moves with u(t). It sticks and slips in
+/// closed form between instants that bisection finds.
 class RoughBlock {
  public:
   RoughBlock(const Unseen* force, const Unseen* belt, double friction) : f_(force), u_(belt), limit_(friction) {}
@@ -160,7 +160,7 @@ class RoughBlock {
     double t = 0.0;
     int mode = slide_of(0.0);
     double begin = 0.0, x0 = x, v0 = v;   // of the present mode
-    const auto leaves = [&](double at) {  // > 0: goes on
+    const auto leaves = [&](double at) {  // goes on while > 0
       if (mode == 0) return limit_ - std::abs(pull(at));
       const double speed = v0 + work(begin, at) - mode * limit_ * (at - begin);
       return mode * (speed - belt(at));
@@ -183,7 +183,7 @@ class RoughBlock {
       if (after > 0.0) has_risen = true;
       if (after < 0.0) {
         double low = t, high = next;
-        // What begins at 0 rises first.
+        // A difference that begins at 0 rises first.
         for (int k = 0; k < 60 && has_risen; ++k) {
           const double middle = 0.5 * (low + high);
           (leaves(middle) > 0.0 ? low : high) = middle;
@@ -208,7 +208,7 @@ class RoughBlock {
 
  private:
   double belt(double t) const { return u_ != nullptr ? u_->value(t) : 0.0; }
-  /// What friction has to hold.
+  /// Returns the force that friction has to hold.
   double pull(double t) const { return (f_ != nullptr ? f_->value(t) : 0.0) - (u_ != nullptr ? u_->slope(t) : 0.0); }
   double work(double a, double b) const { return f_ != nullptr ? f_->integral(b) - f_->integral(a) : 0.0; }
   int slide_of(double t) const {

@@ -1,4 +1,4 @@
-/// Nothing that acts goes unlooked-at between the ends of a step: random draws.
+/// Random draws show that nothing that acts goes unseen between the ends of a step.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 using namespace unseen_scenes;
 
-/// Numbers that do not depend on the library's distributions.
+/// Draws numbers that do not depend on the distributions of the standard library.
 class Draw {
  public:
   explicit Draw(unsigned seed) : engine_(seed) {}
@@ -33,11 +33,11 @@ class Draw {
   std::mt19937 engine_;
 };
 
-/// What a draw came to: how far off, over the tolerance.
+/// The result of one draw, with its error over the tolerance.
 struct Result {
   std::string scene;
-  double miss = 0.0;       // over atol + rtol of the largest of the motion
-  double allowed = 100.0;  // of waves more: ordinary errors of thousands of steps add up
+  double miss = 0.0;       // over atol + rtol times the largest of the motion
+  double allowed = 100.0;  // more for waves, as ordinary errors of thousands of steps add up
   bool is_told = false;    // exit 3, or a warning
 };
 
@@ -55,7 +55,7 @@ Result compare(Simulation* simulation, double end, double x, double v, double x_
   return result;
 }
 
-/// One random scene; some shapes, heights and widths, of which nobody warns the method.
+/// Runs one scene with a random shape, height and width, of which nobody warns the method.
 Result draw_one(unsigned seed) {
   Draw draw(seed);
   const double end = draw.log_uniform(1.0, 100.0), width = end * draw.log_uniform(1e-3, 1.0);
@@ -133,7 +133,7 @@ Result draw_one(unsigned seed) {
     const double v = integrate([&](double t) { return rate * rate * std::cos(rate * (end - t)) * d.value(t); }, end, d);
     return compare(&simulation, end, x, v, 1.0, std::max(1.0, rate), describe("a support, moved by", d), periods);
   }
-  // A point goes round on a rod, or a sphere, whose length is 1 + g: length^2 angle' is constant.
+  // A point goes round on a rod, or a sphere, whose length is 1 + g, so that length^2 angle' is constant.
   const double height = shape == Shape::Wave ? 0.3 * width / end : 0.3;  // else it runs, in and out, too fast to turn
   const Unseen g(has_corners ? Shape::Pulse : shape, height, center, width);
   const double at_start = 1.0 + g.value(0.0);

@@ -28,7 +28,7 @@ inline VectorFunction along_x(ScalarFunction g) {
   return {std::move(g), 0.0, 0.0};
 }
 
-/// A block on a belt.
+/// Makes a block on a belt.
 inline System make_block(double mu, VectorFunction belt) {
   System system = scenes::make_block_on_rail(mu);
   std::get<Coulomb>(system.friction[0]).velocity = std::move(belt);

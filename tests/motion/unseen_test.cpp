@@ -1,4 +1,4 @@
-/// \file Nothing that acts goes unlooked-at between the ends of a step.
+/// \file Nothing that acts goes unseen between the ends of a step.
 
 #include <gtest/gtest.h>
 
@@ -109,10 +109,9 @@ TEST(Unseen, PulseOnAFreePointIsSeen) {
   }
 }
 
-/// A pendulum whose support is pushed, beside steps that are far shorter than the push, of another method.
 // ---- energies and forces of several points that depend on time ----
 
-/// Two points of 1 and 2 kg, drawn towards each other along x by g(t): U = (x2 - x1) c g(t), c = 1.
+/// Returns where two points of 1 and 2 kg are that g(t) draws towards each other along x: U = (x2 - x1) c g(t), c = 1.
 std::array<double, 2> expect_meeting(const Unseen& g, double t) {
   return {g.second_integral(t), 3.0 - 0.5 * g.second_integral(t)};
 }
@@ -147,7 +146,7 @@ TEST(Unseen, PulseOfAnEnergyAndOfAForceOnTwoPointsIsSeen) {
         EXPECT_NEAR(simulation.positions()[0], first, 1e-6) << name_of(method) << g.text() << is_energy;
         EXPECT_NEAR(simulation.positions()[3], second, 1e-6) << name_of(method) << g.text() << is_energy;
         if (!is_energy || shape != Shape::Pulse) continue;
-        // E = T + U, and U's explicit change in time is the work of the energies.
+        // The energy is E = T + U, and the explicit change of U in time is the work of the energies.
         const double drift = simulation.report().energy.drift_relative();
         EXPECT_LT(std::abs(drift), 1e-5) << name_of(method) << g.text();
       }
@@ -186,7 +185,7 @@ TEST(Unseen, PulsesOfAnEnergyWithConstantsAndSupportsAreSeen) {
   }
 }
 
-/// A narrow well in space: a point that is fast falls through it and has its speed behind it.
+/// A fast point falls through a narrow well in space and has its old speed behind it.
 TEST(Unseen, AWellOfAnEnergyIsNotJumped) {
   for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853}) {
     System system = make_free_point();
@@ -196,7 +195,7 @@ TEST(Unseen, AWellOfAnEnergyIsNotJumped) {
 
     ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
 
-    // The time that is won: the integral of 1 - 1/sqrt(1 + 6 exp(-u^2)) over the well, 0.01 m long, by its values.
+    // The time that is won is the integral of 1 - 1/sqrt(1 + 6 exp(-u^2)) over the well, 0.01 m long, by its values.
     double won = 0.0;
     for (int k = -4000; k < 4000; ++k) {
       const double u = (k + 0.5) * 0.002;
@@ -207,7 +206,7 @@ TEST(Unseen, AWellOfAnEnergyIsNotJumped) {
   }
 }
 
-/// The friction of a block sees a pulse of an energy as it sees one of a force.
+/// The friction of a block takes in a pulse of an energy as it does one of a force.
 TEST(Unseen, APulseOfAnEnergyMovesABlockAtRest) {
   for (const Method method : {Method::Auto, Method::Dopri5}) {
     System system = make_block(0.2, {});
@@ -231,6 +230,7 @@ TEST(Unseen, FixedStepsTellWhichEnergyTheyPassedOver) {
   EXPECT_NE(simulation.report().accuracy_warning, "");
 }
 
+/// A pendulum whose support is pushed agrees with a run whose steps are far shorter than the push.
 TEST(Unseen, PushOfASupportIsSeen) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
@@ -285,7 +285,7 @@ TEST(Unseen, AMaxStepThatIsNoLengthOfTimeIsRefused) {
   }
 }
 
-/// Nobody knows a bound of a black box of state and time, so that the user says one.
+/// No bound of a black box of state and time is known, so that the user gives one.
 TEST(Unseen, MaxStepFindsAPulseOfABlackBox) {
   const Unseen pulse(Shape::Pulse, 10.0, 5.3, 0.1);
   System system = make_free_point();

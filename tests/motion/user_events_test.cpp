@@ -16,7 +16,7 @@ using std::numbers::pi;
 const double frequency = std::sqrt(9.81 / scenes::spacing);
 const double quarter = elliptic::quarter_period(0.5 * pi, frequency);
 
-/// Let go horizontally, at x = 0.1 m: it passes the vertical, x = 0, at odd quarters of its period.
+/// Returns the event x = 0 of a pendulum, which is released at x = 0.1 m and passes it at odd quarters of its period.
 Event through_the_vertical(Event::Direction direction = Event::Direction::Both, bool stops = false) {
   return {"vertical", [](double, std::span<const double> r, std::span<const double>) { return r[3]; }, direction,
           stops};
@@ -61,7 +61,7 @@ TEST_P(UserEventsTest, AStoppingEventEndsTheAdvanceAndTheNextAdvanceGoesOn) {
     EXPECT_NEAR(watched.positions()[3], 0.0, 2.0 * GetParam().error);
     EXPECT_NEAR(watched.velocities()[3], std::sqrt(2.0 * 9.81 * scenes::spacing), 20.0 * GetParam().error);
   }
-  // It begins at rest, which is no passage, and turns at 2, 4 and 6 quarters.
+  // The pendulum begins at rest, which is no passage, and turns at 2, 4 and 6 quarters.
   std::vector<std::size_t> order;
   for (const Passage& passage : watched.passages()) order.push_back(passage.event);
   EXPECT_EQ(order, (std::vector{turn, vertical, turn, turn, vertical}));
@@ -120,8 +120,8 @@ TEST(UserEventsTest, FunctionsOfTimeAreFoundToRounding) {
   EXPECT_EQ(simulation.time(), 7.0);
 }
 
-/// x'' = -x of a block on a spring with friction 0.1: slides from 1 to -0.8, where it turns. The step that ends there
-/// has other accelerations at its end; passages of the old ones are looked for.
+/// A block on a spring with friction 0.1, x'' = -x, slides from 1 to -0.8, where it turns. The step that ends there has
+/// other accelerations at its end, but its passages are those of the motion before.
 TEST(UserEventsTest, PassagesInStepsThatEndInASwitchAreThoseOfTheMotionBefore) {
   toys::Block block(1.0, 0.0, 0.1, 0.1);
   toys::Travel travel(block, Method::Dop853, {.step = 0.1, .rtol = 1e-12, .atol = 1e-14}, {1.0}, {0.0});
@@ -132,7 +132,7 @@ TEST(UserEventsTest, PassagesInStepsThatEndInASwitchAreThoseOfTheMotionBefore) {
 
   ASSERT_TRUE(travel.advance(4.0).ok());
 
-  // x = 0.1 + 0.9 cos(t) until t = pi, then x = -0.1 - 0.7 cos(t - pi)
+  // The motion is x = 0.1 + 0.9 cos(t) until t = pi, then x = -0.1 - 0.7 cos(t - pi).
   ASSERT_EQ(travel.integration.watch().passages().size(), 2U);
   EXPECT_NEAR(travel.integration.watch().passages()[0].time, std::acos(-0.8999 / 0.9), 1e-8);
   EXPECT_NEAR(travel.integration.watch().passages()[1].time, pi + std::acos(0.6999 / 0.7), 1e-8);
@@ -149,7 +149,7 @@ TEST(UserEventsTest, AFunctionThatIsNoNumberIsReported) {
   EXPECT_THROW(simulation.add_event({"empty"}), InputError);
 }
 
-/// The hole is so near to the function's root that steps look at both sides of it alone.
+/// The function is no number so near to its root that steps evaluate it on both sides of that gap alone.
 TEST(UserEventsTest, AFunctionThatIsNoNumberAtItsRootHasNoPassage) {
   for (const MotionOptions& options : {MotionOptions{.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12},
                                        MotionOptions{.method = Method::Rk4, .step = 1e-3}}) {

@@ -6,7 +6,7 @@
 
 #include <malloc.h>
 
-// glibc's own names behind malloc: the functions below take the place of its public ones, in the libraries too
+// These are glibc's own names behind malloc. The functions below take the place of its public ones, also in libraries
 // (operator new calls malloc).
 extern "C" {
 void* __libc_malloc(std::size_t);

@@ -4,13 +4,13 @@
 
 namespace tanor::allocation {
 
-/// Counts what every thread asks malloc, calloc, realloc, aligned_alloc, posix_memalign or operator new for, from its
-/// construction on. The whole program has one heap: link counting_allocator.cpp.
+/// Counts the calls of all threads to malloc, calloc, realloc, aligned_alloc, posix_memalign or operator new since its
+/// construction. The whole program has one heap: link counting_allocator.cpp.
 class AllocationCounter {
  public:
   AllocationCounter();
   std::size_t count() const;
-  /// Held by the program now, more than at the construction.
+  /// Returns by how much the bytes that the program holds have grown since the construction.
   std::ptrdiff_t bytes() const;
 
  private:

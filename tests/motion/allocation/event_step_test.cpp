@@ -11,8 +11,8 @@ namespace {
 
 class StepWithEventsTest : public testing::TestWithParam<Method> {};
 
-/// Sliding to and fro without friction: its function is looked at in every step, and inside the first one after each
-/// turn. The turns themselves take a copy of the discrete state.
+/// A block slides to and fro without friction. Its event function is evaluated in every step, and also inside the first
+/// step after each turn. Only the turns themselves copy the discrete state.
 TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
   toys::Block block(4.0, 0.0, 0.0, 0.0);
   toys::Travel travel(block, GetParam(), {.step = 0.01, .rtol = 1e-8, .atol = 1e-10}, {1.0}, {0.0});
@@ -42,8 +42,8 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
 
 class StepPastSingularConfigurationsTest : public testing::TestWithParam<Method> {};
 
-/// The second time, after the first passage of its report: it extrapolates, compares K and narrows where K lost rank
-/// with what it has.
+/// A second run extrapolates past singular configurations, compares K and narrows down where K lost rank, all of it in
+/// the memory that it has after the first passage.
 TEST_P(StepPastSingularConfigurationsTest, AllocatesNothing) {
   const extreme::Case scene = extreme::turn_four_bar(0.5, 20.0, "");
   MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};

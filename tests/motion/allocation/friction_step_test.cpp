@@ -14,7 +14,7 @@ Coulomb make_rough(const std::string& guide, double mu) {
   return Coulomb{.name = "rough " + guide, .at = {guide}, .coefficient = mu};
 }
 
-/// Six beads on one line: every second one slides, the others stick against a push that grows.
+/// Makes six beads on one line. Every second one slides, the others stick against a push that grows and falls.
 System make_beads_on_a_line() {
   System system;
   Lines line{"line", {}, Vector3{}, Vector3{1.0, 0.0, 0.0}};
@@ -33,7 +33,7 @@ System make_beads_on_a_line() {
   return system;
 }
 
-/// Bars between a rough wall and a rough floor: friction at one end presses the other one.
+/// Makes bars between a rough wall and a rough floor. Friction at one end of a bar presses the other end.
 ///
 ///     |o
 ///     | \        c = 0.6, s = 0.8
@@ -50,7 +50,7 @@ System make_bars_on_lines(int count, double speed, double mu) {
     system.constraints.push_back(Lines{"floor" + number, {foot}, Vector3{0.0, y, 0.0}, Vector3{1.0, 0.0, 0.0}});
     system.friction.push_back(make_rough("wall" + number, mu));
     system.friction.push_back(make_rough("floor" + number, mu));
-    // c c' + s s' = 0
+    // The bar keeps its length: c c' + s s' = 0.
     system.velocities[3 * static_cast<std::size_t>(top) + 2] = -speed * c;
     system.velocities[3 * static_cast<std::size_t>(foot)] = speed * s;
   }
@@ -59,7 +59,7 @@ System make_bars_on_lines(int count, double speed, double mu) {
   return system;
 }
 
-/// Beads on a plane and on spheres: some slide, some stick.
+/// Makes beads on a plane and on spheres, some of which slide and some of which stick.
 System make_beads_on_surfaces() {
   System system;
   Planes floor{"floor", {}, Vector3{0.0, 0.0, 1.0}, 0.0};
@@ -86,7 +86,7 @@ System make_beads_on_surfaces() {
   return system;
 }
 
-/// A row of beads on rods slides over a rough plane.
+/// Makes a row of beads on rods that slides over a rough plane.
 System make_sliding_rope() {
   System system = scenes::make_chain(8, false);
   Planes floor{"floor", {}, Vector3{0.0, 0.0, 1.0}, 0.0};
@@ -100,7 +100,7 @@ System make_sliding_rope() {
   return system;
 }
 
-/// The same at rest, and pulled too little: it shares the load.
+/// Makes the same rope at rest, pulled too little to move. Its sticking contacts share the load.
 System make_resting_rope() {
   System system = make_sliding_rope();
   std::fill(system.velocities.begin(), system.velocities.end(), 0.0);
@@ -108,7 +108,7 @@ System make_resting_rope() {
   return system;
 }
 
-/// Beads that stick to a hoop that turns, and some that slide on it.
+/// Makes beads that stick to a turning hoop, and some that slide on it.
 System make_turning_hoop() {
   System system;
   Circles hoop{"hoop",
@@ -132,7 +132,7 @@ System make_turning_hoop() {
   return system;
 }
 
-/// Laws that never stick.
+/// Makes the beads on surfaces with laws of friction that never stick.
 System make_creeping_beads() {
   System system = make_beads_on_surfaces();
   Coulomb floor = make_rough("floor", 0.3);
@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StepWithFrictionTest,
 
 class FrictionMethodTest : public testing::TestWithParam<FrictionMethod> {};
 
-/// Coupled so strongly that `auto` takes Newton's method.
+/// The bars are coupled so strongly that `auto` takes Newton's method.
 TEST_P(FrictionMethodTest, AllocatesNothing) {
   Simulation simulation(make_bars_on_lines(2, 2.0, 0.6), make_friction_options(Method::Dopri5),
                         {.threads = 1, .friction = GetParam()});

@@ -15,7 +15,7 @@ namespace {
 using allocation::AllocationCounter;
 using allocation::Scene;
 
-/// Methane with all ten distances, one of which depends on the others.
+/// Makes methane with all ten distances, one of which depends on the others.
 System make_redundant() {
   System system;
   Rods rods{"rods", {}, {}, {}};

@@ -6,7 +6,7 @@
 namespace tanor {
 namespace {
 
-/// As long as the pivots of the first factorizations serve.
+/// Steps take no memory as long as the pivots of the first factorizations serve.
 TEST(ImplicitStepTest, AllocatesNothing) {
   for (const Method method : {Method::Radau5, Method::GeneralizedAlpha}) {
     MotionOptions options{.method = method, .rtol = 1e-6, .atol = 1e-8, .start = StartMode::Project};

@@ -1,5 +1,5 @@
-/// What a scene does not need takes no memory: each omission is proven by the bytes that are held, beside those that
-/// the thing left out would take at least.
+/// A scene takes no memory for parts that it does not need. Each test compares the bytes that are held with the bytes
+/// that the omitted part would take at least.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using allocation::AllocationCounter;
 constexpr Index num_beads = 1000;
 constexpr std::ptrdiff_t number = sizeof(double);
 
-/// Beads on circles of their own, which slide.
+/// Makes sliding beads, each on a circle of its own.
 System make_beads_on_circles() {
   System system;
   for (Index i = 0; i < num_beads; ++i) {
@@ -82,7 +82,7 @@ TEST(LeftOutBytes, CoordinatesAloneHoldNoS) {
 
   const Solved both(make_beads_on_circles(), {.form = Form::Tangent}), tangent(alone), normal(constraints_alone);
 
-  // H has one number a bead, S three of its triangle.
+  // H has one number per bead, S has three in its triangle.
   EXPECT_EQ(tangent.dynamics.plan().pattern_nonzeros, static_cast<std::size_t>(num_beads));
   EXPECT_EQ(normal.dynamics.plan().pattern_nonzeros, 3 * static_cast<std::size_t>(num_beads));
   EXPECT_LE(tangent.bytes, both.bytes - normal.factor_bytes());
@@ -100,8 +100,8 @@ TEST(LeftOutBytes, SmoothGuidesTakeNoBytesForFriction) {
 
   const Solved none(smooth), regularised(creeping), exact(sticking);
 
-  // Without friction, and with a law that never sticks: the triangle of S of two rows a bead. Else each bead may have a
-  // third row.
+  // Without friction, and with a law that never sticks, S has the triangle of two rows per bead. With a law that sticks
+  // each bead may have a third row.
   EXPECT_EQ(none.dynamics.plan().pattern_nonzeros, 3 * static_cast<std::size_t>(num_beads));
   EXPECT_EQ(regularised.dynamics.plan().pattern_nonzeros, 3 * static_cast<std::size_t>(num_beads));
   EXPECT_EQ(exact.dynamics.plan().pattern_nonzeros, 6 * static_cast<std::size_t>(num_beads));
@@ -114,7 +114,7 @@ TEST(LeftOutBytes, SmoothGuidesTakeNoBytesForFriction) {
 }
 
 TEST(LeftOutBytes, StepsWithConstantKTakeNoBytes) {
-  // Beads on planes: S is diagonal, in closed form, and a step asks for nothing more.
+  // The beads lie on a plane, so that S is diagonal, in closed form, and a step needs nothing more.
   System beads;
   for (Index i = 0; i < num_beads; ++i) {
     beads.positions.insert(beads.positions.end(), {1.0 * i, 0.0, 0.0});

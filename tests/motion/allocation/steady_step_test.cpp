@@ -29,7 +29,7 @@ const Scene steady_scenes[]{
     {"driven_bead", [] { return scenes::make_driven_chain(100); }},
 };
 
-/// So tight, and of so low an order, that the motion takes more than 24 steps.
+/// Returns tolerances so tight, and an order so low, that the motion takes more than 24 steps.
 MotionOptions make_options(Method method) {
   MotionOptions options{.method = method, .rtol = 1e-6, .atol = 1e-8, .start = StartMode::Project};
   if (has_fixed_steps(method)) options.step = 1e-3;
@@ -47,7 +47,7 @@ TEST_P(SteadyStepTest, AllocatesNothing) {
   EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u);
 }
 
-/// A host that asks for every step.
+/// A host that asks for every step takes no memory either.
 TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
   const auto& [scene, method, threads] = GetParam();
   Simulation simulation(scene.build(), make_options(method), {.threads = threads});
@@ -78,13 +78,13 @@ INSTANTIATE_TEST_SUITE_P(Compositions, SteadyStepTest,
                                                           steady_scenes[8]),
                                           testing::Values(Method::Rattle4, Method::Rattle6), testing::Values(1, 2)),
                          allocation::name_steps);
-// Whose forces have no series
+// Method `taylor` is left out, since these forces have no series.
 INSTANTIATE_TEST_SUITE_P(Pairs, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"melt", [] { return scenes::make_melt(12); }}),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Rattle),
                                           testing::Values(1, 2)),
                          allocation::name_steps);
-// Which rattle cannot step
+// Methods `taylor` and `rattle` are left out, since they cannot step in coordinates.
 INSTANTIATE_TEST_SUITE_P(Coordinates, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"coordinates", scenes::make_coordinates}),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853),

@@ -32,7 +32,7 @@ inline std::string name_steps(const testing::TestParamInfo<Steps>& instance) {
   return scene.name + "_" + std::string(name_of(method)) + "_" + std::to_string(threads);
 }
 
-/// Each island on its own way, a net's sparse factors among them.
+/// Joins a net, clusters and `others` in one system whose islands take different solvers, one with sparse factors.
 inline System make_mixture(const System& others) {
   System system = scenes::make_net(8, 8);
   put_beside(scenes::make_clusters(50), &system);
@@ -40,7 +40,7 @@ inline System make_mixture(const System& others) {
   return system;
 }
 
-/// Allocations in 20 steps of a simulation, after 3 to warm up; one more follows, so that the count falls between two.
+/// Counts allocations in 20 steps after 3 of warm-up. One more step follows, so that the count ends between steps.
 inline std::size_t count_in_steady_steps(Simulation* simulation) {
   std::size_t count = 0;
   std::unique_ptr<AllocationCounter> counter;
