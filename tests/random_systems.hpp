@@ -13,7 +13,7 @@ namespace tanor {
 
 struct RandomSystem {
   System system;
-  double t = 0.0;                             ///< there xi(r, t) = 0 and K'v + xi_t = 0 up to rounding
+  double t = 0.0;                             ///< time at which xi(r, t) = 0 and K'v + xi_t = 0 up to rounding
   std::vector<double> positions, velocities;  ///< at t, 3n
 };
 

@@ -79,8 +79,8 @@ inline Configuration moving(Numbers r, Numbers v, double t) {
   return result;
 }
 
-/// Evaluates xi of one member, row by row, as docs/scene-format.md defines it. `start` has the initial positions at t =
-/// 0, to which parameters that are "initial" refer.
+/// Evaluates xi of one member, row by row, as docs/scene-format.md defines it. `start` has the initial positions, to
+/// which parameters that are "initial" refer.
 struct Xi {
   const Configuration &now, &start;
 
@@ -108,8 +108,7 @@ struct Xi {
     return {radius(now) - parameter(spheres.radius, k, radius)};
   }
 
-  /// Returns the distances along e1 and e2 = d x e1. e1 is the part orthogonal to d of the axis that is farthest from
-  /// d.
+  /// Returns the distances along e1 and e2 = d x e1. e1 is the part orthogonal to d of the axis farthest from d.
   std::vector<Number> operator()(const Lines& lines, std::size_t k) const {
     const Place given = now(lines.direction), d = (1.0 / norm(given)) * given;
     Place axis{};
@@ -161,8 +160,8 @@ struct Xi {
     return {sum(now) - parameter(linears.value, k, sum)};
   }
 
-  /// Returns (Q - sqrt Q)/sqrt P with Q = a'(sum of u u'/s^2) a, P = a'(sum of u u'/s^4) a over the axes u with radii
-  /// s.
+  /// With Q = a'(sum of u u'/s^2) a and P = a'(sum of u u'/s^4) a over the axes u with radii s, returns (Q - sqrt
+  /// Q)/sqrt P.
   std::vector<Number> operator()(const Ellipsoids& ellipsoids, std::size_t k) const {
     using Eigen::Vector3d;
     const Vector3d first = Vector3d(ellipsoids.axes[0].data()).normalized(), second(ellipsoids.axes[1].data());
