@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 // ---- a heavy tip (docs/certificate.md) -----------------------------------------------------------------------------
 //
-//    (0)--o--o-- ... --o--O     20 rods, bead mass 1, tip mass R: cond S = 80 R, straight or bent.
+//   (0)--o--o-- ... --o--O     20 rods, bead mass 1, tip mass R: cond S = 80 R, straight or bent.
 
 RandomSystem make_heavy_tip(double ratio, double bend) {
   constexpr Index rods = 20;
