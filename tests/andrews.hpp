@@ -8,13 +8,13 @@
 #include <tanor/tanor.hpp>
 #include <tanor/user_kernel.hpp>
 
-/// Andrews' squeezing mechanism: seven plane bodies, driven by a moment, one degree of freedom (Hairer & Wanner II,
-/// VII.7; Test Set for IVP Solvers). Lengths m, angles rad.
+/// Andrews' squeezing mechanism has seven plane bodies, is driven by a moment, and has one degree of freedom (Hairer &
+/// Wanner II, VII.7; Test Set for IVP Solvers). Lengths are in m and angles in rad.
 ///
-/// Each body stands as two material points. One, a, is at a joint; the other, c, lies behind the centre of mass g, at
-/// the distance I/(m |g - a|) from it. With masses m |c - g|/|c - a| and m |a - g|/|c - a| they have the body's mass,
-/// its centre and its moment of inertia, since sum mu d = 0 and sum mu d^2 = m |g - a| |c - g| = I. Every place of the
-/// body is an affine combination x = a + alpha (c - a) + beta perp(c - a) of its two points.
+/// Each body stands as two material points. The point a is at a joint, and the point c lies behind the centre of mass
+/// g, at the distance I/(m |g - a|) from it. With masses m |c - g|/|c - a| and m |a - g|/|c - a| they have the body's
+/// mass, its centre and its moment of inertia, since sum mu d = 0 and sum mu d^2 = m |g - a| |c - g| = I. Every place
+/// of the body is an affine combination x = a + alpha (c - a) + beta perp(c - a) of its two points.
 namespace tanor::andrews {
 
 using Angles = std::array<double, 7>;  // beta, Theta, gamma, Phi, delta, Omega, epsilon

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-/// \file Dense linear algebra that tests compare with: Eigen's, compiled once, since each decomposition takes seconds
-/// in a file that names it.
+/// \file Dense linear algebra that tests compare with. It is Eigen's, compiled once, since each decomposition takes
+/// seconds in a file that names it.
 namespace tanor::reference {
 
 /// Solves A x = b with full pivoting.

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file A system inside the library at one instant: its numbering, K as blocks, and K once more as a dense matrix.
+/// \file A system inside the library at one instant, with its numbering, K as blocks, and K as a dense matrix.
 
 #include <vector>
 

@@ -251,7 +251,7 @@ class RandomCoordinatesMaker {
     const auto& i = body.points;
     rods.pairs = {{i[0], i[2]}, {i[0], i[4]}, {i[2], i[4]}};
     for (const std::size_t p : {1u, 3u, 5u}) {
-      // Each corner is joined to three corners that are not opposite to it.
+      // These corners are joined to corners that are not opposite to them.
       const std::size_t used[3] = {p == 1 ? 2u : 0u, p == 5 ? 2u : 4u, p == 1 ? 4u : p == 3 ? 1u : 3u};
       for (std::size_t k = 0; k < (p == 1 ? 2u : 3u); ++k) rods.pairs.push_back({i[p], i[used[k]]});
     }

@@ -34,8 +34,8 @@ inline System make_block_on_rail(double mu) {
   return system;
 }
 
-/// Painleve's problem (case 10b): a rod of slope `alpha`, degrees, between a rough rail and a smooth one 1 m above it.
-/// Its beads slide with 1 m/s and are pushed along the rails by f1 and f2, N; the rough rail carries the first one.
+/// Painleve's problem (case 10b) has a rod of slope `alpha`, degrees, between a rough rail and a smooth one 1 m above
+/// it. Its beads slide with 1 m/s and are pushed along the rails by f1 and f2, N. The rough rail carries the first one.
 struct Rails {
   double mu, f2;
   double alpha = 75.0, m1 = 1.0, m2 = 1.0, f1 = 0.0;

@@ -194,7 +194,7 @@ RC_GTEST_PROP(GatherPlan, WritesTheDenseProductOfRandomSystems, ()) {
 }
 
 TEST(GatherPlan, RodMeetsItsNeighbourWithTheCosineBetweenThemOverTheSharedMass) {
-  // 0 --rod 0-- 1 --rod 1-- 2 with 60 degrees between the rods: u0.u1 = cos 60 = 0.5, both signs at point 1: -0.5/m1.
+  // 0 --rod 0-- 1 --rod 1-- 2 with an angle of 120 degrees: u0.u1 = cos 60 = 0.5, both signs at point 1: -0.5/m1.
   //   S = [1/m0 + 1/m1, -0.5/m1; ., 1/m1 + 1/m2] = [1.5, -0.25; ., 0.75] for masses 1, 2, 4
   const std::vector<Incidence> incidences = {{0, 0, 0, -1.0}, {1, 0, 0, 1.0}, {1, 1, 1, -1.0}, {2, 1, 1, 1.0}};
   const std::vector<double> inverse_masses = {1.0, 0.5, 0.25};

@@ -111,8 +111,8 @@ TEST(FeketeTest, MultipliersOf2000PointsAreTheClosedFormAtEveryTime) {
   EXPECT_GT(found.fastest_speed2, 0.01) << "points that rest prove nothing about |v|^2";
 }
 
-/// The points come to rest where the product of their distances is largest: for 20 of them the smallest known
-/// -sum ln |p_i - p_j| over pairs is -54.011130 (Womersley's and Sloane's tables: 20 points).
+/// The points come to rest where the product of their distances is largest. For 20 of them the smallest known -sum ln
+/// |p_i - p_j| over pairs is -54.011130 (Womersley's and Sloane's tables).
 TEST(FeketeTest, TwentyPointsComeToRestWhereTheyAreFarthestApart) {
   Simulation simulation(make_fekete(start_of_the_test_set()), {.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-8});
 

@@ -1,4 +1,4 @@
-/// Motions under energies of several points are those of a body on a spring (A1) and of butane (A2), by every kind of
+/// The motion under an energy of several points is that of a body on a spring (A1) or of butane (A2), by every kind of
 /// method, from C++, from scene files and in coordinates.
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include "cli/program.hpp"
 #include "long_tests.hpp"
 
-/// \file The scenes of tests/data/friction/dragged: random chains on rough floors.
+/// \file The scenes of tests/data/friction/dragged, which are random chains on rough floors.
 namespace tanor::cli {
 namespace {
 

@@ -13,7 +13,6 @@ using nlohmann::json;
 ///     ----o-> F ---- y = 0       bead:   2 w + mu tan a |w| = F
 ///
 /// mu tan a > 2 is Painlevé's case, in which F > 0 has two accelerations and F < 0 none.
-/// mu tan a > 2 is Painlevé's case: F > 0 has two accelerations, F < 0 none.
 std::string rails(double mu, double force, const std::string& more = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,2,0]], "velocities": [[1,0,0], [1,0,0]]},
     "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},
@@ -35,7 +34,7 @@ json solve(const Folder& folder, const std::string& scene) {
 TEST(FrictionTest, SolveTellsFrictionAndHowItWasFound) {
   const Folder folder;
   for (const char* method : {"auto", "fixed_point", "anderson", "newton", "enumeration"}) {
-    // mu tan a = 1: w = F/3 to the right, F/1 to the left
+    // With mu tan a = 1, w = F/3 to the right and F/1 to the left.
     const std::string solver = R"("solver": {"friction": ")" + std::string(method) + R"("})";
     for (const auto& [force, acceleration] : {std::pair{6.0, 2.0}, std::pair{-6.0, -6.0}}) {
       const json solution = solve(folder, rails(0.5, force, solver));

@@ -18,7 +18,7 @@ struct Solved {
   SolveReport report;
   Eigen::VectorXd w, lambda, eta;
   double accuracy = 0.0;  ///< the relative accuracy to which identities must hold, 1e-12 sqrt(cond S)
-  double size = 0.0;      ///< the sum of the norms of the accelerations that meet in w
+  double size = 0.0;      ///< the size of the accelerations that meet in w
 
   explicit Solved(RandomSystem given, const SolverOptions& options = {})
       : random(std::move(given)),

@@ -86,7 +86,7 @@ TEST(RankSolver, SharesTheLoadOfARodThatIsGivenTwice) {
   expect_near(lambda, Eigen::Vector3d(1.0, 3.0, 2.0), 1e-14);
 }
 
-//  3---2     Six rods on four points of a plane: 8 coordinates - 3 of the rigid motions = rank 5. The sides pull
+//  3---2     Six rods on four points of a plane have the rank 5 = 8 coordinates - 3 rigid motions. The sides pull
 //  | X |     with 1 where the diagonals push with sqrt 2.
 //  0---1
 const std::vector<Point> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
