@@ -263,8 +263,7 @@ RC_GTEST_PROP(PairField, TakesAsMuchMomentumAsItGives, ()) {
   for (const long double component : sum) RC_ASSERT(std::abs(component) <= scale);
 }
 
-/// Makes a shaken grid of `count`^3 points at the density of a melt, with rods along one axis, periodic, with one
-/// support.
+/// Makes a shaken periodic grid of `count`^3 points at the density of a melt, with rods along one axis and one support.
 System make_grid(int count, PairLaw law) {
   System system = scenes::make_shaken_grid({count, count, count}, 1.06, 7);
   Rods rods;
@@ -369,7 +368,7 @@ std::string name_law(const testing::TestParamInfo<PairLaw>& law) {
 
 INSTANTIATE_TEST_SUITE_P(Laws, LawTest, testing::Values(PairLaw::Wca, PairLaw::Lj, PairLaw::Log), name_law);
 
-/// The points are far from each other along one axis, which would need more cells than there are points.
+/// The third point is far from the others, and cells over the space between would be far more than there are points.
 TEST(PairFieldTest, PointsFarApartNeedNoMemoryForTheSpaceBetween) {
   System system = make_pair(wca, sigma);
   system.positions.insert(system.positions.end(), {1e9, 1e9, -1e9});
@@ -390,8 +389,7 @@ TEST(PairFieldTest, ForcesOfCoincidentAndLostPointsAreNan) {
   }
 }
 
-/// The sum over thousands of points is good to a few roundings of its terms. On the unit sphere it is (N - 1)/2
-/// outwards.
+/// The sum over thousands of points, (N - 1)/2 outwards on the unit sphere, is good to a few roundings of its terms.
 TEST(PairFieldTest, LogarithmicForcesOfThousandsAreGoodToAFewRoundings) {
   constexpr int count = 3000;
   std::mt19937 random(5);
@@ -423,8 +421,7 @@ TEST(PairFieldTest, LogarithmicForcesOfThousandsAreGoodToAFewRoundings) {
   }
 }
 
-/// For few points and laws that have a definition over a scalar type, the sums by hand are those of the pairs one by
-/// one.
+/// For few points and laws with a definition over a scalar type, the sums by hand are those of the single pairs.
 TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -466,7 +463,7 @@ TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
   }
 }
 
-/// Points of an excluded rod may meet, since their energy is not unbounded there.
+/// Points of an excluded rod may meet, since no energy is unbounded there.
 TEST(PairFieldTest, OnlyPairsThatFeelEachOtherCollide) {
   for (const std::optional<double> cutoff : {std::optional<double>(), std::optional(2.0)}) {
     PairForces pull{.law = PairLaw::Yukawa, .cutoff = cutoff, .strength = -1.0, .length = 0.7};
