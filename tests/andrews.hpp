@@ -8,13 +8,13 @@
 #include <tanor/tanor.hpp>
 #include <tanor/user_kernel.hpp>
 
-/// Andrews' squeezing mechanism: seven plane bodies, driven by a moment, one degree of freedom (Hairer & Wanner II,
-/// VII.7; Test Set for IVP Solvers). Lengths m, angles rad.
+/// Andrews' squeezing mechanism has seven plane bodies, is driven by a moment, and has one degree of freedom (Hairer &
+/// Wanner II, VII.7; Test Set for IVP Solvers). Lengths are in m and angles in rad.
 ///
-/// Each body stands as two material points. One, a, is at a joint; the other, c, lies behind the centre of mass g, at
-/// the distance I/(m |g - a|) from it. With masses m |c - g|/|c - a| and m |a - g|/|c - a| they have the body's mass,
-/// its centre and its moment of inertia, since sum mu d = 0 and sum mu d^2 = m |g - a| |c - g| = I. Every place of the
-/// body is an affine combination x = a + alpha (c - a) + beta perp(c - a) of its two points.
+/// Each body stands as two material points. The point a is at a joint, and the point c lies behind the centre of mass
+/// g, at the distance I/(m |g - a|) from it. With masses m |c - g|/|c - a| and m |a - g|/|c - a| they have the body's
+/// mass, its centre and its moment of inertia, since sum mu d = 0 and sum mu d^2 = m |g - a| |c - g| = I. Every place
+/// of the body is an affine combination x = a + alpha (c - a) + beta perp(c - a) of its two points.
 namespace tanor::andrews {
 
 using Angles = std::array<double, 7>;  // beta, Theta, gamma, Phi, delta, Omega, epsilon
@@ -40,12 +40,12 @@ constexpr Angles start{-0.0617138900142764496358948458001, 0.0,
                        0.455279819163070380255912382449,   0.222668390165885884674473185609,
                        0.487364979543842550225598953530,   -0.222668390165885884674473185609,
                        1.23054744454982119249735015568};
-/// At t = 0.03 s, as the test set publishes it.
+/// The angles at t = 0.03 s, as the test set publishes them.
 constexpr double end_time = 0.03;
 constexpr Angles end{15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
                      0.5244099658805304, 0.5347301163226948, 1.048080741042263};
 
-/// Joints and where the spring is fixed, at these angles.
+/// The joints and the fixed end of the spring at these angles.
 struct Joints {
   Place crank, f, g, h, spring;
 
@@ -73,7 +73,7 @@ struct Body {
   }
 };
 
-/// Masses, moments of inertia and centres of the test set.
+/// Returns the masses, moments of inertia and centres of the test set.
 inline std::array<Body, 7> bodies(const Angles& q) {
   const auto [beta, theta, gamma, phi, delta, omega, epsilon] = q;
   const Joints at(q);
@@ -87,7 +87,7 @@ inline std::array<Body, 7> bodies(const Angles& q) {
            {0.05498, 1.912e-5, at.h, a_pin - 0.01228 * perp(k7) - 0.00449 * k7}}};
 }
 
-/// Places of the 14 points, body by body: joint, opposite.
+/// Returns the places of the 14 points, body by body, first the joint and then the opposite point.
 inline std::vector<double> positions(const Angles& q) {
   std::vector<double> r;
   for (const Body& body : bodies(q))
@@ -95,7 +95,7 @@ inline std::vector<double> positions(const Angles& q) {
   return r;
 }
 
-/// alpha, beta of a place, by the first and the second point of its body
+/// The coefficients alpha and beta of a place, by the first and the second point of its body.
 struct Combination {
   double alpha, beta;
 
@@ -106,8 +106,8 @@ struct Combination {
   }
 };
 
-/// Places of two bodies that are one, or of one body that stands still: two equations. A point that has no part in
-/// them (the place is the body's other point) is left out.
+/// Adds two equations that make a place of one body the same as a place of another body, or fix a place of one body. A
+/// point that takes no part in them is left out (the place is then the other point of the body).
 inline void join(System* system, const std::vector<Index>& bodies, const std::vector<Combination>& combinations,
                  Place value) {
   std::vector<Vector3> by_x, by_y;
@@ -129,13 +129,13 @@ inline void join(System* system, const std::vector<Index>& bodies, const std::ve
   system->constraints.emplace_back(Linears{"", {points}, by_y, value.y});
 }
 
-/// The energy of the spring from c_pin to a place of the body whose points are 1 and 2.
+/// Returns the energy of the spring from c_pin to a place of the body whose points are 1 and 2.
 inline PotentialKernel spring(const Combination& at) {
   return formula_potential(
       "k/2*(sqrt((x1 + a*(x2 - x1) - b*(y2 - y1) - cx)^2 + (y1 + a*(y2 - y1) + b*(x2 - x1) - cy)^2) - l)^2", 2,
       {{"k", spring_stiffness}, {"l", spring_rest}, {"a", at.alpha}, {"b", at.beta}, {"cx", c_pin.x}, {"cy", c_pin.y}});
 }
-/// A moment on the body whose points are 1 and 2, as a couple of forces.
+/// Returns a moment on the body whose points are 1 and 2, as a couple of forces.
 inline ForceKernel couple() {
   const std::string factor = "m/((x2 - x1)^2 + (y2 - y1)^2)";
   return formula_tuple_force(std::vector<std::string>{"(y2 - y1)*" + factor, "(x1 - x2)*" + factor, "0",
@@ -143,7 +143,7 @@ inline ForceKernel couple() {
                              {{"m", moment}});
 }
 
-/// Masses, forces and the start; no constraints.
+/// Returns the masses, the forces and the start, without constraints.
 inline System make_points() {
   System system;
   system.name = "andrews";
@@ -160,7 +160,7 @@ inline System make_points() {
   return system;
 }
 
-/// 14 points, 41 equations: planes, a rod in each body, joints.
+/// Returns 14 points and 41 equations, which are planes, a rod in each body, and joints.
 inline System make_system() {
   System system = make_points();
   const auto all = bodies(start);
@@ -191,9 +191,10 @@ inline System make_system() {
   return system;
 }
 
-/// The same bodies with fewer points: joints are points that bodies share, so that each body adds its opposite point
-/// alone. 11 points (4 joints, 7 opposite ones), the pins and 3 supports; 21 equations, no planes: nothing pushes the
-/// points out of theirs. Points 0 to 3: crank, f, g, h; 4 to 10: opposite; 11 to 13: the pins o, a, b.
+/// Returns the same bodies with fewer points. The joints are points that bodies share, so that each body adds only its
+/// opposite point. There are 11 points (4 joints and 7 opposite points), the pins as 3 supports, and 21 equations.
+/// There are no planes, since nothing pushes the points out of their plane. Points 0 to 3 are crank, f, g, h, points 4
+/// to 10 are the opposite points, and points 11 to 13 are the pins o, a, b.
 inline System make_joint_system() {
   enum : Index { crank, f, g, h, opposite, o = 11, a, b };
   const auto all = bodies(start);
@@ -225,7 +226,8 @@ inline System make_joint_system() {
     system.constraints.emplace_back(
         Linears{"", {points}, {{-beta, 1.0 - alpha, 0.0}, {beta, alpha, 0.0}, {0.0, -1.0, 0.0}}, 0.0});
   }
-  // The spring's end is (1 - alpha) f + alpha b + beta perp(b - f), of which f alone moves; so does the crank's end.
+  // The spring's end is (1 - alpha) f + alpha b + beta perp(b - f), of which only f moves. In the same way the drive
+  // acts only on the crank's outer end.
   const auto [alpha, beta] = Combination(at.f, b_pin, at.spring);
   const Place rest = alpha * b_pin + beta * perp(b_pin) - c_pin;
   system.forces = {
@@ -243,8 +245,8 @@ inline System make_joint_system() {
   return system;
 }
 
-/// The intersection of circles about a and b that lies to the left of the way from a to b (side 1) or to the right
-/// (-1).
+/// Returns the intersection of circles about a and b that lies to the left (side 1) or to the right (side -1) of the
+/// line from a to b.
 template <class T>
 std::array<T, 2> intersect(const std::array<T, 2>& a, double ra, const std::array<T, 2>& b, double rb, double side) {
   using std::sqrt;
@@ -253,11 +255,11 @@ std::array<T, 2> intersect(const std::array<T, 2>& a, double ra, const std::arra
   return {a[0] + s * dx - h * dy, a[1] + s * dy + h * dx};
 }
 
-/// All 14 points by the angle of the crank alone.
+/// Returns all 14 points as functions of the angle of the crank.
 inline UserCoordinates make_coordinates() {
   const auto all = bodies(start);
   const Joints at(start);
-  // Each body by two of its joints: (crank, pin), (f, crank), (f, pin b), (g, f), (g, pin a), (h, f), (h, pin a).
+  // Two joints determine each body: (crank, pin), (f, crank), (f, pin b), (g, f), (g, pin a), (h, f), (h, pin a).
   const Place origin{0.0, 0.0};
   const std::array<Place, 7> other{origin, at.crank, b_pin, at.f, a_pin, at.f, a_pin};
   std::vector<Combination> opposite;

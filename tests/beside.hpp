@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Several systems as one, which nothing joins.
+/// \file Puts several systems into one, without joining them.
 
 #include <array>
 #include <variant>
@@ -20,7 +20,7 @@ void shift(Index by, List* list) {
   for (auto& each : *list) shift(by, &each);
 }
 
-/// The points of a group, whatever it calls its members.
+/// Shifts the points of a group, whatever the name of its list of members.
 template <class Group>
 void shift_points(Index by, Group* group) {
   if constexpr (requires { group->points; }) shift(by, &group->points);
@@ -31,8 +31,8 @@ void shift_points(Index by, Group* group) {
 
 }  // namespace beside
 
-/// Points, supports, constraints and forces of `other`, without their names, after those of `system`; both have
-/// velocities.
+/// Appends the points, supports, constraints and forces of `other`, without their names, to those of `system`. Both
+/// systems have velocities.
 inline void put_beside(const System& other, System* system) {
   const auto by = static_cast<Index>(system->masses.size());
   const auto append = [](const auto& from, auto* to) { to->insert(to->end(), from.begin(), from.end()); };

@@ -2,34 +2,34 @@
 
 #include <Eigen/Core>
 
-/// \file Dense linear algebra that tests compare with: Eigen's, compiled once, since each decomposition takes seconds
-/// in a file that names it.
+/// \file Dense linear algebra that tests compare with. It is Eigen's, compiled once, since each decomposition takes
+/// seconds in a file that names it.
 namespace tanor::reference {
 
-/// A x = b with full pivots.
+/// Solves A x = b with full pivoting.
 Eigen::VectorXd solve_full(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-/// A x = b with partial pivots; not finite where A is singular.
+/// Solves A x = b with partial pivoting. The result is not finite if A is singular.
 Eigen::VectorXd solve_partial(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-/// A x = b of a symmetric A > 0, by LDL'.
+/// Solves A x = b for a symmetric A > 0 by LDL'.
 Eigen::VectorXd solve_definite(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-/// The shortest X with the least |A X - B|, column by column; pivots up to `threshold` times the largest count as 0, by
-/// default those of rounding.
+/// Returns the shortest X with the least |A X - B|, column by column. Pivots up to `threshold` times the largest one
+/// count as 0. The default threshold is that of rounding.
 Eigen::MatrixXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double threshold = -1.0);
 
-/// Of a symmetric matrix, in ascending order; `vectors`: orthonormal columns.
+/// Returns the eigenvalues of a symmetric matrix in ascending order. The columns of `vectors` are orthonormal.
 Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& A, Eigen::MatrixXd* vectors = nullptr);
-/// Of A x = omega^2 B x, both symmetric, B > 0.
+/// Returns the eigenvalues omega^2 of A x = omega^2 B x, both symmetric and B > 0.
 Eigen::VectorXd eigenvalues_beside(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
-/// In descending order; `V`: square, its columns answer to them.
+/// Returns the singular values in descending order. `V` is square, and its columns are in the same order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A, Eigen::MatrixXd* V = nullptr);
 
-/// Q of A = QR by Householder's reflections: square, its first columns span those of A.
+/// Returns Q of A = QR by Householder reflections. Q is square, and its first columns span those of A.
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A);
-/// The same with columns exchanged, and the rank by `threshold` as above: the first `rank` columns span those of A.
+/// Returns Q with column pivoting, and the rank by `threshold` as above. The first `rank` columns span those of A.
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A, double threshold, Eigen::Index* rank);
-/// A basis of all x with A x = 0, by full pivots.
+/// Returns a basis of all x with A x = 0, by full pivoting.
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& A);
-/// By reflections and full pivots.
+/// Returns the rank, by reflections and full pivoting.
 Eigen::Index rank_of(const Eigen::MatrixXd& A, double threshold = -1.0);
 
 }  // namespace tanor::reference

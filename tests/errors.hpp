@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// What an action complains about: "<where>: <what>"; without a place "<what>" alone.
+/// Returns what an action complains about, as "<where>: <what>", or as "<what>" if there is no place.
 template <class Action>
 std::string error_of(const Action& action) {
   try {

@@ -10,7 +10,8 @@
 
 namespace tanor {
 
-/// A new folder for the files of one test, removed with them. No other test has it, also none that runs beside.
+/// A new folder for the files of one test, which is removed with them. No other test has it, even one that runs at the
+/// same time.
 class Folder {
  public:
   Folder() {

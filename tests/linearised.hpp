@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file A system inside the library at one instant: its numbering, K as blocks, and K once more as a dense matrix.
+/// \file A system inside the library at one instant, with its numbering, K as blocks, and K as a dense matrix.
 
 #include <vector>
 
@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// Everything in the inner order.
+/// All arrays are in the inner order.
 struct Linearised {
   Numbering numbering;
   Constraints constraints;
@@ -42,7 +42,7 @@ struct Linearised {
   explicit Linearised(const RandomSystem& random)
       : Linearised(random.system, random.t, random.positions, random.velocities) {}
 
-  /// 3n x d, supports too.
+  /// Returns K, 3n x d, with the rows of supports.
   Eigen::MatrixXd K() const {
     Eigen::MatrixXd result =
         Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(r.size()), static_cast<Eigen::Index>(constraints.num_rows()));
@@ -51,13 +51,13 @@ struct Linearised {
     }
     return result;
   }
-  /// Diagonal of M^-1, 3n; 0 at supports.
+  /// Returns the diagonal of M^-1, 3n, with 0 at supports.
   Eigen::VectorXd inverse_M() const {
     Eigen::VectorXd result(static_cast<Eigen::Index>(r.size()));
     for (Eigen::Index c = 0; c < result.size(); ++c) result[c] = inverse_masses[static_cast<std::size_t>(c / 3)];
     return result;
   }
-  /// K'M^-1K
+  /// Returns K'M^-1K.
   Eigen::MatrixXd S() const {
     const Eigen::MatrixXd k = K();
     return k.transpose() * inverse_M().asDiagonal() * k;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Sizes and differences of arrays. A number that is none is never small: it counts as infinite.
+/// \file Sizes and differences of arrays. A NaN is never small, for it counts as infinite.
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ inline double largest_difference(std::span<const double> a, std::span<const doub
   return result;
 }
 
-/// Over the largest number of `b`.
+/// Returns the largest difference over the largest number of `b`.
 inline double relative_difference(std::span<const double> a, std::span<const double> b) {
   return largest_difference(a, b) / std::max(largest(b), 1e-300);
 }

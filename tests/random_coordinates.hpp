@@ -1,7 +1,7 @@
 #pragma once
 
-/// \file Random systems with coordinates of all kinds, the constraints that say the same, and a motion of them that is
-/// known as a function of time: every point runs on a curve that was projected onto its surface.
+/// \file Random systems with coordinates of all kinds, the equivalent constraints, and a motion that is known as a
+/// function of time. Every point follows a curve that was projected onto its surface.
 
 #include <functional>
 #include <random>
@@ -20,9 +20,9 @@ struct RandomCoordinates {
   using Place = reference::Place;
 
   System system;                                        ///< coordinates and constraints; positions at t = 0
-  std::function<std::vector<Place>(const Number&)> at;  ///< [point] where they are
+  std::function<std::vector<Place>(const Number&)> at;  ///< [point] the places as functions of time
 
-  /// k-th derivative of all places at t, 3n.
+  /// Returns the k-th derivative of all places at t, 3n.
   std::vector<double> derivative(double t, int k) const {
     std::vector<double> result;
     for (const Place& place : at(Number::variable(t))) {
@@ -37,7 +37,7 @@ class RandomCoordinatesMaker {
   explicit RandomCoordinatesMaker(std::uint32_t seed, bool time_dependent = true)
       : random_(seed), time_dependent_(time_dependent) {}
 
-  /// Some entries of each of the given kinds, 0 to 8 in the order of `adders`.
+  /// Adds entries of the given kinds, 0 to 8 in the order of `adders`.
   RandomCoordinates make(const std::vector<int>& kinds) {
     for (const int kind : kinds) (this->*adders[kind])();
     auto curves = curves_;
@@ -71,12 +71,12 @@ class RandomCoordinatesMaker {
 
   double uniform(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
 
-  /// value + amplitude sin(rate t + phase)
+  /// Returns value + amplitude sin(rate t + phase).
   Swing any_swing(double value, double amplitude) {
     const double rate = uniform(0.5, 2.5), phase = uniform(0.0, 6.0);
     return [=](const Number& t) { return value + amplitude * sin(rate * t + phase); };
   }
-  /// A parameter, which swings where time may matter.
+  /// Returns a parameter, which may swing in systems that depend on time.
   Swing any_parameter(double value, double amplitude) {
     return any_swing(value, time_dependent_ && uniform(0.0, 1.0) < 0.6 ? amplitude : 0.0);
   }
@@ -84,7 +84,7 @@ class RandomCoordinatesMaker {
     const bool moves = swing(Number::variable(0.3)).derivative(1) != 0.0;
     return moves ? ScalarFunction::custom(swing) : ScalarFunction(swing(Number(0.0)).value());
   }
-  /// Around a place in a box of the given half-width.
+  /// Returns a curve around a place in a box of the given half-width.
   Curve any_curve(double box, double amplitude) {
     const std::array<Swing, 3> x = {any_swing(uniform(-box, box), amplitude), any_swing(uniform(-box, box), amplitude),
                                     any_swing(uniform(-box, box), amplitude)};
@@ -109,7 +109,7 @@ class RandomCoordinatesMaker {
     return result;
   }
   static Place unit(const Place& a) { return reference::operator*(1.0 / reference::norm(a), a); }
-  /// a without its part along the unit vector n.
+  /// Returns a without its part along the unit vector n.
   static Place across(const Place& a, const Place& n) {
     return reference::operator-(a, reference::operator*(reference::dot(n, a), n));
   }
@@ -119,7 +119,7 @@ class RandomCoordinatesMaker {
     system_.masses.push_back(std::exp(uniform(-1.5, 1.5)));
     return static_cast<Index>(curves_.size() - 1);
   }
-  /// Adds both that say the same.
+  /// Add the coordinates and the constraints that say the same.
   void add(Coordinates coordinates) { system_.coordinates.push_back(std::move(coordinates)); }
   void hold(Constraint constraint) { system_.constraints.push_back(std::move(constraint)); }
   std::string name(const char* kind) { return kind + std::to_string(system_.coordinates.size()); }
@@ -158,7 +158,7 @@ class RandomCoordinatesMaker {
   void add_circle() {
     const Curve center = any_vector(1.0, 0.3), normal = any_vector(1.5, 0.3);
     const Swing radius = any_parameter(0.8, 0.2), angle = any_swing(0.0, 3.0);
-    // The axis that the normal is far from, as arm
+    // The arm is the axis that is far from the normal.
     const Place n0 = unit(normal(Number(0.7)));
     const std::size_t axis = std::abs(n0[0].value()) < 0.6 ? 0 : 1;
     const Index i = add_point([=](const Number& t) {
@@ -204,7 +204,7 @@ class RandomCoordinatesMaker {
       const Curve way = any_vector(2.0, 0.0), swing = any_curve(0.0, 0.6);
       const Swing length = any_parameter(0.7, 0.1);
       const Curve place = [=](const Number& t) {
-        // Longer than what swings: a direction does not turn round in no time
+        // The main part is longer than the part that swings, so that the direction does not reverse in an instant.
         const Place main = is_planar ? reference::operator*(2.0, unit(across(way(t), n))) : way(t);
         Place direction = reference::operator+(main, swing(t));
         if (is_planar) direction = across(direction, n);
@@ -236,7 +236,7 @@ class RandomCoordinatesMaker {
     const Swing a = any_swing(0.0, 2.0), b = any_swing(0.0, 2.0);
     RigidBody body{name("body"), {}};
     for (int p = 0; p < 6; ++p) {
-      // Corners of an octahedron, moved a little: no three nearly on one line
+      // The corners of an octahedron are moved a little, so that no three of them lie nearly on one line.
       Place rho{};
       rho[static_cast<std::size_t>(p / 2)] = p % 2 == 0 ? 0.6 : -0.5;
       for (Number& x : rho) x += uniform(-0.1, 0.1);
@@ -251,7 +251,7 @@ class RandomCoordinatesMaker {
     const auto& i = body.points;
     rods.pairs = {{i[0], i[2]}, {i[0], i[4]}, {i[2], i[4]}};
     for (const std::size_t p : {1u, 3u, 5u}) {
-      // To three points that are not opposite
+      // These corners are joined to corners that are not opposite to them.
       const std::size_t used[3] = {p == 1 ? 2u : 0u, p == 5 ? 2u : 4u, p == 1 ? 4u : p == 3 ? 1u : 3u};
       for (std::size_t k = 0; k < (p == 1 ? 2u : 3u); ++k) rods.pairs.push_back({i[p], i[used[k]]});
     }
@@ -260,7 +260,7 @@ class RandomCoordinatesMaker {
     add(std::move(body));
   }
 
-  /// Angles around a moving place, on a radius that breathes.
+  /// Adds angles around a moving place, on a radius that changes with time.
   void add_user_direction() {
     const Swing radius = any_parameter(0.9, 0.2), a = any_swing(1.5, 0.8), b = any_swing(0.0, 2.0);
     const double rate = time_dependent_ ? 1.3 : 0.0;
@@ -278,7 +278,7 @@ class RandomCoordinatesMaker {
                  })});
   }
 
-  /// Two points on a rod: where it is, and its angles.
+  /// Adds two points on a rod, by the place of the first one and two angles.
   void add_user_dumbbell() {
     const std::vector<Swing> q = {any_swing(0.0, 1.0), any_swing(1.0, 1.0), any_swing(-1.0, 1.0), any_swing(1.5, 0.8),
                                   any_swing(0.0, 2.0)};
@@ -323,9 +323,9 @@ class RandomCoordinatesMaker {
   std::vector<Curve> curves_;
 };
 
-/// Inside a RapidCheck property: up to 5 entries of any kinds.
+/// Draws up to 5 entries of any kinds inside a RapidCheck property.
 inline RandomCoordinates any_coordinates() {
-  // The range of a number grows with the size: full, while lists stay short
+  // The range of a number grows with the size. It is full here, while lists stay short.
   const auto kind = rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0, RandomCoordinatesMaker::num_kinds));
   const auto kinds = *rc::gen::resize(5, rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(kind))).as("kinds");
   const auto seed = *rc::gen::noShrink(rc::gen::arbitrary<std::uint32_t>()).as("seed");

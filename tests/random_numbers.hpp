@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// `count` numbers between -2 and 2.
+/// Returns `count` numbers between -2 and 2.
 inline std::vector<double> uniform_numbers(std::size_t count, unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> number(-2.0, 2.0);
@@ -17,7 +17,7 @@ inline std::vector<double> uniform_numbers(std::size_t count, unsigned seed) {
   return result;
 }
 
-/// `count` numbers with the mean 0 and the variance 1.
+/// Returns `count` numbers with the mean 0 and the variance 1.
 inline std::vector<double> normal_numbers(std::size_t count, unsigned seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;

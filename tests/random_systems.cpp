@@ -47,7 +47,7 @@ class RandomSystemMaker {
     return all;
   }
 
-  /// A function of time that has the value at t: constant, or swinging with the given amplitude.
+  /// Returns a function of time that has `value` at t and that is constant or swings with the given amplitude.
   ScalarFunction through(double value, double amplitude, bool moves) {
     if (!moves) return value;
     const double rate = uniform(0.5, 3.0), t = result_.t;
@@ -79,7 +79,7 @@ class RandomSystemMaker {
     for (Index c = 0; c < 3 * num_points_; ++c) result_.velocities.push_back(normal());
   }
 
-  /// The positions at t stay where they are; the initial ones give way.
+  /// Adds supports. The positions at t stay where they are, and the initial positions are moved instead.
   void add_supports() {
     System& system = result_.system;
     const auto most = static_cast<std::size_t>(std::min(num_points_ - 1, 3));
@@ -108,8 +108,8 @@ class RandomSystemMaker {
     }
   }
 
-  /// Whether the rows of a group with one member are independent of all that are there; then they are remembered.
-  /// Writes xi of its last row.
+  /// Returns true if the rows of a group with one member are independent of all rows so far, and then remembers them.
+  /// Writes xi of the last row.
   template <class Group>
   bool is_independent(const Group& group, double* xi = nullptr) {
     System single;
@@ -139,14 +139,14 @@ class RandomSystemMaker {
     return true;
   }
 
-  /// What the parameter of a kind may be, and how far it swings.
+  /// The range of the parameter of a kind, and how far the parameter swings.
   struct Range {
     double low, high, amplitude;
   };
   static constexpr Range any_value{-1e300, 1e300, 0.1}, any_length{0.3, 1e300, 0.1}, any_cosine{-0.9, 0.9, 0.01};
 
-  /// Adds a group of the members that fit, out of some random ones, with the parameter that each has now.
-  /// `unit`: the parameter is `unit` times what xi measures.
+  /// Adds a group of those random members that fit, with the parameter that each has now. The parameter is `unit` times
+  /// what xi measures.
   template <class Group, class Member, class AnyMember>
   void add_group(Group group, std::vector<Member> Group::*members, Parameter Group::*parameter, const Range& range,
                  std::size_t candidates, const AnyMember& any_member, double unit = 1.0) {
@@ -180,7 +180,7 @@ class RandomSystemMaker {
     return {points[0], points[1]};
   }
 
-  /// Near a point, at most a few lengths away.
+  /// Returns a place near a point, at most a few lengths away.
   Vector3 any_place_near(Index point) {
     const Vector3 away = any_direction();
     const double* const r = &result_.positions[3 * static_cast<std::size_t>(point)];
@@ -258,7 +258,7 @@ class RandomSystemMaker {
 
   reference::Place now(const VectorFunction& function) const { return reference::standing({}, result_.t)(function); }
 
-  /// r - s d of a point.
+  /// Returns r - s d of a point.
   Vector3 from_point(Index point, double s, const reference::Place& d) const {
     const double* const r = &result_.positions[3 * static_cast<std::size_t>(point)];
     return {r[0] - s * d[0].value(), r[1] - s * d[1].value(), r[2] - s * d[2].value()};

@@ -8,7 +8,7 @@ namespace tanor::reference {
 
 namespace {
 
-/// Users' kernels are their own definition.
+/// Returns xi by the user's kernel, which is its own definition.
 std::vector<Number> user_xi(const UserConstraints& user, std::size_t k, const Configuration& now) {
   std::vector<double> r, v;
   for (const Index i : user.tuples[k]) {
@@ -46,7 +46,7 @@ std::size_t num_members(const Group& group) {
   return group.points.size();
 }
 
-/// All rows.
+/// Returns xi of all rows.
 std::vector<Number> constraint_values(const System& system, const Configuration& now) {
   const Configuration start = standing(system.positions, 0.0);
   std::vector<Number> result;

@@ -1,7 +1,7 @@
 #pragma once
 
-/// \file The mechanics of a system, written down a second time: constraints over jets, forces by their formulas, dense
-/// matrices. Slow and short; it shares nothing with src/. Everything stands in the user's order.
+/// \file The mechanics of a system, written a second time, with constraints over jets, forces by their formulas and
+/// dense matrices. The code is slow and short, and shares nothing with src/. Everything is in the user's order.
 
 #include <algorithm>
 #include <array>
@@ -49,7 +49,7 @@ inline Eigen::Map<const Eigen::VectorXd> vector(Numbers array) {
 
 // ---- constraints -------------------------------------------------------------------------------------------------
 
-/// Where constraints are looked at: the points, and time, which runs along the jets or stands still.
+/// The arguments of constraints, which are the points and the time. Time runs along the jets or stands still.
 struct Configuration {
   std::vector<Place> points;
   double t = 0.0;
@@ -71,7 +71,7 @@ inline Configuration standing(Numbers r, double t) {
   return result;
 }
 
-/// (r + e v, t + e)
+/// Returns (r + e v, t + e).
 inline Configuration moving(Numbers r, Numbers v, double t) {
   Configuration result = standing(r, t);
   result.time_runs = true;
@@ -79,8 +79,8 @@ inline Configuration moving(Numbers r, Numbers v, double t) {
   return result;
 }
 
-/// xi of one member, row by row, as docs/scene-format.md defines it. `start`: the initial positions at t = 0,
-/// which parameters that are "initial" refer to.
+/// Evaluates xi of one member, row by row, as docs/scene-format.md defines it. `start` has the initial positions, to
+/// which parameters that are "initial" refer.
 struct Xi {
   const Configuration &now, &start;
 
@@ -108,7 +108,7 @@ struct Xi {
     return {radius(now) - parameter(spheres.radius, k, radius)};
   }
 
-  /// Along e1, the part orthogonal to the direction of the axis that it is farthest from, and along e2 = d x e1.
+  /// Returns the distances along e1 and e2 = d x e1. e1 is the part orthogonal to d of the axis farthest from d.
   std::vector<Number> operator()(const Lines& lines, std::size_t k) const {
     const Place given = now(lines.direction), d = (1.0 / norm(given)) * given;
     Place axis{};
@@ -160,7 +160,8 @@ struct Xi {
     return {sum(now) - parameter(linears.value, k, sum)};
   }
 
-  /// (Q - sqrt Q)/sqrt P with Q = a'(sum of u u'/s^2) a, P = a'(sum of u u'/s^4) a over the axes u with radii s.
+  /// With Q = a'(sum of u u'/s^2) a and P = a'(sum of u u'/s^4) a over the axes u with radii s, returns (Q - sqrt
+  /// Q)/sqrt P.
   std::vector<Number> operator()(const Ellipsoids& ellipsoids, std::size_t k) const {
     using Eigen::Vector3d;
     const Vector3d first = Vector3d(ellipsoids.axes[0].data()).normalized(), second(ellipsoids.axes[1].data());
@@ -182,8 +183,8 @@ struct Xi {
     return {(square(inner) - sqrt(square(inner))) / sqrt(square(outer))};
   }
 
-  /// The angle of the point, taken apart from that of the wire: 2 rho tan(half the difference), times the cosine of the
-  /// wire's slope.
+  /// Returns the distance from the cylinder, and 2 rho tan(half the angle between the point and the wire) times the
+  /// cosine of the wire's slope.
   std::vector<Number> operator()(const Helices& helices, std::size_t k) const {
     const Eigen::Vector3d d = Eigen::Vector3d(helices.axis.data()).normalized();
     int farthest = 0;
@@ -213,10 +214,10 @@ ConstraintNumbers evaluate_constraints(const System& system, double t, Numbers r
 
 // ---- forces ------------------------------------------------------------------------------------------------------
 
-/// [point] 1 where it is a support.
+/// Returns [point] 1 where it is a support.
 std::vector<char> find_supports(const System& system);
 
-/// f [3n]; gravity leaves supports alone, the other forces do not.
+/// Returns f [3n]. Gravity does not act on supports, the other forces do.
 Eigen::VectorXd evaluate_forces(const System& system, double t, Numbers r, Numbers v);
 
 // ---- dynamics ----------------------------------------------------------------------------------------------------
@@ -224,19 +225,19 @@ Eigen::VectorXd evaluate_forces(const System& system, double t, Numbers r, Numbe
 /// The dense problem at one instant, on the points that move. Supports enter K'w + phi = 0 with their prescribed
 /// acceleration.
 struct Mechanics {
-  std::vector<Eigen::Index> coordinates;  ///< of the moving points, in 3n
+  std::vector<Eigen::Index> coordinates;  ///< the moving points' indices in 3n
   Eigen::VectorXd M, f, v;                ///< diagonal of the mass matrix; active forces; velocities
-  Eigen::MatrixXd K;                      ///< their rows
+  Eigen::MatrixXd K;                      ///< the moving points' rows
   Eigen::VectorXd phi;                    ///< with K_s'a_s of the supports
   Eigen::VectorXd rheonomic_rate;         ///< xi_t + K_s'v_s
 
   Eigen::VectorXd pick(const Eigen::Ref<const Eigen::VectorXd>& all) const;
   Eigen::VectorXd pick(const std::vector<double>& all) const;
 
-  /// K'M^-1K
+  /// Returns K'M^-1K.
   Eigen::MatrixXd S() const;
 
-  /// sqrt(cond) of S scaled to a unit diagonal: what rounding errors are multiplied with at least.
+  /// Returns sqrt(cond) of S scaled to a unit diagonal. Rounding errors are multiplied by at least this factor.
   double sqrt_condition() const;
 };
 
@@ -246,13 +247,13 @@ struct Solution {
   Eigen::VectorXd w, lambda;
 };
 
-/// [M -K; K' 0][w; lambda] = [f; -phi] by LU with full pivoting in extended precision, equilibrated (the unknowns
-/// are M^1/2 w and lambda times the length of its column of M^-1/2 K) and refined.
+/// Solves [M -K; K' 0][w; lambda] = [f; -phi] by LU with full pivoting in extended precision, equilibrated (the
+/// unknowns are M^1/2 w, and lambda times the length of its column of M^-1/2 K) and refined.
 Solution solve_kkt(const Mechanics& mechanics);
 
 // ---- the paper's equations, dense ---------------------------------------------------------------------------------
 
-/// K, any basis A of its complement, and what the paper makes of them; each equation solved as it is written.
+/// K, a basis A of its complement, and the paper's quantities. Each equation is solved as it is written.
 struct Paper {
   using Matrix = Eigen::MatrixXd;
   using Vector = Eigen::VectorXd;
@@ -262,33 +263,34 @@ struct Paper {
 
   explicit Paper(const Mechanics& mechanics);
 
-  /// Gamma^-1, S^-1, G^-1, H^-1 of (5), one right-hand side
+  /// Applies Gamma^-1, S^-1, G^-1 or H^-1 of (5) to one right-hand side.
   static Vector solve(const Matrix& gram, const Vector& b);
   Matrix S() const;
   Matrix H() const;
 
-  /// (15), (16)
+  /// Projections (15), (16).
   Vector normal_part(const Vector& u) const;
   Vector tangent_part(const Vector& u) const;
-  /// (4)
+  /// The matrix (4).
   Matrix P() const;
-  /// (8)
+  /// The matrix (8).
   Matrix P_M() const;
 
-  /// (21), (22)
+  /// Equations (21), (22).
   Vector w_N() const;
   Vector w_N_by_A(const Vector& psi) const;
-  /// (19), (20), (32), (33) for the force that is given
+  /// Equations (19), (20), (32), (33) for the given force.
   Vector w_T_by_K(const Vector& force) const;
   Vector w_T_by_A(const Vector& force) const;
-  /// (23), (24)
+  /// Equations (23), (24).
   Vector eta_by_K(const Vector& force) const;
   Vector eta_by_A(const Vector& force) const;
-  /// (27): P_M [lambda; w^(q)] = f - M w_N
+  /// Solves (27), P_M [lambda; w^(q)] = f - M w_N.
   Vector solve_27() const;
 };
 
-/// One point on one surface with gradient k: w = f/m - (k'f/m + phi) k/k'k, lambda = -m (k'f/m + phi)/k'k.
+/// Returns the solution of one point on one surface with gradient k: w = f/m - (k'f/m + phi) k/k'k and lambda = -m
+/// (k'f/m + phi)/k'k.
 Solution solve_single_point(double m, const Eigen::Vector3d& f, const Eigen::Vector3d& k, double phi);
 
 }  // namespace tanor::reference

@@ -9,7 +9,7 @@
 /// Systems with friction that several tests share.
 namespace tanor::scenes {
 
-/// A mass of 2 kg on a rough line, inclined by 30 degrees, that slides downhill with `speed`, m/s (case 04a).
+/// Returns a mass of 2 kg that slides downhill with `speed`, m/s, on a rough line inclined by 30 degrees (case 04a).
 inline System make_rough_incline(double speed, double mu) {
   const double alpha = std::numbers::pi / 6.0;
   const Vector3 downhill{std::cos(alpha), -std::sin(alpha), 0.0};
@@ -23,7 +23,7 @@ inline System make_rough_incline(double speed, double mu) {
   return system;
 }
 
-/// A block of 1 kg at rest on a rough rail along x, under g = 10 m/s^2.
+/// Returns a block of 1 kg at rest on a rough rail along x, under g = 10 m/s^2.
 inline System make_block_on_rail(double mu) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -34,8 +34,8 @@ inline System make_block_on_rail(double mu) {
   return system;
 }
 
-/// Painleve's problem (case 10b): a rod of slope `alpha`, degrees, between a rough rail and a smooth one 1 m above it.
-/// Its beads slide with 1 m/s and are pushed along the rails by f1 and f2, N; the rough rail carries the first one.
+/// Painleve's problem (case 10b) has a rod of slope `alpha`, degrees, between a rough rail and a smooth one 1 m above
+/// it. Its beads slide with 1 m/s and are pushed along the rails by f1 and f2, N. The rough rail carries the first one.
 struct Rails {
   double mu, f2;
   double alpha = 75.0, m1 = 1.0, m2 = 1.0, f1 = 0.0;
@@ -56,8 +56,8 @@ inline System make_rails(const Rails& rails) {
   return system;
 }
 
-/// The same rails, mu = 0.6, with beads at 30 m/s and a rod whose upper end runs D(t) = 0.4 + 0.2 cos t ahead of the
-/// lower one, since it is pushed by F + D'': `push` is the formula of F, N.
+/// Returns the same rails with mu = 0.6, beads at 30 m/s, and a rod whose upper end is D(t) = 0.4 + 0.2 cos t ahead of
+/// the lower one, since it is pushed by F + D''. `push` is the formula of F, N.
 inline System make_telescope(const std::string& push) {
   const Vector3 along{1.0, 0.0, 0.0};
   System system;
@@ -72,8 +72,8 @@ inline System make_telescope(const std::string& push) {
   return system;
 }
 
-/// A bead of 1.3 kg at the angle theta from the bottom of a rough hoop of 0.7 m, which turns about its vertical
-/// diameter. `turn` is the angle of the hoop, a formula; omega is its rate at the start.
+/// Returns a bead of 1.3 kg at the angle theta from the bottom of a rough hoop of 0.7 m, which turns about its vertical
+/// diameter. `turn` is the angle of the hoop, a formula, and omega is its rate at the start.
 inline System make_rough_hoop(double theta, const std::string& turn, double omega, double mu, double mu_s) {
   constexpr double radius = 0.7;
   System system;

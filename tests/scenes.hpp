@@ -15,7 +15,7 @@
 
 #include "measures.hpp"
 
-/// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg, g is 9.81 m/s^2.
+/// Systems for tests and measurements, in which z is up, rods are 0.1 m, beads 0.1 kg, and g is 9.81 m/s^2.
 namespace tanor {
 
 /// Prints methods in the names of tests.
@@ -23,7 +23,8 @@ inline void PrintTo(Method method, std::ostream* out) {
   *out << name_of(method);
 }
 
-/// The methods whose traits suit, in the order of the table. `auto` is left out, for it stands for one of the others.
+/// Returns the methods whose traits suit, in the order of the table, without `auto`, which stands for one of the
+/// others.
 template <class Suits>
 std::vector<Method> list_methods_that(Suits suits) {
   std::vector<Method> result;
@@ -51,7 +52,7 @@ inline Vector3 place_of(const System& system, std::size_t i) {
   return {system.positions[3 * i], system.positions[3 * i + 1], system.positions[3 * i + 2]};
 }
 
-/// Velocities of a rigid motion, v + omega x r: rods allow it.
+/// Sets velocities of a rigid motion, v + omega x r, which rods allow.
 inline void set_rigid_motion(const Vector3& v, const Vector3& omega, System* system) {
   for (std::size_t i = 0; i < system->num_points(); ++i) {
     const auto [x, y, z] = place_of(*system, i);
@@ -61,14 +62,14 @@ inline void set_rigid_motion(const Vector3& v, const Vector3& omega, System* sys
   }
 }
 
-/// Velocities that break rods; to be made admissible by StartMode::Project.
+/// Sets velocities that violate the rods. StartMode::Project makes them admissible.
 inline void set_random_velocities(double speed, unsigned seed, System* system) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> component(-speed, speed);
   for (double& v : system->velocities) v = component(random);
 }
 
-/// Rods through these places from a support at the first one, falling.
+/// Returns a falling chain of rods through these places, with a support at the first one.
 inline System make_chain_through(const std::vector<Vector3>& places) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -82,7 +83,7 @@ inline System make_chain_through(const std::vector<Vector3>& places) {
   return system;
 }
 
-/// `count` rods along x, falling; the first bead is a support where wanted.
+/// Returns `count` rods along x, falling. The first bead is a support if `anchored`.
 inline System make_chain(std::size_t count, bool anchored = true) {
   System system;
   Rods rods{"rods", {}, spacing, {}};
@@ -96,7 +97,7 @@ inline System make_chain(std::size_t count, bool anchored = true) {
   return system;
 }
 
-/// `count` rods from the origin, each as long as `step` and along it; free, and without forces.
+/// Returns `count` rods from the origin, each of them `step` long and along it. The chain is free and without forces.
 inline System make_chain_along(int count, const Vector3& step, double bead = mass) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -109,12 +110,12 @@ inline System make_chain_along(int count, const Vector3& step, double bead = mas
   return system;
 }
 
-/// A pendulum of one rod, at rest and horizontal.
+/// Returns a pendulum of one rod, at rest and horizontal.
 inline System make_pendulum() {
   return make_chain(1);
 }
 
-/// A bob at rest on a rod from the origin, as long as drawn.
+/// Returns a bob at rest on a rod from the origin, whose length is that of the drawing.
 inline System make_pendulum(const Vector3& bob, double bob_mass) {
   System system = make_chain_through({{0, 0, 0}, bob});
   system.velocities.clear();
@@ -122,8 +123,8 @@ inline System make_pendulum(const Vector3& bob, double bob_mass) {
   return system;
 }
 
-/// Parallel cranks of 1 m between pivots at these x and unit masses, on a sheet, turning at `rate`; couplers join the
-/// tips of neighbours. The pivots are the first points.
+/// Returns parallel cranks of 1 m between pivots at these x and unit masses in a plane, which turn at `rate`. Couplers
+/// join the tips of neighbours. The pivots are the first points.
 inline System make_cranks(const std::vector<double>& pivots, double angle, double rate) {
   const double c = std::cos(angle), s = std::sin(angle);
   const auto count = static_cast<Index>(pivots.size());
@@ -146,13 +147,13 @@ inline System make_cranks(const std::vector<double>& pivots, double angle, doubl
   return system;
 }
 
-/// A parallelogram of two cranks on pivots `base` apart, m. It is flat at angle 0 and after each half turn, where it
-/// could leave as an antiparallelogram.
+/// Returns a parallelogram of two cranks on pivots `base` apart, m. It is flat at angle 0 and after each half turn,
+/// where the motion could continue as an antiparallelogram.
 inline System make_four_bar(double angle, double rate, double base = 1.0) {
   return make_cranks({0.0, base}, angle, rate);
 }
 
-/// A closed ring of rods, free and without forces, turning and beating.
+/// Returns a closed ring of rods that turns and tumbles, free and without forces.
 inline System make_ring(std::size_t count) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -166,7 +167,7 @@ inline System make_ring(std::size_t count) {
   return system;
 }
 
-/// Beads on a grid with rods along its axes; `size` beads along each of them.
+/// Returns beads on a grid with rods along its axes, `size` beads along each of them.
 inline System make_grid(const std::array<int, 3>& size) {
   System system;
   Rods rods{"rods", {}, spacing, {}};
@@ -185,21 +186,21 @@ inline System make_grid(const std::array<int, 3>& size) {
   return system;
 }
 
-/// The same system, falling, held at these points.
+/// Returns the same system, falling and held at these points.
 inline System hang(System system, const std::vector<Index>& points) {
   system.supports = {{"corners", points, {}}};
   system.forces = {gravity};
   return system;
 }
 
-/// A net hung up at two opposite corners (a straight row of rods between two supports would be redundant).
+/// Returns a net that hangs at two opposite corners, since a straight row of rods between two supports would be
+/// redundant.
 inline System make_net(int columns, int rows) {
   return hang(make_grid({columns, rows, 1}), {0, static_cast<Index>(columns * rows - 1)});
 }
 
-/// A flat square net that hangs from two neighbouring corners. Unequal: 0.05 to 0.15 kg, from columns that are light
-/// below to such that are heavy there, so that no two of them, each of which swings by itself, have a frequency in
-/// common.
+/// Returns a flat square net that hangs from two neighbouring corners. Unequal masses are 0.05 to 0.15 kg, and columns
+/// go from light below to heavy below. Each column swings by itself, and so no two of them have a frequency in common.
 inline System make_hung_net(int side, bool has_unequal_masses = false) {
   System system = hang(make_grid({side, side, 1}), {0, static_cast<Index>(side - 1)});
   if (!has_unequal_masses) return system;
@@ -210,8 +211,8 @@ inline System make_hung_net(int side, bool has_unequal_masses = false) {
   return system;
 }
 
-/// A net that hangs straight down from a row of supports and swings a little out of its plane: no cell folds, however
-/// long.
+/// Returns a net that hangs straight down from a row of supports and swings a little out of its plane. No cell folds,
+/// however long the motion lasts.
 inline System make_curtain(int columns, int rows) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -231,14 +232,14 @@ inline System make_curtain(int columns, int rows) {
   return system;
 }
 
-/// A cube without forces, with random velocities.
+/// Returns a cube without forces, with random velocities.
 inline System make_lattice(int size) {
   System system = make_grid({size, size, size});
   set_random_velocities(1.0, 5, &system);
   return system;
 }
 
-/// Free random walks of 10 rods each, with random velocities and without forces.
+/// Returns free random walks of 10 rods each, with random velocities and without forces.
 inline System make_clusters(std::size_t clusters) {
   System system;
   std::mt19937 random(7);
@@ -259,7 +260,7 @@ inline System make_clusters(std::size_t clusters) {
   return system;
 }
 
-/// Four beads a group, one on each guide, held together by damped springs, in air:
+/// Returns groups of four beads, one on each guide, held together by damped springs, in air.
 ///
 ///   circle --spring-- sphere --spring-- plane --spring-- line
 inline System make_beads(int groups) {
@@ -288,7 +289,7 @@ inline System make_beads(int groups) {
   return system;
 }
 
-/// The same beads on rough guides, pulled to and fro through the springs: they stick and slide.
+/// Returns the same beads on rough guides, pulled to and fro through the springs so that they stick and slide.
 inline System make_rough_beads(int groups) {
   System system = make_beads(groups);
   system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
@@ -296,7 +297,7 @@ inline System make_rough_beads(int groups) {
   return system;
 }
 
-/// A hanging chain whose support is shaken.
+/// Returns a hanging chain whose support is shaken.
 inline System make_shaken_chain(std::size_t count = 5) {
   System system = make_chain(count);
   system.supports[0].displacement = {ScalarFunction::formula("0.05*sin(3*t)^2"),
@@ -304,7 +305,7 @@ inline System make_shaken_chain(std::size_t count = 5) {
   return system;
 }
 
-/// A shaken chain in air with damped springs: all whose meaning depends on the start, and all that does work.
+/// Returns a shaken chain in air with damped springs, which has all that depends on the start and all that does work.
 inline System make_shaken_chain_in_air(double damping) {
   System system = make_shaken_chain();
   std::get<Rods>(system.constraints[0]).length = {};
@@ -313,14 +314,14 @@ inline System make_shaken_chain_in_air(double damping) {
   return system;
 }
 
-/// A chain whose rods breathe.
+/// Returns a chain whose rods change their length periodically.
 inline System make_breathing_chain(std::size_t count = 5) {
   System system = make_chain(count);
   std::get<Rods>(system.constraints[0]).length = ScalarFunction::formula("0.1*(1 + 0.2*sin(2*t)^2)");
   return system;
 }
 
-/// A chain in air.
+/// Returns a chain in air.
 inline System make_chain_in_air(std::size_t count = 5) {
   System system = make_chain(count);
   Drag air{"air", {}, 0.05, 0.1};
@@ -329,7 +330,7 @@ inline System make_chain_in_air(std::size_t count = 5) {
   return system;
 }
 
-/// A chain whose beads pull at their second neighbours through damped springs.
+/// Returns a chain whose beads pull at their second neighbours through damped springs.
 inline System make_damped_chain(std::size_t count = 5) {
   System system = make_chain(count);
   Springs springs{"springs", {}, 20.0, 0.1, 0.15};
@@ -338,7 +339,7 @@ inline System make_damped_chain(std::size_t count = 5) {
   return system;
 }
 
-/// A chain whose last bead is pulled to and fro.
+/// Returns a chain whose last bead is pulled to and fro.
 inline System make_driven_chain(std::size_t count = 5) {
   System system = make_chain(count);
   system.forces.push_back(
@@ -348,7 +349,8 @@ inline System make_driven_chain(std::size_t count = 5) {
   return system;
 }
 
-/// Unit masses on a cubic grid, each shaken by up to a tenth of 1 m along each axis; no velocities, no rods.
+/// Returns unit masses on a cubic grid, each moved by up to a tenth of 1 m along each axis, without velocities and
+/// rods.
 inline System make_shaken_grid(const std::array<int, 3>& size, double distance, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shake(-0.1, 0.1);
@@ -364,8 +366,8 @@ inline System make_shaken_grid(const std::array<int, 3>& size, double distance, 
   return system;
 }
 
-/// Chains of three rods side by side in a periodic box, `size`^3 beads (a multiple of 4 along an edge) that repel each
-/// other, with random velocities: to be started with StartMode::Project.
+/// Returns chains of three rods side by side in a periodic box, `size`^3 beads (a multiple of 4 along an edge) that
+/// repel each other. Their random velocities need StartMode::Project.
 inline System make_melt(int size) {
   System system = make_grid({size, size, size});
   Rods& rods = std::get<Rods>(system.constraints[0]);
@@ -382,7 +384,7 @@ inline System make_melt(int size) {
   return system;
 }
 
-/// Coordinates of every kind, falling; no constraint says the same.
+/// Returns coordinates of every kind, falling, without equivalent constraints.
 inline System make_coordinates() {
   System system;
   system.supports = {{"anchor", {add_point({0, 0, 0}, &system)}, {}}};
@@ -409,7 +411,7 @@ inline System make_coordinates() {
   return system;
 }
 
-/// An observer that stops after so many more steps of a run.
+/// Returns an observer that stops a run after this number of further steps.
 inline Simulation::Observer stop_after(std::size_t steps) {
   return [left = steps](const MotionReport&) mutable { return --left > 0; };
 }

@@ -1,4 +1,4 @@
-/// S written by gathering against the dense product K'M^-1K.
+/// The tests compare S, written by gathering, with the dense product K'M^-1K.
 
 #include "assembly/gather_plan.hpp"
 
@@ -17,7 +17,7 @@
 namespace tanor {
 namespace {
 
-/// K as random blocks: the plan knows nothing of constraints.
+/// K as random blocks, since the plan knows nothing of constraints.
 struct RandomBlocks {
   std::vector<Incidence> incidences;
   std::vector<double> inverse_masses, blocks;
@@ -36,8 +36,8 @@ struct RandomBlocks {
   }
 };
 
-/// Rows that touch 1 to 4 points each; half of those with two points share one block, as rods do. Few points and many
-/// rows: a point has several rows, and pairs of rows share several points.
+/// Makes rows that touch 1 to 4 points each. Half of those with two points share one block, as rods do. There are few
+/// points and many rows, so that a point has several rows and pairs of rows share several points.
 RandomBlocks make_random_blocks(int num_points, int num_rows, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;
@@ -72,7 +72,7 @@ std::vector<int> any_permutation(int size, std::uint32_t seed) {
   return result;
 }
 
-/// The triangle that the plan writes, both halves, in the order of elimination and with its scale taken out.
+/// Returns both halves of the triangle that the plan writes, in the order of elimination and without its scale.
 Eigen::MatrixXd unscaled(const GatherPlan& plan, const std::vector<double>& values) {
   const auto n = static_cast<Eigen::Index>(plan.column_start().size()) - 1;
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(n, n);
@@ -99,7 +99,7 @@ Eigen::MatrixXd permuted(const Eigen::MatrixXd& S, const std::vector<int>& place
   return result;
 }
 
-/// |computed - expected| relative to sqrt(S_ii S_jj), the size that an entry of S can have.
+/// Returns |computed - expected| relative to sqrt(S_ii S_jj), the size that an entry of S can have.
 double largest_error(const Eigen::MatrixXd& computed, const Eigen::MatrixXd& expected) {
   const Eigen::VectorXd root = expected.diagonal().cwiseSqrt();
   return expected.size() == 0
@@ -158,7 +158,8 @@ RC_GTEST_PROP(GatherPlan, ScalesSToAUnitDiagonal, ()) {
 }
 
 RC_GTEST_PROP(GatherPlan, PartOfTheRowsIsAPartOfS, ()) {
-  // Rows of two separate halves of the points; the plan of the second half subtracts its first row.
+  // The rows are those of the second of two separate halves of the points. The plan subtracts the half's first row,
+  // 100.
   const int half = *rc::gen::inRange(1, 10).as("rows of each half");
   const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");
   const RandomBlocks random = make_random_blocks(6, half, seed);
@@ -193,7 +194,7 @@ RC_GTEST_PROP(GatherPlan, WritesTheDenseProductOfRandomSystems, ()) {
 }
 
 TEST(GatherPlan, RodMeetsItsNeighbourWithTheCosineBetweenThemOverTheSharedMass) {
-  // 0 --rod 0-- 1 --rod 1-- 2 at a right angle plus 30 degrees: u0.u1 = cos 60 = 0.5, both signs at point 1: -0.5/m1.
+  // 0 --rod 0-- 1 --rod 1-- 2 with an angle of 120 degrees: u0.u1 = cos 60 = 0.5, both signs at point 1: -0.5/m1.
   //   S = [1/m0 + 1/m1, -0.5/m1; ., 1/m1 + 1/m2] = [1.5, -0.25; ., 0.75] for masses 1, 2, 4
   const std::vector<Incidence> incidences = {{0, 0, 0, -1.0}, {1, 0, 0, 1.0}, {1, 1, 1, -1.0}, {2, 1, 1, 1.0}};
   const std::vector<double> inverse_masses = {1.0, 0.5, 0.25};
@@ -210,7 +211,7 @@ TEST(GatherPlan, RodMeetsItsNeighbourWithTheCosineBetweenThemOverTheSharedMass) 
   EXPECT_NEAR(S(1, 1), 0.75, 1e-15);
 }
 
-/// |g|^2 of each block.
+/// Returns |g|^2 of each block.
 std::vector<double> squared_norms(const RandomBlocks& random) {
   std::vector<double> result;
   for (Index k = 0; k < static_cast<Index>(random.blocks.size() / 3); ++k) {
@@ -275,7 +276,7 @@ TEST(GatherPlan, ForgetsTheStatesThatItHasSeen) {
 }
 
 TEST(GatherPlan, MoreProductsThanAnIntCountsAreRefusedBeforeTheyAreMade) {
-  // One point that 65536 rows share: 65536 * 65537/2 = 2^31 + 2^15 products.
+  // All 65536 rows share one point, which makes 65536 * 65537/2 = 2^31 + 2^15 products.
   std::vector<Incidence> hub;
   for (Index row = 0; row < 65536; ++row) hub.push_back({0, row, row, 1.0});
   try {

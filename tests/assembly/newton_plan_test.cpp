@@ -11,7 +11,8 @@
 namespace tanor {
 namespace {
 
-/// Three moving points and a support (3); a constraint on 0 and 1, a compliant row on 1, 2 and couplings.
+/// The system has three moving points and a support (3), a constraint on 0 and 1, a compliant row on 1 and 2, and
+/// couplings.
 TEST(NewtonPlanTest, IsTheDenseMatrix) {
   using Complex = std::complex<double>;
   std::mt19937 random(5);

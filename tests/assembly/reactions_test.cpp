@@ -1,4 +1,4 @@
-/// eta = K lambda, gathered point by point, against the dense product.
+/// The tests compare eta = K lambda, gathered point by point, with the dense product.
 
 #include "assembly/reactions.hpp"
 
@@ -36,7 +36,7 @@ RC_GTEST_PROP(ReactionGather, ScaledByTheInverseMassesItMovesPointsAndLeavesSupp
   gather.write_scaled(Parallel(1), inner.blocks.data(), lambda.data(), inner.inverse_masses.data(), moving,
                       written.data());
 
-  // Supports keep what was there: their inverse mass is 0.
+  // Supports keep their numbers, since their inverse mass is 0.
   const Eigen::VectorXd change = inner.inverse_M().asDiagonal() * (inner.K() * reference::vector(lambda));
   const Eigen::VectorXd v = reference::vector(inner.v);
   const auto last = v.size() - static_cast<Eigen::Index>(3 * moving);
@@ -47,7 +47,7 @@ RC_GTEST_PROP(ReactionGather, ScaledByTheInverseMassesItMovesPointsAndLeavesSupp
 }
 
 TEST(ReactionGather, TwoThreadsGiveTheSameBits) {
-  // A fan: rods from point to point and from each point to one of ten hubs.
+  // Rods go from point to point and from each point to one of ten hubs, like a fan.
   constexpr Index n = 20000;
   std::vector<Incidence> incidences;
   Index row = 0;

@@ -11,7 +11,7 @@ std::uint64_t sum_of(std::string_view text) {
   return sum.value();
 }
 
-// 19 bytes: two whole words and three bytes more.
+// There are 19 bytes, which are two whole words and three bytes more.
 constexpr std::string_view words = "nineteen bytes long";
 static_assert(words.size() == 19);
 

@@ -50,7 +50,7 @@ TEST(Eight, LargestIsNanWhereAnyNumberWasNan) {
   EXPECT_TRUE(std::isnan(largest.read()));
 }
 
-/// What a kernel may do with eight numbers, at addresses that are aligned to single numbers only.
+/// Computes what a kernel may do with eight numbers, at addresses that are aligned to single numbers only.
 template <std::size_t width>
 std::array<double, 9> compute() {
   std::array<double, 9> a, b, c;

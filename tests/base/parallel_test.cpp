@@ -52,7 +52,7 @@ TEST(Parallel, ThreadsWithoutWorkSleep) {
   Parallel(threads).for_ranges(x.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) x[k] += 1.0;
   });
-  // They may spin for a while first, and so may a BLAS whose threads have just been made.
+  // The threads may spin for a while first, and so may a BLAS whose threads have just been made.
   constexpr double idle = 0.3;  // s
   double used = idle;           // by all threads of this process
   for (int k = 0; k < 10 && used > 0.1 * idle; ++k) {

@@ -1,4 +1,4 @@
-/// Numbers as runs, against a plain list of them.
+/// The tests compare numbers as runs with a plain list of them.
 
 #include "base/runs.hpp"
 

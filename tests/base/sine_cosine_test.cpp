@@ -9,7 +9,8 @@
 namespace tanor {
 namespace {
 
-/// Units in the last place of the larger of |wanted| and 1e-3: near their zeros sine and cosine are differences.
+/// Returns the error in units in the last place of the larger of |wanted| and 1e-3. Near their zeros sine and cosine
+/// are differences of larger numbers.
 double ulps(double found, long double wanted) {
   const double size = std::max(1e-3, static_cast<double>(std::abs(wanted)));
   const double unit = std::nextafter(size, 2.0) - size;

@@ -1,4 +1,4 @@
-/// Andrews' squeezing mechanism as 14 points, its spring as one energy: the published angles at t = 0.03 s.
+/// Andrews' squeezing mechanism as 14 points, with its spring as one energy, has the published angles at t = 0.03 s.
 
 #include "andrews.hpp"
 
@@ -26,7 +26,7 @@ TEST(Andrews, TwoPointsHaveTheMassTheCentreAndTheInertiaOfEachBody) {
   }
 }
 
-/// 1e-9 m are asked for; the published angles have 16 digits, of which beta ~ 16 rad loses two.
+/// The required accuracy is 1e-9 m. The published angles have 16 digits, of which beta ~ 16 rad loses two.
 constexpr double wanted = 1e-11;
 
 class AndrewsByMethod : public testing::TestWithParam<MotionOptions> {};
@@ -36,11 +36,11 @@ TEST_P(AndrewsByMethod, ComesToThePublishedPlaces) {
 
   ASSERT_TRUE(simulation.advance_to(andrews::end_time).ok());
 
-  // radau5, of order 5, stops at the digits that are asked for.
+  // radau5, of order 5, stops at the required digits.
   EXPECT_LT(largest_difference(simulation.positions(), andrews::positions(andrews::end)),
             GetParam().method == Method::Radau5 ? 1e-9 : wanted);
   const EnergyReport& energy = simulation.report().energy;
-  // The moment does the work of the angle that the crank has turned, turns and all.
+  // The moment does the work of the whole angle that the crank has turned, with all turns.
   const double work = andrews::moment * (andrews::end[0] - andrews::start[0]);
   EXPECT_NEAR(energy.work_of_forces, work, 1e-8 * work);
   EXPECT_NEAR(energy.now - energy.start, work, 1e-8 * work);
@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, AndrewsByMethod,
                                          MotionOptions{.method = Method::Radau5, .rtol = 1e-10, .atol = 1e-12}),
                          [](const auto& instance) { return std::string(name_of(instance.param.method)); });
 
-/// Joints that bodies share, each body's second point beside them: other points, the same motion.
+/// The same motion is described by other points, which are joints that bodies share and a second point of each body.
 TEST(Andrews, ComesToThePublishedPlacesAsElevenPoints) {
   Simulation simulation(andrews::make_joint_system(), {.method = Method::Taylor, .rtol = 1e-13, .atol = 1e-15});
 
@@ -66,7 +66,7 @@ TEST(Andrews, ComesToThePublishedPlacesAsElevenPoints) {
   }
 }
 
-/// In one coordinate, the angle of the crank.
+/// The same motion is described by one coordinate, the angle of the crank.
 TEST(Andrews, ComesToThePublishedPlacesInTheAngleOfTheCrank) {
   System system = andrews::make_points();
   system.coordinates = {andrews::make_coordinates()};

@@ -34,7 +34,7 @@ std::vector<NamedInterface> list_interfaces() {
 
 // ---- convergence ---------------------------------------------------------------------------------------------------
 
-/// Options, and those that halve the steps: for dopri5, of order 5, tolerances over 32.
+/// The options, and those that halve the steps. For dopri5, of order 5, the tolerances are divided by 32.
 struct MethodUnderTest {
   std::string name;
   MotionOptions coarse, fine;
@@ -119,7 +119,7 @@ TEST_P(DigitsTest, MotionReactionsAndMultipliersHaveTenDigits) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, DigitsTest, list_answers([](const CaseScene&) { return true; }), name_answer);
 
-/// The car axis is stiff: its 826 steps follow the springs, the tolerance is met all the same.
+/// The car axis is stiff. Its 826 steps follow the springs, and the tolerance is met all the same.
 TEST(Dop853Test, EveryCaseHasElevenDigits) {
   const MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14};
   for (const CaseScene& scene : moving_cases()) {
@@ -131,8 +131,9 @@ TEST(Dop853Test, EveryCaseHasElevenDigits) {
   }
 }
 
-/// Case 16: a string of beads under tension swings in its first mode, small and large; after a quarter
-/// and after the whole of the small one's period (whose digits the case rounds).
+/// In case 16 a string of beads under tension swings in its first mode with a small and a large amplitude. The
+/// positions are compared after a quarter and after the whole of the period of the small amplitude (whose digits the
+/// case rounds).
 TEST(Dop853Test, WavesOfAChainUnderTensionHaveElevenDigits) {
   const nlohmann::json file = read_case("16_wave_chain");
   const double period = 2.0 * 3.14159265358979323846 / number(file.at("omega_j").at(0));
@@ -158,7 +159,7 @@ TEST(Dop853Test, WavesOfAChainUnderTensionHaveElevenDigits) {
 
 class EnergyTest : public AnswerTest {};
 
-/// E(t) - E(0) is what supports and moving constraints put in.
+/// E(t) - E(0) is the work of supports and moving constraints.
 TEST_P(EnergyTest, EnergyAndWorkAreThoseOfTheCase) {
   const ReferenceMotion reference(std::get<1>(GetParam()));
   const Instant& end = reference.instants().back();
@@ -178,8 +179,8 @@ INSTANTIATE_TEST_SUITE_P(Cases, EnergyTest, list_answers([](const CaseScene& sce
 
 class SupportTest : public AnswerTest {};
 
-/// Rods between masses cancel in the sum of K lambda: the support at the origin carries the sum over the masses, turned
-/// round.
+/// Rods between masses cancel in the sum of K lambda, so that the support at the origin carries the negative sum over
+/// the masses.
 TEST_P(SupportTest, TheSupportCarriesTheReactionsOfTheMasses) {
   const CaseScene& scene = std::get<1>(GetParam());
   const Instant end = read_trajectory(scene.reference).back();
@@ -200,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, SupportTest,
 
 class InterfaceTest : public testing::TestWithParam<NamedInterface> {};
 
-/// The bar of the project: `tanor run … --method dopri5 --rtol 1e-10 --atol 1e-12`.
+/// This is the required accuracy for `tanor run … --method dopri5 --rtol 1e-10 --atol 1e-12`.
 TEST_P(InterfaceTest, ChainOf10IsWithin1e8AtOneSecond) {
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12};
   const std::vector<Instant> trajectory = read_trajectory("08_chain10");
@@ -265,7 +266,7 @@ TEST(CatenaryTest, ProgramFindsRestAndTwelveDigitsOfTheTensions) {
 }
 #endif
 
-/// Both masses hanging straight down: a = g (m2 - m1)/(m1 + m2), T = 2 m1 m2 g/(m1 + m2).
+/// With both masses hanging straight down, a = g (m2 - m1)/(m1 + m2) and T = 2 m1 m2 g/(m1 + m2).
 TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
   const nlohmann::json straight = read_case("05_atwood_swinging").at("vertical_case");
   Dynamics dynamics(make_swinging_atwood({0.0, {-1, -1.5, 0, 1, -1.5, 0}, std::vector<double>(6, 0.0), {}, {}, {}}));
@@ -282,8 +283,8 @@ TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
   EXPECT_NEAR(-lambda[0], number(straight.at("tension")), 1e-13);
 }
 
-/// One instant of the rotating hoop, written as a ball and a plane and as two formulas: the same accelerations,
-/// multipliers and reactions.
+/// At one instant the rotating hoop has the same accelerations, multipliers and reactions as a ball and a plane and as
+/// two formulas.
 TEST(RotatingHoopTest, FormulasGiveTheAnswerOfTheBuiltInKinds) {
   const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
   Dynamics built_in(make_rotating_hoop(trajectory.front())),

@@ -1,4 +1,4 @@
-/// Fekete points, a problem of the IVP test set (Mazzia, Magherini, Release 2.4, part II-4): points of mass 1 on the
+/// Fekete points are a problem of the IVP test set (Mazzia, Magherini, Release 2.4, part II-4). Points of mass 1 on the
 /// unit sphere push each other apart with (p_i - p_j)/|p_i - p_j|^2, in a drag of 0.5 v.
 ///
 /// On the sphere (p_i - p_j).p_i = |p_i - p_j|^2/2, so each of the others pushes with 1/2 along p_i. With xi = |p| - 1,
@@ -16,7 +16,7 @@
 namespace tanor::cases {
 namespace {
 
-/// Points at rest on the unit sphere.
+/// Makes points at rest on the unit sphere.
 System make_fekete(const std::vector<Vector3>& points) {
   System system;
   system.name = "fekete points";
@@ -34,12 +34,12 @@ System make_fekete(const std::vector<Vector3>& points) {
   return system;
 }
 
-/// Longitude and latitude.
+/// Returns the point on the unit sphere at this longitude and latitude.
 Vector3 on_sphere(double alpha, double beta) {
   return {std::cos(alpha) * std::cos(beta), std::sin(alpha) * std::cos(beta), std::sin(beta)};
 }
 
-/// Rings of 3, 7, 6 and 4 points.
+/// Returns rings of 3, 7, 6 and 4 points.
 std::vector<Vector3> start_of_the_test_set() {
   struct Ring {
     int count;
@@ -53,7 +53,7 @@ std::vector<Vector3> start_of_the_test_set() {
   return points;
 }
 
-/// A spiral, pushed away from its even spacing.
+/// Returns points on a spiral, moved away from their even spacing.
 std::vector<Vector3> spiral(int count) {
   std::vector<Vector3> points;
   for (int i = 0; i < count; ++i) {
@@ -68,7 +68,7 @@ struct Multipliers {
   double fastest_speed2 = 0.0;  // |v|^2
 };
 
-/// At the output times.
+/// Runs the system and compares the multipliers at the output times.
 Multipliers run(const System& system, const MotionOptions& motion, const std::vector<double>& times) {
   Simulation simulation(system, motion);
   const double others = static_cast<double>(system.num_points()) - 1.0;
@@ -111,8 +111,8 @@ TEST(FeketeTest, MultipliersOf2000PointsAreTheClosedFormAtEveryTime) {
   EXPECT_GT(found.fastest_speed2, 0.01) << "points that rest prove nothing about |v|^2";
 }
 
-/// The points come to rest where the product of their distances is largest: for 20 of them the smallest known
-/// -sum ln |p_i - p_j| over pairs is -54.011130 (Womersley's and Sloane's tables: 20 points).
+/// The points come to rest where the product of their distances is largest. For 20 of them the smallest known -sum ln
+/// |p_i - p_j| over pairs is -54.011130 (Womersley's and Sloane's tables).
 TEST(FeketeTest, TwentyPointsComeToRestWhereTheyAreFarthestApart) {
   Simulation simulation(make_fekete(start_of_the_test_set()), {.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-8});
 

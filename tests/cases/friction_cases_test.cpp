@@ -1,4 +1,4 @@
-/// \file The cases with friction: 04a and 04b in all forms, 10b by its instances.
+/// \file The cases with friction are 04a and 04b in all forms, and 10b by its instances.
 
 #include <algorithm>
 #include <cmath>

@@ -13,10 +13,10 @@
 
 #include "folder.hpp"
 
-/// The interfaces that give an answer: the library called from C++, and the program on a scene file.
+/// The interfaces that give an answer are the library called from C++ and the program on a scene file.
 namespace tanor::cases {
 
-/// What a run leaves at its end, all points in the scene's order.
+/// The result of a run at its end, with all points in the scene's order.
 struct Answer {
   double t = 0.0;
   std::vector<double> positions, velocities, accelerations, multipliers, reactions, support_forces;
@@ -24,7 +24,7 @@ struct Answer {
   double energy = 0.0, energy_start = 0.0, work_of_supports = 0.0;
 };
 
-/// From a case to its answer at t_end; `scene_name` is a file of tests/cases/scenes, `system` the same in C++.
+/// Computes the answer of a case at t_end. `scene_name` is a file of tests/cases/scenes, and `system` the same in C++.
 using Interface = Answer (*)(const std::string& scene_name, const System& system, const MotionOptions& options,
                              double t_end);
 
@@ -62,7 +62,7 @@ inline nlohmann::json read_json(const std::filesystem::path& file) {
   return nlohmann::json::parse(std::ifstream(file));
 }
 
-/// One row a point -> point by point.
+/// Turns an array of one row a point into a flat array, point by point.
 inline std::vector<double> flatten(const nlohmann::json& rows) {
   std::vector<double> result;
   for (const nlohmann::json& row : rows) {
@@ -71,7 +71,7 @@ inline std::vector<double> flatten(const nlohmann::json& rows) {
   return result;
 }
 
-/// The options as the command line spells them.
+/// Returns the options as the command line spells them.
 inline std::string spell(const MotionOptions& options) {
   const auto digits = [](double x) {
     char buffer[32];

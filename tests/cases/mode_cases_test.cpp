@@ -1,5 +1,5 @@
-/// Small vibrations with closed forms: chains that bend (A3), hang (B3), stand or buckle (B4), charges on a sphere
-/// (B6), a prestressed net (B8).
+/// Small vibrations with closed forms are those of chains that bend (A3), hang (B3), stand or buckle (B4), charges on a
+/// sphere (B6) and a prestressed net (B8).
 
 #include <algorithm>
 #include <cmath>
@@ -134,7 +134,7 @@ TEST(InvertedChain, IsHeldBySpringsAboveTheirCriticalStiffness) {
     EXPECT_NEAR(fallen.omega[0], -std::sqrt(-growing[0]), 1e-10 * std::sqrt(-growing[0]));
     const Modes critical = held_by(1.0);
     EXPECT_EQ(critical.zero_modes, 2u);
-    // One bead or two move as a body whatever they do.
+    // One or two beads always move as a rigid body.
     if (count > 2) {
       EXPECT_EQ(critical.rigid_zero_modes, 0u) << count;
     }
@@ -158,8 +158,8 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeight) {
   }
 }
 
-/// The same column is written by angles: kappa sum (theta_i - theta_i-1)^2 beside the sum of weight_i l theta_i^2, for
-/// columns whose bending is a small difference of large terms.
+/// The same column is written by angles, with kappa sum (theta_i - theta_i-1)^2 and the sum of weight_i l theta_i^2,
+/// for columns whose bending is a small difference of large terms.
 TEST(GreenhillColumn, BucklesUnderItsOwnWeightWithManyRods) {
   for (const int count : {50, 100, 300}) {
     const double length = 1.0 / count, kappa = 1.0 / length, mass = 0.1;
@@ -187,7 +187,7 @@ TEST(GreenhillColumn, BucklesUnderItsOwnWeightWithManyRods) {
   }
 }
 
-/// It buckles at P = 4 kappa/l sin^2(pi/2N), whatever push it is told beside.
+/// The chain buckles at P = 4 kappa/l sin^2(pi/2N), whatever the size of the given push.
 TEST(HingedChain, BucklesWithManyRodsUnderAPushOfAnySize) {
   for (const int count : {30, 120, 250}) {
     const double length = 1.0 / count, kappa = 0.1 / length;
@@ -266,7 +266,7 @@ TEST(ChargesOnASphere, HaveThreeZeroModes) {
   }
 }
 
-/// Wires of rods 0.2 m long along x and y; each is fixed at one end and pulled, or fixed, at the other.
+/// Makes wires of rods 0.2 m long along x and y. Each is fixed at one end and pulled, or fixed, at the other.
 System make_pulled_net(int columns, int rows, bool has_fixed_ends) {
   System system;
   Rods rods{"wires", {}};
@@ -314,7 +314,7 @@ TEST(PrestressedNet, IsRefusedWithFixedEndsUnlessItsTensionsAreGiven) {
   const Modes refused = all_modes(system);
   EXPECT_EQ(refused.outcome.status, Status::NotUnique);
   EXPECT_NE(refused.outcome.what.find("wires["), std::string::npos) << refused.outcome.what;
-  // Each of seven wires has a self-stress of its own: three are named.
+  // Each of seven wires has a self-stress of its own, of which the message names three.
   EXPECT_NE(refused.outcome.what.find("; and 4 more)"), std::string::npos) << refused.outcome.what;
 
   std::vector<double> tensions;
@@ -327,7 +327,7 @@ TEST(PrestressedNet, IsRefusedWithFixedEndsUnlessItsTensionsAreGiven) {
                numbers(read_case("B8_prestressed_net").at("omega")), 1);
 }
 
-/// Above 300 freedoms the lowest modes are found by Lanczos' method, to the tolerance that is asked for.
+/// Above 300 freedoms the lowest modes are found by Lanczos' method, to the required tolerance.
 TEST(PrestressedNet, HasItsLowestFrequenciesWithManyPoints) {
   constexpr int columns = 24, rows = 18;
   const System system = make_pulled_net(columns, rows, false);

@@ -1,5 +1,6 @@
-/// MoorPy's catenaries that inextensible rods can meet: B7, its tests/test_catenary.py (NREL/MoorPy), cases 1 to 4. In
-/// cases 1 to 3 a part of the line lies on the sea floor, which carries beads and does not hold them down.
+/// The tests compare with the catenaries of MoorPy that inextensible rods can meet (B7), which are cases 1 to 4 of its
+/// tests/test_catenary.py (NREL/MoorPy). In cases 1 to 3 a part of the line lies on the sea floor, which carries beads
+/// and does not hold them down.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace tanor::cases {
 namespace {
 
-/// A line from an anchor at the origin to a fairlead: rods and beads, each with the weight of a rod.
+/// A line from an anchor at the origin to a fairlead, of rods and beads. Each bead has the weight of a rod.
 struct Line {
   double x, z, length, weight;  // m, N/m
   int rods;
@@ -21,7 +22,7 @@ struct Line {
     System result;
     Rods all{.name = "rods"};
     all.length.constants = {length / rods};
-    // The flat part is shorter than where the line would be taut: flat + |fairlead - (flat, 0)| = length.
+    // The flat part is shorter than it would be if the line were taut, with flat + |fairlead - (flat, 0)| = length.
     const double flat = 0.8 * (length * length - x * x - z * z) / (2.0 * (length - x));
     for (int i = 0; i <= rods; ++i) {
       // The beads start along the floor and then straight up to the fairlead.
@@ -38,12 +39,12 @@ struct Line {
   }
 };
 
-/// A line at rest, and how many beads lie on the floor.
+/// A line at rest, and the number of beads on the floor.
 struct Rested {
   EquilibriumResult found;
   std::size_t on_floor;
 
-  /// What the line pulls its supports with, N.
+  /// The force on the supports, N.
   double horizontal() const { return found.support_forces[0]; }
   double vertical_at(std::size_t point) const { return found.support_forces[3 * point + 2]; }
 };
@@ -75,7 +76,7 @@ TEST(MooringLine, RestsOnTheFloorAsItsDiscreteClosedForm) {
     EXPECT_NEAR(rested.horizontal(), number(each.at("H")), 1e-9 * number(each.at("H")));
     const double top = number(each.at("V_top_rod"));
     EXPECT_NEAR(-rested.vertical_at(static_cast<std::size_t>(line.rods)), top, 1e-9 * top);
-    // The floor carries what the first rod that is lifted does not.
+    // The floor carries the part that the first lifted rod does not carry.
     const std::size_t touching = static_cast<std::size_t>(line.rods) + rested.on_floor - 1;
     const double floor = number(each.at("floor_reaction_on_it"));
     EXPECT_NEAR(rested.found.multipliers[touching], floor, 1e-9 * number(each.at("H")));
@@ -91,8 +92,8 @@ TEST(MooringLine, RestsOnTheFloorAsItsDiscreteClosedForm) {
   }
 }
 
-/// A line of rods comes near the catenary as the square of their length, so that two lines tell the limit. MoorPy's
-/// lines stretch a little and its tolerance is finite: 6e-7.
+/// A line of rods approaches the catenary with the square of their length, so that two lines determine the limit.
+/// MoorPy's lines stretch a little and its tolerance is finite, which gives 6e-7.
 TEST(MooringLine, HasTheForcesOfMoorPyWithManyRods) {
   const nlohmann::json file = read_case("B7_moorpy_catenary");
   for (std::size_t k = 0; k < 4; ++k) {

@@ -1,5 +1,5 @@
-/// Motions under energies of several points: a body on a spring (A1) and butane (A2), by every kind of method, from
-/// C++, from scene files and in coordinates.
+/// The motion under an energy of several points is that of a body on a spring (A1) or of butane (A2), by every kind of
+/// method, from C++, from scene files and in coordinates.
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ System with_masses(const Instant& start, std::vector<double> masses) {
   return system;
 }
 
-/// Two points and a rod pinned at the origin off the rod; the spring pulls at a place that is no point.
+/// Makes two points and a rod pinned at the origin off the rod. The spring pulls at a place that is no point.
 System make_body(const Instant& start) {
   const nlohmann::json file = read_case("A1_body_offaxis_spring");
   System system = with_masses(start, {0.75, 0.75, 1.0});
@@ -44,7 +44,7 @@ System make_body(const Instant& start) {
   return system;
 }
 
-/// Four united atoms, rigid bonds, TraPPE's angles and dihedral; nm, ps, u.
+/// Makes four united atoms with rigid bonds and TraPPE's angles and dihedral, in nm, ps and u.
 System make_butane(const Instant& start) {
   System system = with_masses(start, {15.035, 14.027, 14.027, 15.035});
   constexpr double degree = 3.14159265358979323846 / 180.0;
@@ -74,7 +74,7 @@ std::vector<ByMethod> list_all() {
   for (const PotentialCase& scene :
        {PotentialCase{"A1_body_offaxis_spring", make_body}, PotentialCase{"A2_butane_rigid_bonds", make_butane}}) {
     for (const Method method : {Method::Taylor, Method::Dop853, Method::Radau5}) {
-      // radau5, of order 5, needs 20,000 steps for 1e-12; below, the rounding of still more steps adds up.
+      // radau5, of order 5, needs 20,000 steps for 1e-12. Below it the rounding of more steps adds up.
       const double rtol = method == Method::Radau5 ? 1e-12 : 1e-13;
       const MotionOptions options{.method = method, .rtol = rtol, .atol = 1e-3 * rtol};
       result.push_back({scene, "library", through_library, options});
@@ -113,8 +113,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, PotentialCases, testing::ValuesIn(list_all()),
          instance.param.interface_name;
 });
 
-/// The body moves in one angle: the accelerations in coordinates and what the support carries of the spring are those
-/// of the case.
+/// The body moves in one angle. The accelerations in coordinates and the part of the spring's force that the support
+/// carries are those of the case.
 TEST(PotentialCase, MotionInOneAngleIsThatOfTheCase) {
   const std::vector<Instant> trajectory = read_trajectory("A1_body_offaxis_spring");
   const Instant& start = trajectory.front();
@@ -139,7 +139,7 @@ TEST(PotentialCase, MotionInOneAngleIsThatOfTheCase) {
   }
 }
 
-/// What acts on a support by an energy is -dU/dr there: the force of the spring at its far end.
+/// The force of an energy on a support is -dU/dr there, which is the force of the spring at its far end.
 TEST(PotentialCase, TheSupportCarriesTheSpring) {
   const std::vector<Instant> trajectory = read_trajectory("A1_body_offaxis_spring");
   const Instant& end = trajectory[1];

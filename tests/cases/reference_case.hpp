@@ -11,7 +11,8 @@
 
 namespace tanor::cases {
 
-/// What a case says about one time; plane vectors get z = 0. Its multipliers belong to its own constraint functions.
+/// The numbers of a case at one time. Plane vectors get z = 0. The multipliers belong to the case's own constraint
+/// functions.
 struct Instant {
   double t = 0.0;
   std::vector<double> r, v, w;  // [3 * masses]
@@ -23,12 +24,12 @@ inline std::filesystem::path reference_folder() {
   return std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
 }
 
-/// `name` without ".json".
+/// Reads a case; `name` has no ".json".
 inline nlohmann::json read_case(const std::string& name) {
   return nlohmann::json::parse(std::ifstream(reference_folder() / (name + ".json")));
 }
 
-/// The cases print their numbers as text, to 28 digits.
+/// Returns a number of a case, which is printed as text with 28 digits.
 inline double number(const nlohmann::json& text) {
   return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr);
 }
@@ -39,7 +40,7 @@ inline std::vector<double> numbers(const nlohmann::json& list) {
   return result;
 }
 
-/// Numbers of `dimension` a point -> 3 a point.
+/// Turns numbers of `dimension` a point into 3 a point.
 inline std::vector<double> make_spatial(const std::vector<double>& flat, std::size_t dimension) {
   std::vector<double> result;
   for (std::size_t i = 0; i < flat.size(); i += dimension) {
@@ -48,7 +49,7 @@ inline std::vector<double> make_spatial(const std::vector<double>& flat, std::si
   return result;
 }
 
-/// The times of a case, the start first. The car axis lists them under "ours".
+/// Reads the times of a case, the start first. The car axis lists them under "ours".
 inline std::vector<Instant> read_trajectory(const std::string& name) {
   const nlohmann::json file = read_case(name);
   const std::size_t dimension = file.value("dim", std::size_t{2});

@@ -15,7 +15,7 @@
 
 namespace tanor::cases {
 
-/// r, v, w, K lambda and lambda, each beside the largest value that it takes in its case.
+/// Errors of r, v, w, K lambda and lambda, each relative to the largest value that it takes in its case.
 class ReferenceMotion {
  public:
   explicit ReferenceMotion(const CaseScene& scene) : scene_(scene), trajectory_(read_trajectory(scene.reference)) {
@@ -26,10 +26,10 @@ class ReferenceMotion {
   }
 
   const Instant& start() const { return trajectory_.front(); }
-  /// The instants behind the start.
+  /// Returns the instants after the start.
   std::span<const Instant> instants() const { return std::span(trajectory_).subspan(1); }
 
-  /// The worst of the five relative errors on the masses.
+  /// Returns the worst of the five relative errors on the masses.
   double error(const Answer& answer, const Instant& instant) const {
     const auto masses = [&](std::span<const double> all) { return all.subspan(3 * scene_.num_supports); };
     const std::span<const double> found[]{masses(answer.positions), masses(answer.velocities),
@@ -53,7 +53,7 @@ class ReferenceMotion {
   std::array<double, 5> scale_{};
 };
 
-/// Case 06: -lambda = T_i and w = 0.
+/// Expects -lambda = T_i and w = 0 as in case 06.
 inline void expect_rest_with_tensions(std::span<const double> accelerations, std::span<const double> multipliers) {
   const std::vector<double> tensions = numbers(read_case("06_catenary_N10").at("tensions"));
   ASSERT_EQ(multipliers.size(), tensions.size());

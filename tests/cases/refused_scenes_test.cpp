@@ -1,4 +1,4 @@
-/// The list of scenes that must be refused (reference/E_errors.json): exit code, place and a word of what is said.
+/// The scenes of reference/E_errors.json must be refused, with the exit code, the place and a word of the message.
 
 #ifdef TANOR_PROGRAM
 

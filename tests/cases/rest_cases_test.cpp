@@ -1,5 +1,5 @@
-/// Where systems rest, with published digits: uneven catenaries (B1), a net of ropes between four corners (B2), a chain
-/// that is pushed (B4), a bead on an ellipsoid (B5), charges on a sphere (B6).
+/// Systems with published digits rest at their equilibria. They are uneven catenaries (B1), a net of ropes between four
+/// corners (B2), a chain that is pushed (B4), a bead on an ellipsoid (B5) and charges on a sphere (B6).
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ System make_system(const nlohmann::json& scene) {
   return system;
 }
 
-/// The last three steps from beside the equilibrium are quadratic.
+/// Expects quadratic convergence of the last three steps from a place near the equilibrium.
 void expect_quadratic(System system, const EquilibriumResult& rest, double move) {
   const std::vector<Index>& held = system.supports[0].points;
   for (std::size_t i = 0; i < system.positions.size(); ++i) {
@@ -85,7 +85,7 @@ TEST_P(UnevenCatenary, RestsAsItsClosedForm) {
     expect_places(found, 1, file.at("nodes"));
     expect_tensions(found, file.at("tensions"));
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      // The file has what the supports do to the chain.
+      // The file has the forces of the supports on the chain.
       const double first = -number(file.at("support_forces").at("point 0")[axis]),
                    second = -number(file.at("support_forces").at("last")[axis]);
       EXPECT_NEAR(found.support_forces[axis], first, 1e-11 * std::abs(first));
@@ -132,7 +132,7 @@ TEST(NetOfRopes, RestsAndSwingsWithItsDigits) {
   }
 }
 
-/// These are six rods that bend in a plane and are pushed beyond what the straight chain carries.
+/// Makes six rods that bend in a plane and are pushed beyond what the straight chain carries.
 System make_pushed_chain(const nlohmann::json& file) {
   System system;
   Rods rods{"rods", {}, number(file.at("l"))};
@@ -189,7 +189,7 @@ TEST(PushedChain, StandsUnstablyWhenStraight) {
   }
 }
 
-/// Both equilibria of a bead on an ellipsoid: where it is, what carries it, its energy and vibrations.
+/// A bead on an ellipsoid has two equilibria, which are compared by place, load, energy and vibrations.
 TEST(BeadOnAnEllipsoid, RestsAndSwingsWithItsDigits) {
   const nlohmann::json file = read_case("B5_ellipsoid_equilibria");
   for (const nlohmann::json& each : file.at("equilibria")) {
@@ -227,7 +227,7 @@ TEST(BeadOnAnEllipsoid, RestsAndSwingsWithItsDigits) {
   }
 }
 
-/// Thomson's problem, from places pushed away from the minimum: unique but for a rotation.
+/// Thomson's problem starts from places pushed away from the minimum, which is unique but for a rotation.
 TEST(ChargesOnASphere, RestWithTheEnergyTheForcesAndTheDistancesOfTheirMinimum) {
   const nlohmann::json reference = read_case("B6_thomson");
   for (const nlohmann::json& each : reference.at("cases")) {

@@ -1,4 +1,4 @@
-/// The two problems undo each other: a motion that forces made asks for no other force.
+/// The two problems are inverse to each other, so that a motion made by forces asks for no other force.
 
 #include <gtest/gtest.h>
 #include <tanor/inverse_dynamics.hpp>

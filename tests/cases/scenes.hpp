@@ -14,13 +14,13 @@
 namespace tanor::cases {
 
 struct CaseScene {
-  std::string name;       // of tests/cases/scenes/<name>.json too
-  std::string reference;  // of the case's file
+  std::string name;       // also the name of tests/cases/scenes/<name>.json
+  std::string reference;  // name of the case's file
   std::size_t num_supports = 0;
   System (*build)(const Instant& start) = nullptr;
-  // From the case's own constraint functions and multipliers:
+  // These follow from the case's own constraint functions and multipliers.
   std::vector<double> (*reactions)(const Instant&) = nullptr;    // K lambda on the masses
-  std::vector<double> (*multipliers)(const Instant&) = nullptr;  // of tanor's constraint functions
+  std::vector<double> (*multipliers)(const Instant&) = nullptr;  // for tanor's constraint functions
 
   friend std::ostream& operator<<(std::ostream& out, const CaseScene& scene) { return out << scene.name; }
 };
@@ -31,7 +31,7 @@ inline Vector3 point(const std::vector<double>& array, std::size_t i) {
 
 // ---- systems -------------------------------------------------------------------------------------------------------
 
-/// The masses of a case behind some supports, which stand at the given places at the start.
+/// Makes the masses of a case behind some supports, which stand at the given places at the start.
 inline System make_system(const Instant& start, const std::vector<Vector3>& supports, std::vector<double> masses) {
   System system;
   for (const Vector3& support : supports) {
@@ -52,7 +52,7 @@ inline Rods make_chain_rods(std::size_t count, Parameter length) {
   return rods;
 }
 
-/// Beads hanging on one another, the first one on a support at the origin.
+/// Makes beads that hang on one another, the first one on a support at the origin.
 inline System make_hanging_chain(const Instant& start, double mass, const Vector3& gravity, Parameter length) {
   const std::size_t count = start.r.size() / 3;
   System system = make_system(start, {{0, 0, 0}}, std::vector<double>(count, mass));
@@ -65,7 +65,7 @@ inline System make_planar_pendulum(const Instant& start) {
   return make_hanging_chain(start, 1.0, {0, -9.81, 0}, 1.0);
 }
 
-/// The same motion on a wire: no support at all.
+/// Makes the same motion on a wire, without a support.
 inline System make_pendulum_on_circle(const Instant& start) {
   System system = make_system(start, {}, {1.0});
   system.constraints = {Circles{"wire", {0}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
@@ -95,7 +95,7 @@ inline System make_double_pendulum(const Instant& start) {
   return make_hanging_chain(start, 1.0, {0, -9.81, 0}, 1.0);
 }
 
-/// Kept in its plane by two more equations, whose multipliers vanish.
+/// Makes the double pendulum with two more equations that keep it in its plane and whose multipliers vanish.
 inline System make_double_pendulum_in_plane(const Instant& start) {
   System system = make_double_pendulum(start);
   system.constraints.push_back(Planes{"plane", {1, 2}, Vector3{0, 0, 1}, 0.0});
@@ -110,7 +110,7 @@ inline System make_variable_length(const Instant& start) {
   return make_hanging_chain(start, 1.0, {0, -9.81, 0}, ScalarFunction::formula("1 + 0.3*sin(2*t)"));
 }
 
-/// A bead on a hoop of radius 1 that turns about its vertical diameter: a ball and a plane that turns.
+/// Makes a bead on a hoop of radius 1 that turns about its vertical diameter, by a ball and a plane that turns.
 inline System make_rotating_hoop(const Instant& start) {
   System system = make_system(start, {}, {1.0});
   system.constraints = {
@@ -120,7 +120,7 @@ inline System make_rotating_hoop(const Instant& start) {
   return system;
 }
 
-/// The same in the words of the case: one formula each.
+/// Makes the same system with one formula for each constraint of the case.
 inline System make_rotating_hoop_by_formulas(const Instant& start) {
   System system = make_rotating_hoop(start);
   const Constants constants = {{"omega", 5.0}};
@@ -130,8 +130,8 @@ inline System make_rotating_hoop_by_formulas(const Instant& start) {
   return system;
 }
 
-/// IVP test set. The right angle at the origin guides the left mass, the support at (xb, yb) = (sqrt(1 - yb^2), sin(10
-/// t)/10) drives the right one:
+/// The car axis of the IVP test set. The right angle at the origin guides the left mass, and the support at (xb, yb) =
+/// (sqrt(1 - yb^2), sin(10 t)/10) drives the right one:
 ///
 ///   left 2 ----rod---- 3 right
 ///        |spring       |spring
@@ -145,7 +145,7 @@ inline System make_car_axis(const Instant& start) {
   return system;
 }
 
-/// Three parallel cranks, whose tips are coupled by one rod more than they need.
+/// Makes three parallel cranks, whose tips are coupled by one rod more than they need.
 inline System make_redundant_parallelogram(const Instant& start) {
   System system = make_system(start, {{0, 0, 0}, {1, 0, 0}, {2.5, 0, 0}}, {1.0, 2.0, 3.0});
   system.constraints = {Rods{"cranks", {{0, 3}, {1, 4}, {2, 5}}, 1.0, {}},
@@ -168,7 +168,7 @@ inline double length(const Vector3& a) {
   return std::hypot(a[0], a[1], a[2]);
 }
 
-/// Rods (|r_k - r_{k-1}|^2 - l^2)/2 along a chain from the origin.
+/// Returns K lambda of rods (|r_k - r_{k-1}|^2 - l^2)/2 along a chain from the origin.
 inline std::vector<double> chain_reactions(const Instant& instant) {
   std::vector<double> result(instant.r.size(), 0.0);
   for (std::size_t k = 0; k < instant.lambda.size(); ++k) {
@@ -180,7 +180,7 @@ inline std::vector<double> chain_reactions(const Instant& instant) {
   return result;
 }
 
-/// |r_1 - a| + |r_2 - b| - L
+/// Returns K lambda of |r_1 - a| + |r_2 - b| - L.
 inline std::vector<double> pulley_reactions(const Instant& instant) {
   std::vector<double> result(6, 0.0);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -190,7 +190,7 @@ inline std::vector<double> pulley_reactions(const Instant& instant) {
   return result;
 }
 
-/// xl xb + yl yb and (xl - xr)^2 + (yl - yr)^2 - L^2
+/// Returns K lambda of xl xb + yl yb and (xl - xr)^2 + (yl - yr)^2 - L^2.
 inline std::vector<double> car_axis_reactions(const Instant& instant) {
   const double yb = 0.1 * std::sin(10.0 * instant.t), xb = std::sqrt(1.0 - yb * yb);
   const Vector3 axle = difference(point(instant.r, 0), point(instant.r, 1));
@@ -201,7 +201,7 @@ inline std::vector<double> car_axis_reactions(const Instant& instant) {
   return result;
 }
 
-/// (|r|^2 - 1)/2 and x sin 5t - y cos 5t
+/// Returns K lambda of (|r|^2 - 1)/2 and x sin 5t - y cos 5t.
 inline std::vector<double> hoop_reactions(const Instant& instant) {
   std::vector<double> result(3, 0.0);
   add(instant.lambda[0], point(instant.r, 0), 0, &result);
@@ -209,7 +209,7 @@ inline std::vector<double> hoop_reactions(const Instant& instant) {
   return result;
 }
 
-/// Each tip swings like a pendulum of its own: m (w - g), all along its crank.
+/// Returns m (w - g), which is along the crank, since each tip swings like a pendulum of its own.
 inline std::vector<double> parallelogram_reactions(const Instant& instant) {
   std::vector<double> result(9, 0.0);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -222,7 +222,7 @@ inline std::vector<double> parallelogram_reactions(const Instant& instant) {
 
 // ---- multipliers ---------------------------------------------------------------------------------------------------
 
-/// The gradient of |dr| - l is that of (|dr|^2 - l^2)/2 over l: lambda times l is ours.
+/// The gradient of |dr| - l is that of (|dr|^2 - l^2)/2 over l, so that tanor's multiplier is lambda times l.
 inline std::vector<double> chain_multipliers(const Instant& instant) {
   std::vector<double> result = instant.lambda;
   for (std::size_t k = 0; k < result.size(); ++k) {
@@ -232,7 +232,7 @@ inline std::vector<double> chain_multipliers(const Instant& instant) {
   return result;
 }
 
-/// Rows of a circle: its plane, which carries nothing here, and its axis.
+/// Returns the multipliers of a circle's two rows. The first row is the plane, which carries nothing here.
 inline std::vector<double> circle_multipliers(const Instant& instant) {
   return {0.0, chain_multipliers(instant).front()};
 }
@@ -247,17 +247,17 @@ inline std::vector<double> pulley_multipliers(const Instant& instant) {
   return instant.lambda;
 }
 
-/// The radius is 1, so both gradients have the length 1 in each way to write them.
+/// The radius is 1, so both gradients have length 1 in each formulation.
 inline std::vector<double> hoop_multipliers(const Instant& instant) {
   return instant.lambda;
 }
 
-/// cos = (rl.rb)/(|rl| |rb|) with |rb| = 1 at the right angle, and a rod of length 1.
+/// The cosine is (rl.rb)/(|rl| |rb|) with |rb| = 1 at the right angle. The rod has length 1.
 inline std::vector<double> car_axis_multipliers(const Instant& instant) {
   return {instant.lambda[0] * length(point(instant.r, 0)), 2.0 * instant.lambda[1]};
 }
 
-/// The couplers alone are redundant, and carry nothing: least multipliers are 0 there. Of a crank: eta along it.
+/// The couplers are redundant and carry nothing, so that their least multipliers are 0. A crank has eta along it.
 inline std::vector<double> parallelogram_multipliers(const Instant& instant) {
   const std::vector<double> eta = parallelogram_reactions(instant);
   std::vector<double> result(6, 0.0);
@@ -294,7 +294,7 @@ inline const std::vector<CaseScene>& moving_cases() {
   return scenes;
 }
 
-/// Case 06: hanging at rest between two supports, point 0 and point 10.
+/// Makes case 06, which hangs at rest between two supports, point 0 and point 10.
 inline System make_catenary() {
   const nlohmann::json file = read_case("06_catenary_N10");
   System system;

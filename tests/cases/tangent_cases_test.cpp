@@ -1,4 +1,4 @@
-/// The cases once more in coordinates.
+/// The cases are solved once more in coordinates.
 
 #include <functional>
 
@@ -10,7 +10,8 @@
 namespace tanor::cases {
 namespace {
 
-/// Coordinates of a point or more as formulas in the plane z = 0, named a, b, …; `q` at the start.
+/// Makes coordinates of one or more points as formulas in the plane z = 0. They are named a, b, …; `q` is their
+/// start.
 UserCoordinates in_plane(const std::vector<Index>& points, const std::vector<std::string>& names,
                          const std::vector<std::string>& xy, const std::vector<double>& q,
                          const std::vector<double>& q_dot) {
@@ -25,15 +26,15 @@ Coordinates planar_chain(const Instant& start, Parameter length) {
   return chain;
 }
 
-/// The right angle at the origin: s (-yb, xb) on the left, an axle of length 1.
+/// Makes the right angle at the origin with s (-yb, xb) on the left, and an axle of length 1.
 Coordinates car_axis(const Instant&) {
   const std::string xb = "sqrt(1 - (0.1*sin(10*t))^2)", yb = "(0.1*sin(10*t))";
-  // yb' = cos(10 t) at the start: the left bead moves with s (-yb', 0) = (-0.5, 0) by itself
+  // At the start yb' = cos(10 t), and the left bead moves with s (-yb', 0) = (-0.5, 0) without a rate of s.
   return in_plane({2, 3}, {"s", "a"}, {"-s*" + yb, "s*" + xb, "-s*" + yb + " + cos(a)", "s*" + xb + " + sin(a)"},
                   {0.5, 0.0}, {0.0, 0.0});
 }
 
-/// Angles of both ropes and the length of the left one.
+/// Makes the angles of both ropes and the length of the left one.
 Coordinates atwood(const Instant& start) {
   const double x = start.r[0] + 1.0, y = start.r[1], l = std::hypot(x, y), X = start.r[3] - 1.0, Y = start.r[4];
   const double vx = start.v[0], vy = start.v[1], VX = start.v[3], VY = start.v[4], L = std::hypot(X, Y);
@@ -42,7 +43,7 @@ Coordinates atwood(const Instant& start) {
                   {(x * vy - y * vx) / (l * l), (X * VY - Y * VX) / (L * L), (x * vx + y * vy) / l});
 }
 
-/// r = (cos 5t sin q, sin 5t sin q, -cos q) or the like, as a circle whose plane turns.
+/// Makes r = (cos 5t sin q, sin 5t sin q, -cos q), up to the choice of q, as a circle whose plane turns.
 Coordinates hoop(const Instant&) {
   return CircleCoordinates{
       "", {0}, Vector3{0, 0, 0}, {ScalarFunction::formula("sin(5*t)"), ScalarFunction::formula("-cos(5*t)"), 0.0}, 1.0};
@@ -51,7 +52,7 @@ Coordinates hoop(const Instant&) {
 struct CoordinateCase {
   std::string name;  // the name of the case that it describes once more
   std::function<Coordinates(const Instant&)> coordinates;
-  bool is_planar = false;  // its constraints let points leave the plane, its coordinates do not: a page holds them
+  bool is_planar = false;  // its constraints let points leave the plane, its coordinates do not, so a page holds them
 
   friend std::ostream& operator<<(std::ostream& out, const CoordinateCase& given) { return out << given.name; }
 };
@@ -150,7 +151,7 @@ TEST_P(CoordinateCaseTest, BothFormsAgreeToTwelveDigits) {
 INSTANTIATE_TEST_SUITE_P(Cases, CoordinateCaseTest, testing::ValuesIn(coordinate_cases()),
                          [](const auto& instance) { return instance.param.name; });
 
-/// The hoop is described in three ways: constraints of the built-in kinds, formulas, coordinates.
+/// The hoop is described in three ways, by constraints of the built-in kinds, by formulas and by coordinates.
 TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
   System alone = make_rotating_hoop(trajectory.front());
@@ -181,8 +182,8 @@ TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   }
 }
 
-/// Case 06, a chain that closes: angles of the first eight rods; the ninth bead is where the circles around the eighth
-/// one and the right support meet, on the lower side.
+/// Case 06 is a chain that closes. The coordinates are the angles of the first eight rods. The ninth bead is on the
+/// lower side where the circles around the eighth bead and the right support meet.
 Coordinates hanging_chain(const System& system) {
   constexpr Index num_angles = 8;
   std::vector<Index> points;
@@ -199,7 +200,8 @@ Coordinates hanging_chain(const System& system) {
     points.push_back(k);
     places.insert(places.end(), {x, y});
   }
-  // The middle between bead 8 and the support, and h times the way between them, turned by a right angle.
+  // The ninth bead is the middle between bead 8 and the support, plus h times their difference, turned by a right
+  // angle.
   const std::string X = "(" + x + ")", Y = "(" + y + ")";
   const std::string h = "sqrt(0.01/((0.8-" + X + ")^2 + " + Y + "^2) - 0.25)";
   points.push_back(num_angles + 1);

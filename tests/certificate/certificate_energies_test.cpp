@@ -9,7 +9,7 @@
 namespace tanor {
 namespace {
 
-/// Forces of energies stand trial too: told of another law than was solved, the certificate says no.
+/// Forces of energies are checked too. A certificate that gets another law than the one solved fails.
 TEST(CertificateOfEnergies, ComputesForcesOnceMoreFromTheDefinition) {
   System system;
   system.positions = {0, 0, 0, 1, 0.1, 0, 1.8, 0.9, 0.2, 2.9, 1.0, 0.6};
@@ -36,7 +36,7 @@ TEST(CertificateOfEnergies, ComputesForcesOnceMoreFromTheDefinition) {
   }
 }
 
-/// Three links in a plane, each turned by `bend` against the one before it.
+/// Makes three links in a plane, each turned by `bend` against the one before it.
 System bent_chain(double bend) {
   System system;
   double angle = 0.3, x = 0.0, y = 0.0;
@@ -50,7 +50,7 @@ System bent_chain(double bend) {
   return system;
 }
 
-/// The place is smooth: the force is (cos theta - cos theta0) times a gradient, and both of them vanish there.
+/// The law is smooth there, since the force is (cos theta - cos theta0) times a gradient, and both of them vanish.
 TEST(CertificateOfEnergies, StraightChainsOfLawCosineHarmonicPass) {
   for (const double bend : {0.0, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3}) {
     System system = bent_chain(bend);
@@ -63,7 +63,8 @@ TEST(CertificateOfEnergies, StraightChainsOfLawCosineHarmonicPass) {
   }
 }
 
-/// What roundings allow is little beside the force: another stiffness shows where it is 1e-7 of its own terms.
+/// The allowance for rounding is small beside the force. A wrong stiffness shows where the force is 1e-7 of its own
+/// terms.
 TEST(CertificateOfEnergies, NearlyStraightChainsOfAnotherStiffnessFail) {
   System system = bent_chain(1e-4);
   system.forces = {Bendings{"bend", {{0, 1, 2}, {1, 2, 3}}, BendingLaw::CosineHarmonic, 1.0, M_PI}};
@@ -73,7 +74,8 @@ TEST(CertificateOfEnergies, NearlyStraightChainsOfAnotherStiffnessFail) {
   EXPECT_FALSE(other.certify().passed());
 }
 
-/// Laws that end at a straight or folded angle lose digits before: the relative error of the direction is 1e-16/sine.
+/// Laws that end at a straight or folded angle lose digits near it, since the relative error of the direction is
+/// 1e-16/sine.
 TEST(CertificateOfEnergies, NearlyUndefinedDirectionsPass) {
   for (const double sine : {1.1e-8, 2e-8, 1e-7, 1e-6, 1e-5, 1e-4}) {
     System torsion;

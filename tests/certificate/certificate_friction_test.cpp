@@ -1,4 +1,4 @@
-/// The certificate with friction: it passes what is right, and names what is not.
+/// The certificate with friction passes what is right, and names what is not.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ constexpr const char* newton = "M w = f + tau + K lambda";
 constexpr const char* limit = "|tau| <= mu_s |N|";
 constexpr const char* stays = "T'w + phi = 0 where it sticks";
 
-/// A block and a bead on an inclined rough plane, a rod between them.
+/// Makes a block and a bead on an inclined rough plane with a rod between them.
 System make_slope(double mu, double speed) {
   const double c = std::cos(0.4), s = std::sin(0.4);
   System system;
@@ -32,7 +32,7 @@ System make_slope(double mu, double speed) {
   return system;
 }
 
-/// A bead on a spoke that turns: at rest on it, or gliding.
+/// Makes a bead on a spoke that turns. It rests on the spoke or glides.
 System make_turning_spoke(double mu, double speed) {
   System system;
   system.positions = {1.0, 0.0, 0.0};
@@ -45,7 +45,7 @@ System make_turning_spoke(double mu, double speed) {
   return system;
 }
 
-/// A block on a belt that speeds up.
+/// Makes a block on a belt that accelerates.
 System make_belt(double mu) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
@@ -58,7 +58,7 @@ System make_belt(double mu) {
   return system;
 }
 
-/// A bead on a rough sphere, held by a rod, with a law of each kind.
+/// Makes a bead on a rough sphere, held by a rod, with a given law.
 System make_ball(const Friction& friction) {
   System system;
   system.positions = {0.0, 0.0, 1.0, 2.0, 0.0, 1.0};
@@ -204,14 +204,14 @@ TEST(FrictionCertificate, ScaledFrictionIsCaught) {
   }
 }
 
-/// Newton's law alone does not see a friction that moves what sticks.
+/// Newton's law alone does not detect a friction that moves a sticking contact.
 TEST(FrictionCertificate, FrictionThatLetsGoIsCaught) {
   Case solved(make_slope(0.5, 0.0));
   const double c = std::cos(0.4), s = std::sin(0.4);
   const std::size_t inner = static_cast<std::size_t>(solved.forms.model.numbering.inner_point[0]);
   const std::size_t other = static_cast<std::size_t>(solved.forms.model.numbering.inner_point[1]);
   for (const std::size_t i : {inner, other}) {
-    const double by = 1e-6;  // m/s^2, both together: the rod has no part in it
+    const double by = 1e-6;  // m/s^2, both together, so that the rod has no part in it
     solved.w[3 * i] += by * c;
     solved.w[3 * i + 1] -= by * s;
     solved.tau[3 * i] += by * c * solved.forms.model.mass[i];
@@ -225,7 +225,7 @@ TEST(FrictionCertificate, FrictionThatLetsGoIsCaught) {
 
 TEST(FrictionCertificate, FrictionAcrossTheGuideIsCaughtThoughNothingElseSeesIt) {
   Case solved(make_slope(0.9, 0.0));
-  // N takes over what tau has there: w stays
+  // The normal force takes over what tau has there, so that w stays.
   const std::size_t i = static_cast<std::size_t>(solved.forms.model.numbering.inner_point[0]);
   const Vec3 n{std::sin(0.4), std::cos(0.4), 0.0}, more = 1e-6 * n;
   store(solved.tau.data(), i, load(solved.tau.data(), i) + more);
@@ -244,7 +244,7 @@ TEST(FrictionCertificate, FrictionThatDrivesIsCaught) {
   EXPECT_TRUE(fails(solved.certify(), law));
 }
 
-/// By (43) the multipliers by three blocks are held against those of the smallest form.
+/// The multipliers by the three blocks of (43) are compared with those of the smallest form.
 TEST(FrictionCertificate, MultipliersThatTheBlocksDoNotFindAreCaught) {
   Case solved(make_ball(Coulomb{.name = "", .at = {"ball"}, .coefficient = 0.3}));
   ASSERT_FALSE(fails(solved.certify(), "by (43)"));

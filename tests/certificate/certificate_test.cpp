@@ -1,4 +1,4 @@
-/// The certificate: it passes what is right, and what it says of the rest.
+/// The certificate passes what is right, and the tests check what it says otherwise.
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -21,7 +21,7 @@ TEST(Certificate, PassesARightAnswerInEachForm) {
     const Certificate certificate = solved.certify();
 
     EXPECT_TRUE(certificate.passed()) << certificate.line();
-    // All that was tested counts; differences of places, where there are coordinates, lose the most.
+    // All checks count. Differences of places, where there are coordinates, lose the most.
     EXPECT_LE(certificate.certified_to(), system.coordinates.empty() ? 1e-13 : 1e-11);
     double worst = 0.0;
     for (const CertificateCheck& check : certificate.checks) worst = std::max(worst, check.error);
@@ -100,7 +100,7 @@ TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
 }
 
 TEST(Certificate, MultipliersThatAreNotUniqueAreJudgedByWhatTheyDo) {
-  // The first rod twice: what it carries may be shared out at will, not its sum.
+  // The first rod is there twice. Its load may be shared out at will, but its sum may not change.
   System system = make_driven_chain();
   std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
   Case solved(system);
@@ -119,7 +119,7 @@ TEST(Certificate, MultipliersThatAreNotUniqueAreJudgedByWhatTheyDo) {
   EXPECT_FALSE(fails(solved.certify(), "QR = lambda"));
 }
 
-/// Points near a plane, each joined to each other by a rod: far more rods than 3 n - 6.
+/// Makes points near a plane, each joined to each other by a rod, which gives far more rods than 3 n - 6.
 System make_flat_frame(Index num_points, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> anywhere(0.0, 1.0);
@@ -136,8 +136,8 @@ System make_flat_frame(Index num_points, std::uint32_t seed) {
   return system;
 }
 
-// Four of 600 in which QR alone takes rounding for a direction: no diagonal entry of R is small, but a singular
-// value is.
+// These are four of 600 in which QR alone takes rounding for a direction. No diagonal entry of R is small, but a
+// singular value is.
 TEST(Certificate, RedundanciesThatShowInNoDiagonalEntryAreLeftOutOfTheSecondFactorization) {
   for (const std::uint32_t seed : {57u, 235u, 241u, 528u}) {
     Case solved(make_flat_frame(12, seed));
@@ -209,7 +209,7 @@ TEST(Certificate, LineWhoseUnitVectorsJumpIsNoFailure) {
 }
 
 TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
-  // No force acts and all masses are equal: w_T is nothing but rounding.
+  // No force acts and all masses are equal, so that w_T is nothing but rounding.
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.velocities = {0.0, 3e3, 0.0};
@@ -240,8 +240,8 @@ TEST(Certificate, PassesFreePointsAndPointsThatCannotMove) {
   EXPECT_EQ(of_held.line(), "nothing to certify: no point moves");
 }
 
-/// Twenty rods on a support, all beads but the last of 1 kg, or every other one heavy. The straight one is nearly taut
-/// between its support and a heavy tip: cond S = 80 ratio.
+/// Makes twenty rods on a support. All beads but the last have 1 kg, or every other one is heavy. The straight one is
+/// nearly taut between its support and a heavy tip, with cond S = 80 ratio.
 System make_unequal_chain(double ratio, bool alternates, double curvature = 0.3) {
   System system;
   Rods rods;
@@ -278,7 +278,7 @@ TEST(Certificate, UnequalMassesAreProvenToTenDigitsInEachForm) {
 }
 
 TEST(Certificate, NothingIsProvenByFewerThanFourDigits) {
-  // S has the reciprocal condition 1e-14: a bound of 1e3 eps/rcond would let a projector of any K pass.
+  // S has the reciprocal condition 1e-14. With a bound of 1e3 eps/rcond a projector of any K would pass.
   const System system = make_unequal_chain(1e12, false, 0.0);
   const std::size_t numbers = Tampering::K(Case(system).forms).size();
   for (std::size_t k = 0; k < numbers; ++k) {
@@ -296,7 +296,7 @@ TEST(Certificate, NothingIsProvenByFewerThanFourDigits) {
 }
 
 TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
-  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6
+  // For twenty light beads and a heavy one (ratio 1e9) Cholesky of S alone leaves |K'w + phi| = 8e-6
   // (docs/certificate.md).
   Case solved(make_unequal_chain(1e9, false));
 
@@ -306,7 +306,7 @@ TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
   EXPECT_LE(certificate.certified_to(), 1e-13);
 }
 
-/// A bead at rest on a rough incline, tan of the slope 0.3, mu 0.5.
+/// The bead is at rest on a rough incline with slope 0.3 and mu = 0.5.
 TEST(Certificate, StickingPointsThatMissTheLawAreRefusedWithoutACertificate) {
   System system;
   system.positions = {0.0, 0.0, 0.0};

@@ -14,13 +14,13 @@
 
 namespace tanor {
 
-/// A system solved at its start, and what was found, inner order.
+/// A system solved at its start, and the result, in the inner order.
 struct Case {
   Forms forms;
   double t = 0.0;
   std::vector<double> r, v, w, eta, lambda, tau;
 
-  /// The system that a certificate is told, to be made another one than was solved.
+  /// The system that a certificate is given. A test may change it to differ from the one that was solved.
   System& told_system() { return const_cast<System&>(forms.model.system); }
 
   explicit Case(System system, const SolverOptions& options = {}) : forms(std::move(system), options) {
@@ -63,7 +63,7 @@ struct Case {
   }
 };
 
-/// Does a check whose identity has these words fail? Throws where there is none.
+/// Returns true if a check whose identity has these words fails. Throws where there is none.
 inline bool fails(const Certificate& certificate, const std::string& words) {
   const auto& checks = certificate.checks;
   const auto found = std::ranges::find_if(
@@ -72,7 +72,7 @@ inline bool fails(const Certificate& certificate, const std::string& words) {
   return !(found->error <= found->allowed);
 }
 
-/// "<identity>" of the first check that failed.
+/// Returns "<identity>" of the first check that failed.
 inline std::string failed(const Certificate& certificate) {
   for (const CertificateCheck& check : certificate.checks) {
     if (!(check.error <= check.allowed)) return check.identity;

@@ -1,4 +1,5 @@
-/// \file Where K nearly loses rank, S has no Cholesky factor and the certificate knows that it has no digits to spare.
+/// \file Where K nearly loses rank, S has no Cholesky factor, and the certificate reports that it has no digits to
+/// spare.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,7 @@
 namespace tanor {
 namespace {
 
-/// Two chains of four rods from a support to one bead, which stand apart by about 4 `width`: where that is 0, their
+/// Makes two chains of four rods from a support to one bead, which are about 4 `width` apart. If `width` is 0, their
 /// rods depend on each other.
 System make_double_chain(double width) {
   constexpr int links = 4;

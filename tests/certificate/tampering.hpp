@@ -6,14 +6,14 @@
 
 namespace tanor {
 
-/// A hand in the works.
+/// Changes single numbers inside a solver.
 struct Tampering {
   static std::size_t num_slots(GramSolver& solver) {
     std::size_t count = 0;
     for (auto& part : solver.parts_) count += part.plan.rows().size();
     return count;
   }
-  /// One number of the scaled matrix, then factorized as if nothing had happened.
+  /// Changes one number of the scaled matrix, then factorizes it as usual.
   static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
     for (auto& part : solver.parts_) {
       if (slot < part.plan.rows().size()) {
@@ -26,11 +26,11 @@ struct Tampering {
   }
   static GramSolver& S(const Forms& forms) {
     return forms.normal->linearization_.factor_.all_rows_.gram();
-  }  // of the general way
+  }  // for the general solver
   static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
-  /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the
-  /// system.
+  /// Eliminates once more with one number of K changed; K itself stays. Returns false if no composite of solvers serves
+  /// the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
     StandingFactor& factor = forms.normal->linearization_.factor_;
     if (!factor.is_of_composite()) return false;
@@ -39,7 +39,7 @@ struct Tampering {
     (void)factor.composite_.factorize(Parallel(1), blocks.data());
     return true;
   }
-  /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
+  /// Repeats the last check of contacts at rest, with multipliers of guides times `factor`.
   static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
     MultiplierForm& normal = *solved.forms.normal;
     const Tangents& tangents = solved.forms.work.constraints.tangents();
@@ -56,7 +56,7 @@ struct Tampering {
     lambda = found;
     return outcome;
   }
-  /// The kernel that runs on the definition of helices; of the first of them, along the motion and around the place.
+  /// The kernels of the first helix that run on the definition, along the motion and around the place.
   static auto& along_helix(Forms& forms) { return *helices(forms).groups_[0].along; }
   static auto& around_helix(Forms& forms) { return *helices(forms).groups_[0].around; }
   static JetKernel<Helices>& helices(Forms& forms) {
@@ -68,7 +68,7 @@ struct Tampering {
   }
 };
 
-/// Three unequal rods on a driven support; the last bead on a sphere that breathes.
+/// Makes three unequal rods on a driven support. The last bead is on a sphere whose radius changes with time.
 inline System make_driven_chain() {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.1, 1.5, 0.6, 0.0, 1.2, 0.9, -0.7};
@@ -81,7 +81,7 @@ inline System make_driven_chain() {
   return system;
 }
 
-/// The same rods alone, and what moves them: directions in space.
+/// Makes the same rods alone, with directions in space as coordinates.
 inline System make_chain_with_coordinates() {
   System system = make_driven_chain();
   system.constraints.pop_back();

@@ -23,7 +23,7 @@ TEST(TamperedCertificate, FindsEveryCorruptedSlotOfS) {
   }
 }
 
-/// Bent pieces of chain beside each other: `pieces` of `rods` rods, each around if they close.
+/// Makes `pieces` bent chains beside each other, of `rods` rods each. They are closed if `close`.
 System make_pieces(int pieces, int rods, bool close) {
   System system;
   Rods group{"rods", {}, {}, {}};
@@ -44,15 +44,15 @@ System make_pieces(int pieces, int rods, bool close) {
   return system;
 }
 
-/// Three branches of two rods at one bead.
+/// Makes three branches of two rods at one bead.
 System make_tree() {
   System system = make_pieces(1, 6, false);
   std::get<Rods>(system.constraints[0]).pairs = {{0, 1}, {1, 2}, {0, 3}, {3, 4}, {0, 5}, {5, 6}};
   return system;
 }
 
-/// Every way has a factor of its own (but the closed form, which reads K itself), and each number of K takes part in
-/// it.
+/// Every linear solver has a factor of its own (but the closed form, which reads K itself), and each number of K takes
+/// part in it.
 TEST(TamperedCertificate, FindsEveryCorruptedEliminationOfEachWay) {
   struct Eliminated {
     const char* way;
@@ -70,7 +70,7 @@ TEST(TamperedCertificate, FindsEveryCorruptedEliminationOfEachWay) {
       Case solved(system, {.linear_solver = wanted});
       ASSERT_EQ(solved.forms.plan.linear_solver(), way);
       EXPECT_TRUE(solved.certify().passed()) << way;
-      // Where a number is 0 a change shows only in its square.
+      // A change of a number that is 0 shows only in its square.
       const double by = std::abs(Tampering::K(solved.forms)[number]) < 1e-9 ? 1e-2 : 1e-6;
       ASSERT_TRUE(Tampering::corrupt_elimination(solved.forms, number, by));
       EXPECT_FALSE(solved.certify().passed()) << way << ", number " << number;
@@ -104,7 +104,7 @@ TEST(TamperedCertificate, FindsEveryCorruptedNumberOfK) {
 TEST(TamperedCertificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
   for (std::size_t a = 0; a < 4; ++a) {
     Case solved(make_driven_chain());
-    // What a wrong phi does to the answer: S dlambda = -dphi, dw = M^-1 K dlambda.
+    // The effect of a wrong phi on the answer is S dlambda = -dphi and dw = M^-1 K dlambda.
     Workspace& work = solved.forms.work;
     const Model& model = solved.forms.model;
     std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
@@ -125,8 +125,8 @@ TEST(TamperedCertificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
   }
 }
 
-/// A kind without a kernel by hand runs on its own definition, and so does the certificate: in another arithmetic and
-/// from the system, so that what goes wrong on the way shows.
+/// A kind without a hand-written kernel runs on its own definition, and so does the certificate, in another arithmetic
+/// and from the system, so that an error on the way shows.
 TEST(TamperedCertificate, FindsAKernelThatSpoilsADefinition) {
   System system;
   system.positions = {0.5, 0.0, 0.0};
@@ -137,8 +137,8 @@ TEST(TamperedCertificate, FindsAKernelThatSpoilsADefinition) {
   EXPECT_TRUE(Case(system).certify().passed()) << Case(system).certify().line();
 
   Case along(system), around(system);
-  Tampering::along_helix(along.forms).e2.y *= 1.001;     // phi alone: y is 0, y_dot is not
-  Tampering::around_helix(around.forms).turns *= 1.001;  // K
+  Tampering::along_helix(along.forms).e2.y *= 1.001;     // this changes phi alone, for y is 0 and y_dot is not
+  Tampering::around_helix(around.forms).turns *= 1.001;  // this changes K
   along.solve();
   around.solve();
 
@@ -148,7 +148,7 @@ TEST(TamperedCertificate, FindsAKernelThatSpoilsADefinition) {
 
 TEST(TamperedCertificate, FindsACorruptedPsi) {
   Case solved(only_coordinates());
-  // w = A q_ddot + psi keeps A'(M w - f) = 0 whatever psi is: only the curve itself tells.
+  // w = A q_ddot + psi keeps A'(M w - f) = 0 for any psi, so that only the curve itself detects the error.
   for (std::size_t i = 0; i < 9; ++i) {
     Case wrong(only_coordinates());
     Workspace& work = wrong.forms.work;
@@ -170,7 +170,7 @@ TEST(TamperedCertificate, FindsACorruptedPsi) {
 TEST(TamperedCertificate, Equations9And10FindEachSlotOfSAndOfH) {
   const System system = make_chain_with_coordinates();
   for (const char* equation : {"(9)", "(10)"}) {
-    // The form that steps keeps its factor, the other one is made afresh.
+    // The form that steps keeps its factor, and the other one is made afresh.
     for (std::size_t slot = 0;
          slot < Tampering::num_slots(Tampering::S(Case(system, {.linear_solver = LinearSolver::General}).forms));
          ++slot) {

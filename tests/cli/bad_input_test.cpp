@@ -94,7 +94,7 @@ TEST(BadSceneTest, EveryCommandNamesTheFileAndThePlace) {
   }
 }
 
-/// One broken rule of docs/scene-format.md and the line that `run` prints behind "tanor: s.json: ".
+/// One broken rule of docs/scene-format.md, and the line that `run` prints after "tanor: s.json: ".
 struct BadScene {
   const char* rule;
   std::string scene, error;
@@ -112,7 +112,7 @@ TEST_P(BadSceneRuleTest, RunEndsWithOneLineAndWritesNothing) {
   EXPECT_EQ(complaint(folder, {"run", "s.json"}), "tanor: s.json: " + GetParam().error + "\n");
 }
 
-/// Two points a metre apart that are to move for a second; `more`: other members.
+/// Returns a scene of two points a metre apart that are to move for a second. `more` are other members.
 std::string two_points(const std::string& more, const std::string& motion = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0]]}, "motion": {"t_end": 1)" +
          (motion.empty() ? "" : ", " + motion) + "}" + (more.empty() ? "" : ", " + more) + "}";

@@ -5,7 +5,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Three parallel cranks and a bar of three rods in a line, one too many (case 18a); `extra` constraints beside them.
+/// Returns three parallel cranks and a bar of three rods in a line, one too many (case 18a), and `extra` constraints.
 std::string parallelogram(const std::string& extra = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [2.5,0,0],
       [0.644217687237691, -0.7648421872844885, 0], [1.644217687237691, -0.7648421872844885, 0],
@@ -67,7 +67,7 @@ TEST(CheckTest, ARunOfRedundantConstraintsSaysSoAndArrives) {
   EXPECT_EQ(summary["redundant"].size(), 1u);
   EXPECT_EQ(summary["rank_changes"]["count"], 0) << "redundant from the start on is no change";
   EXPECT_EQ(summary["rank_changes"]["start"], 5);
-  // case 18a at t = 5
+  // These are the digits of case 18a at t = 5.
   EXPECT_NEAR(summary["final"]["positions"][3][0], -0.5703965679671275, 1e-10);
   EXPECT_NEAR(summary["final"]["accelerations"][3][1], -2.2807536888136015, 1e-8);
 }

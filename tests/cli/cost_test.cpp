@@ -1,4 +1,4 @@
-/// What `info` predicts beside what a run takes.
+/// The tests compare the prediction of `info` with the cost of a run.
 
 #include "cli/shell.hpp"
 
@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The scene of a generator, its first point held.
+/// Makes the scene of a generator with its first point held.
 json make_scene(const json& generate, const json& motion) {
   return {{"tanor_scene", 1},
           {"name", "scene"},
@@ -18,7 +18,7 @@ json make_scene(const json& generate, const json& motion) {
           {"solver", {{"threads", 1}}}};
 }
 
-/// What `info` predicts of the method that it names.
+/// Returns the prediction of `info` for the method that it names.
 json predict(const Ended& info) {
   const json told = json::parse(info.out);
   return told.at("predicted").at(told.at("method").get<std::string>());

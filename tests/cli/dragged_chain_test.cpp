@@ -3,7 +3,7 @@
 #include "cli/program.hpp"
 #include "long_tests.hpp"
 
-/// \file The scenes of tests/data/friction/dragged: random chains on rough floors.
+/// \file The scenes of tests/data/friction/dragged, which are random chains on rough floors.
 namespace tanor::cli {
 namespace {
 
@@ -19,9 +19,9 @@ json run_dragged(const Folder& folder, const std::string& name, const Words& mor
   return read_json(folder / "out" / "summary.json");
 }
 
-/// Beads that stick beside others on nearly one line; an event between two instants that are neighbours; rows on a
-/// line whose beads reach their limits one by one, to a rounding, until all give way; a bead that the constraints do
-/// not let be put to rest where the support turns round.
+/// In these chains beads stick beside others on nearly one line, an event lies between two adjacent instants, beads of
+/// rows on a line reach their limits one by one, to a rounding, until all give way, and the constraints do not let a
+/// bead be put to rest where the support turns round.
 TEST(DraggedChains, ArriveWithTheirEnergyBalanced) {
   for (const char* name : {"event_between_instants", "slow_projection", "stops_without_end", "row_of_37", "row_of_45",
                            "support_turns_round"}) {
@@ -35,7 +35,8 @@ TEST(DraggedChains, ArriveWithTheirEnergyBalanced) {
   }
 }
 
-/// v' = mu g sgn(u(t) - v) by switches at u = v, found by bisection, from rest at t = 0; mu g < |u'| at each of them.
+/// The motion v' = mu g sgn(u(t) - v) from rest at t = 0, with switches at u = v that are found by bisection. At each
+/// of them mu g < |u'|.
 struct Block {
   double x = 0.0, v = 0.0;
 
@@ -60,7 +61,7 @@ struct Block {
   }
 };
 
-/// A floor that moves to and fro as a whole carries a chain as one block: friction is the same at all beads, whatever
+/// A floor that moves to and fro as a whole carries a chain as one block. Friction is the same at all beads, whatever
 /// their masses, and rods carry nothing.
 TEST(DraggedChains, AreCarriedAsABlockByAFloorThatMovesToAndFro) {
   for (const char* name : {"belt_of_15", "belt_of_13"}) {
@@ -90,13 +91,13 @@ TEST(DraggedChains, AreCarriedAsABlockByAFloorThatMovesToAndFro) {
   }
 }
 
-/// The least of the events' functions has kinks in steps that are longer than beads take to stop.
+/// The smallest of the event functions has kinks in steps that are longer than beads take to stop.
 TEST(DraggedChains, Rk4FindsEventsBeyondKinks) {
   const Folder folder;
   run_dragged(folder, "kinked_events");
 }
 
-/// Where steps of a fixed length fail at contacts that stop, the error says what to take.
+/// If steps of a fixed length fail at contacts that stop, the error names the method to take.
 TEST(DraggedChains, FixedStepsArriveAndThoseThatAreTooLongNameTheMethodToTake) {
   const Folder folder;
   const std::filesystem::path scene =

@@ -1,4 +1,4 @@
-/// \file Runs that come to where an energy ends: exit code 3, with the tuple, its trouble and the time.
+/// \file Runs that reach the end of an energy's range return exit code 3, with the tuple, its trouble and the time.
 
 #include <ostream>
 
@@ -9,14 +9,14 @@ namespace {
 
 struct End {
   const char* name;
-  std::string path, force;  // of point 2, x and y in t
-  std::string tuple;        // as it is told
+  std::string path, force;  // x and y of point 2 as formulas of t
+  std::string tuple;        // as the program names it
   double time;
 
   friend std::ostream& operator<<(std::ostream& out, const End& end) { return out << end.name; }
 };
 
-/// Points 0 and 1 and 3 stand; point 2 is led.
+/// Returns a scene in which points 0, 1 and 3 stand and point 2 is led.
 std::string led(const End& end) {
   return R"({"tanor_scene": 1, "points": {"positions": [[-1,0,0],[0,0,0],[1,1,0],[-1,0,1]], "masses": 1},
     "supports": [{"points": [0, 1, 3]}],
@@ -59,7 +59,7 @@ const End ends[] = {
 INSTANTIATE_TEST_SUITE_P(Scenes, EnergyEnds, testing::ValuesIn(ends),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-/// Each command warns once on stderr, and says it in `left_out`.
+/// Expects that each command warns once on stderr, and repeats the warning in `left_out`.
 void expect_warning_of_each_command(const Folder& folder, const std::string& warning) {
   for (const Words& words : std::vector<Words>{{"run", "s.json", "--out", "run", "--quiet"},
                                                {"solve", "s.json", "--out", "solve.json"},
@@ -87,7 +87,7 @@ TEST(EnergiesTest, ABondAlongARodIsWarnedOfByEachCommand) {
   expect_warning_of_each_command(folder, "bb: the energy of 1 bond along rods is constant");
 }
 
-/// Two atoms on a bond at rest, and a section of pairs.
+/// The file has two atoms on a bond at rest, and a section of pairs.
 TEST(EnergiesTest, ASectionThatIsNotReadIsWarnedOfByEachCommand) {
   const Folder folder;
   write_text(folder / "a.data",

@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Three rods between two supports, sagging; the bead spring is as long as it is drawn.
+/// Three rods between two supports, sagging. The spring between beads is as long as drawn.
 const json hanging = json::parse(R"({
   "tanor_scene": 1,
   "points": {"positions": [[0,0,0], [0.7,0,-0.5], [1.5,0,-0.5], [2.2,0,0]], "velocities": [[0,0,0], [1,0,0], [0,0,0], [0,0,0]],
@@ -73,7 +73,7 @@ TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
   EXPECT_NEAR(after[19][2].get<double>(), -0.3, 1e-9);
 }
 
-/// A rod that grows and supports that move: the scene at rest begins at its own time.
+/// With a rod that grows or supports that move, the scene at rest begins at its own time.
 TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTime) {
   for (const char* what : {"rod", "support", "spring"}) {
     const Folder folder;
@@ -100,7 +100,8 @@ TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTi
   }
 }
 
-/// Positions of the equilibrium of a scene and of that of the scene which it writes; a run of the latter starts there.
+/// Expects that a scene and the scene which it writes have the same equilibrium, and that a run of the latter starts
+/// there.
 void expect_same_at_written_scene(const Folder& folder, const json& scene, const std::string& what) {
   const Ended first = find_in(folder, scene);
   ASSERT_EQ(first.code, 0) << what << first.err;
@@ -152,7 +153,7 @@ TEST(EquilibriumTest, InitialNumbersAreThoseOfTheSceneThatWasGiven) {
     expect_same_at_written_scene(folder, scene, what);
 }
 
-/// Energies of an imported file are the scene's own in what is written, and entries keep the names that they had.
+/// Energies of an imported file are the scene's own in the written scene, and entries keep their names.
 TEST(EquilibriumTest, WritesWhatCameWithItsPoints) {
   const Folder folder;
   write_text(folder / "chain.data", R"(chain
@@ -222,7 +223,7 @@ Dihedral Coeffs # opls
   EXPECT_EQ(written["constraints"][0]["name"], "plane0");
 }
 
-/// A formula's coordinates begin where the given scene was; the constraints say the same.
+/// The coordinates of a formula begin at the place of the given scene. The constraints describe the same motion.
 TEST(EquilibriumTest, LeavesOutCoordinatesThatBeginElsewhere) {
   const Folder folder;
   const json scene = json::parse(R"json({
@@ -359,7 +360,7 @@ TEST(EquilibriumTest, SearchThatEndsEarlyIsExitCode3WithTheBestResidualAndItsPla
   EXPECT_EQ(json::parse(read_text(folder / "at_rest/summary.json"))["equilibrium"]["status"], "none");
 }
 
-/// A square with both diagonals can pull against itself, and how stiff it is across depends on that.
+/// A square with both diagonals can have a self-stress, and its stiffness across its plane depends on that.
 TEST(EquilibriumTest, ModesThatASelfStressDecidesAreExitCode3) {
   const Folder folder;
   const json square = json::parse(R"({
@@ -376,7 +377,7 @@ TEST(EquilibriumTest, ModesThatASelfStressDecidesAreExitCode3) {
   EXPECT_TRUE(json::parse(read_text(folder / "at_rest/summary.json"))["modes"].is_null());
 }
 
-/// A taut wire without load holds its points, but nobody knows how tightly.
+/// A taut wire without load holds its points, but its tension is not determined.
 TEST(EquilibriumTest, ModesOfAWireWithoutLoadAreExitCode3) {
   const Folder folder;
   const json wire = json::parse(R"({
@@ -390,7 +391,7 @@ TEST(EquilibriumTest, ModesOfAWireWithoutLoadAreExitCode3) {
   EXPECT_NE(ended.err.find("a prestress must be given"), std::string::npos) << ended.err;
 }
 
-/// The last bead of the line would hang below the floor; the scene at rest holds what touches.
+/// The last bead of the line would hang below the floor. The scene at rest holds what touches.
 TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
   const Folder folder;
   json scene = hanging;

@@ -10,7 +10,7 @@
 namespace tanor::cli {
 namespace {
 
-/// Columns of error_time.csv.
+/// Reads a column of error_time.csv.
 std::vector<double> read_column(const std::filesystem::path& csv, const std::string& name) {
   std::istringstream lines(read_text(csv));
   std::vector<double> column;
@@ -46,13 +46,13 @@ TEST(ErrorTimeTest, ReferencesAreBetterThanTheRows) {
   EXPECT_FALSE(contains(ended.out.substr(0, ended.out.find("compared with")), "<=")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "whose own error is <= ")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "rk4 is compared with taylor with rtol")) << ended.out;
-  // Four stages a step and one factor each; positions are projected once more.
+  // Each step has four stages with one factor each, and positions are projected once more.
   const std::vector<double> steps = read_column(folder / "a_b.out/error_time.csv", "steps");
   const std::vector<double> factorizations = read_column(folder / "a_b.out/error_time.csv", "factorizations");
   EXPECT_GE(factorizations[0], 4.0 * steps[0]) << ended.out;
 }
 
-// Lengths are scaled by 1e-9 and times by their root: the motion is the same, and as exact beside its own size.
+// Lengths are scaled by 1e-9 and times by their root. The motion is the same, and as exact relative to its own size.
 TEST(ErrorTimeTest, ToleranceIsThatOfAPendulumOfHalfANanometre) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0], [5e-10,0,0]]},
@@ -71,7 +71,7 @@ TEST(ErrorTimeTest, ToleranceIsThatOfAPendulumOfHalfANanometre) {
   }
 }
 
-// A bead that falls 4.905 m, and a file that wants it 0.25 m beside.
+// A bead falls 4.905 m, and a file has it 0.25 m to the side.
 TEST(ErrorTimeTest, AReferenceFileReplacesTheReferenceRun) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0], [1,1,1]]},
@@ -115,7 +115,7 @@ TEST(ErrorTimeTest, EachMethodIsMeasuredOnceAndNeverByItself) {
   EXPECT_EQ(count(read_text(folder / "s.out/error_time.svg"), "<polyline "), 3U);
 }
 
-// A spring that swings thousands of times while its beads fall.
+// A spring swings thousands of times while its beads fall.
 TEST(ErrorTimeTest, StiffScenesHaveAnImplicitMethodToo) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",
@@ -131,7 +131,7 @@ TEST(ErrorTimeTest, StiffScenesHaveAnImplicitMethodToo) {
   EXPECT_TRUE(contains(ended.out, "radau5 is compared with taylor")) << ended.out;
 }
 
-// Two rods of 1 m between supports, one of which moves away: taut at 0.5 s, nowhere after it.
+// Two rods of 1 m hang between supports, one of which moves away. They are taut at 0.5 s and have no position after it.
 TEST(ErrorTimeTest, ARunThatDoesNotArriveHasNoError) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",

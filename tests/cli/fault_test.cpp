@@ -12,13 +12,13 @@ namespace {
 using nlohmann::json;
 using report::read_xyz;
 
-/// Expects one line of ours and nothing beside it.
+/// Expects one line of the program on stderr and nothing else.
 void expect_one_line(const Ended& ended, const std::string& what) {
   EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << what << ": " << ended.err;
   EXPECT_TRUE(ended.err.starts_with("tanor: ")) << what << ": " << ended.err;
 }
 
-// With descriptor 2 closed the trajectory would be opened as 2, and what is printed would land in it.
+// With descriptor 2 closed the trajectory would be opened as 2, and printed text would land in it.
 TEST(DescriptorTest, ClosedDescriptorsAreNotGivenToTheResults) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
@@ -42,13 +42,13 @@ TEST(OutputTest, AFullOrClosedOutputIsAFailureOfTheMachine) {
        {"--help", "--version", "run --help", "info s.json", "check s.json", "solve s.json", "run s.json",
         "forces s.json --motion m.csv", "error-time s.json --methods rk4 --quiet", "selftest"}) {
     for (const std::string output : {">/dev/full", ">&-"}) {
-      if (command == "selftest" && output == ">&-") continue;  // which takes a second
+      if (command == "selftest" && output == ">&-") continue;  // selftest takes a second
       const Ended ended = run_script(folder, "tanor " + command + " " + output);
       EXPECT_EQ(ended.code, 4) << command << output << ended.err;
       EXPECT_TRUE(contains(ended.err, "tanor: cannot write standard output: ")) << command << output << ended.err;
     }
   }
-  // The reader of the output is gone; a run whose messages nobody reads goes on.
+  // The reader of the output is gone. A run whose messages nobody reads goes on.
   const std::string reader_that_is_gone = "mkfifo pipe; true <pipe & exec 4>pipe; wait; ";
   EXPECT_EQ(run_script(folder, reader_that_is_gone + "tanor check s.json >&4; echo $?").out, "4\n");
   EXPECT_EQ(
@@ -57,10 +57,10 @@ TEST(OutputTest, AFullOrClosedOutputIsAFailureOfTheMachine) {
 }
 
 #if TANOR_LIMITS_OF_MEMORY_WORK
-// Every command is tried from less memory than the libraries take up to what is enough for each.
+// Every command is tried with less memory than the libraries take up to enough memory for each.
 TEST(MemoryTest, TooLittleMemoryEndsEveryCommandAtOnce) {
   const Folder folder;
-  // On a machine of many processors the stacks of all threads would take more than is given here.
+  // On a machine with many processors the stacks of all threads would take more memory than the test gives.
   std::string scene = pendulum(R"("t_end": 0.1)");
   scene.insert(scene.rfind('}'), R"(, "solver": {"threads": 2})");
   write_text(folder / "s.json", scene);
@@ -81,8 +81,8 @@ TEST(MemoryTest, TooLittleMemoryEndsEveryCommandAtOnce) {
 #endif
 
 #if TANOR_LIMITS_OF_MEMORY_WORK
-// BLAS maps its work space in the middle of the work, SuiteSparseQR's here, and asks for ever. Without SuiteSparseQR
-// nobody calls BLAS.
+// BLAS, which SuiteSparseQR calls here, allocates its work space in the middle of the work and retries for ever.
+// Without SuiteSparseQR nobody calls BLAS.
 TEST(MemoryTest, BlasWithoutWorkSpaceEndsTheProgram) {
   const Folder folder;
   write_text(folder / "net.json", R"({"tanor_scene": 1,
@@ -104,7 +104,8 @@ TEST(MemoryTest, BlasWithoutWorkSpaceEndsTheProgram) {
 }
 #endif
 
-/// The lists of frames, the frames, and nothing half: all say the same number, which is returned.
+/// Expects that the lists of frames and the frames have the same number and that no frame is half written. Returns the
+/// number.
 std::size_t count_whole_frames(const Folder& folder, const std::string& out) {
   const std::size_t frames = read_xyz(folder / (out + "/trajectory.xyz")).size();  // throws at half a frame
   const std::string list = read_text(folder / (out + "/trajectory.pvd"));
@@ -126,8 +127,8 @@ void expect_same_results(const Folder& folder, const std::string& out, const std
             read_json(folder / (whole + "/summary.json"))["final"]);
 }
 
-// A file that may not grow beyond some blocks of 512 bytes stands for a full disk: the trajectory meets it in the
-// middle of a frame, the small files do not.
+// A file that may not grow beyond some blocks of 512 bytes stands for a full disk. The trajectory reaches the limit in
+// the middle of a frame, and the small files do not reach it.
 TEST(FullDiskTest, LeavesWholeFramesAndResumeGoesOnWithoutALostOne) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
@@ -210,7 +211,7 @@ TEST(FolderTest, BelongsToOneRunAtATime) {
   for (const std::string& name : list_names(folder / "o")) EXPECT_FALSE(contains(name, "lock")) << name;
 }
 
-/// Every command that writes results holds its folder, or asks who does.
+/// Every command that writes results holds its folder, or asks which process holds it.
 TEST(FolderTest, BelongsToOneCommandAtATime) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
@@ -254,7 +255,7 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
             (Words{"pendulum.equilibrium.out", "pendulum.modes.out", "pendulum.out", "s.json"}));
 }
 
-/// Hours of work are there: other commands do not take the place of a run.
+/// A run may be the work of hours, so that other commands do not replace its results.
 TEST(FolderTest, FolderOfARunIsRefusedByOtherCommandsThatHaveASummary) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -294,7 +295,7 @@ TEST(FolderTest, NothingOfAnEquilibriumOrOfModesIsMixedIntoOtherResults) {
       (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "report.txt", "summary.json", "trajectory.csv"}));
 }
 
-/// Else the scene at rest of an earlier search would pass for that of the one which found none.
+/// Otherwise the scene at rest of an earlier search would pass for that of a search that found none.
 TEST(FolderTest, NoSceneAtRestIsLeftWhereNoneIsFound) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
@@ -361,7 +362,7 @@ TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {
   for (const std::string name :
        {"report.txt", "summary.json", "final_positions.npy", "final_support_forces.npy", "summary.json.part"})
     EXPECT_EQ(std::count(names.begin(), names.end(), name), 0) << name;
-  // The new run may have been killed while it wrote one of its own.
+  // The new run may have been killed while it wrote a file of its own.
   if (std::filesystem::exists(folder / "o/checkpoint.part")) {
     EXPECT_NE(read_text(folder / "o/checkpoint.part"), "of an old run");
   }
@@ -401,7 +402,7 @@ TEST(SignalTest, NohupIsRespected) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
 
-  // Frames that come after the signal show that the run goes on; another signal ends it.
+  // Frames that come after the signal show that the run goes on. Another signal ends it.
   const Ended ended = run_script(folder, R"sh(trap '' HUP
     "$TANOR" run s.json --out o --quiet & process=$!
     wait_for_frame() { while ! test -e "o/trajectory/frame_$1.vtp"; do sleep 0.01; done; }

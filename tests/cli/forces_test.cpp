@@ -18,7 +18,7 @@ constexpr const char* pendulum_scene = R"({
   "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0,1]]}],
   "forces": [{"kind": "gravity", "acceleration": [0,-9.81,0]}]})";
 
-/// Turned evenly, at 3 rad/s; `length` of the rod at a time.
+/// Returns a motion table that turns evenly at 3 rad/s. `length` is the length of the rod at a time.
 template <class Length>
 std::string turn_evenly(const Length& length) {
   std::string text = "t,x1,y1,z1,x2,y2,z2\n";
@@ -113,7 +113,8 @@ TEST(ForcesTest, AMotionOffTheConstraintsEndsWith3AndIsWrittenAllTheSame) {
 }
 
 TEST(ForcesTest, PoorAccelerationsAreSaidWithTheirViolation) {
-  // On the circle at the samples; between two of them the spline is a straight line, between nine a rough curve.
+  // The motion lies on the circle at the samples. Between two samples the spline is a straight line, between nine a
+  // rough curve.
   const Folder folder;
   write_text(folder / "s.json", pendulum_scene);
   const auto turn = [](int samples) {

@@ -20,7 +20,7 @@ inline std::vector<std::string> read_page() {
   return lines;
 }
 
-/// Words in backticks.
+/// Returns the words in backticks.
 inline Names find_quoted(const std::string& text) {
   Names names;
   for (std::size_t begin = text.find('`'); begin != std::string::npos;) {
@@ -32,7 +32,7 @@ inline Names find_quoted(const std::string& text) {
   return names;
 }
 
-/// The cells of a row; `\|` is a bar inside one.
+/// Returns the cells of a row; `\|` is a bar inside one.
 inline std::vector<std::string> split_row(const std::string& line) {
   std::vector<std::string> cells;
   std::string cell;
@@ -48,16 +48,16 @@ inline std::vector<std::string> split_row(const std::string& line) {
   return cells;
 }
 
-/// A table of keys: the JSON that leads to it, with "?" in the place of a key, and its rows.
+/// A table of keys, with its rows and the JSON that leads to it, in which "?" stands for a key.
 struct Table {
   std::string probe;
-  std::map<std::string, Names> choices{};  ///< of each key; empty where any value may stand
-  std::map<std::string, Names> words{};    ///< of each key: what is quoted in the cells behind it
-  /// Of each key, the cells by the names of their columns: `what`, `unit`, `default`.
+  std::map<std::string, Names> choices{};  ///< of each key, empty where any value may stand
+  std::map<std::string, Names> words{};    ///< of each key, the words that are quoted in the cells behind it
+  /// The cells of each key by the names of their columns: `what`, `unit`, `default`.
   std::map<std::string, std::map<std::string, std::string>> cells{};
 };
 
-/// Tables that follow a comment "<!-- mark JSON -->".
+/// Returns the tables that follow a comment "<!-- mark JSON -->".
 inline std::vector<Table> find_tables(const std::string& mark) {
   const std::string begin = "<!-- " + mark;
   std::vector<Table> tables;

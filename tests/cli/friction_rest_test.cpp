@@ -5,7 +5,7 @@
 #include "cli/program.hpp"
 #include "friction/rough_contacts.hpp"
 
-/// \file The scenes of tests/data/friction through the program, and runs that meet several motions on their way.
+/// \file The scenes of tests/data/friction in the program, and runs that meet several motions on their way.
 namespace tanor::cli {
 namespace {
 
@@ -16,7 +16,7 @@ Vector3 vector_of(const json& a) {
   return {a.at(0), a.at(1), a.at(2)};
 }
 
-/// Lines with one bead each, rods, constant forces.
+/// Returns a system of lines with one bead each, rods and constant forces.
 System read_system(const json& scene) {
   System system;
   for (const json& r : scene.at("points").at("positions")) {
@@ -93,9 +93,9 @@ TEST(FrictionAtRest, SolveAndRunRefuseExactlyTheScenesWithoutOneMotion) {
   EXPECT_GE(several, 4);
 }
 
-/// A rod between two rails whose upper end runs D(t) = 0.4 + 0.2 cos t ahead of the lower one
-/// (friction_modes_test.cpp): several motions obey the law while D < 0.3, t from 2 pi/3 to 4 pi/3; none where moreover
-/// F > 2 g D.
+/// Returns a rod between two rails whose upper end is D(t) = 0.4 + 0.2 cos t ahead of the lower one
+/// (tests/friction/modes_test.cpp). Several motions obey the law while D < 0.3, t from 2 pi/3 to 4 pi/3. No motion does
+/// where in addition F > 2 g D.
 std::string telescope(const std::string& F, const std::string& motion) {
   return R"json({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.6,1,0]], "velocities": [[30,0,0], [30,0,0]]},
     "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},

@@ -5,14 +5,14 @@ namespace {
 
 using nlohmann::json;
 
-/// Two beads of 1 kg on rails 2 m apart, joined by a rod that leans (tan a = 2); both glide at 1 m/s, a force of F
-/// along the rails pulls at the lower one, whose rail is rough.
+/// Returns two beads of 1 kg on rails 2 m apart, joined by a rod that leans (tan a = 2). Both glide at 1 m/s, and a
+/// force of F along the rails pulls at the lower bead, whose rail is rough.
 ///
 ///     ------o------ y = 2        rod:    R = -w/cos a
 ///          /                     rail:   |N| = |w| tan a
 ///     ----o-> F ---- y = 0       bead:   2 w + mu tan a |w| = F
 ///
-/// mu tan a > 2 is Painlevé's case: F > 0 has two accelerations, F < 0 none.
+/// mu tan a > 2 is Painlevé's case, in which F > 0 has two accelerations and F < 0 none.
 std::string rails(double mu, double force, const std::string& more = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,2,0]], "velocities": [[1,0,0], [1,0,0]]},
     "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},
@@ -34,7 +34,7 @@ json solve(const Folder& folder, const std::string& scene) {
 TEST(FrictionTest, SolveTellsFrictionAndHowItWasFound) {
   const Folder folder;
   for (const char* method : {"auto", "fixed_point", "anderson", "newton", "enumeration"}) {
-    // mu tan a = 1: w = F/3 to the right, F/1 to the left
+    // With mu tan a = 1, w = F/3 to the right and F/1 to the left.
     const std::string solver = R"("solver": {"friction": ")" + std::string(method) + R"("})";
     for (const auto& [force, acceleration] : {std::pair{6.0, 2.0}, std::pair{-6.0, -6.0}}) {
       const json solution = solve(folder, rails(0.5, force, solver));
@@ -47,7 +47,7 @@ TEST(FrictionTest, SolveTellsFrictionAndHowItWasFound) {
       const json& report = solution["friction_report"];
       EXPECT_EQ(report["contacts"], 1);
       EXPECT_EQ(report["sticking"], 0);
-      // Newton's method begins at the counted solution, and has no step left to make.
+      // Newton's method begins at the counted solution and has no step left to make.
       if (method == std::string("newton")) {
         EXPECT_EQ(report["iterations"], 0);
       } else {
@@ -99,7 +99,7 @@ TEST(FrictionTest, WhereTwoAccelerationsObeyTheLawTheProgramEndsWithThree) {
 }
 
 TEST(FrictionTest, BeadsOfAChainOnARoughFloorGiveWayOneAfterAnother) {
-  // drawn by its first bead, a support: 0.05 t^2 exp(-t/10) backwards
+  // The first bead is a support that draws the chain backwards by 0.05 t^2 exp(-t/10).
   constexpr int count = 20;
   json positions = {{0.0, 0.0, 0.0}}, pairs = json::array();
   for (int i = 1; i < count; ++i) {
@@ -200,7 +200,7 @@ TEST(FrictionTest, BadFrictionIsOneLineAndNothingIsWritten) {
   }
 }
 
-/// Two beads that rest, as the count of all modes says, with a share of the load that is not the least one.
+/// Two beads rest, as the enumeration of all modes finds, with a share of the load that is not the smallest one.
 TEST(FrictionTest, TheShareThatWasCountedIsTheAnswer) {
   const Folder folder;
 
@@ -218,7 +218,8 @@ TEST(FrictionTest, TheShareThatWasCountedIsTheAnswer) {
   EXPECT_EQ(read_json(folder / "o" / "summary.json")["friction"]["uniqueness"], "proven");
 }
 
-/// Beads on lines along x, side by side, drawn by a force that grows until all have slid; joined by rods or springs.
+/// Returns beads on lines along x, side by side and joined by rods or springs. A growing force draws them until all
+/// have slid.
 std::string make_row(std::size_t count, double beside, bool by_springs) {
   nlohmann::json positions = nlohmann::json::array(), constraints = positions, pairs = positions, friction = positions;
   for (std::size_t k = 0; k < count; ++k) {
@@ -269,7 +270,7 @@ TEST(FrictionTest, UniquenessOfManyContactsIsSaidWithItsReason) {
   }
 }
 
-/// A bead on two lines that are one: how they share its weight is a convention, and so is the friction.
+/// A bead is on two lines that are one. The distribution of its weight on them is a convention, and so is the friction.
 TEST(FrictionTest, ChecksOfAConventionAreLeftOutOfTheCertificate) {
   const Folder folder;
   write_text(folder / "s.json", R"({"tanor_scene": 1,

@@ -1,4 +1,4 @@
-/// Help, completions and manual pages, all of which the table of commands makes.
+/// Help, completions and manual pages are all made from the table of commands.
 
 #include <algorithm>
 #include <initializer_list>
@@ -71,7 +71,7 @@ TEST(HelpTest, ExamplesUseOptionsThatExist) {
   }
 }
 
-/// "tanor view net.out" looks at what "tanor run net.json" has written.
+/// "tanor view net.out" looks at the results of "tanor run net.json".
 TEST(HelpTest, FoldersOfExamplesHaveTheNamesOfTheirScenes) {
   const std::filesystem::path examples = std::filesystem::path(TANOR_DOCS).parent_path() / "examples";
   std::string text = read_text(examples / "README.md");
@@ -225,7 +225,7 @@ TEST(JsonTest, EveryCommandPrintsJson) {
   const json pages = ask({"manual", "--out", "man"});
   EXPECT_EQ(pages["files"].size(), list_names(folder / "man").size());
   EXPECT_TRUE(std::filesystem::exists(folder / std::filesystem::path(pages["files"][1].get<std::string>())));
-  // Those that a build may be without: view (tests/cli/view_test.cpp reads its JSON) and picture.
+  // A build may be without view, whose JSON tests/cli/view_test.cpp reads, and without picture.
   asked.insert("view");
   const Ended picture = run_program(folder, {"picture", "pendulum.out", "--json"});
   EXPECT_TRUE(picture.code == 0 ? json::accept(picture.out) : contains(picture.err, "built without cairo"));
@@ -236,7 +236,7 @@ TEST(JsonTest, EveryCommandPrintsJson) {
   }
 }
 
-/// What bash offers behind words of which the last one is begun.
+/// Returns the completions that bash offers after words of which the last one is unfinished.
 std::set<std::string> complete(const Folder& folder, const Words& words) {
   std::string line = "tanor";
   for (const std::string& word : words) line += " '" + word + "'";
@@ -299,7 +299,7 @@ TEST(ManualTest, HasAPageForEachCommandWithItsOptions) {
   }
 }
 
-/// Words that a run shows while it goes on; then somebody presses Ctrl-C.
+/// A run shows progress on the terminal, and then somebody presses Ctrl-C.
 TEST(ProgressOnATerminal, FitsIntoTheWindowAndGivesWayToCtrlC) {
   for (const unsigned short columns : std::initializer_list<unsigned short>{30, 70, 120}) {
     const Folder folder;

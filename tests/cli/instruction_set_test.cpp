@@ -6,12 +6,13 @@
 
 #include "cli/program.hpp"
 
-// TANOR_ISA and --isa: a set is chosen once in a process, so that each of these is a process of its own.
+// An instruction set is chosen once in a process by TANOR_ISA or --isa, so that each of these tests runs its own
+// processes.
 
 namespace tanor::cli {
 namespace {
 
-/// TANOR_ISA as processes of this test see it.
+/// Sets TANOR_ISA for the processes of this test.
 class Pinned {
  public:
   explicit Pinned(const std::string& set) { setenv("TANOR_ISA", set.c_str(), 1); }
@@ -23,7 +24,7 @@ constexpr const char* scene = R"({"tanor_scene": 1,
   "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
   "motion": {"method": "dop853", "t_end": 0.05, "output_every": 0.05}})";
 
-/// The sets that this processor has.
+/// Returns the instruction sets of this processor.
 Words list_sets() {
   Words result;
   for (const std::string set : {"baseline", "avx2", "avx512"}) {
@@ -50,7 +51,7 @@ std::string move(const std::string& set, const std::string& threads) {
   return read_text(folder / "out/trajectory.csv");
 }
 
-/// Returns the numbers of the last row alone, for the first rows hold what was given.
+/// Returns the numbers of the last row alone, since the first rows hold the given numbers.
 std::vector<double> last_numbers(const std::string& table) {
   std::istringstream row(table.substr(table.rfind('\n', table.size() - 2) + 1));
   std::vector<double> result;

@@ -1,4 +1,4 @@
-/// What a long run takes of memory: no more than a short one, with its frames, its page and its checkpoints.
+/// A long run takes no more memory than a short one, with its frames, its page and its checkpoints.
 
 #include "cli/shell.hpp"
 

@@ -1,4 +1,4 @@
-/// Disks that fill and folders that go away, injected for real: a file system of 256 kB, permissions, rm, mv.
+/// Disks that fill and folders that go away are injected with a file system of 256 kB, permissions, rm and mv.
 
 #include "cli/shell.hpp"
 
@@ -9,8 +9,8 @@ using report::read_xyz;
 
 const std::string endless = R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)";
 
-/// This stands in front of a command: root may write everywhere, but without this capability it is held to the
-/// permissions of files like everybody.
+/// Prefix of a command. Root may write everywhere, but without this capability the permissions of files hold for it,
+/// too.
 const std::string as_everybody =
     "without=; test $(id -u) != 0 || without='setpriv --bounding-set=-dac_override,-dac_read_search'; $without ";
 
@@ -40,7 +40,7 @@ TEST(PermissionTest, ASceneThatMayNotBeReadIsBadInput) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o"));
 }
 
-// A checkpoint that cannot be replaced: the one before stays, and the frames that were written stay whole.
+// If a checkpoint cannot be replaced, the one before stays, and the frames that were written stay whole.
 TEST(PermissionTest, AFolderThatIsLockedOnTheWayKeepsWholeFrames) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(endless));
@@ -89,8 +89,8 @@ TEST(VanishingFolderTest, EndsTheRunWithTheReason) {
   }
 }
 
-// The disk has 256 kB. Where this process may not mount one, FullDiskTest stands for it: a limit on the length of
-// files.
+// The disk has 256 kB. Where this process may not mount one, FullDiskTest, which limits the length of files, stands for
+// it.
 TEST(SmallDiskTest, AFullDiskKeepsWholeFramesAndTheRunGoesOnWhereThereIsRoom) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
@@ -140,7 +140,7 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
     EXPECT_TRUE(contains(ended.err, "cannot write disk/o/")) << format << ended.err;
     EXPECT_EQ(run_script(folder, "tanor run --resume " + options + "o").code, 0) << format;
     for (const std::string& name : list_names(folder / "whole")) {
-      if (name.starts_with("trajectory") && format != "h5md") {  // whose bytes depend on the order of writing
+      if (name.starts_with("trajectory") && format != "h5md") {  // the bytes of h5md depend on the order of writing
         EXPECT_EQ(read_text(folder / "o" / name), read_text(folder / "whole" / name)) << name;
       }
     }

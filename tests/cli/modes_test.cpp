@@ -8,7 +8,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Two beads below a support, as they hang.
+/// Two beads below a support, at rest.
 constexpr const char* hanging_scene = R"({
   "tanor_scene": 1, "name": "hanging",
   "points": {"positions": [[0,0,0], [0,-1,0], [0,-2,0]], "masses": 2},
@@ -40,7 +40,7 @@ TEST(ModesTest, WritesFrequenciesAndShapes) {
   EXPECT_EQ(summary.at("degrees_of_freedom"), 4);
   const json& modes = summary.at("modes");
   ASSERT_EQ(modes.at("omega").size(), 3u);
-  // Each omega^2 = (g/l)(2 -+ sqrt 2) is there twice.
+  // Each omega^2 = (g/l)(2 -+ sqrt 2) occurs twice.
   for (std::size_t k = 0; k < 3; ++k) {
     const double exact = std::sqrt(9.81 * (k < 2 ? 2.0 - std::sqrt(2.0) : 2.0 + std::sqrt(2.0)));
     EXPECT_NEAR(modes.at("omega")[k].get<double>(), exact, 1e-12 * exact);
@@ -71,7 +71,7 @@ TEST(ModesTest, DrawsEachModeForParaView) {
 
 TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
   const Folder folder;
-  // One rod stands upright on a spring of 30 N/m: (m g/l) p = k.
+  // One rod stands upright on a spring of 30 N/m, so that (m g/l) p = k.
   std::string scene = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
   scene = replaced(scene, "[[0,1],[1,2]]", "[[0,1]]");
   scene = replaced(scene, "-9.81,0]}]",
@@ -129,7 +129,7 @@ TEST(ModesTest, RefusesWrongValuesOfItsKeys) {
 
 TEST(ModesTest, RefusesAForceWithoutAPotential) {
   const Folder folder;
-  // A follower load across the chain, which vanishes as it hangs.
+  // The scene has a follower load across the chain, which vanishes when the chain hangs.
   const std::string scene =
       replaced(hanging_scene, "-9.81,0]}]", R"(-9.81,0]}, {"kind": "formula", "points": [2], "x": "z"}])");
 

@@ -1,5 +1,5 @@
-/// docs/scene-format.md beside the tables of fields and the structs of options: the unit, the range and the default of
-/// each key are what the library has.
+/// docs/scene-format.md agrees with the tables of fields and the structs of options. The unit, the range and the
+/// default of each key are those of the library.
 
 #include <cmath>
 #include <limits>
@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The only entry of a table's probe, such as {"kind": "rod", "?": 0}, and the list that it stands in.
+/// Returns the only entry of a table's probe, such as {"kind": "rod", "?": 0}, and the list that contains it.
 std::pair<std::string, json> entry_of(const Table& table) {
   const json probe = json::parse(table.probe);
   const json& value = *probe.begin();
@@ -35,7 +35,7 @@ const Table& table_of(const std::vector<Table>& tables, const std::string& list,
   return tables.front();
 }
 
-/// What the page says of a key; "as of the constraint" and "as of `coulomb`" lead to another table.
+/// Returns the row of a key on the page. "as of the constraint" and "as of `coulomb`" lead to another table.
 std::map<std::string, std::string> row_of(const std::vector<Table>& tables, const std::string& list,
                                           std::string_view kind, const std::string& key) {
   const Table& table = table_of(tables, list, kind);
@@ -47,19 +47,19 @@ std::map<std::string, std::string> row_of(const std::vector<Table>& tables, cons
   return found->second;
 }
 
-/// "m/s²" as the tables of fields spell it.
+/// Returns a unit such as "m/s²" as the tables of fields spell it.
 std::string in_ascii(const std::string& unit) {
   return std::regex_replace(unit, std::regex("²"), "^2");
 }
 
-/// The number that a cell begins with; NaN: it begins with none.
+/// Returns the number at the beginning of a cell, or NaN if there is none.
 double number_in(const std::string& cell) {
   std::smatch match;
   const bool is_one = std::regex_search(cell, match, std::regex("^`?(-?[0-9.]+(e-?[0-9]+)?)`?( |$)"));
   return is_one ? std::stod(match[1]) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Whether a cell says what a field has when a scene does not give it.
+/// Returns true if a cell names the value of a field that a scene does not give.
 bool says(const std::string& cell, double value) {
   return number_in(cell) == value;
 }
@@ -70,7 +70,7 @@ bool says(const std::string& cell, const Parameter& value) {
   if (value.is_initial()) return cell == "`\"initial\"`";
   return value.constants.size() == 1 && says(cell, value.constants[0]);
 }
-/// A list of numbers or of vectors.
+/// The cell holds a list of numbers or of vectors.
 template <class Element, std::size_t size>
 bool says(const std::string& cell, const std::array<Element, size>& value) {
   if (cell == "none") return value == std::array<Element, size>{};
@@ -80,7 +80,7 @@ bool says(const std::string& cell, const std::array<Element, size>& value) {
 bool says(const std::string& cell, const VectorFunction& value) {
   return value.is_constant() && value(0.0)[0].value() == 0.0 && (cell == "none" || says(cell, 0.0));
 }
-/// Nothing is given: told in words.
+/// The cell says in words that nothing is given.
 template <class T>
 bool says(const std::string& cell, const std::optional<T>& value) {
   return !value && !cell.empty() && !std::regex_match(cell, std::regex("-?[0-9.]+(e-?[0-9]+)?"));
@@ -90,7 +90,7 @@ bool says(const std::string& cell, const std::vector<T>& value) {
   return value.empty() && (cell == "none" || says(cell, 0.0));
 }
 
-/// A table of a kind with laws names the law, and which keys are required depends on it.
+/// Returns true if the table is that of a kind with laws. It names the law, and the required keys depend on it.
 bool depends_on_law(const std::vector<Table>& tables, const std::string& list, std::string_view kind) {
   return table_of(tables, list, kind).cells.contains("law");
 }
@@ -103,7 +103,7 @@ void expect_row(const std::vector<Table>& tables, const std::string& list, const
   ASSERT_FALSE(row.empty());
 
   const std::string unit = in_ascii(row["unit"]);
-  // "[c] m": in units of another key.
+  // "[c] m" is a unit in units of another key.
   EXPECT_TRUE(unit == field.data.unit || (unit.starts_with("[") && *field.data.unit == '\0'))
       << unit << " on the page, " << field.data.unit;
 
@@ -135,7 +135,7 @@ void expect_rows(const std::vector<Table>& tables, const std::string& list) {
   std::apply([&](const auto&... field) { (expect_row(tables, list, field), ...); }, KindOf<Group>::fields);
 }
 
-/// Every kind of one list that scene files can name.
+/// Expects the rows of every kind of one list that scene files can name.
 template <class... Groups>
 void expect_kinds(const std::vector<Table>& tables, const std::string& list,
                   std::type_identity<std::variant<Groups...>>) {
@@ -151,12 +151,12 @@ TEST(SceneFormatPage, FieldsOfKindsHaveTheUnitsRangesAndDefaultsOfTheirTables) {
   expect_rows<Viscous>(tables, "friction");
 }
 
-/// The default of a key of an object that is not a list of kinds.
+/// Returns the default of a key of an object that is not a list of kinds.
 std::string default_of(const std::vector<Table>& tables, const std::string& object, const std::string& key) {
   return row_of(tables, object, "", key)["default"];
 }
 
-/// Masses below or above have no inverse whose square is a number.
+/// Masses outside of this range have no inverse whose square is a number.
 TEST(SceneFormatPage, MassesHaveTheRangeThatIsTaken) {
   const auto is_taken = [](double mass) {
     try {
@@ -214,14 +214,14 @@ TEST(SceneFormatPage, OptionsHaveTheDefaultsOfTheirStructs) {
   EXPECT_EQ(default_of(tables, "modes", "damped"), modes.damped ? "true" : "false");
 }
 
-/// A default that stands in a cell as JSON, or as a word that becomes a text; null: it is told in other words.
+/// Returns the default in a cell, which is JSON or a word that becomes a text, or null if it is given in other words.
 json value_in(const std::string& cell) {
   const std::string bare = cell.starts_with("`") && cell.ends_with("`") ? cell.substr(1, cell.size() - 2) : cell;
   if (json::accept(bare)) return json::parse(bare);
   return bare != cell ? json(bare) : json();
 }
 
-/// What a generator makes, as the program tells it.
+/// Returns what the program says about the result of a generator.
 std::string solve_generated(const Folder& folder, const json& generator) {
   const json gravity{{"kind", "gravity"}, {"acceleration", {0, 0, -9.81}}};
   write_text(folder / "s.json", json{{"tanor_scene", 1}, {"generate", generator}, {"forces", {gravity}}}.dump());
@@ -230,8 +230,8 @@ std::string solve_generated(const Folder& folder, const json& generator) {
   return ended.out;
 }
 
-/// A generator with all defaults of the page, written out, makes what it makes without them; with `start` given, since
-/// some keys are read with others alone.
+/// Expects that a generator with all defaults of the page written out makes the same as without them. `start` is given,
+/// since some keys are read only with others.
 void expect_defaults(const std::vector<Table>& tables, const Table& table, const json& start, bool with_energies) {
   const Folder folder;
   json generator = start;

@@ -1,5 +1,5 @@
-/// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other. What the
-/// page says about each of them is tried in page_fields_test.cpp.
+/// docs/scene-format.md agrees with the program. Every key and choice that is read is on the page, and no other. The
+/// page's text about them is tested in page_fields_test.cpp.
 
 #include <regex>
 #include <sstream>
@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The names behind "wanted one of", or behind "wanted" where there is but one.
+/// Returns the names behind "wanted one of", or behind "wanted" if there is only one.
 Names find_wanted(const std::string& complaint) {
   std::size_t at = complaint.find("wanted one of ");
   if (at == std::string::npos) at = complaint.find("wanted ");
@@ -39,7 +39,7 @@ void replace_key(json* value, const std::string& key, const json& by) {
   }
 }
 
-/// What the program says to a scene with something that it does not know.
+/// Returns the program's complaint about a scene with a key or value that it does not know.
 std::string complain(const Folder& folder, const std::string& probe, const std::string& key, const json& value) {
   json scene = json::parse(probe);
   replace_key(&scene, key, value);
@@ -78,7 +78,7 @@ TEST(SceneFormatPage, HasEveryChoiceThatIsReadAndNoOther) {
 
 TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   const Folder folder;
-  std::map<std::string, Names> kinds;  // the kinds of each list
+  std::map<std::string, Names> kinds;  // of each list
   for (const Table& table : find_tables("keys of ")) {
     const json probe = json::parse(table.probe);
     for (const auto& [list, value] : probe.items()) {
@@ -93,7 +93,7 @@ TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   }
 }
 
-/// Blocks of JSON on a page.
+/// Returns the blocks of JSON on a page.
 std::vector<std::string> find_scenes(const std::filesystem::path& file) {
   std::istringstream page(read_text(file));
   std::vector<std::string> scenes;
@@ -126,7 +126,7 @@ TEST(Pages, EveryExampleOfASceneRuns) {
   EXPECT_GE(count, 3u);
 }
 
-/// A line whose numbers are left out: they depend on the machine.
+/// Returns a line without its numbers, which depend on the machine.
 std::string without_numbers(const std::string& line) {
   return std::regex_replace(line, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?"), "#");
 }
@@ -147,7 +147,7 @@ TEST(Pages, TheReadmeShowsWhatItsSceneMakesTheProgramPrint) {
   for (std::string line; std::getline(shown, line);) EXPECT_TRUE(contains(page, without_numbers(line) + "\n")) << line;
 }
 
-/// Compares the keys of a result, and those of the objects in it, with the table that speaks of it. `optional` keys are
+/// Compares the keys of a result, and those of the objects in it, with the table that describes it. `optional` keys are
 /// written only where there is something to say.
 void expect_keys_on_the_page(const std::string& mark, const json& result, const Names& optional) {
   const std::vector<Table> tables = find_tables(mark);
@@ -160,7 +160,7 @@ void expect_keys_on_the_page(const std::string& mark, const json& result, const 
     Names inner;
     for (const auto& [name, each] : value.items()) inner.insert(name);
     const Names& words = tables[0].words.at(key);
-    if (words.contains("summary.json")) continue;  // which tells of it
+    if (words.contains("summary.json")) continue;  // summary.json describes it
     for (const std::string& name : inner) EXPECT_TRUE(words.contains(name)) << mark << ": " << key << "/" << name;
     for (const std::string& word : words)
       EXPECT_TRUE(inner.contains(word)) << mark << ": " << key << " has no " << word;

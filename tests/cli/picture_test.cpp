@@ -1,4 +1,4 @@
-/// `tanor picture`: instants of a run as PNG files.
+/// `tanor picture` writes instants of a run as PNG files.
 
 #include "cli/program.hpp"
 
@@ -13,7 +13,7 @@ const std::string swinging = R"({"tanor_scene": 1, "name": "swing",
   "forces": [{"kind": "gravity", "acceleration": [0, -9.81, 0]}],
   "motion": {"t_end": 0.4, "output_every": 0.1}})";
 
-/// Width and height in the head of a PNG file.
+/// Reads width and height from the head of a PNG file.
 std::array<int, 2> read_size(const std::string& png) {
   EXPECT_TRUE(png.starts_with("\x89PNG\r\n\x1a\n"));
   const auto number = [&](std::size_t at) {
@@ -67,7 +67,7 @@ TEST(PictureCommandTest, ANewRunTakesThePictureOfTheOldOneAway) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o/picture.png"));
 }
 
-/// A surface of one point is drawn; what holds two points has no picture, and that is said.
+/// A surface of one point is drawn. A guide that holds two points has no picture, and the program says so.
 TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   const Folder folder;
   const std::string saddle = R"json({"kind": "formula", "name": "saddle", "points": [[0]],

@@ -28,23 +28,23 @@ using report::read_text;
 using report::write_text;
 using Words = std::vector<std::string>;
 
-/// How often a text holds a part.
+/// Returns how often a text holds a part.
 inline std::size_t count(const std::string& text, const std::string& part) {
   std::size_t found = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
   return found;
 }
 
-/// What a run of the program left behind.
+/// The result of a run of the program.
 struct Ended {
-  int code = -1;  ///< exit code; 128 + signal where one killed it
+  int code = -1;  ///< exit code, or 128 + signal of a killed process
   std::string out, err;
 };
 
 /// The real program, working in a folder of the test. It does not outlive the test, however that ends.
 class Program {
  public:
-  /// `out` takes its standard output; empty: Ended has it.
+  /// `out` takes its standard output. If `out` is empty, Ended has it.
   Program(const Folder& folder, const Words& arguments, const std::string& out = "")
       : out_(out.empty() ? texts_ / "out" : std::filesystem::path(out)), process_(fork()) {
     if (process_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
@@ -60,7 +60,7 @@ class Program {
 
   pid_t process() const { return process_; }
 
-  /// Waits for its end; `usage`: what it took of the machine.
+  /// Waits for its end. `usage` gets the resources that it used.
   Ended wait(rusage* usage = nullptr) {
     int status = 0;
     wait4(process_, &status, 0, usage);
@@ -91,7 +91,7 @@ inline Ended run_program(const Folder& folder, const Words& arguments) {
   return Program(folder, arguments).wait();
 }
 
-/// The complaint of a program that must not do more than complain: one line, nothing on stdout, nothing written.
+/// Returns the complaint of a program that must only complain, with one line, nothing on stdout and nothing written.
 inline std::string complaint(const Folder& folder, const Words& arguments, int code = 2) {
   const Words before = list_names(folder.path());
   const Ended ended = run_program(folder, arguments);
@@ -107,7 +107,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Waits for something that another process does; false after a minute.
+/// Waits for something that another process does. Returns false after a minute.
 inline bool wait_until(const std::function<bool()>& is_done) {
   for (int k = 0; k < 6'000; ++k) {
     if (is_done()) return true;
@@ -116,7 +116,7 @@ inline bool wait_until(const std::function<bool()>& is_done) {
   return false;
 }
 
-/// How many frames a run has written, and whether it has written so many.
+/// Returns how many frames a run has written.
 inline std::size_t count_frames(const std::filesystem::path& out) {
   const std::filesystem::path frames = out / "trajectory";
   return std::filesystem::exists(frames) ? list_names(frames).size() : 0;
@@ -128,7 +128,7 @@ inline bool wait_for_frames(const std::filesystem::path& out, std::size_t count)
 /// A motion with 129 frames.
 inline const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
 
-/// Two beads hanging on a fixed point, released horizontally; `motion`: members of that name.
+/// Returns two beads that hang on a fixed point, released horizontally. `motion` are the members of "motion".
 ///
 ///     X--o--o
 inline std::string pendulum(const std::string& motion) {
@@ -142,9 +142,10 @@ inline std::string pendulum(const std::string& motion) {
          motion + "}}";
 }
 
-/// A bead on two rods whose supports move apart: after 1 s the rods are straight, and no motion satisfies them longer.
+/// Returns a bead on two rods whose supports move apart. After 1 s the rods are straight, and no motion satisfies them
+/// longer.
 ///
-///     X->    <-- 2 m + 0.2 t  -->    <-X
+///     X->    <-- 2 m + 0.2 t^2 -->   <-X
 ///       \____1.1 m____o____1.1 m____/
 inline std::string overstretched() {
   return R"({
@@ -157,7 +158,7 @@ inline std::string overstretched() {
     "motion": {"t_end": 3, "output_every": 0.125}})";
 }
 
-/// A bead that is to be on two spheres which do not meet: there is no start.
+/// Returns a bead that is to be on two spheres which do not meet, so that there is no start.
 inline std::string torn_apart() {
   return R"({
     "tanor_scene": 1, "name": "torn apart", "points": {"positions": [[0,0,0]]},

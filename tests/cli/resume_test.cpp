@@ -9,8 +9,8 @@ namespace {
 using nlohmann::json;
 using report::read_xyz;
 
-/// Everything whose meaning depends on the initial positions: rods at a moving support, a bead on a moving sphere, a
-/// spring at rest; and everything that does work. Pair forces have no series in time, which `method` may want.
+/// Returns a scene with all that depends on the initial positions (rods at a moving support, a bead on a moving sphere,
+/// a spring at rest) and all that does work. Pair forces have no series in time, which `method` may need.
 std::string moving_scene(const std::string& motion, Method method = Method::Auto) {
   const std::string pairs = R"({"kind": "pair", "law": "lj", "epsilon": 0.1, "sigma": 0.3, "exclude": "rods"},)";
   return R"({
@@ -29,13 +29,13 @@ std::string moving_scene(const std::string& motion, Method method = Method::Auto
          motion + "}}";
 }
 
-/// Everything in the summary that does not measure time or the work of resuming.
+/// Returns the summary without the keys that measure time or the work of resuming.
 json without_work(json summary) {
   for (const char* key : {"wall_s", "factorizations", "solves"}) summary.erase(key);
   return summary;
 }
 
-/// The members of "motion" that choose a method, with steps of `step` or of a tolerance.
+/// Returns the members of "motion" that choose a method, with steps of `step` or of a tolerance.
 std::string choose(Method method, const std::string& step) {
   return R"("method": ")" + std::string(name_of(method)) + "\", " +
          (has_fixed_steps(method) ? R"("step": )" + step : R"("rtol": 1e-10, "atol": 1e-12)");
@@ -72,8 +72,8 @@ TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoesBitByBit) {
     EXPECT_EQ(read_text(folder / "parts/trajectory" / name), read_text(folder / "whole/trajectory" / name)) << name;
 }
 
-/// A signal comes at any step: the steps that were left until the next output time are those of the whole run. The end
-/// is chosen when the signal has come, so that it comes in time on any machine.
+/// A signal comes at any step. The steps left until the next output time are those of the whole run. The end is chosen
+/// when the signal has come, so that it comes in time on any machine.
 TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
   const Folder folder;
   const double every = GetParam() == Method::Radau5 || GetParam() == Method::Rattle6 ? 10.0 : 50.0;  // these are slow
@@ -101,7 +101,7 @@ TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
 INSTANTIATE_TEST_SUITE_P(Methods, ResumeTest, testing::ValuesIn(list_methods()),
                          [](const auto& info) { return std::string(name_of(info.param)); });
 
-/// 3 * 0.1 is above 0.3 and 3 * 0.3 below 0.9: the end that is asked for is meant to be that output time.
+/// 3 * 0.1 is above 0.3 and 3 * 0.3 is below 0.9. The requested end is meant to be that output time.
 TEST(ResumeTest, AnEndThatIsAnOutputTimeUpToRoundingIsAStepOfTheWholeRun) {
   for (const auto& [every, end] : {std::pair{"0.1", "0.3"}, {"0.1", "0.6"}, {"0.1", "0.7"}, {"0.3", "0.9"}}) {
     for (const std::string motion : {R"("method": "rk4", "step": 0.007)", R"("method": "dop853")"}) {
@@ -124,7 +124,7 @@ TEST(ResumeTest, AnEndThatIsAnOutputTimeUpToRoundingIsAStepOfTheWholeRun) {
   }
 }
 
-/// Multipliers start the next iteration, sticking contacts remember their place, charts stand where the motion was.
+/// Multipliers start the next iteration, sticking contacts remember their place, and charts stand where the motion was.
 TEST(ResumeTest, FrictionAndCoordinatesGoOnBitByBit) {
   const std::string points = R"json("tanor_scene": 1,
     "points": {"positions": [[0,0,0], [0.1,0,0], [0.1,0.1,0], [0.1,0.1,0.1]]},
@@ -209,7 +209,7 @@ TEST(ResumeTest, AKilledRunGoesOn) {
   kill(program.process(), SIGKILL);
   EXPECT_EQ(program.wait().code, 128 + SIGKILL);
   const std::size_t written = count_frames(folder / "o");
-  // Whatever was being written then: half a frame at the end must not matter.
+  // Half a frame at the end stands for what was being written, and must not matter.
   std::ofstream(folder / "o/trajectory.xyz", std::ios::app) << "3\nProperties=spec";
 
   const double end = 0.125 * static_cast<double>(written + 20);
@@ -221,7 +221,7 @@ TEST(ResumeTest, AKilledRunGoesOn) {
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
 }
 
-/// Whether two H5MD files hold the same data sets, by h5py; how their bytes lie depends on when they were written.
+/// Compares the data sets of two H5MD files by h5py, since their bytes depend on when they were written.
 Ended compare_h5(const Folder& folder, const std::string& a, const std::string& b) {
   return run_script(folder, "/usr/bin/python3 -c 'import h5py' || exit 77\n/usr/bin/python3 - " + a + " " + b +
                                 R"py( <<'END'
@@ -266,7 +266,7 @@ TEST(ResumeTest, AKilledRunHasTheFramesOfOneRunInEveryFormat) {
   EXPECT_TRUE(compared.code == 0 || compared.code == 77) << compared.err;
 }
 
-/// Frames are rare and the run is long: what was done since the last frame is not lost.
+/// Frames are rare and the run is long. The work since the last frame is not lost.
 TEST(ResumeTest, ARunThatIsKilledBetweenFramesGoesOnFromThere) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "step": 0.0078125, "method": "rk4")"));
@@ -326,7 +326,7 @@ TEST(ResumeTest, OtherScenesAndEarlierEndsAreRefused) {
   EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
 }
 
-/// Two methods in one run would be the motion of neither.
+/// A run with two methods would be the motion of neither.
 TEST(ResumeTest, OtherMethodsAndStepsAreRefusedByName) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.2, "method": "rk4", "step": 0.0125)"));

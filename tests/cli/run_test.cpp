@@ -30,7 +30,8 @@ TEST(RunTest, CertificateIsMadeAsOftenAsItIsWanted) {
     const json summary = read_json(folder / "s.out/summary.json");
     // `always` makes one for each of ten steps and one at the end.
     EXPECT_EQ(summary["certificates"], policy == R"("always")" ? 11 : policy == R"("final")" ? 1 : 4) << policy;
-    // Ten steps take four factorizations each and the start one or more: certificates are no work of the motion.
+    // Ten steps take four factorizations each and the start one or more, so that certificates are no work of the
+    // motion.
     EXPECT_NEAR(summary["factorizations"].get<double>(), 43.0, 2.0) << policy;
   }
 }
@@ -141,7 +142,7 @@ TEST(RunTest, TheCommandLineOverridesTheScene) {
   EXPECT_EQ(list_times(folder / "a/b/trajectory.xyz"), (std::vector<double>{0, 0.5}));
 }
 
-// A tolerance on the command line beats a step in the scene.
+// A tolerance on the command line replaces a step in the scene.
 TEST(RunTest, TolerancesReplaceAStep) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1, "step": 0.001)"));
@@ -164,7 +165,7 @@ TEST(RunTest, TolerancesLeaveTheStepOfAMethodWithFixedSteps) {
   EXPECT_EQ(read_json(folder / "o/summary.json")["steps"], 10);
 }
 
-/// A pendulum whose support follows a table up to t = 1 s.
+/// Returns a pendulum whose support follows a table up to t = 1 s.
 std::string driven_pendulum(const std::string& motion) {
   std::string scene = pendulum(motion);
   scene.insert(scene.find(R"("points": [0])") + 13, R"(, "motion": {"table": "drive.csv"})");
@@ -226,7 +227,7 @@ TEST(EarlyEndTest, AFailureKeepsTheResultsUpToItsTime) {
   EXPECT_LE(reached, 1.0 + 1e-3);
   EXPECT_EQ(summary["final"]["t"], reached);
   EXPECT_EQ(summary["t_end"], 3);
-  // Who was not there when it ended reads why in the folder.
+  // The folder states why the run ended, for those who did not see it end.
   const std::string why = summary["stopped_by"];
   EXPECT_FALSE(why.empty());
   EXPECT_TRUE(contains(ended.err, ": " + why + "; what was found until then is in o")) << ended.err;

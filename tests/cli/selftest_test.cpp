@@ -20,7 +20,7 @@ TEST(SelftestTest, EveryProblemKeepsItsPromiseWithoutAnyFile) {
   for (const std::string word : {"IFToMM A01", "IFToMM A02", "car axis", "Painleve", "Fekete"})
     EXPECT_TRUE(contains(ended.out, word)) << word << "\n" << ended.out;
   for (const MethodTraits& each : methods()) {
-    if (each.method == Method::Auto) continue;  // which stands for one of the others
+    if (each.method == Method::Auto) continue;  // auto stands for one of the others
     EXPECT_TRUE(contains(ended.out, std::string(each.name))) << each.name << "\n" << ended.out;
   }
   EXPECT_GE(std::count(ended.out.begin(), ended.out.end(), '\n'), 25) << "headline, problems, sum";

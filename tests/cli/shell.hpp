@@ -7,8 +7,8 @@
 
 namespace tanor::cli {
 
-/// What a script of the shell left behind, in which `tanor` is the program, and $TANOR its file; what hangs is killed
-/// after five minutes (137).
+/// Runs a shell script in which `tanor` is the program and $TANOR its file. A script that hangs is killed after five
+/// minutes (137).
 inline Ended run_script(const Folder& folder, const std::string& script) {
   const Folder texts;
   const std::string stem = (texts / "script").string();
@@ -21,7 +21,7 @@ inline Ended run_script(const Folder& folder, const std::string& script) {
           .err = read_text(stem + ".err")};
 }
 
-/// Whether limits of a process's memory are those of the program: sanitizers map terabytes of addresses.
+/// True if limits of a process's memory are those of the program. Sanitizers map terabytes of addresses.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TANOR_LIMITS_OF_MEMORY_WORK 0
 #else

@@ -147,7 +147,8 @@ TEST(InfoTest, TellsSizesAndWritesNothing) {
 }
 
 TEST(SolveTest, SplitsTheFrictionOfBeadsThatAreCoupled) {
-  // Two beads on rough rails, a rod between them: tau = tau_T + tau_N, and tau_T does not press on the constraints.
+  // Two beads are on rough rails with a rod between them. tau = tau_T + tau_N, and tau_T does not press on the
+  // constraints.
   const Folder folder;
   write_text(folder / "s.json", R"json({
     "tanor_scene": 1,
@@ -164,7 +165,7 @@ TEST(SolveTest, SplitsTheFrictionOfBeadsThatAreCoupled) {
   const json solution = json::parse(ended.out);
   const double tau = solution["friction"][0][0];
   EXPECT_LT(tau, -0.1);
-  // T is (1, 1) along x: it takes half of tau at each bead.
+  // T is (1, 1) along x, so that it takes half of tau at each bead.
   for (int i = 0; i < 2; ++i) {
     EXPECT_NEAR(solution["tangent_friction"][i][0], 0.5 * tau, 1e-12);
     EXPECT_NEAR(solution["normal_friction"][i][0], i == 0 ? 0.5 * tau : -0.5 * tau, 1e-12);
@@ -172,7 +173,7 @@ TEST(SolveTest, SplitsTheFrictionOfBeadsThatAreCoupled) {
 }
 
 TEST(SolveTest, FailedCertificateEndsWithExitCode3) {
-  // A drive of 1e6 rad/s that differences of places cannot follow: the answer is written, but nothing proves it.
+  // Differences of places cannot follow a drive of 1e6 rad/s. The answer is written, but nothing proves it.
   const Folder folder;
   write_text(folder / "hum.json", R"json({
     "tanor_scene": 1, "points": {"positions": [[1e-9, 0, 0]]},

@@ -1,4 +1,4 @@
-/// Scenes with coordinates, by the program.
+/// The program solves scenes with coordinates.
 
 #include "cli/program.hpp"
 
@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A bead slides on a hoop that turns around the vertical; `more` has further keys of the scene.
+/// Returns a bead that slides on a hoop that turns around the vertical. `more` has further keys of the scene.
 std::string hoop(const std::string& more = "", double radius = 0.5) {
   return R"json({
     "tanor_scene": 1, "name": "hoop", "parameters": {"R": 0.5, "O": 6},
@@ -23,7 +23,7 @@ std::string hoop(const std::string& more = "", double radius = 0.5) {
          more + "}";
 }
 
-/// This is the hoop without its constraints.
+/// Returns the hoop without its constraints.
 std::string coordinates_alone() {
   json scene = json::parse(hoop());
   scene.erase("constraints");

@@ -21,8 +21,8 @@ struct Window {
   std::map<std::string, std::string> environment{{"TERM", "xterm"}};
 };
 
-/// The program on a terminal of its own, which has one stream for all: Ended::out. `type` is told what was shown so far
-/// and answers with what somebody types then.
+/// Runs the program on a terminal of its own, which has one stream for all, Ended::out. `type` gets what was shown so
+/// far and returns what somebody then types.
 inline Ended run_on_terminal(const Folder& folder, const Words& arguments, const Window& window = {},
                              const std::function<std::string(const std::string&)>& type = {}) {
   winsize size{.ws_row = 40, .ws_col = window.columns, .ws_xpixel = 0, .ws_ypixel = 0};

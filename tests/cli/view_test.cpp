@@ -1,4 +1,4 @@
-/// `tanor view`: what its server gives away, and what it does not.
+/// `tanor view` serves the files of its folder and nothing else.
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -28,7 +28,7 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Everything that is answered, header and all.
+  /// Returns the whole answer with its header.
   std::string ask(const std::string& request) const {
     if (!is_open_ || write(socket_, request.data(), request.size()) < 0) return "no connection";
     std::string answer;
@@ -76,7 +76,7 @@ class Viewer {
   Program program_;
 };
 
-/// A folder with a page, a file below, a hidden one, and links: one that stays inside and two that lead out.
+/// Fills a folder with a page, a file below, a hidden file, and links, of which one stays inside and two lead out.
 void fill(const Folder& folder) {
   std::filesystem::create_directories(folder / "o/trajectory");
   write_text(folder / "o/report.html", "<p>page</p>");
@@ -144,13 +144,13 @@ TEST(ViewTest, ATagTellsWhetherThePageIsANewOne) {
   EXPECT_TRUE(viewer.ask("GET", "/", "If-None-Match: " + tag + "\r\n").ends_with("<p>another</p>"));
 }
 
-// The page of a run that was killed says forever that it goes on; the header knows better.
+// The page of a killed run says forever that it goes on, but the header does not.
 TEST(ViewTest, TellsWhetherTheRunGoesOn) {
   const Folder folder;
   fill(folder);
   const Viewer viewer(folder);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: ended")) << "of a run that left its lock behind";
-  // What src/cli/folder_lock.cpp does.
+  // This is what src/cli/folder_lock.cpp does.
   const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
   EXPECT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: running"));

@@ -8,7 +8,7 @@
 namespace tanor::cli {
 namespace {
 
-/// The words nan and inf, in any spelling, that are no part of a longer word.
+/// Returns true if a text has the word nan or inf, in any spelling, that is no part of a longer word.
 bool names_no_number(const std::string& text) {
   std::string word;
   for (const char c : text + " ") {
@@ -22,7 +22,7 @@ bool names_no_number(const std::string& text) {
   return false;
 }
 
-/// Every file that is a text.
+/// Expects words in every file that is a text.
 void expect_words(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string ending = entry.path().extension().string();
@@ -32,7 +32,7 @@ void expect_words(const std::filesystem::path& folder) {
   }
 }
 
-// A bead in the middle of its sphere: nothing says which way is out.
+// For a bead in the middle of its sphere no direction leads out.
 TEST(WordsTest, AStartWithoutAGradientIsToldInWords) {
   const Folder folder;
   for (const std::string start : {"check", "project"}) {

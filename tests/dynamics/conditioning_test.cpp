@@ -1,4 +1,4 @@
-/// Heavy tips on light chains, large coordinates: what rounding does, and refinement undoes.
+/// Heavy tips on light chains and large coordinates lose digits by rounding, which refinement regains.
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,7 @@ TEST_P(HeavyTip, RefinementBringsTheResidualToRounding) {
 
   ASSERT_TRUE(solved.report.outcome.ok()) << solved.report.outcome.what;
   EXPECT_LE(solved.report.residual, 1e-14);
-  // |K'w + phi| against its terms, found independently
+  // The residual |K'w + phi| is found independently and compared with its terms.
   const VectorXd residual = dense.K.transpose() * solved.w + dense.phi;
   const VectorXd terms = dense.K.cwiseAbs().transpose() * solved.w.cwiseAbs() + dense.phi.cwiseAbs();
   EXPECT_LE(residual.lpNorm<Eigen::Infinity>(), 4e-15 * terms.lpNorm<Eigen::Infinity>());
@@ -85,7 +85,7 @@ Quad root(Quad x) {
   return result;
 }
 
-/// Rows a, each with its right side behind it; Gauss with pivots.
+/// Solves the rows a, each with its right side behind it, by Gaussian elimination with pivoting.
 std::vector<Quad> solve(std::vector<std::vector<Quad>> a) {
   const std::size_t n = a.size();
   const auto size = [](Quad x) { return x < 0 ? -x : x; };
@@ -108,7 +108,7 @@ std::vector<Quad> solve(std::vector<std::vector<Quad>> a) {
   return x;
 }
 
-/// A chain on its support, as system of w and lambda, xi = |r_k - r_(k-1)| - l:
+/// The equations of a chain on its support in w and lambda, with xi = |r_k - r_(k-1)| - l:
 ///
 ///   m w_k - u_k lambda_k + u_(k+1) lambda_(k+1) = m g
 ///   u_k.(w_k - w_(k-1)) = -(|dv|^2 - (u_k.dv)^2)/|dr|
@@ -185,10 +185,10 @@ INSTANTIATE_TEST_SUITE_P(Dynamics, HeavyTip,
 // ---- far from the origin -----------------------------------------------------------------------------------------
 
 RC_GTEST_PROP(ForwardDynamics, MovedAMillionLengthsAwayItAnswersTheSame, ()) {
-  // The places that are left when they have been there: with them no difference of two is rounded.
+  // After adding and subtracting the distance, no difference of two places is rounded.
   constexpr double away = 1 << 20;
   RandomSystem random = without_guides(any_system());
-  for (Support& support : random.system.supports) support.displacement = {};  // which would be rounded there
+  for (Support& support : random.system.supports) support.displacement = {};  // they would be rounded there
   for (std::vector<double>* places : {&random.system.positions, &random.positions}) {
     for (double& x : *places) x = (x + away) - away;
   }

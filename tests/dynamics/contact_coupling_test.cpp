@@ -24,7 +24,7 @@ System draw_beads(unsigned seed) {
   return make_beads_on_lines(positions, directions, 0.4);
 }
 
-/// x, tau of random sizes of friction, and b = K'M^-1 tau by dense products.
+/// Draws random sizes x of friction, with its forces tau, and b = K'M^-1 tau by dense products.
 struct DrawnFriction {
   DrawnFriction(unsigned seed, InstantOfContacts& at)
       : laws(at.model.system, at.model.numbering, at.work.constraints.tangents(), at.model.incidences),
@@ -48,7 +48,7 @@ struct DrawnFriction {
   FrictionLaws laws;
   ContactCoupling coupling;
   std::vector<double> x, tau;
-  Eigen::VectorXd w, rows;  // dense
+  Eigen::VectorXd w, rows;  // by dense products
 };
 
 TEST(ContactCoupling, AddsTheDenseProductOfGradientsAndFrictionToRows) {

@@ -1,4 +1,4 @@
-/// Errors of a step are divided by what is allowed, eight points at once.
+/// Errors of a step are divided by their tolerances, eight points at once.
 
 #include <algorithm>
 #include <cmath>

@@ -13,12 +13,12 @@ namespace {
 
 constexpr double g = 9.81;
 
-/// A bead that slides down a line at the angle alpha to the horizontal.
+/// Makes a bead that slides down a line at the angle alpha to the horizontal.
 System make_bead(double alpha, double mu) {
   return make_beads_on_lines({{0.0, 0.0, 0.0}}, {{std::cos(alpha), 0.0, -std::sin(alpha)}}, mu);
 }
 
-/// Two beads that a rod joins, so that the friction of each changes the reaction of the other.
+/// Makes two beads that a rod joins, so that the friction of each changes the reaction of the other.
 System make_two_beads(double mu) {
   const double c = std::cos(0.4), s = std::sin(0.4);
   return make_beads_on_lines({{0.0, 0.0, 0.0}, {1.0, 0.5, 0.2}}, {{c, 0.0, -s}, {c, 0.0, -s}}, mu);
@@ -70,7 +70,7 @@ TEST(FrictionSolver, EveryMethodSolvesTheFixedPointOfBeadsThatShareARod) {
 
     Found found(make_two_beads(mu), method);
 
-    // (43): friction is mu |N| of the multipliers that it leaves itself.
+    // By (43) friction is mu |N| of the multipliers that it leads to.
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
     EXPECT_EQ(found.solver.report().contacts, 2u);
     EXPECT_LT(found.solver.measure(found.lambda.data()), 1e-11) << name_of(method);
@@ -98,7 +98,7 @@ TEST(FrictionSolver, FrictionThatIsGivenNeedsNoSolve) {
   Found found(system, FrictionMethod::Auto, {.is_wanted = true});
 
   ASSERT_TRUE(found.outcome.ok());
-  EXPECT_EQ(found.response.num_solves, 1);  // that of the test itself
+  EXPECT_EQ(found.response.num_solves, 1);  // the test itself makes this solve
   EXPECT_EQ(found.solver.report().uniqueness, Uniqueness::Proven);
   std::vector<double> tau(3);
   found.solver.write_given(tau.data());

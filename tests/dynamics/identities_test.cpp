@@ -1,5 +1,5 @@
-/// The equations of the normal form, by their numbers in docs/theory.md, on random systems of up to 30 points, and two
-/// witnesses that know nothing of S: the KKT matrix and Gauss's principle.
+/// The tests check the equations of the normal form, by their numbers in docs/theory.md, on random systems of up to 30
+/// points, and two witnesses that do not use S, which are the KKT matrix and Gauss's principle.
 
 #include <cmath>
 
@@ -40,7 +40,7 @@ class Range {
 
 // ---- the projectors ----------------------------------------------------------------------------------------------
 
-/// u -> K (K'W K)^-1 K'u through the library's S solver; W = M^-1 or 1.
+/// Applies u -> K (K'W K)^-1 K'u through the library's S solver, with W = M^-1 or 1.
 class ThroughSolver {
  public:
   ThroughSolver(const Linearised& inner, std::vector<double> weights)
@@ -104,7 +104,7 @@ RC_GTEST_PROP(ForwardDynamics, Equation10_KSinvKtMinvIsAProjectorOrthogonalInThe
   const VectorXd inverse_M = inner.inverse_M().head(through.K().rows());
   const VectorXd u = any_vector(inverse_M.size(), 1);
 
-  // B u and what is left are orthogonal: u'M^-1u = (Bu)'M^-1(Bu) + (u - Bu)'M^-1(u - Bu)
+  // B u and the rest are orthogonal, so that u'M^-1u = (Bu)'M^-1(Bu) + (u - Bu)'M^-1(u - Bu).
   const VectorXd Bu = through(inverse_M.cwiseProduct(u));
 
   const double accuracy = 1e-12 * sqrt_condition(through.K(), inverse_M);
@@ -156,7 +156,7 @@ RC_GTEST_PROP(ForwardDynamics, AccelerationsSatisfyTheDifferentiatedConstraints,
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
-  // K'w + phi = 0: no condition number helps here, refinement brings it to rounding.
+  // K'w + phi = 0 holds to rounding whatever the condition number, since refinement brings it there.
   const VectorXd residual = dense.K.transpose() * solved.w + dense.phi;
 
   RC_ASSERT(residual.norm() <= 1e-13 * dense.K.norm() * solved.size);
@@ -249,7 +249,7 @@ RC_GTEST_PROP(ForwardDynamics, PowerOfReactionsIsThatOfMovingConstraintsAndSuppo
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
-  // eta'v = -lambda'(xi_t + K_s'v_s); 0 where nothing is driven
+  // The power is eta'v = -lambda'(xi_t + K_s'v_s), and 0 where nothing is driven.
   const double power = solved.eta.dot(dense.v), expected = -solved.lambda.dot(dense.rheonomic_rate);
 
   const double size = solved.eta.norm() * dense.v.norm() + solved.lambda.norm() * dense.rheonomic_rate.norm() + 1.0;
@@ -265,7 +265,7 @@ RC_GTEST_PROP(ForwardDynamics, IdealReactionsDoNoWorkWhereNothingIsDriven, ()) {
 }
 
 RC_GTEST_PROP(ForwardDynamics, SupportLoadsAndActiveForcesAreTheRateOfMomentum, ()) {
-  // Rods and angles act between points, so that d/dt sum m v = sum of all forces - sum of what the supports carry.
+  // Rods and angles act between points, so that d/dt sum m v = sum of all forces - sum of the forces on supports.
   Solved solved(without_guides(any_system()));
   const reference::Mechanics& dense = solved.dense;
   const std::vector<double> carried = solved.support_forces(), forces = solved.active_forces();

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file One instant of a system with friction, made ready for the parts that find it.
+/// \file One instant of a system with friction, made ready for the tests of its parts.
 
 #include <Eigen/Core>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace tanor {
 
-/// Beads on lines in space, each joined to the next by a rod, under gravity; all slide.
+/// Makes beads on lines in space, each joined to the next by a rod, under gravity. All of them slide.
 inline System make_beads_on_lines(const std::vector<Vector3>& positions, const std::vector<Vector3>& directions,
                                   double mu) {
   System system;
@@ -51,7 +51,7 @@ struct InstantOfContacts {
     work.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w0.data(), b.data(), blocks.data());
   }
 
-  /// K [3n][rows]
+  /// Returns K [3n][rows].
   Eigen::MatrixXd K() const {
     Eigen::MatrixXd result =
         Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(r.size()), static_cast<Eigen::Index>(b.size()));
@@ -61,13 +61,13 @@ struct InstantOfContacts {
     }
     return result;
   }
-  /// [3n] the diagonal of M^-1
+  /// Returns the diagonal of M^-1, [3n].
   Eigen::VectorXd inverse_mass() const {
     Eigen::VectorXd result(static_cast<Eigen::Index>(r.size()));
     for (Eigen::Index i = 0; i < result.size(); ++i) result(i) = model.inverse_mass[static_cast<std::size_t>(i / 3)];
     return result;
   }
-  /// S = K'M^-1 K, with 1 for the rows of contacts that slide, which have no gradient.
+  /// Returns S = K'M^-1 K, with 1 for the rows of contacts that slide, which have no gradient.
   Eigen::MatrixXd S() const {
     Eigen::MatrixXd result = K().transpose() * inverse_mass().asDiagonal() * K();
     for (Eigen::Index a = 0; a < result.rows(); ++a) {
@@ -83,7 +83,7 @@ struct InstantOfContacts {
   std::vector<double> blocks;
 };
 
-/// S x = -b by a dense factor.
+/// Solves S x = -b by a dense factor.
 class DenseResponse final : public ContactResponse {
  public:
   explicit DenseResponse(const InstantOfContacts& at)

@@ -1,4 +1,5 @@
-/// Motions that are known exactly: the forces and reactions that make them are put in, the accelerations come out.
+/// For motions that are known exactly, the forces and reactions that make them are given, and the accelerations are
+/// found.
 
 #include <random>
 
@@ -17,7 +18,7 @@ using Eigen::VectorXd;
 //
 //   a(t) o----- l(t) -----o r1 ----- b(t) -----o r2        r1 = a + l e(theta1, phi1), r2 = r1 + b e(theta2, phi2)
 //
-// Angles are any functions of time; the force that makes the motion is f = M r'' - K mu with any multipliers mu.
+// Angles are any functions of time. The force that makes the motion is f = M r'' - K mu with any multipliers mu.
 
 struct TwoRods {
   static constexpr double masses[2] = {1.3, 0.4};
@@ -39,7 +40,7 @@ struct TwoRods {
     return {r0, r1, reference::operator+(r1, reference::operator*(b(t), e2(t)))};
   }
 
-  /// Row by row: points 0 to 2, then k-th derivative of their coordinates.
+  /// Returns the k-th derivatives of the coordinates of points 0 to 2, point by point.
   static std::vector<double> derivative(double t, int k) {
     std::vector<double> result;
     for (const Place& r : places(Number::variable(t))) {
@@ -52,7 +53,7 @@ struct TwoRods {
     System result;
     result.positions = derivative(0.0, 0);
     result.masses = {1.0, masses[0], masses[1]};
-    // Displacement from the initial position: a(t) - a(0).
+    // The displacement from the initial position is a(t) - a(0).
     VectorFunction displacement;
     for (std::size_t k = 0; k < 3; ++k) {
       displacement.components[k] =
@@ -61,7 +62,7 @@ struct TwoRods {
     result.supports = {{"", {0}, displacement}};
     result.constraints = {Rods{"l", {{0, 1}}, ScalarFunction::custom(l), {}},
                           Rods{"b", {{1, 2}}, ScalarFunction::custom(b), {}}};
-    // K mu: row 0 pulls point 1 along e1, row 1 points 1 and 2 along -e2 and e2.
+    // Row 0 of K mu pulls point 1 along e1, and row 1 pulls points 1 and 2 along -e2 and e2.
     const Place u1 = e1(t), u2 = e2(t);
     const std::vector<double> w = derivative(t, 2);
     Vector3 f1, f2;
@@ -122,7 +123,7 @@ TEST_P(TwoRodsOnAMovingAnchor, SupportCarriesThePullOfItsRod) {
 
   ASSERT_TRUE(report.outcome.ok());
 
-  // lambda_1 = -2.5 pulls: the anchor is drawn towards r1 by 2.5 N.
+  // lambda_1 = -2.5 pulls, so that the anchor is drawn towards r1 by 2.5 N.
   const auto u = TwoRods::e1(t);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(carried[k], 2.5 * u[k].value(), 2e-14);
   for (std::size_t k = 3; k < 9; ++k) EXPECT_EQ(carried[k], 0.0);
@@ -132,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Dynamics, TwoRodsOnAMovingAnchor, testing::Values(-0.4,
 
 // ---- any motion of any system ------------------------------------------------------------------------------------
 
-/// Admissible accelerations, K'w = -phi, beside which everything is random.
+/// Returns admissible accelerations, K'w = -phi, that are otherwise random.
 VectorXd any_admissible(const reference::Mechanics& dense, std::mt19937& generator) {
   std::normal_distribution<double> normal;
   VectorXd w(dense.M.size());
@@ -152,7 +153,7 @@ RC_GTEST_PROP(ForwardDynamics, ForcesThatMakeAMotionGiveBackItsAccelerationsAndM
   const VectorXd w = any_admissible(dense, generator);
   VectorXd mu(dense.K.cols());
   for (double& x : mu) x = normal(generator);
-  // The direct problem: f = M w - K mu
+  // The direct problem gives f = M w - K mu.
   const VectorXd f = dense.M.cwiseProduct(w) - dense.K * mu;
   for (Eigen::Index c = 0; c < f.size(); c += 3) {
     const auto point = static_cast<Index>(dense.coordinates[static_cast<std::size_t>(c)] / 3);

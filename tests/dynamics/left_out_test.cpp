@@ -1,4 +1,4 @@
-/// What a scene does not need is left out: each omission is proven by counting.
+/// Computations that a scene does not need are left out, and each omission is proven by counting.
 
 #include <algorithm>
 
@@ -19,7 +19,7 @@ System make_bent_chain(Index rods, double last_mass = scenes::mass) {
   return system;
 }
 
-/// Beads on rails, all linear.
+/// Makes beads on rails, all of them linear.
 System make_rails() {
   System system;
   for (Index i = 0; i < 5; ++i) {
@@ -108,8 +108,8 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
 }
 
 TEST(LeftOut, Equation44_MassCouplingIsMeasuredWhereItHoldsAndWhereItDoesNot) {
-  // With equal masses it holds always, for beads on rails of their own with any masses, and for a heavy tip where the
-  // chain is straight but not where it is bent (docs/theory.md).
+  // With equal masses the equation holds always. It also holds for beads on rails of their own with any masses, and for
+  // a heavy tip if the chain is straight but not if it is bent (docs/theory.md).
   EXPECT_LT(StartedDynamics(make_bent_chain(5)).split().mass_coupling, 1e-13);
   EXPECT_GT(StartedDynamics(make_bent_chain(5, 0.7)).split().mass_coupling, 1e-2);
   EXPECT_LT(StartedDynamics(make_rails()).split().mass_coupling, 1e-13);
@@ -130,7 +130,7 @@ TEST(LeftOut, Equation44_MassCouplingIsMeasuredByCoordinatesToo) {
 }
 
 TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
-  // Each bead has one angle on its circle: H is diagonal, S would have two rows a bead.
+  // Each bead has one angle on its circle, so that H is diagonal. S would have two rows a bead.
   System system;
   for (Index i = 0; i < 8; ++i) {
     system.positions.insert(system.positions.end(), {1.0, 0.0, 1.0 * i});
@@ -147,7 +147,7 @@ TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
 
   EXPECT_EQ(simulation.plan().form, Form::Tangent);
   EXPECT_TRUE(says(simulation.plan(), "steps by constraints"));
-  // Ten steps of four stages take one solve each; S is factorized once for the multipliers that are published at start
+  // Ten steps of four stages take one solve each. S is factorized once for the multipliers that are published at start
   // and end.
   const Counters& counters = simulation.report().counters;
   EXPECT_LE(counters.factorizations, 10U * 4U + 8U);
@@ -205,7 +205,7 @@ TEST(LeftOut, SmoothSystemsHaveNoRowsSolvesOrTimeOfFriction) {
   ASSERT_TRUE(none.advance_to(0.1).ok());
   ASSERT_TRUE(some.advance_to(0.1).ok());
 
-  // A rail has two rows, joined at their bead; where a bead may stick a third one joins both.
+  // A rail has two rows, joined at their bead. For a bead that may stick a third row is joined to both.
   EXPECT_EQ(none.plan().equations, 10U);
   EXPECT_EQ(none.plan().pattern_nonzeros, 5U * 3U);
   EXPECT_EQ(some.plan().pattern_nonzeros, 3U * 3U + 2U * 6U);
@@ -216,11 +216,11 @@ TEST(LeftOut, SmoothSystemsHaveNoRowsSolvesOrTimeOfFriction) {
   EXPECT_GE(some.report().counters.friction_solves, 40U);
 }
 
-/// One function of time is evaluated once an instant, however many rods share it; where time stands still, not again.
+/// A function of time is evaluated once an instant, however many rods share it, and not again while time stands still.
 TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
   for (const Index rods : {3, 50}) {
     System moving = make_bent_chain(rods);
-    // The rods have the length that they are drawn with, all of one function.
+    // The rods have the length that they are drawn with, all by one function.
     for (Index i = 0; i <= rods; ++i) {
       for (int axis = 0; axis < 3; ++axis) moving.positions[3 * i + axis] = axis == 0 ? 0.1 * i : 0.0;
     }
@@ -240,7 +240,7 @@ TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
   }
 }
 
-/// A bead in a bowl, as if it depended on time or not, and the calls of its function.
+/// Runs a bead in a bowl that is said to depend on time or not, and counts the calls of its function.
 struct BowlRun {
   int calls = 0;
   MotionReport report;
@@ -267,8 +267,9 @@ struct BowlRun {
   }
 };
 
-/// Where a constraint might move, its work is integrated, which leaves the rounding and the errors of a quadrature;
-/// where none does, nothing is. Time alone costs no evaluation: xi, its rate and phi come from one call each.
+/// The work of a constraint that might move is integrated, which leaves the rounding and the errors of a quadrature,
+/// and the work of any other constraint is exactly 0. Time alone costs no evaluation, since xi, its rate and phi come
+/// from one call each.
 TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Dop853}) {
     SCOPED_TRACE(name_of(method));
@@ -279,7 +280,7 @@ TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
     EXPECT_NE(moving.report.energy.work_of_supports, 0.0);
     EXPECT_LT(std::abs(moving.report.energy.work_of_supports), 1e-6);
     EXPECT_EQ(still.calls, moving.calls);
-    // The calls are of xi and its gradient, of rate and phi, and on each step those of the chord iterations at its end.
+    // The calls are those of xi and its gradient, of rate and phi, and of the chord iterations at the end of each step.
     EXPECT_LE(still.calls, static_cast<int>(4 * still.report.counters.evaluations));
     EXPECT_TRUE(says(still.plan, "moving constraints"));
     EXPECT_TRUE(says(still.plan, "work integral"));
@@ -288,15 +289,15 @@ TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
   }
 }
 
-/// A function of time is called at each instant at which the equations are evaluated, at stages and between them; that
-/// of rods beside it that keep their length at none: theirs is no function.
+/// A function of time is called at each instant at which the equations are evaluated, at stages and between them.
+/// Without rods that have one it is never called.
 TEST(LeftOut, AFunctionOfTimeIsCalledForItsOwnConstraintsAlone) {
   const auto count_calls = [](Index driven_rods) {
     System system = make_bent_chain(50);
     auto& rods = std::get<Rods>(system.constraints[0]);
     Rods driven{"driven", {rods.pairs.end() - driven_rods, rods.pairs.end()}, {}, {}};
     rods.pairs.erase(rods.pairs.end() - driven_rods, rods.pairs.end());
-    // At t = 0 they have the lengths that they are drawn with.
+    // At t = 0 the rods have the lengths that they are drawn with.
     for (Index i = 51 - driven_rods; i <= 50; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto last = 3 * static_cast<std::size_t>(i);

@@ -1,4 +1,4 @@
-/// Linearization and Projector against dense algebra on random systems.
+/// The tests compare Linearization and Projector with dense algebra on random systems.
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +50,7 @@ struct AtState {
       square += model.mass[static_cast<std::size_t>(i / 3)] * x[i] * x[i];
     return std::sqrt(square);
   }
-  /// What rounding errors of a solve with S are multiplied with at least.
+  /// Returns a factor by which rounding errors of a solve with S are multiplied at least.
   double sqrt_condition() const {
     const VectorXd inverse_M = dense.inverse_M().head(static_cast<Eigen::Index>(3 * model.num_moving()));
     reference::Mechanics mechanics;
@@ -86,7 +86,7 @@ RC_GTEST_PROP(Linearization, CorrectionRemovesFromPointsWhatTheConstraintsForbid
   state.linearization.apply_transposed(points.data(), nullptr, rows.data());
   state.linearization.correct(rows.data(), points.data());
 
-  // K'x = 0 is left, and x is orthogonal in the M-norm to what was taken.
+  // The result has K'x = 0, and is orthogonal in the M-norm to the part that was removed.
   const VectorXd after = state.vector(points), taken = before - after;
   const double accuracy = 1e-12 * state.sqrt_condition() * state.sqrt_condition();
   const VectorXd root = state.dense.S().diagonal().cwiseSqrt();
@@ -122,7 +122,7 @@ RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
 
   RC_ASSERT(report.outcome.ok());
   RC_ASSERT(state.work.velocity_violation(state.t, state.dense.r.data(), v.data()) <= 1e-11);
-  // v - v* = M^-1 K nu: what is left of it beside the range of M^-1/2 K is rounding.
+  // With v - v* = M^-1 K nu, the part outside the range of M^-1/2 K is rounding.
   const VectorXd moved = state.vector(v) - before;
   const Eigen::Index size = static_cast<Eigen::Index>(3 * state.model.num_moving());
   const VectorXd root_M = state.dense.inverse_M().head(size).cwiseInverse().cwiseSqrt();

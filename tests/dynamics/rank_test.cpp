@@ -1,4 +1,5 @@
-/// Redundant constraints: accelerations are unique, multipliers the smallest; against dense pseudo-inverses.
+/// With redundant constraints accelerations are unique and multipliers the smallest, as dense pseudo-inverses give
+/// them.
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -14,8 +15,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// An octahedron with its three diagonals, 15 rods of which 12 make it rigid, and a tail of two rods. It spins, and is
-/// loaded: no multiplier of the octahedron is determined, both of the tail are.
+/// Makes an octahedron with its three diagonals, 15 rods of which 12 make it rigid, and a tail of two rods. The truss
+/// spins and is loaded. No multiplier of the octahedron is determined, both of the tail are.
 System make_truss() {
   System system;
   system.positions = {1.1, 0,   0,   -0.9, 0, 0.1,  0,   1.2, 0,   0.1, -1,  0,
@@ -30,7 +31,7 @@ System make_truss() {
   system.constraints = {rods};
   system.forces = {Gravity{"", {0, 0, -9.81}}, ConstantForce{"", {2}, VectorFunction(Vector3{3.0, -1.0, 7.0})},
                    ConstantForce{"", {7}, VectorFunction(Vector3{-2.0, 4.0, 1.0})}};
-  // v = (0.3, -0.5, 1.1) x r: a rigid motion, admissible
+  // The velocities v = (0.3, -0.5, 1.1) x r are those of a rigid motion, which is admissible.
   for (std::size_t i = 0; i < 8; ++i) {
     const double x = system.positions[3 * i], y = system.positions[3 * i + 1], z = system.positions[3 * i + 2];
     system.velocities.insert(system.velocities.end(), {-0.5 * z - 1.1 * y, 1.1 * x - 0.3 * z, 0.3 * y + 0.5 * x});
@@ -79,7 +80,7 @@ TEST(Rank, OverBracedTrussHasTheAccelerationsAndMultipliersOfThePseudoInverse) {
   const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
-  // lambda = -S^+ (phi + K'M^-1 f): the smallest of all solutions
+  // The smallest of all solutions is lambda = -S^+ (phi + K'M^-1 f).
   const MatrixXd S = dense.K.transpose() * dense.inverse_mass.asDiagonal() * dense.K;
   const VectorXd b = dense.phi + dense.K.transpose() * dense.inverse_mass.cwiseProduct(dense.f);
   const VectorXd expected = -reference::solve_least_squares(S, b);
@@ -91,7 +92,7 @@ TEST(Rank, OverBracedTrussHasTheAccelerationsAndMultipliersOfThePseudoInverse) {
   EXPECT_EQ(rank.rank, 14U);
   EXPECT_EQ(rank.degrees_of_freedom, 10U);
   EXPECT_EQ(rank.dependences.size(), 3U);
-  // A multiplier is unique where no self-stress of K reaches it.
+  // A multiplier is unique where it has no part in any self-stress of K.
   const MatrixXd null_space = reference::null_space(dense.K);
   ASSERT_EQ(null_space.cols(), 3);
   for (Eigen::Index a = 0; a < 17; ++a) {
@@ -113,7 +114,7 @@ TEST(Rank, EachDependenceIsAnEquationBetweenGradients) {
 
   const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
 
-  // C = M^-1/2 K with unit columns
+  // C = M^-1/2 K has unit columns.
   MatrixXd C = dense.inverse_mass.cwiseSqrt().asDiagonal() * dense.K;
   C.colwise().normalize();
   for (const RowDependence& dependence : rank.dependences) {
@@ -124,7 +125,7 @@ TEST(Rank, EachDependenceIsAnEquationBetweenGradients) {
 }
 
 TEST(Rank, StraightChainRaisesNoSuspicion) {
-  // cond S = 1.6 N^2 = 1.6e6: refinement is all it needs.
+  // cond S = 1.6 N^2 = 1.6e6, so that refinement alone is enough.
   constexpr Index rods = 1000;
   System system;
   Rods group;
@@ -149,8 +150,8 @@ TEST(Rank, StraightChainRaisesNoSuspicion) {
   EXPECT_EQ(dynamics.counters().rank_decisions, 1U);
 }
 
-/// Light beads between heavy ones: as columns of M^-1/2 K both rods of a light bead are one to 1e-6 and less, while K
-/// itself is far from losing rank. Off xi = 0 K is known to 1e-5 alone.
+/// Light beads lie between heavy ones. As columns of M^-1/2 K both rods of a light bead are equal to 1e-6 and less,
+/// while K itself is far from losing rank. Off xi = 0 K is known only to 1e-5.
 TEST(Rank, UnequalMassesDoNotLowerTheRank) {
   for (const double ratio : {1e12, 1e15, 1e18}) {
     System system;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double mass = 2.0, mu = 0.3;
 
-/// What was found at one speed of a bead at (1, 0, 0) on a circle of radius 1.
+/// The result at one speed of a bead at (1, 0, 0) on a circle of radius 1.
 struct BeadFound {
   std::vector<double> r{1.0, 0.0, 0.0}, v, a = std::vector<double>(3);
   Reactions reactions;

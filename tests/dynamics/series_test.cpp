@@ -1,4 +1,4 @@
-/// The motion as a power series in time, order by order, on random systems of all kinds.
+/// The motion is a power series in time, which is tested order by order on random systems of all kinds.
 
 #include <cmath>
 #include <numbers>
@@ -45,7 +45,7 @@ struct Expanded {
       outcome = form.series()->expand(at, pointers[2], found, pointers, &smooth_until);
   }
 
-  /// Derivative of the series at h: 0 places, 1 velocities, 2 accelerations.
+  /// Returns the derivative 0 (places), 1 (velocities) or 2 (accelerations) of the series at h.
   std::vector<double> at(double h, int derivative) const {
     std::vector<double> sum(form.size(), 0.0);
     for (std::size_t k = coefficients.size(); k-- > static_cast<std::size_t>(derivative);) {
@@ -56,7 +56,7 @@ struct Expanded {
     return sum;
   }
 
-  /// Time in which the terms of the series grow equal, from the last ones.
+  /// Returns the time in which the last terms of the series become equal.
   double radius() const {
     double inverse = 0.0;
     for (std::size_t k = coefficients.size() - 3; k < coefficients.size(); ++k)
@@ -64,7 +64,7 @@ struct Expanded {
     return 1.0 / inverse;
   }
 
-  /// How far the series is from the equations at t + h: of the acceleration that the equations say there.
+  /// Returns the distance of the series at t + h from the acceleration of the equations there.
   double defect(double h) {
     std::vector<double> r = at(h, 0), v = at(h, 1), w(form.size());
     const std::vector<double> wanted = at(h, 2);
@@ -72,7 +72,8 @@ struct Expanded {
     const Outcome found = form.accelerations({t + h, r.data(), v.data()}, {.exact = true}, w.data());
     return found.ok() ? model.largest_move(w.data(), wanted.data()) : HUGE_VAL;
   }
-  /// True if some point turns round by then: drag |v| v has a kink where v = 0, and a series is of one side.
+  /// Returns true if some point reverses by t + h. Drag |v| v has a kink where v = 0, and the series holds on one side
+  /// of it.
   bool turns_round(double h) const {
     const std::vector<double> before = at(0.0, 1), after = at(h, 1);
     for (std::size_t i = 0; i < before.size(); i += 3) {
@@ -89,7 +90,7 @@ struct Expanded {
   }
 };
 
-/// Halving h divides what is left over by 2^slope, or it is rounding.
+/// Expects that halving h divides the error by 2^slope, or that the error is rounding.
 void expect_slope(double slope, double at_h, double at_half, double rounding) {
   RC_LOG() << "at h " << at_h << ", at h/2 " << at_half << ", rounding " << rounding << "\n";
   RC_ASSERT(at_half <= rounding || std::log2(at_h / at_half) > slope - 0.6);
@@ -105,7 +106,7 @@ RC_GTEST_PROP(Series, SatisfiesTheEquationsToItsOrder, ()) {
   const double scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
   double h = std::min(0.05 * series.radius(), 0.05);
   while (series.turns_round(h)) h *= 0.5;
-  // x'' to order P - 2: its error O(h^{P-1}); xi = O(h^{P+1})
+  // The error of x'' to order P - 2 is O(h^{P-1}), and xi = O(h^{P+1}).
   expect_slope(order - 1, series.defect(h), series.defect(0.5 * h), 1e-9 * scale);
   expect_slope(order + 1, series.violation(h), series.violation(0.5 * h), 1e-13);
 }
@@ -116,10 +117,11 @@ TEST(Series, MostRandomSystemsHaveSeries) {
     const Expanded series(make_random_system(12, seed), 4);
     count += series.form.why_no_series().empty() ? 1 : 0;
   }
-  EXPECT_GE(count, 120);  // lines whose direction turns have none
+  EXPECT_GE(count, 120);  // lines whose direction turns have no series
 }
 
-/// Functions of every kind in a constraint, a force and a length: the same motion by formula and by callable.
+/// Makes functions of every kind in a constraint, a force and a length, with the same motion by formula and by
+/// callable.
 RandomSystem make_functions(ConstraintKernel surface) {
   RandomSystem random;
   System& system = random.system;
@@ -131,7 +133,7 @@ RandomSystem make_functions(ConstraintKernel surface) {
   std::vector<double> gradient(3);
   ConstraintBatch batch{1, 0.0, system.positions.data(), random.velocities.data(), &xi, &rate, &phi, gradient.data()};
   surface.evaluate(surface.context.get(), batch);
-  // It is z1 + something: the start lies on it and goes along.
+  // The surface is z1 + something, so that the start can be put on it and follow it.
   system.positions[2] = random.positions[2] = -xi;
   random.velocities[2] = random.velocities[5] = -rate;
   system.velocities = random.velocities;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file A random system solved by the library, beside its dense twin.
+/// \file A random system solved by the library, and the same in dense matrices.
 
 #include <utility>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace tanor {
 
-/// Vectors without a suffix live on the coordinates of the moving points.
+/// Vectors without a suffix have the coordinates of the moving points.
 struct Solved {
   RandomSystem random;
   reference::Mechanics dense;
@@ -17,8 +17,8 @@ struct Solved {
   std::vector<double> accelerations, multipliers, reactions;  ///< 3n, d, 3n, in the user's order
   SolveReport report;
   Eigen::VectorXd w, lambda, eta;
-  double accuracy = 0.0;  ///< 1e-12 sqrt(cond S): what the identities must hold to, relative
-  double size = 0.0;      ///< of the accelerations that meet in w
+  double accuracy = 0.0;  ///< the relative accuracy to which identities must hold, 1e-12 sqrt(cond S)
+  double size = 0.0;      ///< the size of the accelerations that meet in w
 
   explicit Solved(RandomSystem given, const SolverOptions& options = {})
       : random(std::move(given)),
@@ -48,7 +48,7 @@ struct Solved {
     return result;
   }
 
-  /// |M^-1 x|: a force measured as an acceleration.
+  /// Returns |M^-1 x|, a force measured as an acceleration.
   double as_acceleration(const Eigen::VectorXd& force) const { return force.cwiseQuotient(dense.M).norm(); }
   bool is_small(const Eigen::VectorXd& acceleration) const { return acceleration.norm() <= accuracy * size; }
 };

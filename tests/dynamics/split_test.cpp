@@ -1,4 +1,4 @@
-/// The split by the Euclidean projectors and the reaction by its causes, by the paper's equations on random systems.
+/// The split by the Euclidean projectors and the reactions by cause satisfy the paper's equations on random systems.
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// A random system solved and split, beside the paper's equations.
+/// A random system that is solved and split, with the dense terms of the paper's equations.
 struct Halves {
   Solved solved;
   reference::Paper paper;
@@ -27,12 +27,12 @@ struct Halves {
     w_N = solved.dense.pick(split.normal_accelerations);
     f_T = solved.dense.pick(split.tangent_forces);
     f_N = solved.dense.pick(split.normal_forces);
-    // Gamma's condition counts beside that of S.
+    // The condition of Gamma counts as well as that of S.
     reference::Mechanics euclidean = solved.dense;
     euclidean.M.setOnes();
     accuracy = std::max(accuracy, 1e-12 * euclidean.sqrt_condition());
   }
-  /// Accelerations that agree: M^-1 x for forces.
+  /// Return true if the results agree. Forces are compared as accelerations, M^-1 x.
   bool agree(const VectorXd& a, const VectorXd& b) const { return (a - b).norm() <= 10.0 * accuracy * solved.size; }
   bool agree_as_forces(const VectorXd& a, const VectorXd& b) const {
     return solved.as_acceleration(a - b) <= 10.0 * accuracy * solved.size;
@@ -163,7 +163,7 @@ TEST(Split, NeedsNoSolveBeforehand) {
 
 // ---- coordinates alone -------------------------------------------------------------------------------------------
 
-/// A bead on a swinging sphere, and one on a circle that grows; gravity and drag. By constraints and by coordinates.
+/// A bead on a swinging sphere and one on a growing circle, with gravity and drag, by constraints and by coordinates.
 struct TwoGuides {
   System by_constraints, by_coordinates;
   double t = 0.4;
@@ -308,8 +308,8 @@ RC_GTEST_PROP(ReactionsByCause, PartOfAForceIsTheReactionToItAloneAtRest, ()) {
 }
 
 TEST(ReactionsByCause, AreThoseByHandUnderARisingSupport) {
-  // 2 kg pass the lowest point of a rod of 0.5 m at 3 m/s relative to a support that is lifted by t^2 (2 m/s^2):
-  // tension = m g + m v^2/l + m a = 19.62 + 36 + 4
+  // 2 kg pass the lowest point of a rod of 0.5 m at 3 m/s relative to a support that is lifted by t^2 (2 m/s^2), so
+  // that tension = m g + m v^2/l + m a = 19.62 + 36 + 4.
   System system;
   system.positions = {0.0, 0.0, 0.5, 0.0, 0.0, 0.0};
   system.masses = {1.0, 2.0};
@@ -334,8 +334,8 @@ TEST(ReactionsByCause, AreThoseByHandUnderARisingSupport) {
 }
 
 TEST(ReactionsByCause, AreThoseByHandOnATurningPlane) {
-  // The plane turns around z at 2 rad/s, n = (-sin 2t, cos 2t, 0); the bead of 1 kg slides outwards at 3 m/s from 1 m:
-  // K'w = -phi with phi = 2 v'n_t + r'n_tt: Coriolis force 2 m omega v = 12 N, all of it drive.
+  // The plane turns around z at 2 rad/s, n = (-sin 2t, cos 2t, 0), and the bead of 1 kg slides outwards at 3 m/s from 1
+  // m. K'w = -phi with phi = 2 v'n_t + r'n_tt, which is the Coriolis force 2 m omega v = 12 N, all of it drive.
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.masses = {1.0};
@@ -368,7 +368,7 @@ TEST(SinglePoint, HasTheExplicitSolutionOnASphere) {
                          {.accelerations = w, .multipliers = lambda})
                   .outcome.ok());
 
-  // |r| - 1: phi = |v|^2/|r| where v is tangent
+  // For |r| - 1, phi = |v|^2/|r| where v is tangent.
   const reference::Solution expected =
       reference::solve_single_point(1.3, 1.3 * Eigen::Vector3d(0.5, -0.2, -9.81), {0.6, 0.0, 0.8}, 2.0);
 

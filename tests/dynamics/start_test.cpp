@@ -1,4 +1,5 @@
-/// Consistent starts and projections: nearest in the M-norm, refused where docs/scene-format.md says so.
+/// Consistent starts and projections find the nearest state in the M-norm, and are refused as docs/scene-format.md
+/// says.
 
 #include <cmath>
 #include <random>
@@ -14,7 +15,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Positions or velocities with every coordinate of the points that move changed by up to `size`.
+/// Returns positions or velocities with every coordinate of the moving points changed by up to `size`.
 std::vector<double> disturbed(const RandomSystem& random, std::vector<double> numbers, double size,
                               std::uint32_t seed) {
   std::mt19937 generator(seed);
@@ -31,7 +32,7 @@ reference::Mechanics mechanics_at(const RandomSystem& random, const std::vector<
   return reference::make_mechanics(random.system, random.t, r, v);
 }
 
-/// |x| outside the range of the columns of K.
+/// Returns the norm of the part of x outside the range of the columns of K.
 double outside_range(const Eigen::MatrixXd& K, const VectorXd& x) {
   if (K.cols() == 0) return x.norm();
   const Eigen::MatrixXd basis = reference::orthonormal_basis(K.colwise().normalized()).leftCols(K.cols());
@@ -49,7 +50,7 @@ RC_GTEST_PROP(ProjectVelocities, IsTheOrthogonalProjectionInTheMassMetric, ()) {
   const ProjectionReport report =
       dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = v});
 
-  // v - M^-1 K S^-1 (K'v + xi_t)
+  // The projection is v - M^-1 K S^-1 (K'v + xi_t).
   RC_ASSERT(report.outcome.ok());
   const reference::Mechanics dense = mechanics_at(random, random.positions, given);
   const VectorXd rate = dense.K.transpose() * dense.v + dense.rheonomic_rate;
@@ -57,7 +58,7 @@ RC_GTEST_PROP(ProjectVelocities, IsTheOrthogonalProjectionInTheMassMetric, ()) {
   const double accuracy = 1e-12 * dense.sqrt_condition() * (1.0 + dense.v.norm());
   RC_ASSERT((dense.pick(v) - dense.v - move).norm() <= 10.0 * accuracy);
   RC_ASSERT((dense.K.transpose() * dense.pick(v) + dense.rheonomic_rate).norm() <= accuracy * (1.0 + dense.K.norm()));
-  // The move is M-orthogonal to everything admissible: M move lies in the range of K.
+  // The move is M-orthogonal to everything admissible, so that M move lies in the range of K.
   const VectorXd M_move = dense.M.cwiseProduct(dense.pick(v) - dense.v);
   RC_ASSERT(outside_range(dense.K, M_move) <= accuracy * dense.M.maxCoeff());
 }
@@ -79,7 +80,7 @@ RC_GTEST_PROP(ProjectVelocities, LeavesAdmissibleVelocitiesAsTheyAre, ()) {
 }
 
 RC_GTEST_PROP(ProjectVelocities, SplitsTheKineticEnergy, ()) {
-  // Nothing driven: T(given) = T(projected) + T(move), so the projection never adds energy.
+  // Nothing is driven, so that T(given) = T(projected) + T(move) and the projection never adds energy.
   const RandomSystem random = any_system({.time_dependent = false});
   Dynamics dynamics(random.system);
   const std::vector<double> given = disturbed(random, random.velocities, 1.0, 3);
@@ -95,7 +96,8 @@ RC_GTEST_PROP(ProjectVelocities, SplitsTheKineticEnergy, ()) {
 }
 
 TEST(ProjectVelocities, ReportsTheLargestMove) {
-  // Point 1 (twice the mass) moves off at 3 m/s along the rod: both end with 2 m/s, point 0 moves by 2, point 1 by 1.
+  // Point 1 (twice the mass) moves off at 3 m/s along the rod. Both points end with 2 m/s. Point 0 changes by 2, point
+  // 1 by 1.
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   system.masses = {1.0, 2.0};
@@ -146,7 +148,7 @@ TEST(ProjectPositions, AdmissiblePositionsStayBitByBit) {
 // ---- starts ------------------------------------------------------------------------------------------------------
 
 RC_GTEST_PROP(Start, ProjectFindsTheStationaryPointOfTheDistanceInTheMassMetric, ()) {
-  // First-order condition of the nearest point: M (r - r*) lies in the range of K(r), xi(r) = 0.
+  // The first-order condition of the nearest point is that M (r - r*) lies in the range of K(r) with xi(r) = 0.
   const RandomSystem random = any_system();
   Dynamics dynamics(random.system);
   const std::vector<double> wanted = disturbed(random, random.positions, 0.02, 5);
@@ -163,7 +165,7 @@ RC_GTEST_PROP(Start, ProjectFindsTheStationaryPointOfTheDistanceInTheMassMetric,
 }
 
 TEST(Start, ProjectMovesTwoMassesInInverseProportion) {
-  // Distance 3, rod of length 1, masses 1 and 3: the light one moves 1.5, the heavy one 0.5.
+  // The distance is 3, the rod has length 1, and the masses are 1 and 3. The light one moves 1.5 and the heavy one 0.5.
   System system;
   system.positions = {0.0, 0.0, 0.0, 3.0, 0.0, 0.0};
   system.masses = {1.0, 3.0};
@@ -177,7 +179,7 @@ TEST(Start, ProjectMovesTwoMassesInInverseProportion) {
   EXPECT_NEAR(r[0], 1.5, 1e-13);
   EXPECT_NEAR(r[3], 2.5, 1e-13);
   EXPECT_NEAR(report.position_correction, 1.5, 1e-13);
-  // Momentum along the rod is shared, 1/4 each; across it nothing changes.
+  // Momentum along the rod is shared, 1/4 each, and velocities across it do not change.
   EXPECT_NEAR(v[0], 0.25, 1e-13);
   EXPECT_NEAR(v[3], 0.25, 1e-13);
   EXPECT_EQ(v[1], 2.0);
@@ -185,7 +187,7 @@ TEST(Start, ProjectMovesTwoMassesInInverseProportion) {
 }
 
 TEST(Start, ProjectFindsTheNearestPointOfASphereFromFarAway) {
-  // From five radii outside and from near the center, along the ray.
+  // The starts are five radii outside and near the center, and the path is along the ray.
   for (const double distance : {5.0, 0.1}) {
     System system;
     system.positions = {0.6 * distance, 0.0, 0.8 * distance, 0.0, 0.0, 10.0};
@@ -205,7 +207,7 @@ TEST(Start, ProjectFindsTheNearestPointOfASphereFromFarAway) {
 }
 
 TEST(Start, ProjectFindsTheNearestPointOfACircle) {
-  // Off the plane and outside: down to the plane, in to the radius.
+  // The start is off the plane and outside. The nearest point is down in the plane and in at the radius.
   System system;
   system.positions = {3.0, 4.0, 2.0};
   system.masses = {2.0};
@@ -218,13 +220,14 @@ TEST(Start, ProjectFindsTheNearestPointOfACircle) {
   EXPECT_NEAR(r[0], 0.6, 1e-13);
   EXPECT_NEAR(r[1], 0.8, 1e-13);
   EXPECT_NEAR(r[2], 0.0, 1e-13);
-  // What is left of (1, 1, 1) along the tangent (-0.8, 0.6, 0): -0.2
+  // The part of (1, 1, 1) along the tangent (-0.8, 0.6, 0) is -0.2.
   EXPECT_NEAR(v[0], 0.16, 1e-13);
   EXPECT_NEAR(v[1], -0.12, 1e-13);
   EXPECT_NEAR(v[2], 0.0, 1e-13);
 }
 
-/// Least M-distance from the wanted places to a double pendulum with arms l1, l2, by refining a grid of its angles.
+/// Returns the least squared M-distance from the wanted places to a double pendulum with arms l1, l2, by refining a
+/// grid of its angles.
 double smallest_distance(const std::vector<double>& wanted, const std::vector<double>& masses, double l1, double l2) {
   const auto distance = [&](double a, double b) {
     const double x1 = l1 * std::sin(a), z1 = -l1 * std::cos(a);
@@ -251,7 +254,8 @@ double smallest_distance(const std::vector<double>& wanted, const std::vector<do
 }
 
 TEST(Start, ProjectFindsTheNearestDoublePendulum) {
-  // (0) - 1 - 2 with arms 1 and 0.7, wanted places half a length away; a search over the two angles is the witness.
+  // The chain (0) - 1 - 2 has arms 1 and 0.7, and the wanted places are half a length away. A search over the two
+  // angles is the witness.
   System system;
   system.positions = {0.0, 0.0, 0.0, 0.9, 0.0, -0.9, 1.9, 0.0, -0.7};
   system.masses = {1.0, 0.4, 2.5};
@@ -269,7 +273,7 @@ TEST(Start, ProjectFindsTheNearestDoublePendulum) {
 }
 
 TEST(Start, ProjectReachesRodsAThirdAsLongAsTheStartSays) {
-  // A bent chain whose rods must shrink to a third: each point far outside the sphere around its neighbour.
+  // The rods of a bent chain must shrink to a third. Each point is far outside the sphere around its neighbour.
   System system;
   Rods rods{"", {}, 0.1, {}};
   for (Index k = 0; k <= 10; ++k) {

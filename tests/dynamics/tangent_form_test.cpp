@@ -1,5 +1,5 @@
-/// The tangent form: r = r(q, t), H q_ddot = A'(f - M psi). Against motions that are known, the normal form, and the
-/// paper's formulas with dense matrices.
+/// The tangent form, r = r(q, t) and H q_ddot = A'(f - M psi), agrees with motions that are known, with the normal
+/// form, and with the paper's formulas in dense matrices.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using reference::vector;
 
-/// The system solved in one form at (t, r, v).
+/// A system solved in one form at (t, r, v).
 struct AnswerOfForm {
   Dynamics dynamics;
   std::vector<double> w, lambda, eta;
@@ -33,8 +33,8 @@ struct AnswerOfForm {
   }
 };
 
-/// Adds what makes the points run as they do, f = M w - n, with some forces n = K mu that do no work along T; returns n
-/// on all points, 0 at supports.
+/// Adds the forces that make the points run as they do, f = M w - n, with some forces n = K mu that do no work along T.
+/// Returns n on all points, with 0 at supports.
 VectorXd add_driving_forces(RandomCoordinates* random, double t) {
   System& system = random->system;
   system.forces.clear();
@@ -86,7 +86,7 @@ RC_GTEST_PROP(TangentForm, ForcesThatMakeAMotionGiveBackItsAccelerationsAndReact
 }
 
 RC_GTEST_PROP(TangentForm, AccelerationsAreSecondDifferencesOfTheMotion, ()) {
-  // Order 8: sum over k of c_k (r(t + k h) - 2 r(t) + r(t - k h))/h^2
+  // Difference of order 8: sum over k of c_k (r(t + k h) - 2 r(t) + r(t - k h))/h^2
   constexpr double t = 0.7, h = 0.02, c[] = {8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};
   RandomCoordinates random = any_coordinates();
   (void)add_driving_forces(&random, t);
@@ -150,7 +150,7 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
 
 // ---- both forms --------------------------------------------------------------------------------------------------
 
-/// Rounding may be the same in both: beads of one plane often agree to the last bit.
+/// Rounding may be the same in both forms, since beads of one plane often agree to the last bit.
 RC_GTEST_PROP(TangentForm, AgreesWithTheNormalFormTo1e11, ()) {
   const RandomCoordinates random = any_coordinates();
   RC_PRE(num_equations(random.system) > 0u);
@@ -169,7 +169,7 @@ RC_GTEST_PROP(TangentForm, AgreesWithTheNormalFormTo1e11, ()) {
   RC_ASSERT((moving_part(random.system, tangent.w) - w).lpNorm<Eigen::Infinity>() <= 1e-11 * size);
 }
 
-/// A bead runs with 1 m/s on a circle of 1 m, which widens by 1e-6 m/s^2 in what the constraint says alone.
+/// A bead runs with 1 m/s on a circle of 1 m. By the constraint alone the circle widens by 1e-6 m/s^2.
 TEST(TangentForm, ADisagreementOfTheFormsIsMeasured) {
   const double widening = 1e-6;
   System system;
@@ -291,7 +291,8 @@ INSTANTIATE_TEST_SUITE_P(TangentForm, HoopTest, testing::Values("circle", "formu
 
 // ---- going on ----------------------------------------------------------------------------------------------------
 
-/// The given angle is half a turn from where the snapshot was taken: the search starts at the worst place there is.
+/// The given angle is half a turn from the place of the snapshot, so that the search starts at the worst possible
+/// place.
 TEST(SnapshotTest, MotionInCoordinatesGoesOn) {
   System system = Hoop::system(Hoop::formula());
   system.velocities = {};

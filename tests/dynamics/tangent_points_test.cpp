@@ -1,5 +1,5 @@
-/// Points with coordinates of their own: accelerations in closed form, against H q_ddot = A'(f - M psi) with its
-/// factor.
+/// Points with coordinates of their own have accelerations in closed form. The tests compare them with H q_ddot = A'(f
+/// - M psi) by its factor.
 
 #include <cmath>
 #include <numbers>
@@ -18,7 +18,7 @@ namespace {
 
 enum class Field { Uniform, Springs };
 
-/// Points on guides of all kinds, some of which move.
+/// Makes points on guides of all kinds, some of which move.
 System make_points(int count, Field field, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> any;
@@ -58,7 +58,7 @@ System make_points(int count, Field field, std::uint32_t seed) {
   return system;
 }
 
-/// The tangent form at one state.
+/// The tangent form solved at one state.
 struct SolvedTangentForm {
   Forms forms;
   bool exactly;
@@ -109,7 +109,7 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAgreeWithTheFactor, ()) {
 
     expect_near_relative(quick.q_ddot, thorough.q_ddot, 1e-11);
     expect_near_relative(quick.reactions.w, thorough.reactions.w, 1e-12);
-    // What was left out is there when it is asked for.
+    // The part that was left out is there when it is asked for.
     quick.forms.tangent->write_reactions(quick.at(), quick.reactions, quick.eta.data());
     thorough.forms.tangent->write_reactions(thorough.at(), thorough.reactions, thorough.eta.data());
     expect_near_relative(quick.eta, thorough.eta, 1e-11);
@@ -146,7 +146,7 @@ TEST(TangentPoints, ThreadsGiveTheSameBits) {
   EXPECT_EQ(accelerations(1), accelerations(2));
 }
 
-/// Beads on spheres, whose charts move with them, joined by springs.
+/// Beads on spheres, whose charts move with them, are joined by springs.
 TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
   System system;
   Springs springs{"", {}, 50.0, 0.0, 0.2};
@@ -182,7 +182,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
   }
 }
 
-/// A circle of radius R in the plane y z: q'' = -(g/R) sin q from the lowest place on.
+/// The circle has radius R in the plane y z, so that q'' = -(g/R) sin q from the lowest place on.
 TEST(TangentPoints, PendulumIsRightAtAnglesOfManyTurns) {
   constexpr double radius = 0.7, gravity = 9.81;
   System system;

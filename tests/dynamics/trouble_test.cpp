@@ -1,5 +1,5 @@
-/// Systems and states without a (unique) answer: told by status and name, never by a crash or a NaN, and forgotten
-/// afterwards.
+/// Systems and states without a (unique) answer are reported by status and name, never by a crash or a NaN, and have no
+/// effect on later calls.
 
 #include <cmath>
 #include <limits>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// 0 -- 1 -- 2 -- 3 bent in a plane, with gravity.
+/// Makes a chain 0 -- 1 -- 2 -- 3 bent in a plane, with gravity.
 System make_bent_chain() {
   System system = scenes::make_chain_through({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {1.5, 0.8, 0.0}, {2.5, 0.7, 0.0}});
   system.masses.assign(4, 1.0);
@@ -56,7 +56,7 @@ TEST(Trouble, DoubledRodIsRedundantAndNamedInEveryOrdering) {
 
     ASSERT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
     for (std::size_t i = 0; i < 12; ++i) EXPECT_NEAR(answer.w[i], single.w[i], 1e-13);
-    // The two share the load: the smallest multipliers.
+    // The two rods share the load, which is the choice with the smallest multipliers.
     EXPECT_NEAR(answer.lambda[1], 0.5 * single.lambda[1], 1e-13);
     EXPECT_NEAR(answer.lambda[3], 0.5 * single.lambda[1], 1e-13);
     EXPECT_EQ(rank.rank, 3U);
@@ -69,7 +69,8 @@ TEST(Trouble, DoubledRodIsRedundantAndNamedInEveryOrdering) {
 }
 
 TEST(Trouble, TautChainBetweenTwoSupportsIsTold) {
-  // Straight between its ends: rods and supports hold each other, the tension is not determined.
+  // The chain is straight between its ends, so that rods and supports hold each other and the tension is not
+  // determined.
   System system;
   Rods rods;
   for (Index k = 0; k <= 5; ++k) {
@@ -90,7 +91,7 @@ TEST(Trouble, TautChainBetweenTwoSupportsIsTold) {
   EXPECT_EQ(rank.prestress_rigid_points, (std::vector<Index>{1, 2, 3, 4}));
 }
 
-/// A flat square net of unit meshes whose border is held.
+/// Makes a flat square net of unit meshes whose border is held.
 System make_flat_net(Index side) {
   System system;
   Rods rods;
@@ -120,13 +121,13 @@ TEST(Trouble, FlatNetInAStiffFrameIsTautEverywhere) {
   const RankReport rank = dynamics.rank({.time = 0.0, .positions = r, .velocities = v});
 
   EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
-  // Four lines each way, held at both ends, and 20 rods of the frame itself.
+  // Four lines each way are held at both ends, and the frame itself has 20 rods.
   EXPECT_EQ(rank.dependences.size(), 8U + 20U);
   EXPECT_EQ(rank.prestress_rigid_points.size(), 16U);
 }
 
 TEST(Trouble, PointAtTheSingularPlaceOfAnAngleIsSingular) {
-  // Asked at three points in a line: cos = -1 has no slope there.
+  // The system is asked at three points in a line, where cos = -1 has no slope.
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0};
   system.masses.assign(3, 1.0);
@@ -196,7 +197,7 @@ class BadState : public testing::Test {
     return numbers;
   }
 
-  /// The answer of a fresh object, for comparison.
+  /// Expects the answer of a fresh object.
   void expect_recovery() {
     const Answer fresh = solve_at_rest(system), again = solve(dynamics, system.positions, at_rest);
     ASSERT_TRUE(again.report.outcome.ok()) << again.report.outcome.what;
@@ -231,7 +232,7 @@ TEST_F(BadState, PointsOnTopOfEachOtherAreToldAndForgotten) {
 }
 
 TEST_F(BadState, ProjectionsOfBadNumbersAreToldAndForgotten) {
-  // First of all calls: nothing may stick.
+  // This is the first of all calls, whose state must not stay.
   std::vector<double> bad = with(system.positions, 3, nan), v = with(at_rest, 4, nan), r = system.positions;
 
   EXPECT_FALSE(dynamics.project_positions({.time = 0.0, .positions = bad}).outcome.ok());
@@ -241,7 +242,7 @@ TEST_F(BadState, ProjectionsOfBadNumbersAreToldAndForgotten) {
   expect_recovery();
 }
 
-/// A system whose tables end before t = 2 s, asked there after it was asked at 0.5 s; `fresh`: only then.
+/// A system whose tables end before t = 2 s. `dynamics` is asked at 0.5 s and then at 2 s, and `fresh` only at 0.5 s.
 struct RefusedTime {
   explicit RefusedTime(const System& system) : dynamics(system), fresh(system), v(system.velocities.size(), 0.1) {
     expected = accelerations_at(0.5, &fresh);
@@ -261,7 +262,7 @@ struct RefusedTime {
 };
 
 TEST(Trouble, TimeOutsideATableIsAnInputErrorAndForgotten) {
-  // The sphere's moving center comes before the rod's table in time, which ends at 1.
+  // The sphere's moving center comes in time before the rod's table, which ends at 1.
   System system = make_bent_chain();
   std::get<Rods>(system.constraints[0]).length = ScalarFunction::table({0.0, 0.5, 1.0}, {1.0, 1.1, 1.0});
   system.constraints.push_back(
@@ -286,7 +287,7 @@ TEST(Trouble, ATimeThatOneTableRefusesLeavesEarlierTimesUsable) {
 }
 
 TEST(Trouble, SupportsThatMoveApartContradictTheRodBetweenThem) {
-  // (0) - (1) -> t^2: the rod "bar" joins the two, "link" hangs on the second.
+  // In (0) - (1) -> t^2 the rod "bar" joins the two, and "link" hangs on the second.
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, -1.0};
   system.masses.assign(3, 1.0);
@@ -305,7 +306,7 @@ TEST(Trouble, SupportsThatMoveApartContradictTheRodBetweenThem) {
 }
 
 TEST(Trouble, ContradictoryLengthsDoNotConverge) {
-  // A triangle with sides 1, 1 and 3.
+  // The lengths are those of a triangle with sides 1, 1 and 3.
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.8, 0.0};
   system.masses.assign(3, 1.0);

@@ -1,4 +1,4 @@
-/// What a step calls in this room takes no memory: counted in operator new, which all containers go through.
+/// A step's calls in this room take no memory. Allocations are counted in operator new, which all containers use.
 
 #include <atomic>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 std::atomic<std::size_t> allocations{0};
 }  // namespace
 
-// Not inlined: the compiler would see malloc and free through new and delete, and warn.
+// These functions are not inlined, for the compiler would see malloc and free through new and delete, and warn.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   allocations.fetch_add(1, std::memory_order_relaxed);
   if (void* block = std::malloc(size)) return block;
@@ -32,7 +32,8 @@ std::atomic<std::size_t> allocations{0};
 namespace tanor {
 namespace {
 
-/// Every kind of constraint and force on a zigzag long enough for several threads; what may move moves.
+/// Makes every kind of constraint and force on a zigzag long enough for several threads. Parameters that may move do
+/// move.
 System make_system() {
   constexpr Index n = 9000;
   const auto swinging = ScalarFunction::formula("1 + 0.1*sin(t)");

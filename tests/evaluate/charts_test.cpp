@@ -1,4 +1,5 @@
-/// Families of coordinates against the definitions in the files of their kinds, and a kind that has nothing else.
+/// Families of coordinates agree with the definitions in the files of their kinds, and a kind may have only a
+/// definition.
 
 #include <cmath>
 
@@ -11,7 +12,7 @@
 
 namespace tanor {
 
-/// Points of a bowl z = s (x^2 + y^2)/2 around a place, by x and y: coordinates that the library does not know.
+/// Points of a bowl z = s (x^2 + y^2)/2 around a place, by x and y. The library does not know these coordinates.
 struct Bowls {
   std::vector<Index> points{};
   VectorFunction origin{};
@@ -80,7 +81,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A family of its own at an instant; everything in the inner order.
+/// A family of coordinates at an instant, with everything in the inner order.
 template <class Family>
 struct Filled {
   Family family;
@@ -112,7 +113,7 @@ struct Filled {
   }
 };
 
-/// The entries of a system that the family takes, with its points at `places`.
+/// Fills a family with the entries of a system that it takes, with its points at `places`.
 template <class Family>
 Filled<Family> fill(const System& system, const Numbering& numbering, double t, const VectorXd& places) {
   Filled<Family> filled{{}, Parallel(1), system.num_points(), {}, {}};
@@ -133,8 +134,8 @@ VectorXd places_at(const RandomCoordinates& random, const Numbering& numbering, 
   return inner;
 }
 
-/// The motion by hand and by the definition is the same: its places, velocities and what a force makes of them. Charts
-/// may be other ones; q and q_dot are found from the motion.
+/// Expects the same motion by hand and by the definition, in places, velocities and accelerations by a force. The
+/// charts may differ, so that q and q_dot are found from the motion.
 template <class Hand>
 void expect_the_same_motion(int kind) {
   using Generic = PointCoordinates<JetChart<typename Hand::Group>>;
@@ -151,7 +152,7 @@ void expect_the_same_motion(int kind) {
     const auto expected = hand.at();
 
     auto generic = fill<Generic>(random.system, numbering, t, expected.r);
-    const VectorXd carried = generic.at().v;          // where q rests
+    const VectorXd carried = generic.at().v;          // velocity where q rests
     if (generic.q.size() != hand.q.size()) continue;  // another family by hand has the rest
     generic.q_dot = reference::solve_least_squares(generic.A(), expected.v - carried);
     const auto found = generic.at();
@@ -200,7 +201,7 @@ TEST(ChartsByHand, FixedCirclesAreThoseOfTheDefinition) {
   EXPECT_LE((found.psi - expected.psi).norm(), 1e-14 * expected.psi.norm());
 }
 
-/// The generic kernel on charts that move: the motion does not notice it.
+/// Charts that move leave the motion of the generic kernel unchanged.
 TEST(JetChart, RecentringKeepsTheMotion) {
   int moved = 0;
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
@@ -235,7 +236,7 @@ TEST(JetChart, AKindOfCoordinatesNeedsOneFileAlone) {
   const VectorFunction origin(ScalarFunction::formula("0.2*t^2"), 0.0, 0.0);
   std::tuple_element_t<0, Family> family;
   family.add(Bowls{{0}, origin, ScalarFunction::formula("2 + t^2")}, {system, numbering, 0.0});
-  family.add(Bowls{{1}, {}, {}}, {system, numbering, 0.0});  // its steepness: as drawn, 2 3/(1 + 4)
+  family.add(Bowls{{1}, {}, {}}, {system, numbering, 0.0});  // its steepness is as drawn, 2 3/(1 + 4)
   ASSERT_EQ(family.num_coordinates(), 4);
   EXPECT_TRUE(family.depends_on_time());
   EXPECT_FALSE(family.has_charts());
@@ -246,7 +247,7 @@ TEST(JetChart, AKindOfCoordinatesNeedsOneFileAlone) {
   std::vector<double> r(6), v(6), psi(6), blocks(12);
   family.evaluate(Parallel(1), q, q_dot, r.data(), v.data(), psi.data(), blocks.data());
 
-  // z = s (x^2 + y^2)/2, s' = 2 t, s'' = 2
+  // The surface is z = s (x^2 + y^2)/2, with s' = 2 t and s'' = 2.
   const double square = 0.45, along = 0.6 * 0.4 - 0.3 * 0.7, speed = 0.4 * 0.4 + 0.7 * 0.7;
   const auto first = static_cast<std::size_t>(3 * numbering.inner_point[0]);
   const auto second = static_cast<std::size_t>(3 * numbering.inner_point[1]);
@@ -265,7 +266,7 @@ TEST(JetChart, AKindOfCoordinatesNeedsOneFileAlone) {
   for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(found[j], q[j], 1e-15);
 }
 
-/// A point that is free moves as its force says, in whatever coordinates.
+/// A free point moves by its force in any coordinates.
 TEST(JetChart, ThreeCoordinatesOfAPointLeaveItFree) {
   System system;
   system.positions = {0.6, 0.8, 0.9};
@@ -289,7 +290,7 @@ TEST(JetChart, ThreeCoordinatesOfAPointLeaveItFree) {
   EXPECT_FALSE(std::isfinite(family.accelerate(Parallel(1), on_the_axis, q_dot, nullptr, &w0, q_ddot, w)));
 }
 
-/// Chains and bodies tie points to one another: their families are by hand, and stand where their definitions say.
+/// Chains and bodies tie points to one another. Their families are by hand, and put points where their definitions say.
 TEST(ChartsByHand, LinksOfChainsEndWhereTheDefinitionSays) {
   for (const int kind : {5, 6}) {
     for (std::uint32_t seed = 1; seed <= 10; ++seed) {
@@ -328,7 +329,7 @@ TEST(ChartsByHand, PointsOfBodiesAreWhereTheDefinitionSays) {
     auto filled = fill<BodyCoordinates>(random.system, numbering, 0.0, places_at(random, numbering, 0.0));
     const KindOf<RigidBody>::Definition<double> now(std::get<RigidBody>(random.system.coordinates[0]),
                                                     ClockOf<double>{0.0});
-    // Around the rotation at the start, which is none, and around another one
+    // The charts lie around the rotation at the start, which is the identity, and around another one.
     std::array<double, 4> centre{1.0, 0.0, 0.0, 0.0};
     for (int turn = 0; turn < 2; ++turn) {
       filled.set_numbers(seed);

@@ -40,7 +40,7 @@ TEST(CircleKernels, AcceleratesAsTheFormulaSaysHoweverFarItHasTurned) {
       beads.q[count / 2] += turned;
       EXPECT_EQ(beads.accelerate(gravity), 0.0);
       for (std::size_t k = 0; k < count; ++k) {
-        // r = a cos q + b sin q; r'' = q'' t - q'^2 r with t.(r'' - w0) = 0
+        // With r = a cos q + b sin q, r'' = q'' t - q'^2 r and t.(r'' - w0) = 0.
         const Vec3 a{beads.ax[k], beads.ay[k], beads.az[k]}, b{beads.bx[k], beads.by[k], beads.bz[k]};
         const Vec3 r = std::cos(beads.q[k]) * a + std::sin(beads.q[k]) * b;
         const Vec3 t = std::cos(beads.q[k]) * b - std::sin(beads.q[k]) * a;

@@ -13,12 +13,12 @@
 #include "evaluate/constraints.hpp"
 #include "reference.hpp"
 
-/// \file Each kind of constraint with each way to give its parameters, and what the library says of it.
+/// \file Each kind of constraint with each way to give its parameters, and the library's results for it.
 namespace tanor::constraint_scenes {
 
 inline constexpr double t = 0.7;
 
-/// Random numbers of one test.
+/// The random numbers of one test.
 class Random {
  public:
   explicit Random(unsigned seed) : generator_(seed) {}
@@ -29,7 +29,7 @@ class Random {
     for (double& x : result) x = number();
     return result;
   }
-  /// Positive and smooth.
+  /// Returns a positive, smooth function of time.
   ScalarFunction length() {
     const double mean = number(1.0, 2.0), rate = number(0.5, 3.0);
     return ScalarFunction::custom([=](const Jet<2>& s) { return mean + 0.5 * sin(rate * s); });
@@ -40,7 +40,7 @@ class Random {
   std::mt19937 generator_;
 };
 
-/// A kind with one way to give its parameters. Six points, the last one a support.
+/// A kind with one way to give its parameters. It has six points, of which the last one is a support.
 struct Kind {
   const char* name;
   std::function<Constraint(Random&)> make;
@@ -111,7 +111,7 @@ inline const Kind kinds[] = {
 };
 // clang-format on
 
-/// A random state, far from xi = 0: values and derivatives are defined everywhere.
+/// A random state far from xi = 0, for values and derivatives are defined everywhere.
 struct Scene {
   System system;
   std::vector<double> r, v, w;
@@ -130,7 +130,7 @@ inline Scene make_scene(const Kind& kind, unsigned seed) {
   return scene;
 }
 
-/// What the library says, in the user's order.
+/// The library's results in the user's order.
 class Evaluated {
  public:
   explicit Evaluated(const Scene& scene, int threads = 1)
@@ -150,7 +150,7 @@ class Evaluated {
   Eigen::VectorXd rate() {
     return rows([&](double* y) { worst = constraints_.evaluate_rates(parallel_, r_.data(), v_.data(), y); });
   }
-  /// phi + K'w, and the blocks with it.
+  /// Returns phi + K'w, and writes the blocks.
   Eigen::VectorXd right_side() {
     blocks.assign(3 * constraints_.num_blocks(), 0.0);
     return rows([&](double* y) {
@@ -162,14 +162,14 @@ class Evaluated {
       worst = constraints_.evaluate_right_side(parallel_, r_.data(), v_.data(), w_.data(), y, nullptr);
     });
   }
-  /// K'w + shift from the blocks.
+  /// Returns K'w + shift from the blocks.
   Eigen::VectorXd transposed_times_w(double shift) {
     const std::vector<double> shifts(constraints_.num_rows(), shift);
     return rows([&](double* y) {
       worst = constraints_.apply_transposed(parallel_, blocks.data(), w_.data(), shifts.data(), y);
     });
   }
-  /// |xi|/|gradient|/length and |rate|/|gradient|.
+  /// Returns |xi|/|gradient|/length and |rate|/|gradient|.
   std::pair<Eigen::VectorXd, Eigen::VectorXd> measures() {
     Eigen::VectorXd velocity;
     const Eigen::VectorXd position =
@@ -185,7 +185,7 @@ class Evaluated {
 
   std::vector<double> squared_norms() const { return constraints_.squared_gradient_norms(); }
 
-  /// 3n x d, put together from the blocks of `right_side`.
+  /// Returns K, 3n x d, from the blocks of `right_side`.
   Eigen::MatrixXd K() const {
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(18, static_cast<Eigen::Index>(constraints_.num_rows()));
     for (const Incidence& incidence : constraints_.list_incidences()) {
@@ -196,7 +196,7 @@ class Evaluated {
     return result;
   }
 
-  double worst = 0.0;  ///< what the last call returned
+  double worst = 0.0;  ///< the result of the last call
   std::vector<double> blocks;
 
  private:

@@ -1,4 +1,5 @@
-/// Every kind of constraint against its definition over jets: xi, K'v + xi_t, phi and the blocks of K.
+/// The tests compare every kind of constraint with its definition over jets, in xi, K'v + xi_t, phi and the blocks of
+/// K.
 
 #include "evaluate/constraints.hpp"
 
@@ -30,7 +31,7 @@ void expect_close(const Eigen::VectorXd& computed, const Eigen::VectorXd& expect
 
 class ConstraintKind : public testing::TestWithParam<Kind> {
  protected:
-  /// Random scenes without short distances: there the derivatives grow, and rounding with them.
+  /// Checks random scenes without short distances, where derivatives and with them rounding would grow.
   template <class Check>
   void for_random_scenes(const Check& check) const {
     int scenes = 0;
@@ -71,7 +72,7 @@ TEST_P(ConstraintKind, GradientsAreTheDerivativesInEachCoordinate) {
 TEST_P(ConstraintKind, RightSideIsTheSecondDerivativeAlongTheMotionPlusKTransposedW) {
   for_random_scenes([](const Scene& scene, const reference::ConstraintNumbers& expected) {
     const Eigen::VectorXd Kw = expected.K.transpose() * reference::vector(scene.w);
-    // |v|^2/distance, the largest of the terms that phi is the sum of
+    // The largest of the terms in phi is |v|^2/distance.
     const double terms = std::max(10.0, expected.phi.cwiseAbs().maxCoeff());
     Evaluated evaluated(scene);
 
@@ -134,15 +135,15 @@ TEST_P(ConstraintKind, IndependentDefinitionAgrees) {
   });
 }
 
-/// The gradient is taken point by point: the length of its largest block. Bars: rod length, radius,
-/// else the length of the neighbourhood.
+/// Returns the length by which the violation of a row is measured. It is the rod length, the radius, or else the length
+/// of the neighbourhood. The gradient is that of the largest block.
 double length_of(const Scene& scene, Eigen::Index row) {
   const Constraint& constraint = scene.system.constraints[0];
   const reference::Configuration now = reference::standing(scene.r, t);
   const reference::Configuration start = reference::standing(scene.system.positions, 0.0);
   const reference::Xi xi{now, start};
   const auto k = static_cast<std::size_t>(row);
-  // parameter = measure - xi
+  // The parameter is the measure minus xi.
   const auto parameter = [&]<class Group>(Group group, Parameter Group::*member, std::size_t index) {
     const double value = xi(group, index).back().value();
     group.*member = 0.0;
@@ -151,7 +152,7 @@ double length_of(const Scene& scene, Eigen::Index row) {
   if (const auto* rods = std::get_if<Rods>(&constraint)) return parameter(*rods, &Rods::length, k);
   if (const auto* spheres = std::get_if<Spheres>(&constraint)) return parameter(*spheres, &Spheres::radius, k);
   if (const auto* circles = std::get_if<Circles>(&constraint)) return parameter(*circles, &Circles::radius, k / 2);
-  // Else the length of the neighbourhood of the row's first moving point.
+  // Otherwise it is the length of the neighbourhood of the row's first moving point.
   const Neighbourhoods around = find_neighbourhoods(scene.system, 0.0);
   std::size_t next = 0;
   double length = scene_size(scene.system);
@@ -285,8 +286,8 @@ TEST(Constraints, GoingBackInTimeGivesTheSameBits) {
 }
 
 TEST(Constraints, TwoThreadsGiveTheSameBits) {
-  // Enough members that each thread gets a range: a chain of 10,000 rods, angles along it, planes, sums of three
-  // points.
+  // There are enough members for each thread to get a range, in a chain of 10,000 rods, angles along it, planes, and
+  // sums of three points.
   constexpr Index n = 10001;
   Random any(8);
   System system;

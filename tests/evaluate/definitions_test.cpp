@@ -1,4 +1,4 @@
-/// The second definition of every constraint: known values, and the families on random systems.
+/// The second definition of every constraint is compared with known values, and with the families on random systems.
 
 #include "evaluate/definitions.hpp"
 
@@ -34,8 +34,8 @@ System make_system(std::vector<double> positions, Constraint constraint) {
   return system;
 }
 
-/// The rod has length 5 along (0.6, 0.8, 0): rate 3*0.6 = 1.8 less the 2 of the wanted length, phi = (9 - 1.8^2)/5 +
-/// unit.w - 6.
+/// The rod has length 5 along (0.6, 0.8, 0). Its rate is 3*0.6 = 1.8 less the 2 of the wanted length, and phi = (9 -
+/// 1.8^2)/5 + unit.w - 6.
 TEST(Definitions, RodWithSides3And4HasItsNumbersByHand) {
   const System system =
       make_system({1, 1, 1, 4, 5, 1}, Rods{"", {{0, 1}}, ScalarFunction::formula("2 + 2*t + 3*t^2"), {}});
@@ -47,8 +47,8 @@ TEST(Definitions, RodWithSides3And4HasItsNumbersByHand) {
   EXPECT_NEAR(found.second[0], (9.0 - 1.8 * 1.8) / 5.0 + (-0.6 + 1.6) - 6.0, 1e-14);
 }
 
-/// The point is at (0, 2, 3) beside a circle of radius 2 about z: height 3, distance right; turning at 4 m/s it needs
-/// 4^2/2.
+/// The point is at (0, 2, 3) beside a circle of radius 2 about z. Its height is 3 and its distance is right. At 4 m/s
+/// its acceleration towards the axis is 4^2/2.
 TEST(Definitions, CircleHasHeightAndDistanceFromItsAxis) {
   const System system = make_system({0, 2, 3}, Circles{"", {0}, Vector3{}, Vector3{0, 0, 7}, 2.0});
 
@@ -59,7 +59,8 @@ TEST(Definitions, CircleHasHeightAndDistanceFromItsAxis) {
   EXPECT_EQ(found.second, (std::vector<double>{2.0, 8.0 + 1.0}));
 }
 
-/// The right angle is at the origin: cos = 0; its gradient at the end of an arm of length 2 is 1/2 along the other arm.
+/// The right angle is at the origin, so that cos = 0. The gradient at the end of an arm of length 2 is 1/2 along the
+/// other arm.
 TEST(Definitions, RightAngleReactsAcrossItsArms) {
   const System system = make_system({2, 0, 0, 0, 0, 0, 0, 4, 0}, Angles{"", {{0, 1, 2}}, 0.0});
   std::vector<double> eta(9);
@@ -69,7 +70,7 @@ TEST(Definitions, RightAngleReactsAcrossItsArms) {
   EXPECT_EQ(eta, (std::vector<double>{0, 4, 0, -2, -4, 0, 2, 0, 0}));
 }
 
-/// "initial" is what the start has: nothing is violated there, whatever moves.
+/// "initial" parameters are those of the start, so that nothing is violated there, whatever moves.
 TEST(Definitions, InitialParametersHoldAtTheStart) {
   System system = make_system({1, 2, 3, 4, -1, 0.5}, Rods{"", {{0, 1}}, {}, {{0.5, 0, 0}}});
   const VectorFunction moving(ScalarFunction::formula("1 + t"), 1.0, ScalarFunction::formula("2*t"));
@@ -90,7 +91,7 @@ TEST(Definitions, InitialParametersHoldAtTheStart) {
   EXPECT_NE(xi[5], 0.0) << "the height over the circle's plane is no parameter";
 }
 
-/// Both definitions on all kinds at once: values, rates, K'w + phi, K lambda and K'w.
+/// Both definitions agree on all kinds at once, in values, rates, K'w + phi, K lambda and K'w.
 RC_GTEST_PROP(DefinitionsProperty, AgreeWithTheFamiliesOnRandomSystems, ()) {
   RandomSystem random = any_system({.forces = false});
   System& system = random.system;
@@ -119,7 +120,7 @@ RC_GTEST_PROP(DefinitionsProperty, AgreeWithTheFamiliesOnRandomSystems, ()) {
     for (const double x : a) result = std::max(result, std::abs(x));
     return result;
   };
-  // Lengths from 0.3 on: derivatives grow with the curvature that phi is made of.
+  // Lengths are at least 0.3, since derivatives grow with the curvature that phi contains.
   const auto expect_close = [&](const std::vector<double>& a, const std::vector<double>& b, double scale) {
     RC_ASSERT(a.size() == b.size());
     for (std::size_t i = 0; i < a.size(); ++i) RC_ASSERT(std::abs(a[i] - b[i]) <= 1e-13 * scale);

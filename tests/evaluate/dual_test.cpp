@@ -1,4 +1,4 @@
-/// The arithmetic of the certificate against that of the kernels: neither knows the other.
+/// The arithmetic of the certificate agrees with that of the kernels, and neither uses the other.
 
 #include "evaluate/dual.hpp"
 
@@ -10,7 +10,7 @@
 namespace tanor {
 namespace {
 
-/// Applies everything that a definition may use to a, b and c along a curve.
+/// Applies every operation that a definition may use to a, b and c along a curve.
 template <class T>
 std::vector<T> evaluate_all(const T& a, const T& b, const T& c) {
   using std::abs, std::acos, std::asin, std::atan, std::atan2, std::cos, std::cosh, std::exp, std::log, std::max,

@@ -36,7 +36,8 @@ System make_system() {
   return system;
 }
 
-/// They are held against central differences; of compliant springs at a given tau only the turning of the force counts.
+/// The derivatives are compared with central differences. For compliant springs with a given tau, only the turning of
+/// the force counts.
 TEST(ForceDerivativesTest, AgreeWithDifferencesOfTheForces) {
   const System system = make_system();
   const Numbering numbering = number(system);
@@ -101,7 +102,7 @@ TEST(ForceDerivativesTest, AgreeWithDifferencesOfTheForces) {
   }
 }
 
-/// With tau = -k (L - rest) - c dL/dt they are the forces that `evaluate` knows as a whole.
+/// With tau = -k (L - rest) - c dL/dt the compliant springs have the forces of `evaluate`.
 TEST(CompliantSpringsTest, HaveTheForcesOfTheWhole) {
   const System system = make_system();
   const Numbering numbering = number(system);

@@ -1,4 +1,4 @@
-/// What a kind of force defines, as a kernel: what new kinds run on, held against the loops of drag.
+/// The definition of a kind of force as a kernel, on which new kinds run, is compared with the loops of drag.
 
 #include "kinds/force_kernel.hpp"
 
@@ -37,7 +37,7 @@ TEST(ForceKernel, DefinitionOfDragIsWhatItsLoopComputes) {
   EXPECT_NE(by_loop[0], 0.0);
 }
 
-/// d f/dv = -(c1 + c2 |v|) I - c2 v v'/|v|
+/// The derivative is d f/dv = -(c1 + c2 |v|) I - c2 v v'/|v|.
 TEST(ForceKernel, DefinitionHasDerivatives) {
   const ForceKernel kernel = kernel_of_definition(Drag{"", {0}, 0.3, 0.7});
   const std::array<double, 3> r{}, v{0, 3, 4};

@@ -1,4 +1,5 @@
-/// Active forces against their formulas, potential energy against the forces, power against force times velocity.
+/// The tests compare active forces with formulas, potential energy with the forces, and power with force times
+/// velocity.
 
 #include "evaluate/forces.hpp"
 
@@ -21,7 +22,7 @@ struct ForceScene {
   std::vector<double> r, v;  // user's order
 };
 
-/// Points at random places and velocities, no constraints. Supports 4 and 5 take part as the state says.
+/// Makes points at random places and velocities without constraints. Supports 4 and 5 take part by their state.
 ForceScene make_force_scene(std::vector<Force> forces, unsigned seed = 1) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
@@ -39,7 +40,8 @@ ForceScene make_force_scene(std::vector<Force> forces, unsigned seed = 1) {
   return scene;
 }
 
-/// Without constraints the inner order is: moving points as they are, supports last. That is the user's order here.
+/// Without constraints the inner order is the moving points as they are and the supports last, as the user's order
+/// here.
 class ForceTest : public testing::Test {
  protected:
   static Eigen::VectorXd forces_at(const ForceScene& scene, double t = 0.0) {
@@ -84,7 +86,8 @@ TEST_F(ForceTest, GivenForcesAddUpAndFollowTime) {
 }
 
 TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
-  // Point 0 is at the origin, point 1 at (3, 4, 0): length 5, rest length 2, stiffness 10 -> 30 N along (0.6, 0.8, 0).
+  // Point 0 is at the origin and point 1 at (3, 4, 0). With length 5, rest length 2 and stiffness 10 the force is 30 N
+  // along (0.6, 0.8, 0).
   ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 10.0, 0.0, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
 
@@ -95,7 +98,7 @@ TEST_F(ForceTest, StretchedSpringPullsItsPointsTogether) {
 }
 
 TEST_F(ForceTest, DampingActsAlongTheSpringOnly) {
-  // The length along x grows by 2 m/s, the sideways velocity does nothing: c dL/dt = 0.5 * 2 = 1 N.
+  // The length along x grows by 2 m/s and the sideways velocity has no effect, so that c dL/dt = 0.5 * 2 = 1 N.
   ForceScene scene = make_force_scene({Springs{"", {{0, 1}}, 0.0, 0.5, 2.0}});
   scene.r = {0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 9, 9, 9, 8, 8, 8, 7, 7, 7, 6, 6, 6};
   scene.v = {-1.0, 5.0, 0.0, 1.0, -3.0, 2.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -125,7 +128,7 @@ TEST_F(ForceTest, SpringOfCoincidentPointsWithoutRestLengthPullsWithZeroForce) {
 }
 
 TEST_F(ForceTest, DragIsLinearPlusQuadraticInTheVelocity) {
-  // |v| = 2: -(1.5 + 0.25 * 2) v = -2 v
+  // With |v| = 2 the force is -(1.5 + 0.25 * 2) v = -2 v.
   ForceScene scene = make_force_scene({Drag{"", {2}, 1.5, 0.25}});
   std::fill(scene.v.begin(), scene.v.end(), 1.0);
   std::copy_n(std::array{2.0, 0.0, 0.0}.begin(), 3, scene.v.begin() + 6);
@@ -137,7 +140,7 @@ TEST_F(ForceTest, DragIsLinearPlusQuadraticInTheVelocity) {
 }
 
 TEST_F(ForceTest, FormulasActOnTheirPointsAndAddUp) {
-  // A magnetic field of 2 T along z turns the velocity, 3 t along x pushes; point 5 is a support.
+  // A magnetic field of 2 T along z turns the velocity, 3 t along x pushes, and point 5 is a support.
   ForceScene scene = make_force_scene({FormulaForce{"", {1, 5}, formula_force({"2*vy", "-2*vx", "0"})},
                                        FormulaForce{"", {5, 1}, formula_force({"k*t", "y", "0"}, {{"k", 3.0}})}});
 
@@ -180,7 +183,7 @@ TEST_F(ForceTest, AllKindsTogetherAgreeWithPlainFormulas) {
   }
 }
 
-/// Derivative at 0 of a function of one number, from differences of order 8.
+/// Returns the derivative at 0 of a function of one number, from differences of order 8.
 template <class Function>
 double derivative_at_zero(const Function& function, double h = 0.01) {
   constexpr double weights[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
@@ -208,7 +211,7 @@ TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
 }
 
 TEST_F(ForceTest, PowerIsThatOfTheForcesWithoutPotential) {
-  // f = conservative part + the rest; the conservative part alone comes from the same scene without the others.
+  // f = conservative part + the rest. The conservative part alone comes from the same scene without the others.
   for (unsigned seed = 0; seed < 20; ++seed) {
     const ForceScene scene = any_dissipative_scene(seed);
     const double t = 1.3;
@@ -230,7 +233,7 @@ TEST_F(ForceTest, PowerIsThatOfTheForcesWithoutPotential) {
 }
 
 TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
-  // dU/dt along v = -(conservative forces on moving points).v + what the supports put in through springs
+  // dU/dt along v = -(conservative forces on moving points).v + power of the supports through springs.
   for (unsigned seed = 0; seed < 20; ++seed) {
     const ForceScene scene = any_scene(seed);
     Forces forces(scene.system, number(scene.system));
@@ -273,7 +276,8 @@ TEST_F(ForceTest, ForcesSayWhetherTheyDoWorkAndDependOnVelocity) {
   }
 }
 
-/// Springs, damping, several drags and given forces on the same points in a wild order; the last points are supports.
+/// Makes springs, damping, several drags and given forces on the same points in a mixed order. The last points are
+/// supports.
 System make_large_system() {
   constexpr Index n = 9000;
   std::mt19937 generator(4);
@@ -340,7 +344,7 @@ TEST_F(ForceTest, LargeSystemsAgreeWithPlainFormulas) {
 }
 
 TEST_F(ForceTest, ForcesAndDragsOnOnePointAddUpInAnyOrderOfEntries) {
-  // Point 2 at 2 m/s along x: 1 + 2 - (0.5 + 0.25) 2 = 1.5 N; point 0 at rest: 2 N.
+  // Point 2 at 2 m/s along x has 1 + 2 - (0.5 + 0.25) 2 = 1.5 N, and point 0 at rest has 2 N.
   ForceScene scene = make_force_scene({Drag{"", {3, 2}, 0.5, 0.0}, ConstantForce{"", {2}, Vector3{1.0, 0.0, 0.0}},
                                        Drag{"", {2}, 0.25, 0.0}, ConstantForce{"", {2, 0}, Vector3{2.0, 0.0, 0.0}}});
   std::fill(scene.v.begin(), scene.v.end(), 0.0);

@@ -1,4 +1,4 @@
-/// The two distances of a point from a line: which pair of unit vectors they are along, and how it turns.
+/// The two distances of a point from a line are along a pair of unit vectors, whose choice and turning are tested.
 
 #include <array>
 
@@ -22,7 +22,7 @@ TEST(LineConstraint, TwoRowsTogetherAreTheDistanceFromTheLine) {
   EXPECT_NEAR(xi.norm(), from_origin.cross(direction.normalized()).norm(), 1e-14);
 }
 
-/// Point 0 on a line whose direction turns, seen step by step.
+/// Point 0 on a line whose direction turns, at one time after another.
 class TurningLine {
  public:
   explicit TurningLine(const VectorFunction& direction, double start = 0.0) {
@@ -32,7 +32,7 @@ class TurningLine {
     constraints_.emplace(system_, number(system_), start);
   }
 
-  /// e1, e2
+  /// Returns e1 and e2.
   std::array<Eigen::Vector3d, 2> pair_at(double time) {
     std::vector<double> blocks(6);
     constraints_->set_time(time);
@@ -46,7 +46,7 @@ class TurningLine {
     return Eigen::Vector3d(d[0].value(), d[1].value(), d[2].value()).normalized();
   }
 
-  /// xi, d xi/dt and d2 xi/dt2 of the point that stands still.
+  /// Returns xi, d xi/dt and d2 xi/dt2 of the point at rest.
   std::array<Eigen::Vector2d, 3> jet_at(double time) {
     std::array<Eigen::Vector2d, 3> result;
     const std::vector<double> zero(3, 0.0);
@@ -68,12 +68,12 @@ VectorFunction formulas(const char* x, const char* y, const char* z) {
   return {ScalarFunction::formula(x), ScalarFunction::formula(y), ScalarFunction::formula(z)};
 }
 
-/// The directions turn around an axis, past two axes, and through the axis that is farthest at the start, which must be
-/// given up.
+/// The directions turn around an axis, past two axes, and through the axis that is farthest at the start, so that this
+/// axis must be given up.
 const std::array turns = {formulas("cos(t)", "sin(t)", "5"), formulas("cos(t)", "0.1", "sin(t)"),
                           formulas("cos(t)", "sin(t)", "0.01*t"), formulas("cos(t)", "0.02", "0.01 + sin(t)")};
 
-/// The axis that e1 comes from: the one that d is farthest from, of equal ones the first.
+/// Returns the axis of e1, which is the one farthest from d, and the first of several equal ones.
 int axis_of(const Eigen::Vector3d& d) {
   int best = 0;
   for (const int k : {1, 2}) {
@@ -100,7 +100,7 @@ TEST(LineConstraint, PairDependsOnTheDirectionAloneWhateverTimesAreSeen) {
 }
 
 TEST(LineConstraint, RatesOfATurningPairAreItsDerivatives) {
-  // The pair keeps the axis that was chosen at the middle instant at all five instants.
+  // At all five instants the pair keeps the axis that was chosen at the middle instant.
   constexpr double h = 1e-3;
   for (const VectorFunction& direction : turns) {
     TurningLine line(direction);

@@ -1,4 +1,4 @@
-/// Pair forces against closed forms and against a plain double loop over all pairs, in extended precision.
+/// The tests compare pair forces with closed forms and with a plain double loop over all pairs, in extended precision.
 
 #include "evaluate/pair_field.hpp"
 
@@ -17,14 +17,14 @@ namespace {
 
 const double root_6_of_2 = std::pow(2.0, 1.0 / 6.0);
 
-/// Forces on all points, in the user's order, and the potential.
+/// The forces on all points, in the user's order, and the potential.
 struct Result {
   std::vector<double> f;
   double potential = 0.0;
   bool operator==(const Result&) const = default;
 };
 
-/// Evaluates a system's only group of pair forces at places in the user's order; keeps what it keeps between them.
+/// Evaluates a system's only group of pair forces at places in the user's order. It reuses its state between calls.
 class Field {
  public:
   explicit Field(const System& system, int threads = 1)
@@ -86,7 +86,7 @@ constexpr double epsilon = 1.5, sigma = 0.8;
 const PairForces wca{.law = PairLaw::Wca, .epsilon = epsilon, .sigma = sigma};
 const PairForces lj{.law = PairLaw::Lj, .epsilon = epsilon, .sigma = sigma, .cutoff = 2.0 * sigma};
 const PairForces logarithm{.law = PairLaw::Log, .strength = 0.7};
-// Value of the Lennard-Jones potential at 2 sigma.
+// The value of the Lennard-Jones potential at 2 sigma.
 constexpr double lj_shift = 4.0 * epsilon * (1.0 / 4096 - 1.0 / 64);
 
 INSTANTIATE_TEST_SUITE_P(
@@ -132,13 +132,13 @@ TEST(PairFieldTest, PointsFeelTheNearestImageWhereverTheyAre) {
 
 // ---- many points ---------------------------------------------------------------------------------------------------
 
-/// What a point feels by the plain formula, and the sum of what its pairs may lose by rounding.
+/// The force on a point by the plain formula, and the sum of the rounding errors that its pairs may have.
 struct Plain {
   std::array<long double, 3> force{};
   long double potential = 0.0, largest_error = 0.0;
 };
 
-/// This is a double loop, with images by the standard library's remainder.
+/// Evaluates the pairs in a double loop, with images by the standard library's remainder.
 std::vector<Plain> evaluate_plainly(const System& system, const std::vector<double>& r) {
   using Real = long double;
   const auto& pairs = std::get<PairForces>(system.forces[0]);
@@ -184,14 +184,14 @@ std::vector<Plain> evaluate_plainly(const System& system, const std::vector<doub
       }
       for (std::size_t k = 0; k < 3; ++k) result[i].force[k] += pull * d[k] / distance;
       if (!is_support[i] || !is_support[j]) result[i].potential += potential / 2;
-      // 20 roundings, and those of the distance, which its 14th power enlarges
+      // The bound is 20 roundings and those of the distance, which its 14th power enlarges.
       result[i].largest_error += 1.1e-16L * std::abs(size) * (20 + 14 * 4 * largest / distance);
     }
   }
   return result;
 }
 
-/// Points all over a box and its images, with rods, supports and a law.
+/// Makes points all over a box and its images, with rods, supports and a law.
 System make_random_pairs(std::size_t num_points, std::mt19937& random) {
   const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
   const auto any_point = [&] { return static_cast<Index>(random() % num_points); };
@@ -263,7 +263,7 @@ RC_GTEST_PROP(PairField, TakesAsMuchMomentumAsItGives, ()) {
   for (const long double component : sum) RC_ASSERT(std::abs(component) <= scale);
 }
 
-/// A shaken grid of `count`^3 points at the density of a melt, rods along one axis, periodic, one support.
+/// Makes a shaken periodic grid of `count`^3 points at the density of a melt, with rods along one axis and one support.
 System make_grid(int count, PairLaw law) {
   System system = scenes::make_shaken_grid({count, count, count}, 1.06, 7);
   Rods rods;
@@ -278,7 +278,7 @@ System make_grid(int count, PairLaw law) {
   return system;
 }
 
-/// Few points, none of which crosses the cutoff of Lennard-Jones, where the force jumps.
+/// Makes few points, none of which crosses the cutoff of Lennard-Jones, where the force jumps.
 System make_smooth_grid(PairLaw law) {
   System system = make_grid(4, law);
   auto& pairs = std::get<PairForces>(system.forces[0]);
@@ -300,7 +300,7 @@ TEST_P(LawTest, AnyNumberOfThreadsGivesTheSameBits) {
   for (const int threads : {2, 3, 5}) EXPECT_TRUE(one == Field(system, threads)(system.positions)) << threads;
 }
 
-/// Nothing is left of earlier places, so that a run that is resumed goes on bit by bit.
+/// Earlier places have no effect, so that a resumed run goes on bit by bit.
 TEST_P(LawTest, EarlierPlacesLeaveNoTrace) {
   const System system = make_grid(8, GetParam());
   std::mt19937 random(3);
@@ -325,7 +325,7 @@ TEST_P(LawTest, ForceIsMinusTheSlopeOfThePotential) {
   };
 
   for (std::size_t c = 6; c < 30; ++c) {
-    // Richardson: central differences of h and h/2 make one of fourth order
+    // By Richardson's extrapolation central differences of h and h/2 make one of fourth order.
     constexpr double h = 1e-3;
     const auto difference = [&](double e) { return (potential(c, e) - potential(c, -e)) / (2.0 * e); };
     const double slope = (4.0 * difference(0.5 * h) - difference(h)) / 3.0;
@@ -368,7 +368,7 @@ std::string name_law(const testing::TestParamInfo<PairLaw>& law) {
 
 INSTANTIATE_TEST_SUITE_P(Laws, LawTest, testing::Values(PairLaw::Wca, PairLaw::Lj, PairLaw::Log), name_law);
 
-/// The points are far from each other along one axis: more cells than points would be needed.
+/// The third point is far from the others, and cells over the space between would be far more than there are points.
 TEST(PairFieldTest, PointsFarApartNeedNoMemoryForTheSpaceBetween) {
   System system = make_pair(wca, sigma);
   system.positions.insert(system.positions.end(), {1e9, 1e9, -1e9});
@@ -389,7 +389,7 @@ TEST(PairFieldTest, ForcesOfCoincidentAndLostPointsAreNan) {
   }
 }
 
-/// The sum over thousands is as good as a few roundings of its terms: (N - 1)/2 outwards for points on the unit sphere.
+/// The sum over thousands of points, (N - 1)/2 outwards on the unit sphere, is good to a few roundings of its terms.
 TEST(PairFieldTest, LogarithmicForcesOfThousandsAreGoodToAFewRoundings) {
   constexpr int count = 3000;
   std::mt19937 random(5);
@@ -421,7 +421,7 @@ TEST(PairFieldTest, LogarithmicForcesOfThousandsAreGoodToAFewRoundings) {
   }
 }
 
-/// Laws that have a definition over a scalar type, few points: the sums by hand are those of the pairs one by one.
+/// For few points and laws with a definition over a scalar type, the sums by hand are those of the single pairs.
 TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -463,7 +463,7 @@ TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
   }
 }
 
-/// Points of a rod that is excluded may meet: no energy is without bound there.
+/// Points of an excluded rod may meet, since no energy is unbounded there.
 TEST(PairFieldTest, OnlyPairsThatFeelEachOtherCollide) {
   for (const std::optional<double> cutoff : {std::optional<double>(), std::optional(2.0)}) {
     PairForces pull{.law = PairLaw::Yukawa, .cutoff = cutoff, .strength = -1.0, .length = 0.7};
@@ -487,13 +487,13 @@ TEST(PairFieldTest, OnlyPairsThatFeelEachOtherCollide) {
   }
 }
 
-/// The law is cut and shifted in a periodic box: the force is that of the nearest images within the cutoff.
+/// The law is cut and shifted in a periodic box, where the force is that of the nearest images within the cutoff.
 TEST(SmoothPairTest, ACutoffShiftsTheEnergy) {
   for (const PairForces& pairs :
        {PairForces{.law = PairLaw::Yukawa, .cutoff = 1.5, .strength = 2.0, .box = {4, 4, 4}, .length = 0.5},
         PairForces{
             .law = PairLaw::Morse, .cutoff = 1.5, .box = {4, 4, 4}, .depth = 1.2, .width = 2.0, .rest_length = 1.0}}) {
-    const System system = make_pair(pairs, 3.2);  // 0.8 by its image
+    const System system = make_pair(pairs, 3.2);  // the distance to the image is 0.8
     const Numbering numbering = number(system);
     PairField field(system, pairs, numbering);
     std::vector<double> r(6), f(6, 0.0);

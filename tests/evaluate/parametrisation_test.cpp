@@ -1,5 +1,5 @@
-/// r(q, t) of every kind: its derivatives against differences, its charts against motions that must not notice them,
-/// and A'WA against dense matrices.
+/// The tests compare r(q, t) of every kind with differences, its charts with motions that they leave unchanged, and
+/// A'WA with dense matrices.
 
 #include <random>
 
@@ -17,7 +17,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A system's coordinates inside the library, somewhere near the motion's place at t; everything in the inner order.
+/// A system's coordinates inside the library, near the motion's place at t, with everything in the inner order.
 struct Placed {
   RandomCoordinates random;
   double t;
@@ -39,7 +39,7 @@ struct Placed {
     coordinates.write_start(q.data(), q_dot.data());
     for (double step = 0.05; step < t; step += 0.05) locate(step);
     locate(t);
-    // Off the centres of the charts
+    // The state is off the centres of the charts.
     for (double& x : q) x += 0.2 * normal(generator);
     for (double& x : q_dot) x = normal(generator);
     for (double& x : q_ddot) x = normal(generator);
@@ -60,7 +60,7 @@ struct Placed {
   struct Value {
     VectorXd r, v, psi, blocks;
   };
-  /// At a time; supports run as they are to.
+  /// Evaluates the coordinates at a time. Supports have their prescribed motion.
   Value at(double time, const VectorXd& where, const VectorXd& rate) {
     coordinates.set_time(time);
     Value value{places(time, 0), places(time, 1), places(time, 2), VectorXd(3 * coordinates.num_blocks())};
@@ -68,7 +68,7 @@ struct Placed {
                          value.blocks.data());
     return value;
   }
-  /// Column by column; supports have no rows.
+  /// Returns A column by column. Supports have no rows.
   MatrixXd A(const VectorXd& blocks) {
     MatrixXd result = MatrixXd::Zero(num_numbers(), size());
     for (Eigen::Index j = 0; j < size(); ++j) {
@@ -84,7 +84,7 @@ struct Placed {
   }
 };
 
-/// First and second derivative at 0 from differences of order 8.
+/// Returns the first and second derivative at 0 from differences of order 8.
 template <class Function>
 std::pair<VectorXd, VectorXd> differentiate(double h, const Function& function) {
   constexpr double first[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
@@ -220,7 +220,7 @@ std::string name_kind(const testing::TestParamInfo<int>& kind) {
 INSTANTIATE_TEST_SUITE_P(Parametrisation, KindTest, testing::Range(0, RandomCoordinatesMaker::num_kinds), name_kind);
 
 RC_GTEST_PROP(Parametrisation, NumbersGoIntoTheUsersOrder, ()) {
-  // The user's order: each entry alone, one behind the other
+  // In the user's order the entries follow one another, each as if it were alone.
   const RandomCoordinates random = any_coordinates();
   Placed placed(random, 0.0);
   VectorXd wanted(placed.size());
@@ -262,7 +262,7 @@ TEST(DirectionChart, IsAUnitVectorWithOrthonormalTangentsAtItsCentre) {
   EXPECT_NEAR(norm(centre.tangent[0]), 1.0, 1e-15);
   EXPECT_NEAR(norm(centre.second + 0.25 * n), 0.0, 1e-16);  // -|q'|^2 n
   EXPECT_NEAR(norm(away.u), 1.0, 1e-15);
-  // 2 tan(angle/2) = |q|
+  // The chart has 2 tan(angle/2) = |q|.
   EXPECT_NEAR(dot(away.u, n), std::cos(2.0 * std::atan(0.5 * std::sqrt(5.0))), 1e-15);
 }
 
@@ -272,7 +272,7 @@ TEST(RotationChart, TurnsByTwiceTheAngleOfGibbs) {
 
   const auto now = chart(theta, rate);
 
-  // theta/2 = tan(angle/2)
+  // The chart has theta/2 = tan(angle/2).
   EXPECT_NEAR(now.rotation(0, 0), std::cos(0.7), 1e-15);
   EXPECT_NEAR(now.rotation(1, 0), std::sin(0.7), 1e-15);
   EXPECT_NEAR(now.omega.z, std::cos(0.35) * std::cos(0.35), 1e-15);

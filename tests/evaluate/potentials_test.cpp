@@ -1,4 +1,5 @@
-/// Energies of tuples: digits of a table made with 90 digits, the definition on numbers with derivatives, and threads.
+/// Energies of tuples agree with a table made with 90 digits, with the definition on dual numbers, and for all thread
+/// counts.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,7 @@ Json read_table() {
   return Json::parse(std::ifstream(std::string(TANOR_SOURCE_DIR) + "/tests/evaluate/reference/potential_table.json"));
 }
 
-/// The law of a row of the table.
+/// Makes the law of a row of the table.
 Force make_law(const Json& row) {
   const std::string law = row.at("potential");
   const Json& given = row.at("parameters");
@@ -61,7 +62,7 @@ std::vector<double> flatten(const Json& rows) {
   return result;
 }
 
-/// What the system's one energy does: U, f, and the Hessian times a direction.
+/// The results of the system's one energy, which are U, f, and the Hessian times a direction.
 struct Answer {
   double energy;
   std::vector<double> force, hessian_times_direction;
@@ -81,7 +82,7 @@ Answer evaluate(const Force& law, const std::vector<double>& positions, const st
   std::vector<Block3> own(n), own_v(n), coupling(couplings.size()), coupling_v(couplings.size()),
       other(influences.size());
   Answer answer{forces.potential(serial, 0.0, r.data()), std::vector<double>(3 * n), std::vector<double>(3 * n)};
-  // A spring is a rod that gives way: tau = -k (L - rest) is an unknown of its own, whose derivative is -k u'.
+  // A spring is a rod that gives way. tau = -k (L - rest) is an unknown of its own, whose derivative is -k u'.
   const std::vector<Spring> springs = forces.springs().list_compliant();
   std::vector<double> units(3 * springs.size()), tau(springs.size(), 0.0), residuals(springs.size());
   forces.springs().evaluate_compliant(serial, r.data(), v.data(), tau.data(), units.data(), residuals.data());
@@ -147,15 +148,15 @@ TEST(PotentialTableTest, HarmonicBendingIsSmoothWhereItIsStraight) {
                                    {0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.2, 0.1 * eps, 0.0}, std::vector<double>(9, 1.0));
     const std::vector<double> force = flatten(row.at("force"));
     const double energy = number(row.at("energy"));
-    // The places themselves are rounded to 1e-17 m, an angle of 1e-16.
+    // The places themselves are rounded to 1e-17 m, which is an angle of 1e-16.
     EXPECT_NEAR(answer.energy, energy, 1e-13 * energy + 520.0 * 2e-16 * (eps + 1e-16)) << eps;
     for (std::size_t i = 0; i < 9; ++i)
       EXPECT_NEAR(answer.force[i], force[i], 1e-13 * largest(force) + 520.0 * 1e-15 / 0.1) << eps << " " << i;
   }
 }
 
-/// The expression is differentiated backwards and held against numbers with derivatives, as a callable and as the text
-/// of the same energy.
+/// The expression is differentiated backwards. It agrees with numbers that carry derivatives, as a callable and as the
+/// text of the same energy.
 TEST(PotentialKernelTest, ExpressionAndDefinitionAgree) {
   const auto callable = make_potential_kernel<2>([](const auto& a, const auto& b, const auto& t) {
     using std::sqrt, std::atan2;
@@ -195,7 +196,8 @@ TEST(PotentialKernelTest, ExpressionAndDefinitionAgree) {
   }
 }
 
-/// Tuples in a zigzag of random steps, with a number of their own each where the law reads one.
+/// Expects that kernels by hand and by definition agree on tuples in a zigzag of random steps, which have parameters of
+/// their own where the law reads them.
 template <class Group>
 void expect_hand_and_definition_to_agree(Group group, double bound) {
   constexpr Index n = 45;  // five packs of eight and a rest, in a row and not
@@ -290,7 +292,7 @@ TEST(EnergyKernelTest, UndefinedTuplesAreNamed) {
             "u: [0, 1]: the energy or its gradient is not finite");
 }
 
-/// Eigenvalues of a symmetric matrix, ascending (Jacobi's rotations).
+/// Returns the eigenvalues of a symmetric matrix in ascending order, by Jacobi's rotations.
 std::vector<double> eigenvalues(std::vector<std::vector<double>> a) {
   const std::size_t n = a.size();
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -317,7 +319,7 @@ std::vector<double> eigenvalues(std::vector<std::vector<double>> a) {
   return result;
 }
 
-/// A3: a worm-like chain of ten rods, straight. Its Hessian there, and the tension, give the frequencies across it.
+/// In A3 a worm-like chain of ten rods is straight. Its Hessian and the tension give the frequencies across it.
 TEST(PotentialTableTest, AStraightChainHasTheFrequenciesOfTheClosedForm) {
   const Json table = Json::parse(
       std::ifstream(std::string(TANOR_SOURCE_DIR) + "/tests/evaluate/reference/A3_bending_chain_modes.json"));

@@ -1,4 +1,4 @@
-/// Some members of all kinds: their own rows and blocks as all together give them, those of others untouched.
+/// A selection of members of all kinds has the rows and blocks of the whole, and leaves the others untouched.
 
 #include <random>
 
@@ -13,7 +13,7 @@
 namespace tanor {
 namespace {
 
-/// A random system and two groups of a user's constraints.
+/// Draws a random system and two groups of a user's constraints.
 RandomSystem any_system_and_user_constraints() {
   RandomSystem random = any_system();
   const auto num_points = static_cast<Index>(random.system.num_points());

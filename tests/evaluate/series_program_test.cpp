@@ -1,4 +1,4 @@
-/// A member that is alone runs on plain numbers, several run side by side: series and adjoints are the same.
+/// A single member runs on plain numbers and several run side by side, with the same series and adjoints.
 
 #include "evaluate/series_program.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int order = 10;
 
-/// Coefficients 0 … order of a variable of a member.
+/// Returns the coefficient k, from 0 to order, of a variable of a member.
 double coefficient(std::size_t variable, std::size_t member, int k) {
   return (k == 0 ? 0.9 : 0.3) *
          std::sin(1.0 + 2.3 * static_cast<double>(variable) + 0.7 * static_cast<double>(member) + k);

@@ -1,4 +1,5 @@
-/// Users' functions as constraints: closed forms, the same rod in three ways, threads, exceptions, supports.
+/// Users' functions serve as constraints, tested by closed forms, the same rod in three ways, threads, exceptions and
+/// supports.
 
 #include <tanor/user_kernel.hpp>
 
@@ -32,7 +33,7 @@ Numbers evaluate(const ConstraintKernel& kernel, double t, const std::vector<dou
   return result;
 }
 
-/// xi = x^2 + y^2 - R^2, R = 1 + 0.1 sin 3t: each quantity within a few roundings of its own terms.
+/// For xi = x^2 + y^2 - R^2 with R = 1 + 0.1 sin 3t each quantity is within a few roundings of its own terms.
 TEST(UserKernel, MovingCylinderIsExactToRounding) {
   const ConstraintKernel formula = formula_constraint("x1^2+y1^2-(1+0.1*sin(3*t))^2", 1);
   const ConstraintKernel lambda = make_constraint_kernel<1>([](const auto& x, const auto& t) {
@@ -59,7 +60,7 @@ TEST(UserKernel, MovingCylinderIsExactToRounding) {
   }
 }
 
-/// A torus knot's coordinates, from a callable.
+/// The coordinates are cylindrical ones on a moving cone, from a callable.
 TEST(UserKernel, CoordinatesGivePositionsVelocitiesCurvatureAndTangents) {
   const CoordinateKernel kernel = make_coordinate_kernel<1, 2>([](const auto& q, const auto& t) {
     using T = std::decay_t<decltype(t)>;
@@ -73,7 +74,7 @@ TEST(UserKernel, CoordinatesGivePositionsVelocitiesCurvatureAndTangents) {
 
   const double c = std::cos(0.3), s = std::sin(0.3);
   const double expected_v[] = {0.5 * c + 3.0 * s, 0.5 * s - 3.0 * c, 0.5 * t * t + 4.0 * t};
-  // rho'' - rho theta'^2 = -4.5, 2 rho' theta' = -1.5; 2 q + 4 t q'
+  // The curvature is rho'' - rho theta'^2 = -4.5 and 2 rho' theta' = -1.5 across the axis, and 2 q + 4 t q' along it.
   const double expected_psi[] = {-4.5 * c + 1.5 * s, -4.5 * s - 1.5 * c, 4.0 + 4.0 * t * 0.5};
   const double expected_tangents[] = {c, s, t * t, -2.0 * s, 2.0 * c, 0.0};
   for (int i = 0; i < 3; ++i) {
@@ -84,7 +85,7 @@ TEST(UserKernel, CoordinatesGivePositionsVelocitiesCurvatureAndTangents) {
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(tangents[i], expected_tangents[i], 1e-15);
 }
 
-/// Any smooth expression in the coordinates of two points.
+/// Makes a smooth random expression in the coordinates of two points.
 class RandomFormula {
  public:
   explicit RandomFormula(unsigned seed) : random_(seed) {}
@@ -130,7 +131,7 @@ TEST(UserKernel, GradientsOfRandomFormulasAreTheirDirectionalDerivatives) {
     const Numbers found = evaluate(formula_constraint(text, 2), 0.0, r, v);
 
     for (std::size_t k = 0; k < 40; ++k) {
-      // K'v of the forward derivatives against the rate of the jet
+      // K'v of the forward derivatives is compared with the rate of the jet.
       double sum = 0.0, size = 0.0;
       for (std::size_t i = 6 * k; i < 6 * k + 6; ++i) {
         sum += found.gradient[i] * v[i];
@@ -143,8 +144,7 @@ TEST(UserKernel, GradientsOfRandomFormulasAreTheirDirectionalDerivatives) {
   EXPECT_GT(with_gradient, 100 * 40);
 }
 
-// ---- in a system
-// -----------------------------------------------------------------------------------------------------
+// ---- in a system ---------------------------------------------------------------------------------------------------
 
 constexpr double rod_length = 0.4;
 
@@ -158,7 +158,7 @@ ConstraintKernel formula_rod() {
   return formula_constraint("sqrt((x2-x1)^2 + (y2-y1)^2 + (z2-z1)^2) - l", 2, {{"l", rod_length}});
 }
 
-/// A zigzag of rods on a support that swings.
+/// Makes a zigzag of rods on a support that swings.
 System make_zigzag(Index num_points, const Constraint& rods) {
   System system;
   for (Index i = 0; i < num_points; ++i) {

@@ -1,4 +1,4 @@
-/// Ordering, symbolic analysis and factorization against dense linear algebra.
+/// The tests compare ordering, symbolic analysis and factorization with dense linear algebra.
 
 #include "factor/cholesky.hpp"
 
@@ -20,7 +20,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// B B' with a unit diagonal, B sparse: each column joins up to 4 rows, as a constraint's points do.
+/// Makes B B' with a unit diagonal and sparse B. Each column joins up to 4 rows, as a constraint's points do.
 Matrix make_definite(int n, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;
@@ -40,7 +40,7 @@ Vector any_vector(Eigen::Index n, std::uint32_t seed) {
   return Vector::Map(numbers.data(), n);
 }
 
-/// Nonzeros of the lower or upper triangle, column by column, with the diagonal.
+/// Returns the nonzeros of the lower or upper triangle, column by column, with the diagonal.
 TrianglePattern pattern_of(const Matrix& A, bool lower) {
   TrianglePattern pattern;
   for (int j = 0; j < A.cols(); ++j) {
@@ -105,7 +105,7 @@ RC_GTEST_PROP(Cholesky, SolvesLikeDenseLltInEveryOrderSimplicialAndSupernodal, (
 
   RC_ASSERT(is_permutation(analysis.permutation));
   RC_ASSERT(quality.positive_definite);
-  // |A x - b| at rounding, whatever the condition
+  // A x - b| is at rounding, whatever the condition.
   RC_ASSERT((ordered * x - b).norm() <= 1e-13 * ordered.norm() * x.norm());
   const Vector expected = ordered.llt().solve(b);
   const Vector singular = A.jacobiSvd().singularValues();
@@ -128,7 +128,7 @@ RC_GTEST_PROP(Cholesky, NewNumbersInTheSamePatternNeedNoNewAnalysis, ()) {
   const int n = *rc::gen::inRange(1, 40).as("size");
   const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");
   const Matrix first = make_definite(n, seed);
-  // The same zeros, other numbers: every entry times its own factor.
+  // The zeros are the same, and every other entry is multiplied by a factor of its own.
   const Vector factors = any_vector(n, seed + 1).array().abs() + 0.1;
   const Matrix second = factors.asDiagonal() * first * factors.asDiagonal();
   const Vector b = any_vector(n, seed);
@@ -165,7 +165,7 @@ Matrix make_dense(int n, std::uint32_t seed) {
 }
 
 TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
-  // Sizes lie around the numbers of columns and rows that are worked on at once: 4, 8, 16, 64, 512.
+  // Sizes lie around the numbers of columns and rows that are processed at once, which are 4, 8, 16, 64 and 512.
   for (const int n : {1, 3, 4, 5, 7, 8, 9, 15, 16, 17, 63, 64, 65, 68, 127, 129, 511, 513, 600}) {
     const Matrix A = make_dense(n, 7);
     const Vector b = any_vector(n, 1);
@@ -178,7 +178,8 @@ TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
 }
 
 TEST(Cholesky, ArrowWithManyArmsAddsAllTheirUpdates) {
-  // 40 dense arms of 3, each joined to a dense head of 90 at other places: one front with 40 children.
+  // There are 40 dense arms of 3, each joined to a dense head of 90 at other places, which is one front with 40
+  // children.
   constexpr int arms = 40, arm = 3, head = 90, n = arms * arm + head;
   Matrix A = Matrix::Zero(n, n);
   A.bottomRightCorner(head, head) = make_dense(head, 3);
@@ -200,7 +201,7 @@ TEST(Cholesky, ArrowWithManyArmsAddsAllTheirUpdates) {
 }
 
 TEST(Cholesky, TwoByTwoIsSolvedByHand) {
-  // [4 2; 2 3] x = [2; 5] -> x = (-0.5, 2)
+  // [4 2; 2 3] x = [2; 5] has the solution x = (-0.5, 2).
   const Matrix A{{4.0, 2.0}, {2.0, 3.0}};
   for (const bool supernodal : {false, true}) {
     Cholesky cholesky = make_cholesky(A, supernodal);
@@ -213,8 +214,8 @@ TEST(Cholesky, TwoByTwoIsSolvedByHand) {
   }
 }
 
-/// These are rows that share one more, which comes first or last. Eliminated first it fills L: n (n + 1)/2 nonzeros
-/// from 2n - 1.
+/// Makes rows that share one more row, which comes first or last. If it is eliminated first, it fills L with n (n +
+/// 1)/2 nonzeros from 2n - 1.
 TrianglePattern make_arrow(int n, bool tip_first) {
   TrianglePattern arrow;
   for (int column = 0; column < n; ++column) {
@@ -245,7 +246,7 @@ TEST(Cholesky, FactorsOfMoreNonzerosThanAnIntCountsAreAnalyzed) {
 
 // ---- matrices without a factor -----------------------------------------------------------------------------------
 
-/// First column whose leading block is not positive definite.
+/// Returns the first column whose leading block is not positive definite.
 std::size_t first_bad_column(const Matrix& A) {
   for (Eigen::Index k = 1; k <= A.cols(); ++k) {
     if (A.topLeftCorner(k, k).llt().info() != Eigen::Success) return static_cast<std::size_t>(k - 1);
@@ -285,7 +286,7 @@ TEST(Cholesky, GoodNumbersAfterBadOnesAreFactorizedAgain) {
   }
 }
 
-/// G G' of rows G that are unit vectors; the last one repeats row `twin`: exactly singular.
+/// Makes G G' of rows G that are unit vectors. The last one repeats row `twin`, so that the matrix is exactly singular.
 Matrix make_singular(int n, int twin, std::uint32_t seed) {
   Matrix G(n, n + 3);
   for (int i = 0; i < n; ++i) G.row(i) = any_vector(n + 3, seed + static_cast<std::uint32_t>(i)).normalized();
@@ -302,7 +303,7 @@ RC_GTEST_PROP(Cholesky, ExactlySingularMatrixIsNotPositiveDefiniteOrHasNoConditi
   const Cholesky::Quality quality = cholesky.factorize();
 
   RC_ASSERT(!quality.positive_definite || quality.reciprocal_condition < 3e-14);
-  // Either way the column is named where it shows: the last one.
+  // In both cases the named column is the last one, where the singularity shows.
   RC_ASSERT(quality.weakest_column == static_cast<std::size_t>(n - 1));
 }
 
@@ -320,7 +321,7 @@ TEST(Cholesky, NumbersThatAreNotFiniteHaveNoFactor) {
 
 // ---- what the analysis finds -------------------------------------------------------------------------------------
 
-/// Lower triangle of a matrix whose graph has the given edges (row > column).
+/// Returns the lower triangle of a matrix whose graph has the given edges (row > column).
 TrianglePattern pattern_of_edges(int n, std::vector<std::pair<int, int>> edges) {
   for (int j = 0; j < n; ++j) edges.emplace_back(j, j);
   std::sort(edges.begin(), edges.end());  // (column, row)
@@ -363,7 +364,7 @@ TEST(Analysis, ChainKeepsItsOrderWithoutFillAndStaysSimplicial) {
 }
 
 TEST(Analysis, TreeFromItsLeavesOnHasNoFill) {
-  // A binary tree, the root last: node k hangs on a later one.
+  // In this binary tree the root is last, and node k hangs on a later one.
   std::vector<std::pair<int, int>> edges;
   for (int k = 1; k < 1023; ++k) edges.emplace_back(1022 - k, 1022 - (k - 1) / 2);
   const TrianglePattern pattern = pattern_of_edges(1023, edges);
@@ -395,7 +396,7 @@ TEST(Analysis, LatticeOfThreeDimensionsIsDenseEnoughForSupernodes) {
   EXPECT_NE(analysis.ordering, Ordering::Natural);
 }
 
-/// 7 minus the lattice's adjacency: definite, and nearly of condition 1.
+/// Returns 7 minus the lattice's adjacency, which is definite and well conditioned.
 Matrix matrix_of(const TrianglePattern& lower) {
   const auto n = static_cast<Eigen::Index>(lower.size());
   Matrix A = Matrix::Zero(n, n);
@@ -454,7 +455,7 @@ RC_GTEST_PROP(Analysis, PredictsTheNonzerosOfTheFactor, ()) {
 
   const Matrix L = permuted(A, analysis.permutation).llt().matrixL();
   const auto nonzeros = static_cast<double>((L.array() != 0.0).count());
-  // Numbers may cancel to 0 inside the pattern, nothing may lie outside it.
+  // Numbers may cancel to 0 inside the pattern, and nothing may lie outside it.
   RC_ASSERT(nonzeros <= analysis.factor_nonzeros);
   RC_ASSERT(nonzeros >= 0.95 * analysis.factor_nonzeros);
 }

@@ -1,4 +1,4 @@
-/// What supernodes cost, against those that CHOLMOD finds where it is built with its GPL modules.
+/// Supernodes cost as much as those that CHOLMOD finds where it is built with its GPL modules.
 
 #include <cholmod.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace patterns;
 
-/// Those of CHOLMOD's analysis in the order given.
+/// Returns the supernodes of CHOLMOD's analysis in the given order.
 Supernodes find_by_cholmod(const TrianglePattern& lower) {
   cholmod_common common;
   cholmod_start(&common);

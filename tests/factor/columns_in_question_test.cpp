@@ -22,7 +22,7 @@ using Groups = std::vector<std::vector<int>>;
 
 constexpr double tolerance = 1e-12;
 
-/// Unit gradients of rods with the ends at `places`, [3 x points]; `fixed` points take no part.
+/// Returns unit gradients of rods with the ends at `places`, [3 x points]. `fixed` points take no part.
 SparseColumns columns(const Rods& rods, const Matrix& places, const std::vector<int>& fixed) {
   SparseColumns C;
   C.num_rows = static_cast<int>(3 * places.cols());
@@ -50,7 +50,7 @@ Matrix places_of(const Rods& rods) {
 /// The groups are the same however a net is turned.
 const Matrix turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
 
-/// Rods of a net with both ends in one of the lines.
+/// Returns the rods of a net with both ends in one of the lines.
 std::vector<int> rods_along(const Rods& net, int size, int line) {
   std::vector<int> result;
   for (std::size_t k = 0; k < net.ends.size(); ++k) {
@@ -78,7 +78,8 @@ TEST(ColumnsInQuestion, FallIntoGroupsThatShareNoPoint) {
     fixed.insert(fixed.end(), {size * line, size * line + size - 1});
     lines.push_back(rods_along(net, size, line));
   }
-  // Along the held edges rods hang on points that cannot move: each is a line of its own, which no point joins.
+  // Along the held edges rods hang on points that cannot move. Each is a line of its own, which no point joins to
+  // others.
   Groups found = find_columns_in_question(columns(net, turn * places_of(net), fixed), tolerance);
   std::erase_if(found, [](const std::vector<int>& group) { return group.size() == 1; });
   std::ranges::sort(found);
@@ -86,7 +87,7 @@ TEST(ColumnsInQuestion, FallIntoGroupsThatShareNoPoint) {
   EXPECT_EQ(found, lines);
 }
 
-// A bend of 1e-11 tells the rods of a line apart only to within rounding: QR is to decide.
+// A bend of 1e-11 separates the rods of a line only to within rounding, so that QR must decide.
 TEST(ColumnsInQuestion, IncludeRodsThatRoundingMayHaveToldApart) {
   constexpr int size = 10;
   const Rods line = make_net(1, size);
@@ -97,7 +98,7 @@ TEST(ColumnsInQuestion, IncludeRodsThatRoundingMayHaveToldApart) {
   EXPECT_TRUE(find_columns_in_question(columns(line, places, {0, size - 1}), tolerance).empty());
 }
 
-/// Rods of a flat net braced at random, some points held, with a cloud of rods in space hanging on it.
+/// The rods are those of a flat net braced at random, some points held, with a cloud of rods in space hanging on it.
 RC_GTEST_PROP(ColumnsInQuestion, HoldEverySelfStressWhole, ()) {
   std::mt19937 generator(*rc::gen::arbitrary<std::uint32_t>());
   const int size = 3 + static_cast<int>(generator() % 4), flat = size * size;
@@ -129,7 +130,8 @@ RC_GTEST_PROP(ColumnsInQuestion, HoldEverySelfStressWhole, ()) {
   const Groups groups = find_columns_in_question(C, tolerance);
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (const int column : groups[g]) group_of[static_cast<std::size_t>(column)] = static_cast<int>(g);
-  // The null space is the sum of those of the groups: its projector has no entry between two of them, or outside.
+  // The null space is the sum of those of the groups, so that its projector has no entry between two groups or outside
+  // them.
   const Matrix projector = null * null.transpose();
   for (Eigen::Index i = 0; i < dense.cols(); ++i) {
     for (Eigen::Index j = 0; j < dense.cols(); ++j) {

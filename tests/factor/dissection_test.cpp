@@ -1,4 +1,4 @@
-/// Nested dissection of points: orders of rows, what they cost, and which one is chosen.
+/// Nested dissection of points gives orders of rows, whose cost and choice are tested.
 
 #include "factor/dissection.hpp"
 
@@ -20,7 +20,7 @@ SymbolicAnalysis analysis_of(const Rods& rods, Ordering wanted, double noise = 0
   return analyze(pattern_of(rods), wanted, [&] { return points_of(rods, noise); });
 }
 
-/// A net that was folded and pressed into a ball: coordinates say nothing of who is joined to whom.
+/// Makes a net that was folded and pressed into a ball, so that coordinates do not tell which points are joined.
 Rods make_crumpled_net(int side) {
   Rods rods = make_net(side, side);
   for (std::size_t k = 0; k < rods.positions.size(); k += 3) {
@@ -36,7 +36,7 @@ RC_GTEST_PROP(Dissection, OrdersHaveEveryRowOnce, ()) {
   const auto num_points = *rc::gen::inRange(1, 60).as("points");
   const auto point = rc::gen::inRange(0, num_points);
   RowsInSpace rows;
-  for (int k = 0; k < 3 * num_points; ++k)  // some at one place
+  for (int k = 0; k < 3 * num_points; ++k)  // some of them coincide
     rows.positions.push_back(*rc::gen::inRange(0, 5));
   const auto groups = *rc::gen::container<std::vector<std::set<int>>>(
       rc::gen::nonEmpty(rc::gen::container<std::set<int>>(*rc::gen::inRange(1, 1 + std::min(num_points, 4)), point)));
@@ -70,7 +70,7 @@ TEST(Dissection, FirstCutOfANetIsItsMiddleAndItsRodsFollowTheCut) {
   EXPECT_EQ(met.size(), 16u);
 }
 
-/// Rows of fronts that follow one another in the parent's, on the average.
+/// Returns the average number of rows of fronts that follow one another in the parent's rows.
 double length_of_runs(const TrianglePattern& lower) {
   const Supernodes all = find_supernodes(lower);
   std::vector<std::size_t> supernode_of(lower.size());
@@ -80,7 +80,7 @@ double length_of_runs(const TrianglePattern& lower) {
   for (std::size_t s = 0; s < all.size(); ++s) {
     const auto columns = static_cast<std::size_t>(all.first_column[s + 1] - all.first_column[s]);
     const std::size_t first = all.rows_start[s] + columns, end = all.rows_start[s + 1];
-    if (end - first < 32) continue;  // small ones have no long runs
+    if (end - first < 32) continue;  // small fronts have no long runs
     const std::size_t parent = supernode_of[static_cast<std::size_t>(all.rows[first])];
     const auto in_parent = all.rows.begin() + static_cast<std::ptrdiff_t>(all.rows_start[parent]);
     const auto end_of_parent = all.rows.begin() + static_cast<std::ptrdiff_t>(all.rows_start[parent + 1]);
@@ -117,7 +117,7 @@ TEST(Dissection, OrderIsChosenByFlopsAsFarAsLookingForItRepays) {
 
   EXPECT_EQ(analysis_of(net, Ordering::Auto).ordering, Ordering::Axes);
   EXPECT_EQ(analysis_of(make_lattice(10), Ordering::Auto).ordering, Ordering::Axes);
-  // Too light to look further than AMD.
+  // This net is too light to look further than AMD.
   EXPECT_EQ(analysis_of(make_net(12, 12), Ordering::Auto).ordering, Ordering::Amd);
 
   const double of_amd = analysis_of(crumpled, Ordering::Amd, 0.0).flops;

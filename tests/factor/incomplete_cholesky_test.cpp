@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-/// The upper triangle of a dense symmetric matrix on its nonzeros and its diagonal.
+/// Makes a factor of the upper triangle of a dense symmetric matrix on its nonzeros and its diagonal.
 IncompleteCholesky make_factor(const Eigen::MatrixXd& S) {
   TrianglePattern upper;
   std::vector<double> values;
@@ -32,7 +32,7 @@ IncompleteCholesky make_factor(const Eigen::MatrixXd& S) {
   return factor;
 }
 
-/// P^-1 as a matrix, column by column.
+/// Returns P^-1 as a matrix, column by column.
 Eigen::MatrixXd inverse_of(const IncompleteCholesky& factor, const Eigen::VectorXd& scale) {
   const Eigen::Index n = scale.size();
   Eigen::MatrixXd result(n, n);
@@ -43,14 +43,14 @@ Eigen::MatrixXd inverse_of(const IncompleteCholesky& factor, const Eigen::Vector
   return -result;
 }
 
-/// A chain of rods: 1 on the diagonal, cosines of angles over 2 beside it.
+/// Makes S of a chain of rods, with 1 on the diagonal and cosines of angles over 2 next to it.
 Eigen::MatrixXd make_chain(int size) {
   Eigen::MatrixXd S = Eigen::MatrixXd::Identity(size, size);
   for (int i = 0; i + 1 < size; ++i) S(i, i + 1) = S(i + 1, i) = -0.5 * std::cos(0.3 * i);
   return S;
 }
 
-/// A ring, and rods across it: elimination makes fill.
+/// Makes S of a ring with rods across it, whose elimination has fill.
 Eigen::MatrixXd make_net_matrix(int size) {
   Eigen::MatrixXd S = make_chain(size);
   for (int i = 0; i + 5 < size; ++i) S(i, i + 5) = S(i + 5, i) = 0.1 * std::sin(1.0 + i);
@@ -58,7 +58,7 @@ Eigen::MatrixXd make_net_matrix(int size) {
   return S;
 }
 
-/// Random entries, so many that rows share their neighbours: numbers inside the pattern are updated by elimination.
+/// Makes random entries, so many that rows share neighbours and elimination updates numbers inside the pattern.
 Eigen::MatrixXd make_meshed(int size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> entry(-1.0, 1.0);
@@ -94,7 +94,7 @@ TEST(IncompleteCholeskyTest, TakesTheScaleOfRowsAlong) {
   EXPECT_LT((product - Eigen::MatrixXd::Identity(12, 12)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-/// P is defined by P = U'DU = S on the pattern of S, and is symmetric and positive definite.
+/// Expects P = U'DU = S on the pattern of S, which defines P, and that P is symmetric and positive definite.
 void expect_agreement_on_the_pattern(const Eigen::MatrixXd& S) {
   IncompleteCholesky factor = make_factor(S);
 
@@ -123,7 +123,7 @@ TEST(IncompleteCholeskyTest, AgreesWithTheMatrixOnItsPattern) {
   }
 }
 
-/// A sheet of triangles: rows share neighbours, so that elimination changes entries inside the pattern.
+/// Makes a sheet of triangles, whose rows share neighbours, so that elimination changes entries inside the pattern.
 Eigen::MatrixXd make_sheet(int side) {
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(side * side, side * side);
   for (int i = 0; i < side; ++i) {
@@ -139,7 +139,7 @@ Eigen::MatrixXd make_sheet(int side) {
   return S;
 }
 
-/// Conjugate gradients for S x = 1 until sqrt(rho'P^-1 rho) has fallen by 1e-10.
+/// Counts the iterations of conjugate gradients for S x = 1 until sqrt(rho'P^-1 rho) has fallen by 1e-10.
 int count_iterations(const Eigen::MatrixXd& S, const Eigen::MatrixXd& inverse_of_P) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(S.rows()), rho = Eigen::VectorXd::Ones(S.rows()), p = inverse_of_P * rho;
   const double first = rho.dot(p);
@@ -157,7 +157,7 @@ int count_iterations(const Eigen::MatrixXd& S, const Eigen::MatrixXd& inverse_of
   return count;
 }
 
-/// There are 53 iterations without it. Entries that are updated by a tenth too little make it 21.
+/// Without the factor there are 53 iterations. Entries that are updated by a tenth too little make it 21.
 TEST(IncompleteCholeskyTest, TakesTwentyIterationsOnAKnownSheet) {
   const Eigen::MatrixXd S = make_sheet(24);
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(S.rows());
@@ -168,7 +168,7 @@ TEST(IncompleteCholeskyTest, TakesTwentyIterationsOnAKnownSheet) {
   EXPECT_GE(count_iterations(S, Eigen::MatrixXd::Identity(S.rows(), S.cols())), 50);
 }
 
-/// Positive definite, but not without its fill (D. S. Kershaw 1978).
+/// The matrix is positive definite, but not without its fill (D. S. Kershaw 1978).
 TEST(IncompleteCholeskyTest, RaisesTheDiagonalWherePivotsFail) {
   Eigen::MatrixXd S(4, 4);
   S << 3, -2, 0, 2, -2, 3, -2, 0, 0, -2, 3, -2, 2, 0, -2, 3;

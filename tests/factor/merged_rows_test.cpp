@@ -1,4 +1,4 @@
-/// QR by merged rows: its R'R is C'C, and it leaves out the columns that depend.
+/// QR by merged rows has R'R = C'C and leaves out the columns that depend on others.
 
 #include "factor/merged_rows.hpp"
 
@@ -18,7 +18,7 @@ Vec3 random_vector(std::mt19937& generator) {
   return {x, y, normal(generator)};
 }
 
-/// Column k joins point parent[k] and point k + 1: a tree of rods, leaves last.
+/// Makes a tree of rods with the leaves last. Column k joins point parent[k] and point k + 1.
 PointColumns make_tree(const std::vector<int>& parent, unsigned seed) {
   std::mt19937 generator(seed);
   PointColumns C;
@@ -42,7 +42,7 @@ Eigen::MatrixXd dense(const PointColumns& C) {
   return result;
 }
 
-/// |R'R - C'C| over the independent columns.
+/// Returns |R'R - C'C| over the independent columns.
 double error_of(const TriangularFactor& R, const PointColumns& C) {
   const auto rank = static_cast<Eigen::Index>(R.rank());
   Eigen::MatrixXd upper = Eigen::MatrixXd::Zero(rank, rank), all = dense(C), chosen(3 * C.num_points, rank);
@@ -69,7 +69,7 @@ TEST(MergedRows, GiveTheFactorOfChainsStarsAndTrees) {
 }
 
 TEST(MergedRows, GiveTheFactorOfRandomColumns) {
-  // There are more random columns than an order without fill allows: fill costs, but is no harm.
+  // There are more random columns than an order without fill allows. Fill costs, but does no harm.
   std::mt19937 generator(7);
   for (int trial = 0; trial < 20; ++trial) {
     PointColumns C;
@@ -88,7 +88,7 @@ TEST(MergedRows, GiveTheFactorOfRandomColumns) {
 }
 
 TEST(MergedRows, LeaveOutDependentColumns) {
-  // Column 2 is column 0 plus twice column 1, column 3 is empty; column 4 shares rows with both.
+  // Column 2 is column 0 plus twice column 1, column 3 is empty, and column 4 shares rows with both.
   PointColumns C;
   C.num_points = 2;
   C.entries = {

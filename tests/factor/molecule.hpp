@@ -11,7 +11,7 @@
 /// \file Gradients of a molecule's rigid bonds and angles.
 namespace tanor::patterns {
 
-/// C = M^-1/2 K, columns of unit length: bonds, then angles, as the file has them. Nothing is periodic.
+/// Returns C = M^-1/2 K with columns of unit length, first bonds and then angles as in the file. Nothing is periodic.
 inline SparseColumns gradients_of(const scene::Imported& data) {
   SparseColumns C;
   C.num_rows = static_cast<int>(3 * data.positions.size());

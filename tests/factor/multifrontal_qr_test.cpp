@@ -1,4 +1,4 @@
-/// QR by fronts: R'R is C'C, and dependent columns are left out.
+/// QR by fronts has R'R = C'C and leaves out dependent columns.
 
 #include "factor/multifrontal_qr.hpp"
 
@@ -36,7 +36,7 @@ Matrix dense(const TriangularFactor& R) {
   return result;
 }
 
-/// Random columns of a few entries, some of them empty or sums of others.
+/// Makes random columns of a few entries, some of them empty or sums of others.
 SparseColumns make_columns(std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;

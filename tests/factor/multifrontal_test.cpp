@@ -1,4 +1,4 @@
-/// Fronts as tasks: the bits of every number of threads, and CHOLMOD's simplicial factor as the second way.
+/// Fronts as tasks give the same bits for every number of threads, and agree with CHOLMOD's simplicial factor.
 
 #include "factor/multifrontal.hpp"
 
@@ -23,7 +23,7 @@ struct LowerTriangle {
   double& diagonal(std::size_t j) { return values[static_cast<std::size_t>(lower.start[j])]; }
 };
 
-/// Random numbers in the pattern of S, the diagonal larger than its row's sum, in an order of little fill.
+/// Makes random numbers in the pattern of S, with a diagonal larger than its row's sum, in an order of little fill.
 LowerTriangle make_matrix(const Rods& rods, std::uint32_t seed) {
   const TrianglePattern unordered = pattern_of(rods);
   LowerTriangle S{pattern_of(rods, analyze(unordered, Ordering::Auto).permutation), {}};
@@ -48,7 +48,7 @@ std::vector<double> any_vector(std::size_t n) {
   return x;
 }
 
-/// Diagonal of L and S^-1 b.
+/// The diagonal of L and S^-1 b.
 struct Answer {
   std::size_t done;
   std::vector<double> pivots, x;
@@ -62,7 +62,7 @@ Answer answer_of(const LowerTriangle& S, int threads) {
   return answer;
 }
 
-/// S stored by columns of its upper triangle is the lower one by rows.
+/// Makes a factor of S. S by columns of its upper triangle is the lower triangle by rows.
 Cholesky make_simplicial(const LowerTriangle& S) {
   const std::size_t n = S.size();
   std::vector<std::vector<std::pair<int, double>>> columns(n);
@@ -84,12 +84,12 @@ Cholesky make_simplicial(const LowerTriangle& S) {
   return cholesky;
 }
 
-/// Fronts of all kinds: sequences alone, whole ones, those of tiles with rows below and without.
+/// Returns rods whose fronts are of all kinds, in sequences alone, whole, and in tiles with and without rows below.
 std::vector<Rods> scenes() {
   return {make_net(12, 9), make_net(230, 200), make_lattice(8), make_lattice(19), make_protein(300, 4)};
 }
 
-/// In the order of cuts along axes.
+/// Returns the supernodes in the order of cuts along axes.
 Supernodes supernodes_of(const Rods& rods) {
   const SymbolicAnalysis analysis = analyze(pattern_of(rods), Ordering::Axes, [&] { return points_of(rods, 0.1); });
   return find_supernodes(pattern_of(rods, analysis.permutation));
@@ -108,7 +108,7 @@ TEST(Multifrontal, UpdatesTakeAFractionOfTheMemoryOfTheFactor) {
 TEST(FrontTree, UpdatesThatMayBeThereTogetherShareNoRoom) {
   for (const Rods& rods : {make_net(120, 90), make_lattice(12)}) {
     const FrontTree tree(supernodes_of(rods));
-    const auto generations_up = [&](int lower, int upper) {  // -1: `upper` is not above `lower`
+    const auto generations_up = [&](int lower, int upper) {  // -1 if `upper` is not above `lower`
       int count = 0;
       for (; lower >= 0 && lower != upper; ++count) lower = tree.fronts[static_cast<std::size_t>(lower)].parent;
       return lower < 0 ? -1 : count;
@@ -179,7 +179,7 @@ TEST(Multifrontal, SolvesAsSparseColumnsDo) {
     ASSERT_EQ(answer.done, S.size());
     double difference = 0.0;
     for (std::size_t k = 0; k < S.size(); ++k) difference = std::max(difference, std::abs(answer.x[k] - expected[k]));
-    EXPECT_LE(difference, 1e-14);  // numbers around 0.1, condition below 100
+    EXPECT_LE(difference, 1e-14);  // the numbers are around 0.1 and the condition is below 100
   }
 }
 

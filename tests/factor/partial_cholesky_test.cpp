@@ -1,4 +1,4 @@
-/// Rows that are kept for somebody else: the Schur complement against a dense one, solves against a whole factor.
+/// For rows that are kept, the Schur complement agrees with a dense one, and solves agree with those of a whole factor.
 
 #include "factor/partial_cholesky.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 
 using namespace patterns;
 
-/// S = C'C of unit columns C in an order that keeps some rows, and what else stands on their diagonal.
+/// S = C'C of unit columns C in an order that keeps some rows, and further terms on the diagonal.
 struct Problem {
   TrianglePattern lower;
   std::vector<double> values;
@@ -32,14 +32,15 @@ struct Problem {
   }
 };
 
-/// The factor of a problem, its values filled in.
+/// The factor of a problem with its values filled in.
 struct Factor : PartialCholesky {
   explicit Factor(const Problem& of) : PartialCholesky(of.lower, of.num_kept) {
     std::ranges::copy(of.values, values());
   }
 };
 
-/// Points for which `is_massless` holds count as supports: those are the ends of cut rods that belong to another part.
+/// Makes a problem. Points for which `is_massless` holds count as supports. They are the ends of cut rods in another
+/// part.
 template <class IsKept, class IsMassless>
 Problem make_problem(const Rods& rods, const IsKept& is_kept, const IsMassless& is_massless) {
   std::vector<char> kept;
@@ -90,7 +91,7 @@ Eigen::MatrixXd dense_complement(const Problem& problem) {
          S.bottomLeftCorner(g, n) * S.topLeftCorner(n, n).llt().solve(S.topRightCorner(n, g));
 }
 
-/// Rods that cross the middle, of nets cut along a line and lattices cut along a face.
+/// Makes the rods of nets cut along a line and of lattices cut along a face. The rods that cross the middle are kept.
 Problem cut_net(int columns, int rows) {
   const auto side = [=](int point) { return point / rows < columns / 2; };
   return make_problem(
@@ -110,13 +111,13 @@ RC_GTEST_PROP(PartialCholesky, ComplementIsThatOfADenseElimination, ()) {
   Problem problem = make_problem(
       rods, [&](int a, int b) { return (7 * a + 3 * b + salt) % every == 0; }, nowhere);
   for (std::size_t j = 0; j < problem.lower.size(); ++j)
-    problem.values[static_cast<std::size_t>(problem.lower.start[j])] += 0.5;  // proteins have dependent rods
+    problem.values[static_cast<std::size_t>(problem.lower.start[j])] += 0.5;  // dependent rods of proteins need it
   Factor factor(problem);
   RC_ASSERT(factor.factorize().positive_definite);
   const Eigen::MatrixXd expected = dense_complement(problem), found = complement_of(factor);
   RC_ASSERT((expected.size() == 0 ? 0.0 : (found - expected).cwiseAbs().maxCoeff()) <= 1e-13);
 
-  // Both halves of a solve, with the complement solved in between
+  // The two halves of a solve are applied with the complement solved in between.
   const auto n = static_cast<Eigen::Index>(problem.lower.size()), g = static_cast<Eigen::Index>(problem.num_kept);
   Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(n, -1.0, 2.0);
   const Eigen::VectorXd b = x;
@@ -126,7 +127,7 @@ RC_GTEST_PROP(PartialCholesky, ComplementIsThatOfADenseElimination, ()) {
   RC_ASSERT((problem.dense() * x - b).cwiseAbs().maxCoeff() <= 1e-13);
 }
 
-/// The last front in tiles, and what is below it in tasks.
+/// The last front is in tiles, and the fronts below it are in tasks.
 TEST(PartialCholesky, EveryNumberOfThreadsGivesTheSameBits) {
   for (const Problem& problem : {cut_net(60, 400), cut_lattice(19)}) {
     std::vector<double> triangle[2], x[2];
@@ -146,8 +147,8 @@ TEST(PartialCholesky, EveryNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-/// A part of a lattice between two cuts has more rods than freedoms: with the cut rods, whose other ends are another
-/// part's, S is singular. The parts' complements are not, once they are summed.
+/// A part of a lattice between two cuts has more rods than freedoms. With the cut rods, whose other ends belong to
+/// another part, S is singular. The sum of the parts' complements is not.
 TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
   constexpr int n = 8, layers = 2;
   const auto part_of = [](int point) { return point / (n * n) / layers; };
@@ -160,12 +161,12 @@ TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(cut.size()), static_cast<Eigen::Index>(cut.size()));
   bool is_some_singular = false;
   for (int part = 0; part < n / layers; ++part) {
-    // Unit columns are taken rod by rod: a part lists all rods, those of others between massless points.
+    // Unit columns are taken rod by rod. A part lists all rods, and those of other parts are between massless points.
     const Problem problem = make_problem(whole, is_cut, [&](int point) { return part_of(point) != part; });
     Problem own = problem;
     for (std::size_t j = 0; j + own.num_kept < own.lower.size(); ++j) {
       double& diagonal = own.values[static_cast<std::size_t>(own.lower.start[j])];
-      if (diagonal == 0.0) diagonal = 1.0;  // a rod of another part
+      if (diagonal == 0.0) diagonal = 1.0;  // the diagonal of a rod of another part
     }
     Factor factor(own);
     ASSERT_TRUE(factor.factorize().positive_definite);

@@ -16,7 +16,7 @@ namespace tanor::patterns {
 struct Rods {
   int num_points = 0;
   std::vector<std::pair<int, int>> ends;
-  std::vector<double> positions{};  // [3 points] of nets and lattices, 1 apart
+  std::vector<double> positions{};  // [3 points] for nets and lattices, 1 apart
 };
 
 inline Rods make_net(int columns, int rows) {
@@ -47,8 +47,8 @@ inline Rods make_lattice(int side) {
   return rods;
 }
 
-/// Like a protein whose bonds and angles are rigid: a backbone with side chains, a bridge here and there, and rods
-/// between the neighbours of each atom.
+/// Makes rods as in a protein whose bonds and angles are rigid, with a backbone and side chains, a bridge here and
+/// there, and rods between the neighbours of each atom.
 inline Rods make_protein(int residues, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::vector<std::vector<int>> bonded;
@@ -84,14 +84,14 @@ inline Rods make_protein(int residues, std::uint32_t seed) {
   return {static_cast<int>(bonded.size()), std::move(ends)};
 }
 
-/// Rods between near points of a cloud, about six at each end: a network without any grid.
+/// Makes rods between near points of a cloud, about six at each end, in a network without any grid.
 inline Rods make_cloud(int num_points, std::uint32_t seed) {
   std::mt19937 generator(seed);
   const double side = std::cbrt(static_cast<double>(num_points));
   std::uniform_real_distribution<double> inside(0.0, side);
   Rods rods{num_points, {}};
   for (int k = 0; k < 3 * num_points; ++k) rods.positions.push_back(inside(generator));
-  std::vector<int> along(static_cast<std::size_t>(num_points));  // the first axis
+  std::vector<int> along(static_cast<std::size_t>(num_points));  // points along the first axis
   for (int k = 0; k < num_points; ++k) along[static_cast<std::size_t>(k)] = k;
   const auto at = [&](int point, int axis) { return rods.positions[static_cast<std::size_t>(3 * point + axis)]; };
   std::ranges::sort(along, {}, [&](int point) { return at(point, 0); });
@@ -106,7 +106,7 @@ inline Rods make_cloud(int num_points, std::uint32_t seed) {
   return rods;
 }
 
-/// The points that rods join, moved by up to `noise` along each axis.
+/// Returns the points that rods join, moved by up to `noise` along each axis.
 inline RowsInSpace points_of(const Rods& rods, double noise = 0.0) {
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> any(-noise, noise);
@@ -119,7 +119,7 @@ inline RowsInSpace points_of(const Rods& rods, double noise = 0.0) {
   return result;
 }
 
-/// Lower triangle of S, its rows in the order given.
+/// Returns the lower triangle of S with its rows in the given order.
 inline TrianglePattern pattern_of(const Rods& rods, const std::vector<int>& order = {}) {
   const auto d = rods.ends.size();
   std::vector<int> place(d);
@@ -146,7 +146,7 @@ inline TrianglePattern pattern_of(const Rods& rods, const std::vector<int>& orde
   return pattern;
 }
 
-/// Columns (d, -d) of unit length between points at random places. Those of `flat` points lie in a plane.
+/// Returns columns (d, -d) of unit length between points at random places. If `flat`, the points lie in a plane.
 inline SparseColumns gradients_of(const Rods& rods, std::uint32_t seed, bool flat = false) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);

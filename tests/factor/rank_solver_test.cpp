@@ -1,4 +1,4 @@
-/// Rank, dependences and minimum-norm multipliers against hand examples and dense linear algebra.
+/// Rank, dependences and minimum-norm multipliers agree with hand examples and dense linear algebra.
 
 #include "factor/rank_solver.hpp"
 
@@ -36,7 +36,7 @@ SparseColumns sparse(const Matrix& A) {
   return result;
 }
 
-/// Gradients of rods between points of a plane, unit masses.
+/// Returns the gradients of rods between points of a plane with unit masses.
 Matrix rods(const std::vector<Point>& points, const std::vector<std::array<int, 2>>& pairs) {
   Matrix K = Matrix::Zero(2 * static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(pairs.size()));
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -48,7 +48,7 @@ Matrix rods(const std::vector<Point>& points, const std::vector<std::array<int, 
   return K;
 }
 
-/// The solver's multipliers of S lambda = b with refinement.
+/// Returns the solver's multipliers of S lambda = b with refinement.
 Vector solve(RankSolver& solver, const Matrix& C, const Vector& b) {
   Vector lambda = Vector::Zero(C.cols());
   for (int pass = 0; pass < 3; ++pass) {
@@ -64,7 +64,8 @@ void expect_near(const Vector& x, const Vector& expected, double tolerance) {
   EXPECT_LE((x - expected).cwiseAbs().maxCoeff(), tolerance) << x.transpose() << "\nwanted\n" << expected.transpose();
 }
 
-// Two rods in a row, the first one given again with a gradient twice as long: lambda_0 + 2 lambda_2 carries the load 5.
+// There are two rods in a row, and the first one is given again with a gradient twice as long. lambda_0 + 2 lambda_2
+// carries the load 5.
 TEST(RankSolver, SharesTheLoadOfARodThatIsGivenTwice) {
   Matrix C = rods({{0, 0}, {1, 0}, {1, 1}}, {{0, 1}, {1, 2}, {0, 1}});
   C.col(2) *= 2.0;
@@ -80,12 +81,12 @@ TEST(RankSolver, SharesTheLoadOfARodThatIsGivenTwice) {
   EXPECT_EQ(solver.unique(), (std::vector<bool>{false, true, false}));
   const Vector load = Vector::Map(std::vector<double>{5.0, 3.0, 0.0}.data(), 3);
   Vector lambda = solve(solver, C, C.transpose() * (C * load));
-  expect_near(lambda, load, 1e-14);  // nothing at the dependent rod
+  expect_near(lambda, load, 1e-14);  // the dependent rod has no load
   solver.minimize_norm(lambda.data());
   expect_near(lambda, Eigen::Vector3d(1.0, 3.0, 2.0), 1e-14);
 }
 
-//  3---2     Six rods on four points of a plane: 8 coordinates - 3 of the rigid motions = rank 5. The sides pull
+//  3---2     Six rods on four points of a plane have the rank 5 = 8 coordinates - 3 rigid motions. The sides pull
 //  | X |     with 1 where the diagonals push with sqrt 2.
 //  0---1
 const std::vector<Point> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -99,7 +100,7 @@ TEST(RankSolver, FindsTheSelfStressOfABracedSquare) {
   const Dependence dependence = solver.dependences()[0];
   EXPECT_EQ(dependence.column, 5);
   ASSERT_EQ(dependence.terms.size(), 5u);
-  EXPECT_EQ(dependence.terms[0].column, 4);  // the other diagonal first
+  EXPECT_EQ(dependence.terms[0].column, 4);  // the other diagonal comes first
   EXPECT_NEAR(dependence.terms[0].coefficient, -1.0, 16 * eps);
   for (std::size_t k = 1; k < 5; ++k) EXPECT_NEAR(dependence.terms[k].coefficient, std::sqrt(0.5), 16 * eps);
   EXPECT_EQ(solver.unique(), std::vector<bool>(6, false));
@@ -119,7 +120,7 @@ TEST(RankSolver, LeavesNoSelfStressInTheSmallestMultipliers) {
   expect_near(lambda, smallest, 1e-14);
 }
 
-// All rods of the square may grow together; one diagonal alone may not.
+// All rods of the square may grow together, but a single diagonal may not.
 TEST(RankSolver, TellsAContradictionFromARedundancy) {
   RankSolver solver(sparse(braced_square));
   Vector together(6), alone(6);
@@ -135,8 +136,8 @@ TEST(RankSolver, TellsAContradictionFromARedundancy) {
   EXPECT_NEAR(excess(alone).magnitude, 0.5, 1e-15);
 }
 
-//  \    \    \     Three equal parallel legs, direction (3, 4)/5, carry one bar (case 18a): along the bar the long rod
-//   0----1----2    says what the two short ones say. The legs are free of it.
+//  \    \    \     Three equal parallel legs, direction (3, 4)/5, carry one bar (case 18a). Along the bar the long rod
+//   0----1----2    says the same as the two short ones. The legs have no part in it.
 TEST(RankSolver, FindsTheRedundantRodOfAParallelogram) {
   Matrix C = Matrix::Zero(6, 6);  // x0 y0 x1 y1 x2 y2; legs 0, 1, 2; rods 0-1, 1-2, 0-2
   for (int leg = 0; leg < 3; ++leg) C.col(leg).segment<2>(2 * leg) = Point(0.6, 0.8);
@@ -144,13 +145,13 @@ TEST(RankSolver, FindsTheRedundantRodOfAParallelogram) {
 
   RankSolver solver(sparse(C));
 
-  EXPECT_EQ(solver.rank(), 5u);  // one motion is left: all three points along (-4, 3)/5
+  EXPECT_EQ(solver.rank(), 5u);  // one motion is left, with all three points along (-4, 3)/5
   ASSERT_EQ(solver.dependences().size(), 1u);
   EXPECT_EQ(solver.dependences()[0].column, 5);
   ASSERT_EQ(solver.dependences()[0].terms.size(), 2u);
   for (const Dependence::Term& term : solver.dependences()[0].terms) EXPECT_NEAR(term.coefficient, 1.0, 16 * eps);
   EXPECT_EQ(solver.unique(), (std::vector<bool>{true, true, true, false, false, false}));
-  // Tension 2 along the whole bar goes one third through the short rods, two thirds through the long one.
+  // A tension of 2 along the whole bar goes one third through the short rods and two thirds through the long one.
   Vector lambda(6);
   lambda << 9, 8, 7, 2, 2, 0;
   solver.minimize_norm(lambda.data());
@@ -167,13 +168,13 @@ TEST(RankSolver, KeepsColumnsThatAreNearlyParallel) {
     RankSolver solver(sparse(C));
 
     EXPECT_EQ(solver.rank(), 2u) << angle;
-    // sigma = sqrt(1 - cos) of two unit columns
+    // Two unit columns have sigma = sqrt(1 - cos).
     EXPECT_NEAR(solver.smallest_singular_value(), std::sqrt(2.0) * std::sin(angle / 2.0), 0.05 * angle) << angle;
     EXPECT_EQ(solver.unique(), std::vector<bool>(2, true)) << angle;
   }
 }
 
-// R has ones on the diagonal and -1 above: no |R_jj| of unit columns is below 1/sqrt(d), but sigma_min is about 2^-d.
+// R has ones on the diagonal and -1 above. No |R_jj| of unit columns is below 1/sqrt(d), but sigma_min is about 2^-d.
 TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   constexpr Eigen::Index d = 60;
   const Matrix R = 2.0 * Matrix::Identity(d, d) - Matrix(Matrix::Ones(d, d).triangularView<Eigen::Upper>());
@@ -214,7 +215,7 @@ TEST(RankSolver, GivesAColumnOfZerosNoMultiplier) {
   expect_near(lambda, Eigen::Vector3d(1, 0, 3), 0.0);
 }
 
-/// Sparse columns with planted dependences: some are sums of up to three others, in any order and of any length.
+/// Makes sparse columns with planted dependences. Some are sums of up to three others, in any order and of any length.
 Matrix make_dependent(std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;
@@ -242,7 +243,7 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
   const Vector sigma = reference::singular_values(unit, &V);
   RankSolver solver(sparse(C));
 
-  // Rank: that of the singular values; R11 is nearly as well conditioned as C.
+  // The rank is that of the singular values. R11 is nearly as well conditioned as C.
   const auto rank = (sigma.array() > solver.tolerance()).count();
   RC_LOG() << sigma.transpose() << "; tolerance " << solver.tolerance() << "\n";
   RC_ASSERT(static_cast<Eigen::Index>(solver.rank()) == rank);
@@ -250,16 +251,16 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
   RC_PRE(smallest > 1e-6);
   RC_ASSERT(solver.smallest_singular_value() > smallest / (3.0 * static_cast<double>(d)));
 
-  // Minimum norm: C^+ of the load.
+  // The multipliers of minimum norm are C^+ of the load.
   const Vector load = Vector::LinSpaced(C.rows(), -1.0, 2.0);
-  // The default takes a planted dependence for a direction, once in a thousand systems.
+  // Once in a thousand systems the default takes a planted dependence for a direction.
   RC_ASSERT(reference::rank_of(C, 1e-10) == rank);
   const Vector expected = reference::solve_least_squares(C, load, 1e-10);
   Vector lambda = solve(solver, C, C.transpose() * load);
   solver.minimize_norm(lambda.data());
   RC_ASSERT((lambda - expected).norm() <= 1e-13 / smallest * (1.0 + expected.norm()) / smallest);
 
-  // Unique: zero in every null vector.
+  // A multiplier is unique if it is zero in every null vector.
   const std::vector<bool> unique = solver.unique();
   for (Eigen::Index k = 0; k < d; ++k) {
     const double freedom = V.row(k).tail(d - rank).norm();

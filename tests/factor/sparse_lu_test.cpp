@@ -11,7 +11,7 @@
 namespace tanor {
 namespace {
 
-/// Five numbers a column beside the diagonal, in random rows.
+/// Makes a pattern of up to five numbers a column besides the diagonal, in random rows.
 SquarePattern make_pattern(int n) {
   std::mt19937 random(7);
   SquarePattern pattern;
@@ -35,7 +35,7 @@ T make_number(std::mt19937& random) {
     return {uniform(random), uniform(random)};
 }
 
-/// |A x - b| with x = A^-1 b
+/// Returns |A x - b| with x = A^-1 b.
 template <class T>
 double measure_residual(SparseLu<T>& lu, const std::vector<T>& b) {
   std::vector<T> x = b, rest = b;
@@ -71,7 +71,7 @@ TYPED_TEST(SparseLuTest, SolvesAndKeepsItsPivotsWhileTheyServe) {
 }
 
 TYPED_TEST(SparseLuTest, PivotsThatVanishAreChosenAnew) {
-  // [a 1; 1 0] with a = 1, then 0
+  // The matrix is [a 1; 1 b] with a = 1 and 1e-14 and b = 1e-3, and then with a = b = 0.
   SparseLu<TypeParam> lu({{0, 2, 4}, {0, 1, 0, 1}});
   const std::vector<TypeParam> b{2.0, 3.0};
   for (const double a : {1.0, 1e-14, 0.0}) {

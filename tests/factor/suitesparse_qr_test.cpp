@@ -1,4 +1,4 @@
-/// SuiteSparseQR is the reference of our QR by fronts, whichever of them the library was built with.
+/// SuiteSparseQR is the reference of the QR by fronts, whichever of them the library was built with.
 
 #include "factor/suitesparse_qr.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 
 using namespace patterns;
 
-/// A net in a plane, braced at random: many of its diagonals are redundant.
+/// Makes a net in a plane, braced at random, with many redundant diagonals.
 Rods make_braced_net(int side, std::uint32_t seed) {
   std::mt19937 generator(seed);
   Rods rods = make_net(side, side);
@@ -63,14 +63,15 @@ RC_GTEST_PROP(SuiteSparseQr, FindsTheRankAndTheRedundantRodsThatFrontsFind, ()) 
   RC_ASSERT(ours.rank() == theirs.rank());
   RC_ASSERT(ours.unique() == theirs.unique());
   if (!is_flat) RC_ASSERT(names_of(ours) == names_of(theirs));
-  // Nets in a plane may be so crooked that rounding chooses where the exchange of rods begins: it ends at sets that are
+  // Nets in a plane may be so crooked that rounding chooses where the exchange of rods begins. It ends at sets that are
   // equally good.
   RC_ASSERT(largest_coefficient(ours) <= 2.0 + 1e-6);
   RC_ASSERT(largest_coefficient(theirs) <= 2.0 + 1e-6);
 }
 
-#ifdef TANOR_PROTEIN  // its file could be fetched
-// 892 atoms, 906 bonds and 1626 angles; a dense singular value decomposition finds the rank with a gap of 3e8.
+#ifdef TANOR_PROTEIN  // the file could be fetched
+// The molecule has 892 atoms, 906 bonds and 1626 angles. A dense singular value decomposition finds the rank with a gap
+// of 3e8.
 TEST(SuiteSparseQr, NamesTheSame173RedundantRowsOfBptiAsFronts) {
   const SparseColumns C = gradients_of(scene::read_lammps_data(TANOR_PROTEIN, scene::read_text(TANOR_PROTEIN)));
 

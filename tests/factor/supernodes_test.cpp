@@ -1,4 +1,4 @@
-/// Supernodes against the dense pattern of L.
+/// Supernodes agree with the dense pattern of L.
 
 #include "factor/supernodes.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 using namespace patterns;
 
-/// Rods between random points, sparse or dense.
+/// Makes rods between random points, sparse or dense.
 Rods make_random_rods(int num_points, int count, std::uint32_t seed) {
   std::mt19937 generator(seed);
   Rods rods{num_points, {}};
@@ -21,7 +21,7 @@ Rods make_random_rods(int num_points, int count, std::uint32_t seed) {
   return rods;
 }
 
-/// [column][row] of L, by elimination.
+/// Returns [column][row] of L by elimination.
 std::vector<std::vector<bool>> fill_in(const TrianglePattern& lower) {
   const std::size_t n = lower.size();
   std::vector<std::vector<bool>> L(n, std::vector<bool>(n, false));
