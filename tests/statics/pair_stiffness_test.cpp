@@ -132,8 +132,8 @@ TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
   }
 }
 
-/// The charges on a sphere are one more than have a dense Hessian. Euler's sum of multipliers and the rigid motions
-/// check the answer.
+/// The 603 unknowns of these charges on a sphere are more than stability takes as a dense matrix (300). Euler's sum of
+/// multipliers and the rigid motions check the answer.
 TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   constexpr std::size_t count = 201;
   System system;
