@@ -22,7 +22,7 @@ System melt(int chains, int count) {
   return make_generated(fmt::format(R"({{"kind": "melt", "chains": {}, "count": {}}})", chains, count));
 }
 
-/// The same system with points and rods in any order.
+/// Returns the same system with points and rods in random order.
 System shuffled(System given) {
   std::mt19937 generator(2);
   std::vector<Index> place(given.masses.size());
@@ -53,7 +53,7 @@ System net(int size) {
   return make_generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
 }
 
-/// Points and rods of both, which nothing joins.
+/// Returns the points and rods of both systems, with nothing to join them.
 System beside(System first, const System& second) {
   const auto num_points = static_cast<Index>(first.masses.size());
   const auto append = [](const std::vector<double>& from, std::vector<double>* to) {
@@ -73,7 +73,7 @@ System lattice(int size) {
   return make_generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
 }
 
-/// Copies of a rigid or jointed thing, each turned and thrown at random, the same each time.
+/// Makes copies of a rigid or jointed body, each turned and thrown at random with a fixed seed.
 System copies(int count, const std::vector<Eigen::Vector3d>& points, const std::vector<std::array<int, 2>>& rods) {
   std::mt19937 generator(1);
   std::normal_distribution<double> normal;
@@ -119,7 +119,7 @@ System rings(int count) {
   return copies(count, points, rods);
 }
 
-/// One ring; every fourth rod has a mate that hangs from it, or none does.
+/// Makes one ring, or a chain in which every fourth point is a branch of one rod.
 System branched(int count, bool is_ring) {
   std::mt19937 generator(4);
   std::uniform_real_distribution<double> any(-0.3, 0.3);
@@ -138,7 +138,7 @@ System branched(int count, bool is_ring) {
   return copies(1, points, rods);
 }
 
-/// Arms from one point, each rod of which ends where two others begin, `depth` rods long.
+/// Makes arms from one point, each rod of which ends where two others begin, `depth` rods long.
 System dendrimer(int arms, int depth) {
   std::mt19937 generator(6);
   std::normal_distribution<double> normal;
@@ -159,7 +159,7 @@ System dendrimer(int arms, int depth) {
   return copies(1, points, rods);
 }
 
-/// Masses between 0.5 and 2 kg.
+/// Gives the points masses between 0.5 and 2 kg.
 System with_unequal_masses(System system) {
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -167,7 +167,9 @@ System with_unequal_masses(System system) {
   return system;
 }
 
-/// Points in a grid on a surface, and rods between neighbours that `joins(column, row, to_next_row, columns_on)` names.
+/// Makes points in a grid on a surface, and rods between the neighbours that `joins(column, row, to_next_row,
+/// columns_on)`
+/// selects.
 template <class Place, class Joins>
 System grid(int columns, int rows, bool closes, const Place& place, const Joins& joins) {
   std::vector<Eigen::Vector3d> points;
@@ -185,7 +187,7 @@ System grid(int columns, int rows, bool closes, const Place& place, const Joins&
   return with_unequal_masses(copies(1, points, rods));
 }
 
-/// Rods as the joints between the bricks of a wall, crumpled; the points of the first row are supports.
+/// Makes a crumpled wall whose rods are the joints between bricks; the points of the first row are supports.
 System brick_sheet(int size) {
   std::mt19937 generator(8);
   std::uniform_real_distribution<double> any(-0.2, 0.2);
@@ -204,7 +206,7 @@ System brick_sheet(int size) {
   return sheet;
 }
 
-/// Rings of points, each joined to the next ring by an oblique rod.
+/// Makes rings of points, each joined to the next ring by an oblique rod.
 System tube(int around, int along) {
   std::mt19937 generator(9);
   std::uniform_real_distribution<double> any(-0.1, 0.1);
@@ -218,7 +220,7 @@ System tube(int around, int along) {
       [](int, int, int to_row, int to_column) { return to_column == 1 && to_row <= 1; });
 }
 
-/// A cubic lattice of which one rod in five is missing.
+/// Makes a cubic lattice of which one rod in five is missing.
 System lattice_with_holes(int size) {
   System system = with_unequal_masses(lattice(size));
   std::mt19937 generator(10);
@@ -226,7 +228,7 @@ System lattice_with_holes(int size) {
   return system;
 }
 
-/// Rings of six, from every second point of which a tail of two rods hangs.
+/// Makes rings of six, from every second point of which a tail of two rods hangs.
 System rings_with_tails(int count) {
   auto [points, rods] = make_ring_of_six();
   for (int k = 0; k < 6; k += 2) {
@@ -252,14 +254,14 @@ std::vector<Index> all_points(const System& system) {
   return result;
 }
 
-/// Each on a sphere of its own radius around the origin.
+/// Makes points, each on a sphere of its own radius around the origin.
 System on_spheres(int count) {
   System system = copies(count, {{0, 0, 0}}, {});
   system.constraints = {Spheres{"", all_points(system), VectorFunction(0.0, 0.0, 0.0), {}}};
   return system;
 }
 
-/// Or on such a circle around the z axis.
+/// Makes points, each on a circle of its own radius around the z axis.
 System on_circles(int count) {
   System system = copies(count, {{0, 0, 0}}, {});
   for (std::size_t i = 2; i < system.positions.size(); i += 3) system.positions[i] = 0.0;

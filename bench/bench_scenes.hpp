@@ -13,11 +13,12 @@ struct BenchScene {
   double listed;  ///< ns a rod or bead that the baseline may need (measured once, the upper end); 0: none
 };
 
-/// Chains, clusters, small cycles and bodies, beads, nets and lattices, clusters beside a net, 1e3 to 1e6 rods.
+/// Returns chains, clusters, small cycles and bodies, beads, nets and lattices, clusters beside a net, 1e3 to 1e6 rods.
 const std::vector<BenchScene>& bench_scenes();
 
-/// What a generator of scene files makes. Points that it leaves at rest get waves across their flat directions.
+/// Makes the system of a generator of scene files. Points that it leaves at rest get waves across their flat
+/// directions.
 tanor::System make_generated(const std::string& generate);
 
-/// A chain of `count` beads as a random walk.
+/// Makes a chain of `count` beads as a random walk.
 tanor::System make_random_walk(int count);

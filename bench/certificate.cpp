@@ -1,4 +1,4 @@
-/// What a final certificate costs, in steps of the run that it ends.
+/// Measures the cost of a final certificate in steps of the run that it ends.
 ///
 ///   certificate [repetitions]    ratios of times taken in turn: certificate over one step, medians
 
@@ -14,7 +14,7 @@
 
 namespace {
 
-/// Every second bead is heavier: then Gamma is no multiple of S.
+/// Makes every second bead heavier, so that Gamma is no multiple of S.
 tanor::System make_uneven(tanor::System system) {
   for (std::size_t i = 1; i < system.masses.size(); i += 2) system.masses[i] *= 3.0;
   return system;

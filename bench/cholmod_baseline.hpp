@@ -7,11 +7,11 @@
 
 #include "assembly/gather_plan.hpp"
 
-/// S = K'M^-1K by tanor's assembly, and L L' = S by CHOLMOD with its own choices: the best of AMD and METIS, supernodal
-/// from 40 flops a nonzero of L on. What a program does that has a new factor at every evaluation.
+/// The baseline of a program that factorizes anew at every evaluation: S = K'M^-1K by tanor's assembly, and L L' = S by
+/// CHOLMOD with its own choices (the best of AMD and METIS, supernodal from 40 flops a nonzero of L on).
 class CholmodBaseline {
  public:
-  /// `weights` [point]: inverse masses; `num_rows`: those that take part.
+  /// Takes `weights` [point], the inverse masses, and the number of rows that take part.
   CholmodBaseline(std::span<const tanor::Incidence> incidences, const std::vector<double>& weights,
                   std::size_t num_rows);
   ~CholmodBaseline();

@@ -1,10 +1,11 @@
-// Cost of the public calls beside the kernels inside, in turn in one process:
+// Measures the cost of the public calls beside the kernels inside, in turn in one process:
 //   constrainer [threads] [largest number of rods] [smallest number of rods]
-// Chains of 100 rods and one chain, points in the order of the chains and shuffled. Prints a table: nanoseconds of
-// processor time a rod (medians, of all threads together) of each call, of the kernels alone on arrays in their own
-// order, and the median ratio of both; then of the moves alone, plain loops that read each of the host's points that
-// the call reads and write each that it writes, and the median ratio of the call and kernels + moves: what is above 1
-// there is not the memory's.
+// The scenes are chains of 100 rods and one chain, with points in the order of the chains and shuffled. The program
+// prints a table: nanoseconds of processor time a rod (medians, of all threads together) of each call, of the kernels
+// alone on arrays in their own order, and the median ratio of both; then of the moves alone, which are plain loops that
+// read each of the host's points that the call reads and write each that it writes, and the median ratio of the call
+// and
+// kernels + moves. A part of that ratio above 1 is not the memory's.
 //   host solve, host step    Constrainer: solve; constrain_positions and constrain_velocities with new arrays
 //   Dynamics::solve          accelerations and multipliers
 //   Simulation               a step of `rattle` in a long advance, beside the same step on bare arrays
@@ -36,7 +37,7 @@ struct Chains {
   Rods rods{"rods", {}, {}, {}};
 };
 
-/// Crumpled chains of `length` rods, about `num_rods` of them, whose velocities the rods do not allow.
+/// Makes about `num_rods` rods in crumpled chains of `length` rods, whose velocities the rods do not allow.
 Chains make_chains(std::size_t num_rods, std::size_t length, bool shuffled) {
   const std::size_t count = num_rods / length, n = count * (length + 1);
   std::vector<Index> place(n);
@@ -65,7 +66,7 @@ struct Times {
   double call, kernels, moves, ratio, bound_ratio;  // ns a rod, medians
 };
 
-/// They take turns.
+/// Times the three functions in turn.
 Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels,
                     const std::function<void()>& moves, std::size_t num_rods) {
   constexpr int rounds = 15;
@@ -87,7 +88,7 @@ Times time_in_turns(const std::function<void()>& call, const std::function<void(
   return {median(times[0]), median(times[1]), median(times[2]), median(ratios), median(bound_ratios)};
 }
 
-/// Forces in the inner order.
+/// Brings the accelerations of forces in the inner order.
 struct InnerForces final : GivenMotion {
   const Model& model;
   const double* forces;
@@ -127,7 +128,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   const std::vector<double>* places[2]{&host.r, &other};
   int turn = 0;
 
-  // The kernels inside, on arrays in the inner order.
+  // The kernels inside work on arrays in the inner order.
   System system;
   system.masses = host.masses;
   system.positions = host.r;

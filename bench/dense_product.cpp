@@ -1,4 +1,4 @@
-// dense_product: flops a second of OpenBLAS's dgemm with the kernels that the environment chooses (OPENBLAS_CORETYPE).
+// Measures flops a second of OpenBLAS's dgemm with the kernels that the environment chooses (OPENBLAS_CORETYPE).
 // scripts/bench measures with the fastest of them.
 #include <cstdio>
 

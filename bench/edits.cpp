@@ -1,7 +1,8 @@
-// What it costs to change what a Constrainer constrains, and to call it from C:
+// Measures what it costs to change the constraints of a Constrainer, and to call it from C:
 //   edits
-// Prints milliseconds of processor time of one thread, medians: of making a handle, of an edit with the plan that it
-// asks for, of the first step after it beside a later one; then the ratio of a step by calls from C to one by calls
+// Prints medians in milliseconds of processor time of one thread for making a handle, for an edit with the plan that it
+// asks for, and for the first step after it beside a later one; then the ratio of a step by calls from C to one by
+// calls
 // from C++, in turn.
 
 #include <cmath>
@@ -30,7 +31,7 @@ struct Host {
   Rods rods{"rods", {}, {}, {}};
 };
 
-/// Crumpled chains.
+/// Makes crumpled chains.
 Host make_chains(std::size_t count, std::size_t length) {
   Host host;
   std::mt19937 random(7);
@@ -48,7 +49,7 @@ Host make_chains(std::size_t count, std::size_t length) {
   return host;
 }
 
-/// Square nets of side x side points, bent.
+/// Makes bent square nets of side x side points.
 Host make_nets(std::size_t count, std::size_t side) {
   Host host;
   std::mt19937 random(7);
@@ -93,7 +94,7 @@ void step(Constrainer* constrainer, const Host& host) {
   expect(report.outcome.ok(), report.outcome.what);
 }
 
-/// Steps, in turn, of a handle that expects edits and of one that does not.
+/// Takes steps, in turn, of a handle that expects edits and of one that does not.
 void measure_parts(const Host& host, std::vector<double>* in_parts, std::vector<double>* in_one) {
   Constrainer parts(host.masses, {host.rods}, host.r, {.threads = 1}),
       one(host.masses, {host.rods}, host.r, {.threads = 1});
@@ -106,7 +107,7 @@ void measure_parts(const Host& host, std::vector<double>* in_parts, std::vector<
   }
 }
 
-/// Rods out of the middle of many islands go, and come back.
+/// Removes rods from the middle of many islands and adds them again.
 void measure_edits(const char* name, const Host& host) {
   constexpr int turns = 51;
   std::vector<double> makes, removals, additions, masses, lengths, first_steps, later_steps;
@@ -159,7 +160,7 @@ void measure_edits(const char* name, const Host& host) {
       median(later_steps), median(steps_of_parts) / median(steps_of_one));
 }
 
-/// Both call the same handle's kind on the same arrays.
+/// Compares handles of the same system, called from C and from C++ on the same arrays.
 void compare_c(std::size_t count, std::size_t length) {
   const Host host = make_chains(count, length);
   Constrainer constrainer(host.masses, {host.rods}, host.r, {.threads = 1});

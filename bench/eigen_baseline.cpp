@@ -28,7 +28,7 @@ struct Filled {
       matrix.valuePtr()[slots[next++]] = value;
   }
 
-  /// True the first time. Numbers of the triplets in place of values tell where each of them went.
+  /// Returns true the first time. The triplets then hold their own numbers as values to find the slot of each.
   bool finish() {
     next = 0;
     if (!slots.empty()) return false;
@@ -68,7 +68,7 @@ struct EigenBaseline::Step {
     for (Eigen::Index k = 0; k < 3; ++k) K.add(3 * of_point + k, row, gradient[k]);
   }
 
-  /// w for K and phi as they are.
+  /// Returns w for the present K and phi.
   const double* solve() {
     const bool is_first = K.finish();
     const Eigen::SparseMatrix<double> S = K.matrix.transpose() * inverse_masses.asDiagonal() * K.matrix;
@@ -93,7 +93,7 @@ EigenBaseline::~EigenBaseline() = default;
 
 const double* EigenBaseline::evaluate(const double* r, const double* v) {
   Step& step = *step_;
-  // u = a/|a|, phi = (v.v - (u.v)^2)/|a|
+  // The distance has u = a/|a| and phi = (v.v - (u.v)^2)/|a|.
   const auto evaluate_distance = [&](Eigen::Index row, const Eigen::Vector3d& a, const Eigen::Vector3d& rate) {
     const double length = a.norm();
     const Eigen::Vector3d u = a / length;

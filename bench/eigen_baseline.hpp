@@ -4,20 +4,20 @@
 #include <memory>
 #include <vector>
 
-/// What anybody would write first with Eigen: K from triplets, later its values alone; S = K'M^-1K by sparse products,
-/// SimplicialLDLT whose analysis is kept, w = M^-1 (f + K lambda). Gravity [3]; a support has an infinite mass. The
-/// yardstick of the benchmarks, compiled at -O3 -march=native whatever tanor is compiled for.
+/// The yardstick of the benchmarks, a first program with Eigen: K from triplets, later its values alone; S = K'M^-1K by
+/// sparse products, SimplicialLDLT whose analysis is kept, w = M^-1 (f + K lambda). Gravity [3]; a support has an
+/// infinite mass. It is compiled at -O3 -march=native whatever tanor is compiled for.
 class [[gnu::visibility("default")]] EigenBaseline {
  public:
   using Triple = std::array<double, 3>;
-  /// Rods between points.
+  /// Takes rods between points.
   EigenBaseline(std::vector<std::array<int, 2>> rods, const std::vector<double>& masses, const Triple& gravity);
-  /// Points, each on its own sphere around the origin, or on its own circle around the z axis.
+  /// Takes points, each on its own sphere around the origin or on its own circle around the z axis.
   enum class Guide { Sphere, Circle };
   EigenBaseline(Guide guide, const std::vector<double>& masses, const Triple& gravity);
   ~EigenBaseline();
 
-  /// Accelerations [3n] at (r, v).
+  /// Returns the accelerations [3n] at (r, v).
   const double* evaluate(const double* r, const double* v);
 
  private:
@@ -27,18 +27,18 @@ class [[gnu::visibility("default")]] EigenBaseline {
   std::unique_ptr<Step> step_;
 };
 
-/// The same for the tangent form of beads on circles of one radius around parallel axes, one angle each: A from
+/// The yardstick for the tangent form of beads on circles of one radius around parallel axes, one angle each: A from
 /// triplets, later its values alone; H = A'MA by sparse products, SimplicialLDLT whose analysis is kept, w = A q_ddot +
 /// psi.
 class [[gnu::visibility("default")]] EigenTangentBaseline {
  public:
   using Triple = std::array<double, 3>;
-  /// r - c = radius (cos q e1 + sin q e2)
+  /// Takes circles r - c = radius (cos q e1 + sin q e2).
   EigenTangentBaseline(const Triple& e1, const Triple& e2, double radius, const std::vector<double>& masses,
                        const Triple& gravity);
   ~EigenTangentBaseline();
 
-  /// Accelerations [3n] at (q, q_dot) [n].
+  /// Returns the accelerations [3n] at (q, q_dot) [n].
   const double* evaluate(const double* q, const double* q_dot);
 
  private:

@@ -1,8 +1,9 @@
-// What the energies of tuples (bonds, bendings, torsions) cost in an evaluation of the forces, one thread.
+// Measures the cost of energies of tuples (bonds, bendings, torsions) in an evaluation of the forces, one thread.
 //
 //   energies SCENE [ROUNDS]      200
 //
-// Pair forces are left out. Prints the median of the processor's times, ms: forces, and forces with energies U.
+// Pair forces are left out. The program prints the median of the processor's times, ms: forces, and forces with
+// energies U.
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-/// Extreme scenes x methods: which survive, which are reported, which are lost. Writes a page in Markdown.
+/// Runs extreme scenes x methods and writes a page in Markdown: which survive, which are reported, which are lost.
 ///
 ///   extreme [seconds] [word]    time limit of a run (default 5); only scenes whose name holds the word
 ///
@@ -70,7 +70,7 @@ Row run(const Case& scene, Method method, double time_limit) {
       row.verdict = "lost";
       row.reason += (row.reason.empty() ? "" : "; ") + reason;
     };
-    // What is wrong in a motion that says so itself is no loss.
+    // A motion that reports its inaccuracy itself is not lost.
     const auto is_wrong = [&](const std::string& what) {
       if (report.accuracy_warning.empty()) return lose(what + ", not a word");
       if (row.verdict == "ok") row.verdict = "reported";
@@ -81,7 +81,7 @@ Row run(const Case& scene, Method method, double time_limit) {
       row.verdict = "slow";
       row.reason = "at " + std::to_string(simulation.time() / scene.t_end * 100.0).substr(0, 5) + " % of the time";
     } else if (outcome.ok()) {
-      // Where nothing moves the energy is nothing but rounding.
+      // Where nothing moves the energy consists of rounding alone.
       const bool is_right = scene.error && row.error <= 1e-9;
       if (scene.error && !(row.error <= extreme::largest_error_of(scene, method))) is_wrong("wrong");
       if (!is_right && !(row.drift <= largest_drift)) is_wrong("energy drifts");
@@ -95,7 +95,7 @@ Row run(const Case& scene, Method method, double time_limit) {
   return row;
 }
 
-/// The same in a process of its own.
+/// Runs the scene in a process of its own.
 Row run_guarded(const Case& scene, Method method, double usual_limit) {
   const double time_limit = usual_limit * scene.patience;
   int ends[2];

@@ -1,9 +1,9 @@
-/// What friction costs: beads on rough wires that rods couple, one thread.
+/// Measures the cost of friction for beads on rough wires that rods couple, one thread.
 ///
 ///   OPENBLAS_NUM_THREADS=1 GOMP_SPINCOUNT=2000 friction [repetitions]
 ///
-/// One iteration of (43) over one back-solve with the factor of S that it needs; iterations and residual of an instant;
-/// one evaluation with friction over one without. Medians of times taken in turn.
+/// Prints one iteration of (43) over one back-solve with the factor of S that it needs; iterations and residual of an
+/// instant; one evaluation with friction over one without. All are medians of times taken in turn.
 
 #include <algorithm>
 #include <chrono>
@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 constexpr Index num_beads = 10000;
 constexpr double mu = 0.3;
 
-/// The same numbers each time, in [-1, 1].
+/// Returns a number in [-1, 1], the same one each time.
 double wave(Index i, double pitch) {
   return std::sin(pitch * static_cast<double>(i));
 }
@@ -42,7 +42,7 @@ void add_rods(System* system, Index beads_a_group) {
   system->friction = {Coulomb{.name = "rust", .at = {}, .coefficient = mu}};
 }
 
-/// A bead a line, lines not quite parallel, rods at 45 degrees to them.
+/// Makes a line for each bead; the lines are not quite parallel, and the rods are at 45 degrees to them.
 System make_lines(Index beads_a_group) {
   System system;
   std::vector<std::string> wires;
@@ -52,7 +52,7 @@ System make_lines(Index beads_a_group) {
     const Vector3 place{0.1 * i, 0.1 * i, 0.0}, direction{std::sin(angle), std::cos(angle), 0.0};
     system.positions.insert(system.positions.end(), place.begin(), place.end());
     system.masses.push_back(0.1 * (1.5 + wave(i, 2.3)));
-    // Rods keep their lengths: all move alike along them.
+    // The rods keep their lengths, so that the velocities of all beads along them are equal.
     const double speed = 1.0 / (direction[0] + direction[1]);
     for (const double d : direction) system.velocities.push_back(speed * d);
     wires.push_back("wire" + std::to_string(i));
@@ -62,7 +62,9 @@ System make_lines(Index beads_a_group) {
   return system;
 }
 
-/// A bead a hoop around the z axis, hoop above hoop, all turning at one rate; rods wind upwards at 45 degrees.
+/// Makes a hoop around the z axis for each bead, hoop above hoop, all beads turning at one rate; rods wind upwards at
+/// 45
+/// degrees.
 System make_hoops(Index beads_a_group) {
   System system;
   std::vector<std::string> wires;
@@ -100,7 +102,7 @@ struct Instant {
     work.measure_velocity_scale(0.0, r.data(), v.data());
   }
 
-  /// Now faster, now slower: what was found before is no answer yet.
+  /// Evaluates at larger and smaller velocities by turns, so that the solution found before is no answer yet.
   double evaluate(int round) {
     for (double& each : v) each *= round % 2 == 0 ? 1.25 : 0.8;
     const auto begin = Clock::now();
@@ -109,7 +111,7 @@ struct Instant {
     if (!outcome.ok()) std::printf("%s\n", outcome.what.c_str());
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
-  /// One back-solve.
+  /// Returns the time of one back-solve.
   double solve() {
     constexpr int times = 10;
     const auto begin = Clock::now();

@@ -1,8 +1,9 @@
-// Multifrontal factors of S = K'K of nets and lattices of rods, on one thread and on N in turn:
+// Measures multifrontal factors of S = K'K of nets and lattices of rods, on one thread and on N in turn:
 //   fronts [--threads N] [--rounds R] [net K | lattice K …]   default: 2 threads, nets of 100 and 300, lattices of 10
 //   to 30
-// Prints medians: ms and Gflop/s of a factorization, ms and GB/s of a solve (it reads L twice), how much faster N
-// threads are, and what the updates of fronts take beside L. Fails where two numbers of threads give different bits.
+// Prints medians: ms and Gflop/s of a factorization, ms and GB/s of a solve (it reads L twice), the speedup by N
+// threads, and the storage of fronts' updates beside L. The program fails if two numbers of threads give different
+// bits.
 
 #include <cstdio>
 #include <cstdlib>
@@ -21,7 +22,7 @@ namespace {
 using namespace tanor;
 using namespace tanor::patterns;
 
-/// Values of S = C'C beside the pattern's rows, whose place k is that of column order[k] of C.
+/// Returns the values of S = C'C beside the pattern's rows; row k is that of column order[k] of C.
 std::vector<double> values_of(const SparseColumns& C, const TrianglePattern& lower, const std::vector<int>& order) {
   std::vector<double> dense(static_cast<std::size_t>(C.num_rows), 0.0), values;
   const auto visit = [&](std::size_t place, const auto& body) {

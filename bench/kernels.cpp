@@ -1,7 +1,7 @@
-// Google Benchmark of a rod's phi by three kernels: hand-written, the user's function on jets, a formula.
+// Measures a rod's phi with Google Benchmark by three kernels: hand-written, the user's function on jets, a formula.
 //   kernels [--benchmark_filter=phi]
-// `time a rod` is what counts: the bars are 3 times (jet) and 20 times (formula) the hand-written kernel. `phi` is phi
-// alone; `right_side` is what a step needs: phi + K'w0 and the blocks of K, gathered from and scattered to all points.
+// Compare `time a rod`: the bars are 3 times (jet) and 20 times (formula) the hand-written kernel. `phi` is phi alone;
+// `right_side` is what a step needs: phi + K'w0 and the blocks of K, gathered from and scattered to all points.
 
 #include <benchmark/benchmark.h>
 
@@ -88,7 +88,7 @@ void right_side(benchmark::State& state, int kind) {
   report(state);
 }
 
-/// The hand-written kernel in a loop of its own.
+/// Runs the hand-written kernel in a loop of its own.
 void phi_by_hand(benchmark::State& state) {
   Chain chain(0);
   RodKernel<false, false> kernel;
@@ -103,7 +103,7 @@ void phi_by_hand(benchmark::State& state) {
   report(state);
 }
 
-/// A batch kernel with its gathers.
+/// Runs a batch kernel with its gathers.
 void phi_by_kernel(benchmark::State& state, const ConstraintKernel& kernel) {
   Chain chain(0);
   std::vector<Index> points;

@@ -1,16 +1,15 @@
-// One evaluation of the accelerations by each linear solver (SolverOptions::linear_solver), beside the Eigen baseline,
-// in turn in one process:
+// Measures one evaluation of the accelerations by each linear solver (SolverOptions::linear_solver), beside the Eigen
+// baseline, in turn in one process:
 //   linear_solvers [--threads N] [--json FILE] [NAME …]   scenes whose name begins so; default: all of them
 //   linear_solvers --repeat SECONDS NAME                  our solver alone, one thread, for a profiler: prints the
 //                                                         evaluations made
 //   linear_solvers --series SECONDS RTOL                  likewise a chain of 1000 rods, released level, by power
-//   series
-//                                                         (problem P1 of bench/rivals): prints the steps
-// Prints nanoseconds a rod or bead (medians): ours by itself, in the inner order, and as a host calls it
+//                                                         series (problem P1 of bench/rivals): prints the steps
+// Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers); the ratios baseline/ours,
-// baseline/called and general solver/ours on one thread, and which part of the memory's bandwidth (for as many bytes as
-// the scene has) or of dgemm's speed that is; then by how much 2, 4, … N threads are faster than one (best of each:
-// others' work on the machine stops threads that wait for each other).
+// baseline/called and general solver/ours on one thread, and the part of the memory's bandwidth (for as many bytes as
+// the scene has) or of dgemm's speed that is reached; then the speedup by 2, 4, … N threads (best of each, since other
+// work on the machine stops threads that wait for each other).
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,7 +36,7 @@ namespace {
 
 using namespace tanor;
 
-/// The yardstick for what a system is made of.
+/// Makes the yardstick for the constraints of a system.
 EigenBaseline make_baseline(const System& system) {
   EigenBaseline::Triple gravity{};
   for (const Force& force : system.forces) gravity = std::get<Gravity>(force).acceleration;
@@ -78,7 +77,7 @@ struct Ours {
   }
 };
 
-/// The same as a host calls it: its own arrays in its own order, accelerations and multipliers.
+/// A system as a host calls it: with its own arrays in its own order, accelerations and multipliers.
 struct Called {
   Dynamics dynamics;
   std::vector<double> r, v, w, lambda;
@@ -124,7 +123,7 @@ Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* cal
   return times;
 }
 
-/// How far apart the middle half of the ratios of rounds lies, over the middle one.
+/// Returns the interquartile range of the ratios of rounds over their median.
 double noise_of_ratio(const std::vector<double>& baseline, const std::vector<double>& ours) {
   std::vector<double> ratios;
   for (std::size_t k = 0; k < ours.size(); ++k) ratios.push_back(baseline[k] / ours[k]);
@@ -133,7 +132,7 @@ double noise_of_ratio(const std::vector<double>& baseline, const std::vector<dou
   return (ratios[3 * n / 4] - ratios[n / 4]) / ratios[n / 2];
 }
 
-/// Both find the same accelerations. The baseline does not refine: a chain of N rods costs it cond S ~ N^2 digits.
+/// Expects equal accelerations. The baseline does not refine: a chain of N rods costs it cond S ~ N^2 digits.
 void compare(const std::string& name, const std::vector<double>& w, const double* reference, double num_members) {
   double difference = 0.0, largest = 1e-300;
   for (std::size_t i = 0; i < w.size(); ++i) {
@@ -145,7 +144,7 @@ void compare(const std::string& name, const std::vector<double>& w, const double
     throw std::runtime_error(fmt::format("{}: the two solutions differ by {:.1e}", name, difference / largest));
 }
 
-/// One line of the table, as JSON. `dense`: flops a second of dgemm.
+/// Returns one line of the table, as JSON. `dense` is flops a second of dgemm.
 std::string measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
   Ours ours(system, {.threads = 1}), general(system, {.linear_solver = LinearSolver::General, .threads = 1});
@@ -200,7 +199,7 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
 
-/// Evaluations in about so many seconds, and nothing else but what makes the scene; prints their number and ns a rod.
+/// Evaluates a scene for about so many seconds and does nothing else but make it; prints the number and ns a rod.
 void repeat(const BenchScene& scene, double seconds) {
   Ours ours(scene.make(), {.threads = 1});
   const double members = static_cast<double>(std::max(ours.forms.model.num_rows(), ours.forms.model.num_points()));
@@ -210,7 +209,7 @@ void repeat(const BenchScene& scene, double seconds) {
   fmt::print("{} {:.3f}\n", evaluations, 1e9 * spent / (static_cast<double>(evaluations) * members));
 }
 
-/// Problem P1 of bench/rivals again and again for about so many seconds; prints the steps and ns a rod and step.
+/// Runs problem P1 of bench/rivals again and again for about so many seconds; prints the steps and ns a rod and step.
 void repeat_series(double seconds, double rtol) {
   constexpr Index num_rods = 1000;
   System chain;
@@ -237,7 +236,8 @@ void repeat_series(double seconds, double rtol) {
   fmt::print("{} {:.3f}\n", steps, 1e9 * spent / (static_cast<double>(steps) * num_rods));
 }
 
-/// What the machine can do: the triad over arrays of the sizes of its caches and far beyond them, dgemm.
+/// Returns the machine's speed as JSON: dgemm, and the triad over arrays of the sizes of its caches and far beyond
+/// them.
 std::string describe_machine(double dense, int most_threads) {
   constexpr double far_beyond = 1e9;
   std::vector<std::string> levels;

@@ -1,9 +1,10 @@
-// A step of RATTLE of a million links, one thread, with reactions:
+// Measures a step of RATTLE of a million links, one thread, with reactions:
 //   links [STEPS]
-// The size of published direct multibody solvers: 1,076,748 rods of 0.1 m with points of 0.1 kg, every island hung from
-// its first point and released: 500 chains of 1,000 rods, 200 binary trees of depth 10, 1,000 rings of 100, nets of
-// 50 x 50 points, and one chain for the rest. Steps of 1 ms, constraints to rounding. Prints ms a step (median and
-// best, wall and processor time), ns a rod, and what violates the constraints in the end.
+// The size is that of published direct multibody solvers: 1,076,748 rods of 0.1 m with points of 0.1 kg. Every island
+// hangs from its first point and is released: 500 chains of 1,000 rods, 200 binary trees of depth 10, 1,000 rings of
+// 100,
+// nets of 50 x 50 points, and one chain for the rest. Steps take 1 ms, with constraints to rounding. The program prints
+// ms a step (median and best, wall and processor time), ns a rod, and the violation of the constraints in the end.
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,7 @@ using namespace tanor;
 constexpr std::size_t num_links = 1'076'748;
 constexpr double spacing = 0.1, mass = 0.1, step = 1e-3;
 
-/// Appends points and rods; islands lie beside one another along z, and where they lie does not matter.
+/// Appends points and rods. Islands lie beside one another along z, where their position does not matter.
 class Hangings {
  public:
   System finish() {
@@ -54,7 +55,7 @@ class Hangings {
     for (int k = 1; k < count; ++k) last = add_joined(last, place(k));
     rods_.pairs.push_back({last, first});
   }
-  /// Rods in directions at random.
+  /// Appends rods in random directions.
   void add_tree(int depth) {
     std::normal_distribution<double> normal;
     Index first = begin_island();
@@ -116,7 +117,7 @@ System make_links() {
   return all.finish();
 }
 
-/// Steps in tens; what is between them does not count.
+/// Measures steps in tens; the time between them does not count.
 template <class Advance>
 void measure(const char* name, int steps, const Advance& advance_ten) {
   constexpr int at_once = 10;
@@ -146,7 +147,7 @@ void simulate(const System& system, int steps) {
               motion.plan().linear_solver().c_str());
 }
 
-/// Velocity Verlet around SHAKE and RATTLE, with multipliers.
+/// Runs velocity Verlet around SHAKE and RATTLE, with multipliers.
 void embed(const System& system, int steps) {
   std::vector<double> masses = system.masses, r = system.positions, v = system.velocities, old(r.size());
   for (const Index support : system.supports.front().points)

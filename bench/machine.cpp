@@ -7,7 +7,7 @@
 
 #include "timing.hpp"
 
-// c := alpha a b + beta c by the machine's BLAS
+// Computes c := alpha a b + beta c by the machine's BLAS.
 extern "C" void dgemm_(const char* transpose_a, const char* transpose_b, const int* rows, const int* columns,
                        const int* inner, const double* alpha, const double* a, const int* stride_a, const double* b,
                        const int* stride_b, const double* beta, double* c, const int* stride_c);

@@ -1,7 +1,8 @@
-// Whole steps of OpenMM (Verlet, platform Reference) with ExactConstraints and with CCMA, in turn in one process:
+// Measures whole steps of OpenMM (Verlet, platform Reference) with ExactConstraints and with CCMA, in turn in one
+// process:
 //   openmm [largest number of rods]
-// Prints, as a page, the median processor time of a step, the largest violation, and what 1e6 steps of two
-// molecules do whose constraints close rings or depend on each other.
+// Prints, as a page, the median processor time of a step, the largest violation, and the result of 1e6 steps of two
+// molecules whose constraints close rings or depend on each other.
 
 #include <cstdio>
 #include <cstdlib>
@@ -16,7 +17,7 @@ namespace {
 
 using namespace tanor::embed;
 
-/// A system in motion, and how long its steps took.
+/// A system in motion, and the times of its steps.
 struct Motion {
   std::string name;
   Molecules molecules;
@@ -45,7 +46,7 @@ struct Motion {
   }
 };
 
-/// As long as it can be: what one rod gets, all others feel.
+/// Makes a chain with the longest coupling: a change of one rod reaches all others.
 Molecules make_zigzag(int count) {
   Molecules chain;
   for (int i = 0; i <= count; ++i) {

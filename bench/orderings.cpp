@@ -1,9 +1,9 @@
-// Orders of elimination of S = K'K: nets, lattices, clouds and folded nets of rods, as thresholds.hpp asks for them.
+// Measures orders of elimination of S = K'K: nets, lattices, clouds and folded nets of rods, for thresholds.hpp.
 //   orderings [net K | lattice K | cloud K | folded K …]   default: nets of 100 to 1000, lattices of 20 and 30, clouds
 //   of 2000 and 20000 points, a folded net of 300
-// Prints processor seconds (ordering and analysis), nonzeros of L, flops and the rows that a first cut of METIS parts
-// beside those that the first cut along an axis does; "auto" is what tanor takes. Positions are moved by a tenth of the
-// spacing.
+// Prints processor seconds (ordering and analysis), nonzeros of L, flops, and the rows that a first cut of METIS
+// separates
+// beside those of the first cut along an axis; "auto" is tanor's choice. Positions are moved by a tenth of the spacing.
 
 #include <cmath>
 #include <cstdio>
@@ -38,7 +38,7 @@ double processor_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-/// Coordinates say nothing of who is joined to whom.
+/// Folds the positions, so that coordinates tell nothing about which points are joined.
 Rods fold(Rods rods) {
   for (std::size_t k = 0; k < rods.positions.size(); k += 3) {
     const double x = rods.positions[k], y = rods.positions[k + 1];

@@ -1,6 +1,7 @@
-// Google Benchmark of pair forces: WCA beads at the density of a melt, log on 2000 points; arguments: threads.
+// Measures pair forces with Google Benchmark: WCA beads at the density of a melt, log on 2000 points; arguments:
+// threads.
 //   pairs [--benchmark_filter=wca]
-// `ns_a_point` for one evaluation of forces and energy; `ns_a_pair` counts each ordered pair within the cutoff.
+// `ns_a_point` is one evaluation of forces and energy; `ns_a_pair` counts each ordered pair within the cutoff.
 
 #include <benchmark/benchmark.h>
 
@@ -13,7 +14,7 @@ namespace {
 
 using namespace tanor;
 
-/// 32,000 beads on a shaken grid, 0.8442 a cubic sigma, periodic.
+/// Makes 32,000 beads on a shaken grid, 0.8442 a cubic sigma, periodic.
 System make_beads() {
   constexpr int columns = 20, rows = 40;
   const double spacing = std::cbrt(1.0 / 0.8442);
@@ -47,7 +48,7 @@ std::size_t count_pairs(const System& system, const PairForces& pairs) {
   return count;
 }
 
-/// Evaluations in turn at two configurations, `stride` apart: near each other the neighbour lists are kept.
+/// Evaluates in turn at two configurations, `stride` apart. The neighbour lists are kept if they are near each other.
 void evaluate(benchmark::State& state, const System& system, double stride) {
   const Parallel parallel(static_cast<int>(state.range(0)));
   const auto& pairs = std::get<PairForces>(system.forces[0]);

@@ -1,4 +1,5 @@
-// Google Benchmark of the phases of one instant, by scene and threads: evaluate, assemble, factorize, solve, gather.
+// Measures the phases of one instant with Google Benchmark, by scene and threads: evaluate, assemble, factorize, solve,
+// gather.
 //   phases [--benchmark_filter='chain.*/1/']      phase/scene/threads
 // `items_per_second` counts rods.
 
@@ -59,7 +60,7 @@ struct Instant {
   }
 };
 
-/// The last one that was asked for stays.
+/// Returns the instant of a scene; the last one that was asked for is kept.
 Instant& instant_of(const BenchScene& scene, int threads) {
   static std::string name;
   static std::unique_ptr<Instant> instant;
@@ -88,7 +89,7 @@ const std::array<Phase, 5> phases = {{
     {"reactions", [](Instant& i) { i.gather.reactions(i.parallel, i.blocks.data(), i.lambda.data(), i.w.data()); }},
 }};
 
-/// Chains, clusters, beads, nets and lattices of two sizes each or more.
+/// Returns true for chains, clusters, beads, nets and lattices of two sizes each or more.
 bool is_shown(const BenchScene& scene) {
   constexpr std::array shown = {"chain 1e4",   "chain 1e6", "clusters 1e3 x 10", "clusters 1e5 x 10", "spheres 1e4",
                                 "spheres 1e6", "net ",      "lattice "};

@@ -1,9 +1,10 @@
-// QR of C = M^-1/2 K, whose rows of R say which constraints depend on others: by fronts of our own beside
-// SuiteSparseQR,
+// Measures QR of C = M^-1/2 K, whose rows of R say which constraints depend on others, by our own fronts beside
+// SuiteSparseQR:
 //   qr [ROUNDS]
-// Nets and lattices of rods, one in a plane, proteins with dependent rows; columns within 1e-11 of those
-// before are left out. Prints medians of runs taken in turn, processor time of one thread, ms, the rank that both find,
-// and what R stores.
+// The scenes are nets and lattices of rods, a net in a plane, and proteins with dependent rows; columns within 1e-11 of
+// those before are left out. The program prints medians of runs taken in turn, processor time of one thread, ms, the
+// rank
+// that both find, and the size of R.
 
 #include <omp.h>
 

@@ -1,10 +1,11 @@
-/// S lambda = -b of one island on the ranks of MPI, against one rank: what is left to eliminate, what is told to
-/// others, and how far the answers differ.
+/// Solves S lambda = -b of one island on the ranks of MPI, against one rank: the rows that are left to eliminate, the
+/// traffic between ranks, and the difference of the answers.
 ///
 ///   mpirun -n P bench_ranks chain|net|lattice SIZE [strips] [REPETITIONS]
 ///
-/// chain: SIZE points; net, lattice: SIZE points a side, somewhat disturbed, masses 0.7 to 1.3. METIS cuts the points;
-/// strips: planes across the longest axis do. Times are processor time of the thread, medians.
+/// chain: SIZE points; net, lattice: SIZE points a side, somewhat disturbed, masses 0.7 to 1.3. METIS cuts the points,
+/// or
+/// with `strips` planes across the longest axis do. Times are processor time of the thread, medians.
 
 #include <time.h>
 
@@ -59,7 +60,7 @@ System make_system(const std::string& kind, int size) {
   return system;
 }
 
-/// Times what is done with the shared rows, which a rank's own elimination does not count.
+/// Times the work on the shared rows, which a rank's own elimination does not count.
 class TimedRows final : public SharedRows {
  public:
   TimedRows(std::unique_ptr<SharedRows> rows, double* seconds) : rows_(std::move(rows)), seconds_(seconds) {}

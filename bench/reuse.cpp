@@ -1,7 +1,8 @@
-// Steps of dop853 that go on with the factor of S where they begin (SolverOptions::reuse) beside steps with a factor at
-// every evaluation, tanor's own or CHOLMOD's, in turn in one process, one thread:
+// Compares steps of dop853 that keep the factor of S from their begin (SolverOptions::reuse) with steps that factorize
+// at
+// every evaluation, by tanor or CHOLMOD, in turn in one process, one thread:
 //   reuse [--markdown FILE] [NAME …]      scenes whose name begins so; default: all of them
-// Nets and lattices hang by two corners, fall, and waves run across them. Errors are those of the places at the end,
+// Nets and lattices hang by two corners, fall, and waves run across them. Errors are those of the positions at the end,
 // against a run with a hundredth of the tolerance.
 
 #include <fmt/format.h>
@@ -76,7 +77,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return result;
 }
 
-/// Assembly and factorization by CHOLMOD at the start of a scene, s.
+/// Times assembly and factorization by CHOLMOD at the start of a scene, s.
 class CholmodTime {
  public:
   explicit CholmodTime(const System& system)
@@ -104,7 +105,7 @@ class CholmodTime {
   CholmodBaseline cholmod_;
 };
 
-/// A row of the table.
+/// Returns a row of the table.
 std::string measure(const ReuseScene& scene) {
   const System system = make_system(scene);
   const std::vector<double> reference = run(scene, system, 1e-2 * scene.rtol, true).places;
@@ -116,7 +117,7 @@ std::string measure(const ReuseScene& scene) {
     reused = run(scene, system, scene.rtol, true);
     ratios.push_back(each.seconds / reused.seconds);
     times.push_back(reused.seconds);
-    // The same steps with CHOLMOD's time in place of ours.
+    // The time with CHOLMOD is that of the same steps with its time in place of ours.
     const PhaseTimes& spent = each.report.times;
     const double with_cholmod = each.seconds - spent.assemble - spent.factor +
                                 static_cast<double>(each.report.counters.factorizations) * cholmod.take();

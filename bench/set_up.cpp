@@ -1,8 +1,9 @@
-// What a simulation costs before and beside its steps:
+// Measures what a simulation costs before and besides its steps:
 //   set_up [--long] [--scene NAME] [--json FILE]
-// Seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay after
-// two steps, by scene, method and linear solver, one thread, each in a process of its own. --long: also a chain of 1e7
-// beads. --scene: rows of that scene alone. A flat net hangs by two corners: its upper row is redundant.
+// Prints seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay
+// after two steps, by scene, method and linear solver, one thread, each in a process of its own. --long adds a chain of
+// 1e7 beads. --scene selects rows of that scene alone. A flat net hangs by two corners, so that its upper row is
+// redundant.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,7 +50,7 @@ std::vector<Row> list_rows(bool with_long) {
   return rows;
 }
 
-/// Of this process, bytes: "VmRSS" now, "VmHWM" the most so far.
+/// Returns the memory of this process, bytes: "VmRSS" now, "VmHWM" the most so far.
 double resident_bytes(const std::string& which) {
   std::ifstream status("/proc/self/status");
   std::string line;
@@ -74,7 +75,7 @@ System make(const std::string& name) {
       ->make();
 }
 
-/// As JSON.
+/// Measures a row and returns it as JSON.
 std::string measure(const Row& row) {
   malloc_trim(0);
   const double before = resident_bytes("VmRSS");
@@ -112,7 +113,7 @@ std::string measure(const Row& row) {
       resident_bytes("VmHWM"));
 }
 
-/// measure(row) in a process of its own: what others left in memory is not counted.
+/// Runs measure(row) in a process of its own, so that memory left over by other rows is not counted.
 std::string measure_apart(const Row& row) {
   std::array<int, 2> pipe_ends{};
   if (pipe(pipe_ends.data()) != 0) throw std::runtime_error("no pipe");

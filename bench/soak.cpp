@@ -1,9 +1,10 @@
-/// Does memory grow? Three motions of a million steps each, a million solves, ten thousand handles of <tanor.h>.
+/// Checks that memory does not grow: three motions of a million steps each, a million solves, ten thousand handles of
+/// <tanor.h>.
 ///
 ///   soak [share]    with a share of these numbers (default 1); a page in Markdown; exit code 1 where something grows
 ///
-/// Bytes that are in use on the heap are taken after a tenth of the work and at its end. What is kept for a moment may
-/// differ by some arrays, never by a number for each step.
+/// Bytes that are in use on the heap are taken after a tenth of the work and at its end. They may differ by some arrays
+/// that are kept for a moment, never by a number for each step.
 
 #include <malloc.h>
 #include <tanor.h>
@@ -39,7 +40,7 @@ std::size_t bytes_resident() {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Does one thing so many times; whether memory stood.
+/// Does one thing so many times and returns true if memory did not grow.
 bool repeat(const char* what, std::size_t count, const std::function<void()>& once) {
   constexpr double allowed_heap = 16e3, allowed_resident = 4e6;
   const std::clock_t begin = std::clock();
@@ -60,7 +61,7 @@ bool repeat(const char* what, std::size_t count, const std::function<void()>& on
   return more <= allowed_heap && more_resident <= allowed_resident;
 }
 
-/// Beads that slip and stick on a floor that swings.
+/// Makes beads that slip and stick on a floor that swings.
 System make_rough_floor() {
   System floor;
   for (int k = 0; k < 3; ++k) {
@@ -81,7 +82,7 @@ System make_rough_floor() {
   return floor;
 }
 
-/// A motion, stepped until it has made so many steps; one step is one advance.
+/// Steps a motion until it has made so many steps; one step is one advance.
 bool soak_motion(const char* what, System system, MotionOptions options, double interval, std::size_t count) {
   Simulation simulation(std::move(system), options, {.threads = 1});
   return repeat(what, count, [&, k = 0.0]() mutable {
@@ -105,7 +106,7 @@ bool soak_solves(std::size_t count) {
   });
 }
 
-/// One handle: made, edited, stepped, saved, restored, gone.
+/// Makes, edits, steps, saves, restores and destroys one handle after another.
 bool soak_handles(std::size_t count) {
   return repeat("handles of `tanor.h`", count, [] {
     std::vector<double> x{0, 0, 0, 1, 0, 0, 1, 1, 0, 2, 1, 0}, masses(4, 1.0), next = x, v(12, 0.01);

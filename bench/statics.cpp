@@ -1,7 +1,8 @@
-// Where large systems rest: run time on one core, iterations and residual.
+// Finds equilibria of large systems and prints run time on one core, iterations and residual.
 //
-//   statics          a net of 100 x 100 points hung by two corners from a flat start; hanging chains of 10^4 and 10^5
-//   rods statics N        the net alone, with N x N points
+//   statics          a net of 100 x 100 points hung by two corners from a flat start; hanging chains of 10^4 and
+//                    10^5 rods
+//   statics N        the net alone, with N x N points
 
 #include <cmath>
 #include <cstdio>
@@ -16,7 +17,7 @@ namespace {
 
 using namespace tanor;
 
-/// A chain of unit length between supports 0.7 apart, from a sine.
+/// Makes a chain of unit length between supports 0.7 apart, from a sine.
 System make_chain(int count) {
   System system;
   Rods rods{.name = "rods"};

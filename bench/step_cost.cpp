@@ -1,8 +1,8 @@
-// Cost of a step beside the Eigen baseline, in turn in one process, one thread:
+// Measures the cost of a step beside the Eigen baseline, in turn in one process, one thread:
 //   step_cost [--json FILE] [--generated] [scene.json …]
 // Scenes of tanor's own generator, chains, clusters, nets, a lattice, are measured where they are asked for or no file
-// is named. Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and
-// of one step of RATTLE; then of one step of Runge and Kutta's fourth order.
+// is named. The program prints nanoseconds a rod (medians) and the ratio baseline/ours of one evaluation of the
+// accelerations and of one step of RATTLE; then those of one step of Runge and Kutta's fourth order.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,8 +37,8 @@ struct Row {
   double num_rods, baseline, evaluation, rattle, rk4;  // ns a rod
 };
 
-/// `step`, s: such that rods turn by about a hundredth (crumpled chains), or as the stiff straight lines of a
-/// flat net allow.
+/// Measures a system. The `step`, s, is such that rods turn by about a hundredth (crumpled chains), or as the stiff
+/// straight lines of a flat net allow.
 Row measure(const std::string& name, tanor::System system, double step) {
   using namespace tanor;
   constexpr int rounds = 15;

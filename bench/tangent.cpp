@@ -1,6 +1,8 @@
-// Google Benchmark of the tangent form, by scene and threads: evaluate A and psi, assemble H, factorize, solve, and the
-// accelerations as a whole; then, in turn and with the ratio of their medians, beads on circles beside a plain Eigen
-// program, and rigid bodies held by 3n - 6 rods in both forms.
+// Measures the tangent form with Google Benchmark, by scene and threads: evaluate A and psi, assemble H, factorize,
+// solve,
+// and the accelerations as a whole. Then it compares, in turn and with the ratio of their medians, beads on circles
+// with
+// a plain Eigen program, and rigid bodies held by 3n - 6 rods in both forms.
 //   tangent [--benchmark_filter=NAME]      all of it
 //   tangent --markdown FILE                what is taken in turn alone
 // `items_per_second` counts points.
@@ -27,7 +29,7 @@ namespace {
 
 using namespace tanor;
 
-/// Beads on circles side by side, each joined to the next one by a spring.
+/// Makes beads on circles side by side, each joined to the next one by a spring.
 System make_beads(int count) {
   System system;
   Springs springs{"", {}, 10.0, 0.0, 0.1};
@@ -42,7 +44,7 @@ System make_beads(int count) {
   return system;
 }
 
-/// Bodies of `size` points within a ball, spinning.
+/// Makes spinning bodies of `size` points within a ball.
 System make_bodies(int count, int size) {
   System system;
   std::mt19937 random(1);
@@ -62,8 +64,8 @@ System make_bodies(int count, int size) {
   return system;
 }
 
-/// One body, and rods that hold it: each point to three others before it, the last three, or the nearest ones that are
-/// seen in different directions (rods in one plane would not hold it).
+/// Makes one body and rods that hold it: each point to three others before it, the last three, or the nearest ones that
+/// are seen in different directions (rods in one plane would not hold it).
 System make_framework(int size, bool nearest) {
   System system = make_bodies(1, size);
   const auto distance = [&](Index i, Index j) {
@@ -151,7 +153,7 @@ void accelerations(benchmark::State& state) {
   run(state, [](Instant& i) { i.accelerations(); });
 }
 
-/// 1e5 beads on circles, 1e4 bodies of 20 points.
+/// Adds 1e5 beads on circles and 1e4 bodies of 20 points.
 void scenes(benchmark::internal::Benchmark* benchmark) {
   benchmark->ArgNames({"members", "points", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
   for (const int threads : {1, 2}) benchmark->Args({100'000, 1, threads})->Args({10'000, 20, threads});
@@ -172,7 +174,8 @@ double largest_difference(const double* w, const double* reference, std::size_t 
   return difference / largest;
 }
 
-/// Accelerations of beads on circles at (q, q_dot), by tanor and by the Eigen program. Returns a row of the table.
+/// Compares accelerations of beads on circles at (q, q_dot) by tanor and by the Eigen program. Returns a row of the
+/// table.
 std::string compare_with_eigen(int count) {
   System system = make_beads(count);
   system.forces = {Gravity{"", {0, 0, -9.81}}};
@@ -181,7 +184,7 @@ std::string compare_with_eigen(int count) {
     system.velocities.insert(system.velocities.end(), {0.0, -3.0 * r[2], 3.0 * r[1]});
   }
   Instant ours(system, 1);
-  // r - c = R (cos q e1 + sin q e2), from the first bead
+  // The circles are r - c = R (cos q e1 + sin q e2), from the first bead.
   const double angle = ours.q[0], radius = 0.5;
   const Vec3 outwards = 1.0 / radius * Vec3{0.0, ours.r[1], ours.r[2]}, along = cross({1, 0, 0}, outwards);
   const Vec3 e1 = std::cos(angle) * outwards - std::sin(angle) * along,
@@ -215,7 +218,9 @@ double seconds_of_solve(Dynamics* dynamics, const System& system, std::vector<do
   return seconds;
 }
 
-/// Both forms in turn, without constraints in the tangent one: nobody asks for multipliers. Returns a row of the table.
+/// Compares both forms in turn; the tangent one has no constraints, since nobody asks for multipliers. Returns a row of
+/// the
+/// table.
 std::string compare_forms(const char* name, int size, bool nearest) {
   const System with_rods = make_framework(size, nearest);
   System alone = with_rods, rods_alone = with_rods;

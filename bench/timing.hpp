@@ -7,14 +7,14 @@
 #include <functional>
 #include <vector>
 
-/// Wall time, s.
+/// Returns the wall time of the work, s.
 inline double seconds_of(const std::function<void()>& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// What all threads of this process took of processors, s: what others do on the machine does not count.
+/// Returns the processor time of all threads of this process, s; other work on the machine does not count.
 inline double processor_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);

@@ -2,10 +2,13 @@
 
 #include <tanor/solver_options.hpp>
 
-/// \file What one evaluation must move at least, counted from the arrays of the linear solvers: each array once a pass
-/// over it, read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted: what a cache reads before it
-/// writes, what is found in the first cache again, refinement; mixtures of solvers are counted as the general one,
-/// which moves more. The triad (machine.hpp) is counted likewise.
+/// \file The least bytes that one evaluation must move, counted from the arrays of the linear solvers: each array once
+/// a
+/// pass over it, read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted are bytes that a cache
+/// reads
+/// before it writes, those that are found in the first cache again, and refinement. Mixtures of solvers are counted as
+/// the
+/// general one, which moves more. The triad (machine.hpp) is counted likewise.
 struct Traffic {
   double bytes;        ///< moved by one evaluation
   double working_set;  ///< bytes of the arrays themselves
@@ -23,12 +26,12 @@ inline Traffic count_traffic(const TrafficOf& of) {
   const double state = of.points * (3.0 * vector + number);  // r, v, w, 1/m
   const double rows = of.rows * (vector + number);           // block of K, lambda
   if (of.solver == tanor::LinearSolver::Paths) {
-    // Inwards r v 1/m; sign -> block b y pivot factor. Outwards 1/m; sign block b y pivot factor -> lambda, w.
+    // Elimination: r v 1/m sign -> block b y pivot factor. Substitution: 1/m sign block b y pivot factor -> lambda, w.
     const double each = sign + vector + 4.0 * number;
     return {state + of.points * number + of.rows * (2.0 * each + number), state + of.rows * each};
   }
   if (of.solver == tanor::LinearSolver::Batches) {
-    // Index of point, row and block, r v 1/m -> L and D, block lambda w; all else lies on a thread's desk.
+    // Index of point, row and block, r v 1/m -> L and D, block lambda w; the rest stays in a thread's workspace.
     const double bytes = state + rows + of.points * index + of.rows * 2.0 * index + of.factor_nonzeros * number;
     return {bytes, bytes};
   }

@@ -1,9 +1,10 @@
-// Andrews' squeezing mechanism to t = 0.03 s: tanor beside SUNDIALS IDA, in turn.
+// Runs Andrews' squeezing mechanism to t = 0.03 s by tanor and SUNDIALS IDA, in turn.
 //
 //   rival_andrews [TOLERANCE] [ROUNDS]      1e-8, 15
 //
-// IDA has the bodies' angles, the stabilised form of index 2 and Newton's matrix by hand, of 26 unknowns: sparse with
-// KLU, beside which all stand, and dense. tanor has points. Errors are those of the joints at the end, against
+// IDA has the bodies' angles, the stabilised form of index 2 and a hand-written Newton matrix of 26 unknowns: sparse
+// with
+// KLU, to which all are compared, and dense. tanor has points. Errors are those of the joints at the end, against
 // tanor's dop853 at 1e-13; that run's own error is the distance to the published angles. Times are the processor's,
 // medians of the rounds.
 
@@ -58,7 +59,7 @@ std::vector<double> joints_of(const Angles& q) {
 
 // ---- IDA ----
 
-/// Where Newton's matrix has entries, by columns: those that are not 0 at some state.
+/// The pattern of Newton's matrix by columns: the entries that are not 0 at some state.
 class Pattern {
  public:
   static constexpr std::size_t size = AndrewsForm::unknowns;
@@ -126,7 +127,7 @@ int find_newton_matrix(realtype, realtype s, N_Vector y, N_Vector slope, N_Vecto
   return 0;
 }
 
-/// v' and lambda of the start: [M G'; G 0] (v', lambda) = (f, 0), since all rests.
+/// Finds v' and lambda of the start from [M G'; G 0] (v', lambda) = (f, 0), since all rests.
 void start(AndrewsForm* form, double* y, double* slope) {
   constexpr std::size_t n = AndrewsForm::n, m = AndrewsForm::m;
   std::copy(tanor::andrews::start.begin(), tanor::andrews::start.end(), y);

@@ -5,8 +5,9 @@
 #include <complex>
 #include <cstddef>
 
-/// Andrews' squeezing mechanism as its bodies' seven angles q with six equations (Hairer & Wanner II, VII.7; Test Set
-/// for IVP Solvers), in the stabilised form of index 2 by Gear, Gupta and Leimkuhler:
+/// Andrews' squeezing mechanism in its bodies' seven angles q with six equations (Hairer & Wanner II, VII.7; Test Set
+/// for
+/// IVP Solvers), in the stabilised form of index 2 by Gear, Gupta and Leimkuhler:
 ///
 ///   q' = v - G'mu,   M(q) v' = f(q, v) - G'lambda,   G v = 0,   g(q) = 0
 namespace rivals {
@@ -25,7 +26,7 @@ struct AndrewsForm {
                           moment = 0.033;
   static constexpr Complex a{-.06934, -.00227}, b{-.03635, .03273}, c{.014, .072};
 
-  /// A term A exp(i (q_first + q_second)) of the closing equation; second = first: of one angle.
+  /// A term A exp(i (q_first + q_second)) of the closing equation; if second = first, it has that one angle alone.
   struct Arm {
     std::size_t equation;
     Complex amplitude;
@@ -50,7 +51,7 @@ struct AndrewsForm {
   std::array<std::array<double, n>, n> mass{};
   std::array<double, n> force{};
 
-  /// All of them at q and v.
+  /// Evaluates all of them at q and v.
   void evaluate(const double* q, const double* v) {
     const Complex unit_beta = std::polar(1.0, q[beta]), unit_link = std::polar(1.0, q[beta] + q[theta]);
     const std::array<Complex, 5> others{std::polar(1.0, q[gamma]), std::polar(1.0, q[phi] + q[delta]),
@@ -75,7 +76,7 @@ struct AndrewsForm {
     evaluate_force(q, v);
   }
 
-  /// F(y, y') of y = (q, v, lambda, mu)
+  /// Computes F(y, y') of y = (q, v, lambda, mu).
   void residual(const double* y, const double* y_dot, double* out) {
     const double *q = y, *v = y + n, *lambda = y + 2 * n, *mu = y + 2 * n + m;
     evaluate(q, v);
@@ -97,7 +98,7 @@ struct AndrewsForm {
     }
   }
 
-  /// dF/dy + s dF/dy', entry(row, column) writable and 0 before
+  /// Adds dF/dy + s dF/dy'. The function `entry(row, column)` returns a writable number that is 0 before.
   template <class Entry>
   void newton_matrix(const double* y, const double* y_dot, double s, const Entry& entry) {
     const double *q = y, *v = y + n, *lambda = y + 2 * n, *mu = y + 2 * n + m, *w = y_dot + n;
@@ -113,7 +114,7 @@ struct AndrewsForm {
       }
       for (std::size_t j = 0; j < n; ++j) entry(n + i, n + j) += s * mass[i][j];
     }
-    // G's derivative: -A exp(i psi) for both angles of an arm
+    // The derivative of G is -A exp(i psi) for both angles of an arm.
     for (std::size_t k = 0; k < arms.size(); ++k) {
       const Arm& arm = arms[k];
       const std::size_t row = 2 * arm.equation;
@@ -196,7 +197,7 @@ struct AndrewsForm {
     entry(n + epsilon, omega) += by_omega * (w[omega] + 2.0 * w[epsilon]);
   }
 
-  /// -df/dq and -df/dv
+  /// Adds -df/dq and -df/dv.
   template <class Entry>
   void add_force_derivative(const double* q, const double* v, const Entry& entry) const {
     const Spring s = spring(q[gamma]);

@@ -6,17 +6,18 @@
 
 namespace rivals {
 
-/// The car axis of the IVP test set by hand, in its plane, r = (x_l, y_l, x_r, y_r):
+/// The car axis of the IVP test set, written by hand in its plane, r = (x_l, y_l, x_r, y_r):
 ///
 ///     r_l.b(t) = 0,  (|r_r - r_l|^2 - 1)/2 = 0,  b = (sqrt(1 - y_b^2), y_b),  y_b = 0.1 sin 10t,  m = 5e-4
 ///
-/// springs of stiffness 1 and length 1/2 from the feet 0 and b, weight -m; in normal form, and stabilised, of index 2.
+/// Springs of stiffness 1 and length 1/2 stand on the feet 0 and b, weight -m. The class has the normal form and the
+/// stabilised form of index 2.
 class CarAxis {
  public:
   static constexpr int size = 4, unknowns = 12;  // y = (r, v, lambda, mu)
   static constexpr std::array<double, 2 * size> start{0.0, 0.5, 1.0, 0.5, -0.5, 0.0, -0.5, 0.0};
 
-  /// w = (f - K lambda)/m
+  /// Computes w = (f - K lambda)/m.
   void accelerations(double t, const double* r, const double* v, double* w) {
     const Road road(t);
     const auto [a, b] = gradients(road, r);
@@ -31,7 +32,7 @@ class CarAxis {
 
   const std::array<double, 2>& multipliers() const { return lambda_; }
 
-  /// Newton's method on xi = 0, then v onto K'v + xi_t = 0.
+  /// Solves xi = 0 by Newton's method and then projects v onto K'v + xi_t = 0.
   void project(double t, double* r, double* v, double tolerance) const {
     const Road road(t);
     for (int pass = 0; pass < 10; ++pass) {
@@ -49,7 +50,7 @@ class CarAxis {
     add_correction(a, b, dot(a, u), dot(b, u), u);
   }
 
-  /// F(t, y, y'): r' - v + K mu, m v' - f + K lambda, K'v + xi_t, xi
+  /// Computes F(t, y, y'): r' - v + K mu, m v' - f + K lambda, K'v + xi_t, xi.
   static void residual(double t, const double* y, const double* slope, double* out) {
     const Road road(t);
     const double *v = y + size, *lambda = v + size, *mu = lambda + 2;
@@ -69,7 +70,7 @@ class CarAxis {
   static constexpr double mass = 5e-4;
   using Plane = std::array<double, size>;
 
-  /// b, b', b''
+  /// The vectors b, b', b''.
   struct Road {
     explicit Road(double t) {
       const double y = 0.1 * std::sin(10.0 * t), y1 = std::cos(10.0 * t), y2 = -100.0 * y, x = std::sqrt(1.0 - y * y);
@@ -94,7 +95,7 @@ class CarAxis {
     return {left * r[0], left * r[1] - mass, right * x, right * y - mass};
   }
 
-  /// u -= K (K'K)^-1 (one, two), which are returned so solved
+  /// Computes u -= K (K'K)^-1 (one, two) and returns the solution (K'K)^-1 (one, two).
   static std::array<double, 2> add_correction(const Plane& a, const Plane& b, double one, double two, double* u) {
     const double aa = dot(a, a.data()), ab = dot(a, b.data()), bb = dot(b, b.data()), det = aa * bb - ab * ab;
     const double x = (bb * one - ab * two) / det, y = (aa * two - ab * one) / det;

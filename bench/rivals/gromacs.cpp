@@ -1,5 +1,6 @@
-/// GROMACS in double precision: velocity Verlet with LINCS and a fixed step. It is a program of its own that lives on
-/// files; the time is what it says itself: wall time, in milliseconds.
+/// Runs GROMACS in double precision: velocity Verlet with LINCS and a fixed step. It is a program of its own that works
+/// on
+/// files, and the time is the wall time that it reports, in milliseconds.
 ///
 ///     rival_gromacs PROBLEM SIZE lincs STEP FILE       STEP: s
 
@@ -14,7 +15,8 @@
 namespace rivals {
 namespace {
 
-/// Its nm, ps, u stand for our m, s, kg; `box` keeps the periodic images away. Anchors: residue ANCHR, after the beads.
+/// Writes the files. GROMACS' nm, ps, u stand for our m, s, kg; `box` keeps the periodic images away. Anchors are the
+/// residue ANCHR, after the beads.
 void write_files(const Problem& problem, double step, double box) {
   std::vector<double> r = problem.places;
   std::ofstream options("options.mdp"), places("places.g96"), topology("topology.top");
@@ -47,7 +49,7 @@ void call(const std::string& command) {
   if (std::system((command + " >output.txt 2>&1").c_str()) != 0) throw std::runtime_error("GROMACS: " + command);
 }
 
-/// The file after the last of these words.
+/// Returns the file, open after the last of these words.
 std::ifstream find_last(const std::string& file, const std::string& words) {
   std::ifstream in(file);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -58,7 +60,7 @@ std::ifstream find_last(const std::string& file, const std::string& words) {
   return in;
 }
 
-/// A working folder that goes away.
+/// A working folder that is removed at the end.
 struct Folder {
   std::filesystem::path home = std::filesystem::current_path();
   std::string name = std::filesystem::temp_directory_path() / "rival_gromacs_XXXXXX";

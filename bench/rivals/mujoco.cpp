@@ -1,9 +1,10 @@
-/// MuJoCo with a fixed step.
+/// Runs MuJoCo with a fixed step.
 ///
 ///     rival_mujoco PROBLEM SIZE METHOD STEP FILE
 ///
 /// METHOD: tree (a chain as a tree of ball joints), tendons (free beads, rods as equalities of tendons, which MuJoCo
-/// keeps by strong springs and dampers); both with its Runge-Kutta method of order 4. STEP: s.
+/// keeps
+/// by strong springs and dampers). Both use its Runge-Kutta method of order 4. STEP: s.
 
 #include <mujoco/mujoco.h>
 
@@ -15,7 +16,7 @@
 namespace rivals {
 namespace {
 
-/// The model's text: a main file and what it includes.
+/// The model's text: a main file and the files that it includes.
 using Files = std::vector<std::pair<std::string, std::string>>;
 
 std::string describe_options(const Problem& problem, double step, const std::string& solver, const std::string& off) {
@@ -28,7 +29,7 @@ std::string describe_options(const Problem& problem, double step, const std::str
   return text.str();
 }
 
-/// MuJoCo takes no bead without a moment of inertia. x: of the bead in its body, m.
+/// Returns the text of a bead at x of its body, m. MuJoCo takes no bead without a moment of inertia.
 std::string describe_bead(const Problem& problem, double x, double inertia) {
   std::ostringstream text;
   text << "<inertial pos='" << x << " 0 0' mass='" << problem.mass << "' diaginertia='" << inertia << ' ' << inertia
@@ -36,7 +37,7 @@ std::string describe_bead(const Problem& problem, double x, double inertia) {
   return text.str();
 }
 
-/// Bodies within bodies, each turning about the bead before it. The reader takes no more than 100 levels a file.
+/// Makes bodies within bodies, each turning about the bead before it. The reader takes no more than 100 levels a file.
 Files make_tree(const Problem& problem, double step) {
   constexpr int levels = 80;
   const double inertia = problem.size() < 50 ? 1e-13 : 1e-11;  // kg m^2; with less, long chains give NaN
@@ -58,7 +59,7 @@ Files make_tree(const Problem& problem, double step) {
   return files;
 }
 
-/// Beads on three slides each, a tendon between two sites for a rod.
+/// Makes beads on three slides each, with a tendon between two sites for a rod.
 Files make_tendons(const Problem& problem, double step) {
   std::ostringstream beads, rods, equalities;
   beads.precision(17);
@@ -77,7 +78,7 @@ Files make_tendons(const Problem& problem, double step) {
             << "'/>";
     }
     rods << "<spatial name='rod" << k << "'><site site='" << from << "'/><site site='bead" << rod.j << "'/></spatial>";
-    // The stiffest that its manual allows: a time constant of two steps, critically damped.
+    // The equality is the stiffest that the manual allows: a time constant of two steps, critically damped.
     equalities << "<tendon tendon1='rod" << k << "' solref='" << 2.0 * step << " 1' solimp='0.9999 0.9999 0.001'/>";
   }
   const std::string options =
@@ -114,7 +115,7 @@ Run make_run(const Problem& problem, const std::string& method, double step) {
   run.seconds = processor_time() - begin;
   mj_forward(model.get(), data.get());
   run.places.assign(data->xipos + 3, data->xipos + 3 * (problem.size() + 1));  // body 0 is the world
-  // Where it finds NaN, it warns and starts anew: that end is none.
+  // Where MuJoCo finds NaN, it warns and starts anew, so that the end is not that of the motion.
   for (const mjtWarning warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}) {
     if (data->warning[warning].number > 0) std::fill(run.places.begin(), run.places.end(), std::nan(""));
   }
@@ -125,7 +126,7 @@ Run make_run(const Problem& problem, const std::string& method, double step) {
 }  // namespace rivals
 
 int main(int count, char** words) {
-  // Else it writes a file of warnings and asks for a key before it gives up.
+  // Otherwise MuJoCo writes a file of warnings and waits for a key before it ends.
   mju_user_warning = [](const char*) {};
   mju_user_error = [](const char* what) {
     std::fprintf(stderr, "%s\n", what);

@@ -6,8 +6,8 @@
 
 namespace rivals {
 
-/// The normal form as a careful user writes it by hand for equal masses: S = K'K/m on a fixed pattern, each entry
-/// straight from the two rods that meet there, factorized by Eigen's SimplicialLDLT; xi = (|d|^2 - length^2)/2.
+/// The normal form as a careful user writes it by hand for equal masses. S = K'K/m has a fixed pattern, with each entry
+/// straight from the two rods that meet there, and is factorized by Eigen's SimplicialLDLT; xi = (|d|^2 - length^2)/2.
 class NormalForm {
  public:
   explicit NormalForm(const Problem& problem)
@@ -18,7 +18,7 @@ class NormalForm {
         if (point >= 0) rods_at[point].push_back(k);
       }
     }
-    // d_a.d_b times +1/m where both begin or both end at the point they share, -1/m else.
+    // An entry is d_a.d_b times +1/m where both begin or both end at the point they share, and times -1/m otherwise.
     std::vector<Eigen::Triplet<double>> weights;
     for (std::size_t point = 0; point < rods_at.size(); ++point) {
       const auto sign = [&](int k) { return problem.rods[k].j == static_cast<int>(point) ? 1.0 : -1.0; };
@@ -36,7 +36,7 @@ class NormalForm {
 
   long factorizations() const { return factorizations_; }
 
-  /// w = (f - K lambda)/m with S lambda = phi + K'f/m, at a place and velocity.
+  /// Computes w = (f - K lambda)/m with S lambda = phi + K'f/m, at a position and velocity.
   void accelerations(const double* r, const double* v, double* w) {
     factorize(r);
     if (problem_.is_stiff()) return accelerations_under_forces(r, v, w);
@@ -48,10 +48,10 @@ class NormalForm {
     add_correction(w);
   }
 
-  /// lambda, N/m, of the accelerations just found.
+  /// Returns lambda, N/m, of the last accelerations.
   const Eigen::VectorXd& multipliers() const { return b_; }
 
-  /// Newton's method on xi(r) = 0 to a share of the length, then v without its normal part.
+  /// Solves xi(r) = 0 by Newton's method to a share of the length, then removes the normal part of v.
   void project(double* r, double* v, double tolerance) {
     const double length2 = problem_.length * problem_.length;
     for (int pass = 0; pass < 10; ++pass) {
@@ -67,7 +67,7 @@ class NormalForm {
     remove_normal_part(v);
   }
 
-  /// u -= M^-1 K S^-1 K'u with the factor that stands.
+  /// Computes u -= M^-1 K S^-1 K'u with the present factor.
   void remove_normal_part(double* u) {
     for (int k = 0; k < problem_.equations(); ++k) b_[k] = dot(d_[k], problem_.difference(problem_.rods[k], u, false));
     add_correction(u);
@@ -97,7 +97,7 @@ class NormalForm {
     ++factorizations_;
   }
 
-  /// u -= M^-1 K S^-1 b
+  /// Computes u -= M^-1 K S^-1 b.
   void add_correction(double* u) {
     b_ = solver_.solve(b_).eval();
     for (std::size_t k = 0; k < d_.size(); ++k) {

@@ -1,4 +1,5 @@
-/// OpenMM's leapfrog with constraints (CCMA) and a fixed step: the places of velocity Verlet, one projection a step.
+/// Runs OpenMM's leapfrog with constraints (CCMA) and a fixed step: the positions of velocity Verlet, one projection a
+/// step.
 ///
 ///     rival_openmm PROBLEM SIZE ccma STEP FILE       STEP: s
 
@@ -12,12 +13,12 @@ namespace {
 constexpr double anchor_mass = 1e15;            // OpenMM refuses constraints of fixed points
 constexpr double constraint_tolerance = 1e-10;  // of the length
 
-/// OpenMM's nm, ps, u stand for our m, s, kg: no other units enter.
+/// Makes the run. OpenMM's nm, ps, u stand for our m, s, kg, and no other units enter.
 Run make_run(const Problem& problem, const std::string& /*method*/, double step) {
   using namespace OpenMM;
   OpenMM::System system;
   std::vector<Vec3> places;
-  // Leapfrog keeps v half a step back; rods that lie flat let beads fall freely at first.
+  // Leapfrog keeps v half a step back, and rods that lie flat let beads fall freely at first.
   std::vector<Vec3> velocities(static_cast<std::size_t>(problem.size()), Vec3(0.0, 0.0, 0.5 * step * problem.gravity));
   auto* gravity = new CustomExternalForce("weight*z");  // the system deletes it
   gravity->addGlobalParameter("weight", problem.mass * problem.gravity);

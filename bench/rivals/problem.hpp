@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-/// What every driver here simulates: beads on rigid rods, some also on springs or in honey, under gravity, released at
-/// rest; and the car axis (car_axis.hpp).
+/// Every driver here simulates these problems: beads on rigid rods, some also on springs or in honey, under gravity,
+/// released at rest; and the car axis (car_axis.hpp).
 namespace rivals {
 
 using Place = std::array<double, 3>;
 
-/// From point i to point j; i = -1: from an anchor.
+/// A rod from point i to point j, or from an anchor if i = -1.
 struct Rod {
   int i, j;
   Place anchor{};
@@ -38,7 +38,7 @@ struct Problem {
   int size() const { return static_cast<int>(places.size() / 3); }
   int equations() const { return static_cast<int>(rods.size()); }
 
-  /// r_j - r_i of a rod, where r are places, or velocities (anchors rest).
+  /// Returns r_j - r_i of a rod, where r are positions, or velocities (anchors rest).
   Place difference(const Rod& rod, const double* r, bool are_places) const {
     Place d;
     for (int c = 0; c < 3; ++c) {
@@ -48,7 +48,7 @@ struct Problem {
     return d;
   }
 
-  /// f: weight, drag, and (k (|d| - l) + c d.u/|d|) d/|d| of the springs, N
+  /// Computes f, N: weight, drag, and (k (|d| - l) + c d.u/|d|) d/|d| of the springs.
   void forces(const double* r, const double* v, double* f) const {
     for (int i = 0; i < 3 * size(); ++i) f[i] = -drag * v[i] - (i % 3 == 2 ? mass * gravity : 0.0);
     for (const Rod& spring : springs) {
@@ -64,7 +64,7 @@ struct Problem {
   }
 };
 
-/// N rods from an anchor, horizontal.
+/// Makes N horizontal rods from an anchor.
 inline Problem make_chain(int count, double mass, double length, double t_end) {
   Problem chain{mass, length, 9.81, t_end, {}, {}};
   chain.places.resize(static_cast<std::size_t>(3 * count));
@@ -75,7 +75,7 @@ inline Problem make_chain(int count, double mass, double length, double t_end) {
   return chain;
 }
 
-/// The same with a spring for every second rod.
+/// Makes such a chain with a spring for every second rod.
 inline Problem make_spring_chain(int count, double stiffness, double damping) {
   Problem chain = make_chain(count, 0.1, 0.1, 1.0);
   chain.rods.clear();
@@ -91,7 +91,7 @@ inline Problem make_chain_in_honey(int count) {
   return chain;
 }
 
-/// Two wheels (IVP test set; Schneider 1990), consistent units.
+/// Makes the axis with two wheels (IVP test set; Schneider 1990), in consistent units.
 inline Problem make_car_axis() {
   Problem axis;
   axis.t_end = 3.0;
@@ -100,7 +100,7 @@ inline Problem make_car_axis() {
   return axis;
 }
 
-/// m x m beads in a plane, two diagonal corners anchored.
+/// Makes m x m beads in a plane with two diagonal corners anchored.
 inline Problem make_net(int m) {
   Problem net;
   net.t_end = 0.1;
@@ -122,9 +122,9 @@ inline Problem make_net(int m) {
   return net;
 }
 
-/// "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM: 1 kg, 1 m, 2000 s),
-/// "springs" (size links, every second one a spring of 1e8 N/m, 1 s), "damped" (the same with 4472 N s/m: critical
-/// where two beads swing freely), "honey" (size rods, 20 s), "car_axis" (3 s).
+/// Makes a problem by its name: "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM:
+/// 1 kg, 1 m, 2000 s), "springs" (size links, every second one a spring of 1e8 N/m, 1 s), "damped" (the same with
+/// 4472 N s/m: critical where two beads swing freely), "honey" (size rods, 20 s), "car_axis" (3 s).
 inline Problem make_problem(const std::string& name, int size) {
   if (name == "chain") return make_chain(size, 0.1, 0.1, 1.0);
   if (name == "net") return make_net(size);
@@ -137,22 +137,22 @@ inline Problem make_problem(const std::string& name, int size) {
   throw std::invalid_argument("problem " + name);
 }
 
-/// Processor time of the process, s: other work on the machine counts little.
+/// Returns the processor time of the process, s; other work on the machine counts little.
 inline double processor_time() {
   timespec t;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// What a run cost and where the points end.
+/// The cost of a run and the positions at its end.
 struct Run {
   double seconds = 0.0;  // of the steps alone, without set-up
   long steps = 0, factorizations = 0;
   std::vector<double> places;
 };
 
-/// Makes short runs again and again for a twentieth of a second, keeps the middle of their times, prints
-/// "seconds steps factorizations" and writes the end as a reference file has it.
+/// Repeats short runs for a twentieth of a second and keeps the median of their times. Prints
+/// "seconds steps factorizations" and writes the end in the form of a reference file.
 inline void report(const Problem& problem, const std::function<Run()>& make_run, const std::string& file) {
   std::vector<double> times;
   Run last;
@@ -171,8 +171,8 @@ inline void report(const Problem& problem, const std::function<Run()>& make_run,
   std::fclose(out);
 }
 
-/// A driver's main: PROBLEM SIZE METHOD TOLERANCE FILE; make_run(problem, method, tolerance) is one run of it. What
-/// went wrong is the last line of the error stream, and the exit code 1.
+/// Runs a driver's main with PROBLEM SIZE METHOD TOLERANCE FILE; make_run(problem, method, tolerance) is one run of it.
+/// An error is the last line of the error stream, and the exit code is 1.
 template <class MakeRun>
 int drive(int count, char** words, const MakeRun& make_run) try {
   if (count != 6) return 2;

@@ -1,4 +1,4 @@
-/// Simbody: a chain as a tree of universal joints, integrated by its Runge-Kutta-Merson method.
+/// Runs Simbody: a chain as a tree of universal joints, integrated by its Runge-Kutta-Merson method.
 ///
 ///     rival_simbody PROBLEM SIZE rkm ACCURACY FILE       PROBLEM: chain, pendulum, a01
 

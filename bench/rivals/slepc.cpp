@@ -1,14 +1,18 @@
-// The lowest modes of a net of rods that hangs by two adjacent corners, by tanor and by SLEPc in turn:
+// Finds the lowest modes of a net of rods that hangs by two adjacent corners, by tanor and by SLEPc in turn:
 //   OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 rival_slepc [--side K] [--count N] [--rounds R] [--unequal 1]
 //   default: 100 x 100 points 0.1 m apart, 0.1 kg each, corners 9.9 m apart; 20 modes, 5 rounds
 //   --unequal 1: masses of 0.05 to 0.15 kg, so that no two modes are equal
 // Both get W, K and M of the same equilibrium, and find the lowest omega^2 to the same tolerance, with analysis and
 // factorization. SLEPc does so twice: next to the shift at which ours begins, and next to the one where ours ends,
-// which it gets for nothing. SLEPc: Krylov-Schur on the pencil ([W K; K' 0], [M 0; 0 0]), shift-invert by MUMPS (L D L'
-// of the symmetric matrix). Ours proves besides that no mode is missing. Prints medians of processor time, and the
-// largest relative difference of omega^2 and, of shapes, what of SLEPc's lies outside of the space that ours span, in
-// the norm of M. Of equal masses each column of the net swings by itself, so that every omega^2 is that of a column
-// which hangs alone: each of SLEPc's stands beside the nearest of these, which tanor's dense solver finds.
+// which
+// it gets for nothing. SLEPc: Krylov-Schur on the pencil ([W K; K' 0], [M 0; 0 0]), shift-invert by MUMPS (L D L' of
+// the
+// symmetric matrix). Ours also proves that no mode is missing. The program prints medians of processor time, the
+// largest
+// relative difference of omega^2, and the part of SLEPc's shapes outside of the space that ours span, in the norm of M.
+// With equal masses each column of the net swings by itself, so that every omega^2 is that of a column which hangs
+// alone:
+// each of SLEPc's is compared with the nearest of these, which tanor's dense solver finds.
 
 #include <slepceps.h>
 
@@ -33,7 +37,7 @@ using namespace tanor;
 
 constexpr double tolerance = 1e-8;
 
-/// One symmetric matrix with all its entries, by rows.
+/// A symmetric matrix with all its entries, by rows.
 class Matrix {
  public:
   explicit Matrix(std::size_t size) : rows_(size) {}
@@ -62,7 +66,7 @@ class Matrix {
   Mat matrix_ = nullptr;
 };
 
-/// ([W K; K' 0], [M 0; 0 0]).
+/// Writes the pencil ([W K; K' 0], [M 0; 0 0]).
 void write_pencil(const EquilibriumEquations& equations, Matrix* left, Matrix* right) {
   const StiffnessMatrix& W = equations.stiffness();
   const Model& model = equations.model();
@@ -150,7 +154,7 @@ double largest_difference(const Eigen::VectorXd& ours, const std::vector<double>
   return worst;
 }
 
-/// omega^2 of one column of the net by itself, all of them.
+/// Returns all omega^2 of one column of the net by itself.
 std::vector<double> modes_of_a_column(int side) {
   System chain;
   Rods rods{.name = "rods"};
@@ -167,7 +171,7 @@ std::vector<double> modes_of_a_column(int side) {
   return squares;
 }
 
-/// From each of theirs to the nearest of ours, relative.
+/// Returns the largest relative distance from one of theirs to the nearest of ours.
 double distance_to_nearest(const std::vector<double>& ours, const std::vector<double>& theirs) {
   double worst = 0.0;
   for (const double value : theirs) {
@@ -178,7 +182,7 @@ double distance_to_nearest(const std::vector<double>& ours, const std::vector<do
   return worst;
 }
 
-/// |x - X X'Mx| of their shapes x and ours X, M-orthonormal; the largest.
+/// Returns the largest |x - X X'Mx| of their shapes x and ours X, which are M-orthonormal.
 double largest_part_outside(const Eigen::MatrixXd& ours, const Eigen::MatrixXd& theirs, const Eigen::VectorXd& mass) {
   const Eigen::MatrixXd outside = theirs - ours * (ours.transpose() * mass.asDiagonal() * theirs);
   return std::sqrt((outside.array().square().colwise() * mass.array()).colwise().sum().maxCoeff());
@@ -190,7 +194,7 @@ struct Options {
 
 int measure(const Options& options) {
   const int count = options.count;
-  // It rests in the same shape whatever the masses: each column hangs straight, and the rows carry nothing.
+  // The net rests in the same shape whatever the masses: each column hangs straight, and the rows carry nothing.
   const System system = scenes::make_hung_net(options.side, options.is_unequal != 0);
   const double begin = processor_seconds();
   const EquilibriumResult rest = find_equilibrium(scenes::make_hung_net(options.side), {.solver = {.threads = 1}});

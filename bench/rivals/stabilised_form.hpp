@@ -12,8 +12,9 @@ namespace rivals {
 ///     r' = v - K mu,  m v' = f - K lambda - B tau,  K'v = 0,  xi(r) = (|d|^2 - length^2)/2 = 0,
 ///     |d| - length + (c B'v - tau)/k = 0 of the springs,  y = (r, v, lambda, mu, tau)
 ///
-/// f are weight and drag; B holds the units e = d/|d| of the springs, whose forces tau are unknowns as those of rods
-/// are (inserted, they make a run up to 2.5 times as long).
+/// Weight and drag are f; B holds the units e = d/|d| of the springs, whose forces tau are unknowns as those of rods
+/// are
+/// (inserted, they make a run up to 2.5 times as long).
 class StabilisedForm {
  public:
   explicit StabilisedForm(const Problem& problem) : problem_(problem), n_(3 * problem.size()) {
@@ -31,7 +32,7 @@ class StabilisedForm {
 
   int unknowns() const { return 2 * (n_ + problem_.equations()) + num_springs(); }
 
-  /// F(y, y'): r' - v + K mu, m v' - f + K lambda + B tau, K'v, xi, |d| - length + (c B'v - tau)/k
+  /// Computes F(y, y'): r' - v + K mu, m v' - f + K lambda + B tau, K'v, xi, |d| - length + (c B'v - tau)/k.
   void residual(const double* y, const double* slope, double* out) const {
     for (int i = 0; i < n_; ++i) {
       const double weight = i % 3 == 2 ? problem_.mass * problem_.gravity : 0.0;
@@ -64,7 +65,7 @@ class StabilisedForm {
     }
   }
 
-  /// dF/dy + a dF/dy'
+  /// Returns dF/dy + a dF/dy'.
   const Eigen::SparseMatrix<double>& newton_matrix(const double* y, double a) {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
     auto slot = slots_.begin();
@@ -86,7 +87,7 @@ class StabilisedForm {
     const Place d = problem_.difference(problem_.springs[k], y, true);
     const Place u = problem_.difference(problem_.springs[k], y + n_, false);
     Spring spring;
-    // 0 where only the pattern is asked for
+    // The distance is 0 where only the pattern is asked for.
     spring.size = std::max(std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), 1e-300);
     for (int c = 0; c < 3; ++c) spring.e[c] = d[c] / spring.size;
     spring.rate = spring.e[0] * u[0] + spring.e[1] * u[1] + spring.e[2] * u[2];
@@ -94,14 +95,14 @@ class StabilisedForm {
     return spring;
   }
 
-  /// visit(point, dd/dr_point) at the ends that move
+  /// Calls visit(point, dd/dr_point) at the ends that move.
   template <class Visit>
   static void for_each_end(const Rod& rod, const Visit& visit) {
     visit(rod.j, 1.0);
     if (rod.i >= 0) visit(rod.i, -1.0);
   }
 
-  /// add(row, column, value), always in the same order
+  /// Calls add(row, column, value), always in the same order.
   template <class Add>
   void for_each_entry(const double* y, double a, const Add& add) const {
     for (int i = 0; i < n_; ++i) {
@@ -131,7 +132,7 @@ class StabilisedForm {
     }
   }
 
-  /// d(e tau)/dr = tau (1 - e e')/|d|, d|d|/dr = e, d(e.u)/dr = turning, d(e.u)/du = e
+  /// Adds d(e tau)/dr = tau (1 - e e')/|d|, d|d|/dr = e, d(e.u)/dr = turning, d(e.u)/du = e.
   template <class Add>
   void add_spring(int k, const double* y, const Add& add) const {
     const Spring spring = evaluate_spring(k, y);

@@ -1,11 +1,11 @@
-/// SUNDIALS on r'' = w(r, v), with the normal form and its projections written by hand.
+/// Runs SUNDIALS on r'' = w(r, v), with the normal form and its projections written by hand.
 ///
 ///     rival_sundials PROBLEM SIZE METHOD TOLERANCE FILE
 ///
 /// METHOD: erk5, erk8 (ARKODE, Dormand & Prince 5(4), Fehlberg 8(7); projected after each step), sdirk (likewise,
 /// Kvaerno 5(4), implicit), adams (CVODE, which offers no projection with it), bdf (CVODE with projection), ida (IDA on
 /// the stabilised form of index 2); bdf2, ida2: up to order 2, which damps no swing and is stable on all.
-/// Implicit steps: fixed-point iteration where nothing is stiff, else Newton's, see make_linear_solver.
+/// Implicit steps use fixed-point iteration where nothing is stiff, otherwise Newton's method with LinearSolver.
 
 #include "sundials_ida.hpp"
 
@@ -20,7 +20,7 @@
 namespace rivals {
 namespace {
 
-/// y = (r, v), or bead by bead; y' = (v, w)
+/// Computes y' = (v, w) for y = (r, v), or bead by bead.
 int find_slope(realtype t, N_Vector y, N_Vector slope, void* user) {
   auto& motion = *static_cast<Motion*>(user);
   double* out = N_VGetArrayPointer(slope);
@@ -41,7 +41,7 @@ int project_state(realtype t, N_Vector y, void*) {
   return 0;
 }
 
-/// CVODE wants the correction, and the error without its normal part.
+/// Computes the correction for CVODE, and removes the normal part of the error.
 int find_correction(realtype t, N_Vector y, N_Vector correction, realtype, N_Vector error, void* user) {
   auto& motion = *static_cast<Motion*>(user);
   const double* old = N_VGetArrayPointer(y);
@@ -58,8 +58,10 @@ int find_correction(realtype t, N_Vector y, N_Vector correction, realtype, N_Vec
   return 0;
 }
 
-/// What Newton's matrix asks for, made by differences: the car axis is small and dense; with springs w of a bead knows
-/// those up to two links away, so bead by bead the matrix is a band; in honey GMRES meets nearly one eigenvalue.
+/// The linear solver of Newton's matrix, which is made by differences. The car axis is small and dense. With springs w
+/// of
+/// a bead depends on those up to two links away, so that the matrix is a band in the order bead by bead. In honey GMRES
+/// meets nearly one eigenvalue.
 struct LinearSolver {
   SUNMatrix matrix = nullptr;
   SUNLinearSolver solver = nullptr;

@@ -33,9 +33,10 @@ inline int find_newton_matrix(realtype, realtype a, N_Vector y, N_Vector, N_Vect
   return 0;
 }
 
-/// lambda and v' at the start from the normal form; mu = 0. The multipliers are left out of the error test, and with
-/// the tolerance of the others Newton's iteration would stall on them: they change by 1/h of what places do.
-/// Newton's matrix by hand and KLU; of the car axis dense, by differences.
+/// Takes steps with IDA from lambda and v' of the normal form at the start, and mu = 0. The multipliers are left out of
+/// the error test; with the tolerance of the others Newton's iteration would stall on them, since they change by 1/h of
+/// the change of positions. Newton's matrix is written by hand and solved by KLU; that of the car axis is dense, by
+/// differences.
 inline void step_with_ida(Motion& motion, const std::string& method, N_Vector state, SUNContext context, Run* run) {
   const int n = motion.size;
   const bool is_car = motion.problem.is_car_axis;

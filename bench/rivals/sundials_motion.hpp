@@ -13,7 +13,7 @@ inline void require(int flag) {
   if (flag < 0) throw std::runtime_error("SUNDIALS: flag " + std::to_string(flag));
 }
 
-/// What the callbacks of SUNDIALS need: the problem in normal form, and the order of its state.
+/// Data for the callbacks of SUNDIALS: the problem in normal form, and the order of its state.
 struct Motion {
   Motion(const Problem& given, const std::string& method, double wanted)
       : problem(given),
@@ -34,7 +34,7 @@ struct Motion {
   bool is_bead_by_bead;              // y = (r_1, v_1, r_2, …), which makes Newton's matrix a band; else (r, v)
   std::vector<double> state, rates;  // (r, v), workspaces
 
-  /// (r, v) of y
+  /// Returns (r, v) of y.
   double* read(const double* y) {
     for (int i = 0; i < 2 * size; ++i) state[static_cast<std::size_t>(i)] = y[place_of(i)];
     return state.data();

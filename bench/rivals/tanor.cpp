@@ -1,4 +1,4 @@
-/// tanor on the problems of its rivals, one thread, through its public interface alone.
+/// Runs tanor on the problems of its rivals, one thread, through its public interface alone.
 ///
 ///     rival_tanor PROBLEM SIZE METHOD RTOL FILE       METHOD: dop853, dopri5, taylor, taylor12 (with its order), …;
 ///                                                     "/general" after it: general solver; generalized_alpha: RTOL
@@ -40,7 +40,7 @@ tanor::System make_system(const Problem& problem) {
   return system;
 }
 
-/// The car axis as the IVP test set has it: the left wheel's foot at rest, the right one's on the road.
+/// Makes the car axis of the IVP test set: the left wheel's foot at rest, the right one's on the road.
 tanor::System make_car_axis(const Problem& axis) {
   tanor::System system;
   system.positions = axis.places;
@@ -58,7 +58,7 @@ tanor::System make_car_axis(const Problem& axis) {
   return system;
 }
 
-/// "taylor12" -> taylor, order 12
+/// Reads a method; "taylor12" means taylor of order 12.
 tanor::MotionOptions read_options(const std::string& method, double tolerance) {
   if (method == "generalized_alpha")
     return {.method = tanor::Method::GeneralizedAlpha, .step = tolerance, .rtol = 1e-9, .atol = 1e-11};

@@ -51,7 +51,7 @@ TEST(Friction, ABeadAtRestSticksWhereMuReachesTheSlope) {
   ASSERT_TRUE(held.report.outcome.ok()) << held.report.outcome.what;
   EXPECT_EQ(held.report.friction.sticking, 1u);
   for (const double w : held.w) EXPECT_NEAR(w, 0.0, 2.0 * 9.81 * 2.2e-16);  // rounding of gravity
-  // friction carries what pulls downhill
+  // Friction carries the component of the weight that pulls downhill.
   EXPECT_NEAR(std::hypot(held.tau[0], held.tau[1]), 2.0 * 9.81 * 0.5, 1e-13);
   EXPECT_NEAR(std::hypot(held.eta[0], held.eta[1]), 16.99141842225068624950424861, 1e-13);
 
@@ -99,7 +99,7 @@ std::vector<double> list_accelerations(const Rails& c) {
   return found;
 }
 
-/// The first numbers in brackets: "… (a, 0, 0) and (b, 0, 0) m/s^2 …".
+/// Returns the first number of each bracket of "… (a, 0, 0) and (b, 0, 0) m/s^2 …" and expects zeros behind it.
 std::vector<double> read_accelerations(const std::string& what) {
   std::vector<double> found;
   for (std::size_t at = what.find('(', what.find("obey the law")); at != std::string::npos;

@@ -44,7 +44,7 @@ Uniqueness uniqueness_of(std::size_t motions) {
   return motions == 0 ? Uniqueness::None : motions == 1 ? Uniqueness::Proven : Uniqueness::Several;
 }
 
-/// All "(x, y, z)" of a text.
+/// Returns all "(x, y, z)" of a text.
 std::vector<Vector3d> vectors_in(const std::string& text) {
   std::vector<Vector3d> result;
   for (std::size_t k = text.find('('); k != std::string::npos; k = text.find('(', k + 1)) {
@@ -66,7 +66,7 @@ TEST(FrictionEnumeration, FourHundredScenesHaveAsManyMotionsAsTheLaw) {
       const System system = make_beads(seed, kind);
       const reference::RoughContacts twin(system);
       const auto counted = twin.find_all();
-      // A motion that hangs on the last digits: none of these scenes but a few.
+      // Rounding may decide between several motions here; that is so in a few of these scenes.
       constexpr double told_apart = 1e-6;
       if (counted.margin < told_apart || !counted.is_certain) {
         ++borderline;
@@ -95,7 +95,7 @@ TEST(FrictionEnumeration, FourHundredScenesHaveAsManyMotionsAsTheLaw) {
       } else if (motions.size() > 1) {
         ++several;
         EXPECT_NE(report.outcome.what.find(std::to_string(motions.size()) + " accelerations"), std::string::npos);
-        // Each of those that are named is one of a contact's.
+        // Each named acceleration belongs to a contact that the message names.
         const std::vector<Vector3d> named = vectors_in(report.outcome.what);
         EXPECT_EQ(named.size(), motions.size());
         for (std::size_t c = 0; c < twin.mu.size(); ++c) {
@@ -119,7 +119,8 @@ TEST(FrictionEnumeration, FourHundredScenesHaveAsManyMotionsAsTheLaw) {
 
 // ---- ten contacts, eleven contacts ----
 
-/// A row of beads on lines in the plane z = 0: one degree of freedom, reactions along one line each.
+/// Makes a row of beads on lines in the plane z = 0, which has one degree of freedom and a reaction along one line
+/// each.
 System make_row(unsigned seed, std::size_t count) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-1.0, 1.0), angle(0.0, 6.283185307179586), log_mass(-1.0, 1.0),
@@ -169,14 +170,14 @@ struct Row {
     }
   }
 
-  /// u of all motions: with each sense of u all signs of the reactions are tried, one linear system each.
+  /// Returns u of all motions. For each sense of u all signs of the reactions are tried, with one linear system each.
   std::vector<double> find_all(double* margin) const {
     const auto count = static_cast<Eigen::Index>(mass.size());
     std::vector<double> found;
     if (can_rest()) found.push_back(0.0);
     for (const double sense : {1.0, -1.0}) {
       for (unsigned signs = 0; signs < (1u << count); ++signs) {
-        // m c u = l.R - sense sgn(c) mu sigma n.R,  sigma n.R >= 0; unknown u, T_0, ...
+        // The equations m c u = l.R - sense sgn(c) mu sigma n.R hold with sigma n.R >= 0; unknowns are u, T_0, ...
         Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count, count);
         VectorXd b(count);
         const auto sigma = [&](Eigen::Index k) { return (signs >> k) & 1 ? 1.0 : -1.0; };
@@ -208,7 +209,9 @@ struct Row {
     return found;
   }
 
-  /// Some pulls let all beads rest: the pulls T_k that T_(k-1) leaves possible are intervals, from bead to bead.
+  /// Returns true if some pulls let all beads rest. The pulls T_k that T_(k-1) leaves possible are intervals, from bead
+  /// to
+  /// bead.
   bool can_rest() const {
     using Interval = std::pair<double, double>;
     constexpr double far = 1e9;
@@ -216,7 +219,7 @@ struct Row {
     for (std::size_t k = 0; k < mass.size(); ++k) {
       const Vector2d to = k + 1 < mass.size() ? e[k] : Vector2d::Zero().eval(),
                      from = k > 0 ? e[k - 1] : Vector2d::Zero().eval();
-      // |l.R| <= mu |n.R|: the product of f_+ and f_-, mu n.R +- l.R, is not negative.
+      // The condition |l.R| <= mu |n.R| says that the product of f_+ and f_-, mu n.R +- l.R, is not negative.
       const Vector2d normals[2] = {mu[k] * n[k] + l[k], mu[k] * n[k] - l[k]};
       const auto product = [&](double T0, double T1) {
         const Vector2d R = F[k] + T1 * to - T0 * from;
@@ -241,7 +244,7 @@ struct Row {
         for (const Vector2d& f : normals) {
           for (const double T0 : {own.first, own.second}) ends.push_back(-f.dot(F[k] - T0 * from) / f.dot(to));
         }
-        // where both vanish: R = 0
+        // Both f_+ and f_- vanish where R = 0.
         Eigen::Matrix2d both;
         both << to, -from;
         if (std::abs(both.determinant()) > 1e-12) {
@@ -253,7 +256,7 @@ struct Row {
           if (is_possible(0.5 * (ends[i] + ends[i + 1]), own)) after.emplace_back(ends[i], ends[i + 1]);
         }
       }
-      // Union.
+      // The intervals are united.
       std::sort(after.begin(), after.end());
       before.clear();
       for (const Interval& each : after) {

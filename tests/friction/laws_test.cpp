@@ -1,4 +1,4 @@
-/// What the laws of friction say in their files, and a law that has nothing but a magnitude.
+/// The tests check what the laws of friction say in their files, and a law that has nothing but a magnitude.
 
 #include <cmath>
 
@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// mu (|N| + adhesion), with a limit: a law that the library does not know.
+/// A law mu (|N| + adhesion) with a limit, which the library does not know.
 struct Sticky {
   double coefficient, adhesion;  ///< 1, N
 };

@@ -7,8 +7,8 @@
 
 #include "base/parallel.hpp"
 
-/// \file Many contacts at rest that choose together which of them begin to slide. The law is written down here once
-/// more, on accelerations, friction and normal forces as they are told:
+/// \file Many contacts at rest choose together which of them begin to slide. The law is written down here once
+/// more, for accelerations, friction and normal forces as tanor reports them:
 ///
 ///   |tau_c| <= mu |N_c|,   tau_c = -mu |N_c| a_c/|a_c| where a_c is not 0
 namespace tanor {
@@ -16,8 +16,9 @@ namespace {
 
 constexpr double mu = 0.25;
 
-/// A chain of beads at rest with random forces. On a plane friction changes no normal force; in a ball of radius 1 rods
-/// push into the guide, with either sign.
+/// Makes a chain of beads at rest with random forces. On a plane friction changes no normal force; in a ball of radius
+/// 1
+/// rods push into the guide, with either sign.
 System make_rough_chain(std::size_t count, bool in_ball, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -51,7 +52,8 @@ System make_rough_chain(std::size_t count, bool in_ball, unsigned seed) {
   return system;
 }
 
-/// The worst miss of the law, over the largest limit; `moving`: how many have an acceleration.
+/// Returns the largest violation of the law over the largest limit. `moving` becomes the number of points that
+/// accelerate.
 double miss(const System& system, const std::vector<double>& w, const std::vector<double>& lambda,
             const std::vector<double>& tau, std::size_t* moving) {
   const std::size_t count = system.masses.size();

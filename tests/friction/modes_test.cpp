@@ -9,8 +9,9 @@
 #include "reference.hpp"
 #include "rough_scenes.hpp"
 
-/// \file Beads at rest on rough lines that rods join: all motions that obey the law, counted by a dense twin, and by
-/// tanor. The law is written down here once more: the twin knows places, masses and forces alone.
+/// \file All motions of beads at rest on rough lines that rods join are counted by a dense twin and by tanor. The law
+/// is
+/// written down here once more: the twin knows positions, masses and forces alone.
 namespace tanor {
 namespace {
 
@@ -18,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Two beads on lines in space, a rod between them, forces on both: one degree of freedom.
+/// Two beads on lines in space with a rod between them and forces on both have one degree of freedom.
 struct TwoBeads {
   Vector3d r[2], line[2], force[2];
   double mass[2], mu[2];
@@ -53,12 +54,14 @@ struct TwoBeads {
     return result;
   }
 
-  /// Accelerations of the first bead along its line. Each bead moves by a_k = c_k u; T is the pull of the rod:
+  /// Returns the accelerations of the first bead along its line. Each bead moves by a_k = c_k u; T is the pull of the
+  /// rod:
   ///
   ///   m_k c_k u = F_k.l_k + T e_k.l_k + x_k,   N_k = -(F_k + T e_k) across l_k,   |x_k| <= mu_k |N_k|
   ///
-  /// so that x_k = m_k c_k u - F_k.l_k - T e_k.l_k: two unknowns, u and T, and two equations where both slide. Rest is
-  /// an interval of T for each bead, sliding to each side the roots of g(T) = 0 on a line of T.
+  /// so that x_k = m_k c_k u - F_k.l_k - T e_k.l_k. The unknowns are u and T, with two equations where both beads
+  /// slide.
+  /// For each bead rest is an interval of T; sliding to each side is a root of g(T) = 0 on a line of T.
   std::vector<double> find_all() const {
     const Vector3d e = (r[1] - r[0]).normalized();
     const double c[2] = {e.dot(line[1]), e.dot(line[0])};  // e.(c_1 l_1 - c_0 l_0) = 0 for c_0 = e.l_1, c_1 = e.l_0
@@ -68,7 +71,9 @@ struct TwoBeads {
       return mu[k] * (all - all.dot(line[k]) * line[k]).norm();
     };
     const auto along = [&](int k, double T) { return (force[k] + T * pull[k] * e).dot(line[k]); };
-    // u of bead 0 and of bead 1 that slide with the sense of `sign`, at T: both must agree, and have that sign.
+    // The function returns u of bead 0 or of bead 1 that slides with the sense of `sign` at T. Both must agree and have
+    // that
+    // sign.
     const auto speed_up = [&](int k, double T, double sign) {
       const double sense = sign * (c[k] < 0.0 ? -1.0 : 1.0);
       return (along(k, T) - sense * limit(k, T)) / (mass[k] * c[k]);
@@ -162,7 +167,7 @@ TEST(FrictionModes, APlaneGivenTwiceSharesItsReactionByConvention) {
 
 // ---- cases/10b in runs ----
 
-/// The first numbers of all "(x, y, z)" in a text.
+/// Returns the first number of each "(x, y, z)" in a text, in ascending order.
 std::vector<double> first_numbers(const std::string& text) {
   std::vector<double> result;
   for (std::size_t k = text.find('('); k != std::string::npos; k = text.find('(', k + 1))
@@ -210,9 +215,9 @@ TEST(FrictionModes, ARegularisedLawMayHaveSeveralMotions) {
 
 // ---- several and none in the middle of a run ----
 
-/// The rails of case 10b with a rod whose length changes such that its upper end runs D(t) = 0.4 + 0.2 cos t ahead.
-/// With F + D'' pulling at the upper bead and c/s = D of the rod's slope, both have the acceleration of the lower one +
-/// 0, D'':
+/// The rails of case 10b have a rod whose length changes such that its upper end runs D(t) = 0.4 + 0.2 cos t ahead.
+/// With F + D'' pulling at the upper bead and c/s = D of the rod's slope, both beads have the acceleration of the lower
+/// one plus 0 and D'':
 ///
 ///   2 c T + mu |g + s T| = -F,   a = F + c T
 ///
@@ -243,7 +248,7 @@ TEST(FrictionModes, ARunThroughSeveralMotionsKeepsItsOwnAndCountsThem) {
       ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
       EXPECT_EQ(simulation.time(), t);
       EXPECT_NEAR(simulation.accelerations()[0], Telescope::acceleration(1.0, t), 1e-9) << t;
-      // Simpson's rule, 0.1 s in 100 parts
+      // Simpson's rule takes 0.1 s in 100 parts.
       for (int i = 0; i < 100; ++i) {
         const double from = t - 0.1 + 1e-3 * i;
         v += 1e-3 / 6.0 *
@@ -261,7 +266,7 @@ TEST(FrictionModes, ARunThroughSeveralMotionsKeepsItsOwnAndCountsThem) {
       }
       if (t < Telescope::leaves) at_leaving = friction.several;
     }
-    // Ends of steps in between.
+    // The wanted number counts the ends of steps in between.
     const auto wanted =
         static_cast<std::size_t>(Telescope::leaves / h) - static_cast<std::size_t>(Telescope::enters / h);
     EXPECT_GE(friction.several, at_leaving);
@@ -290,13 +295,13 @@ TEST(FrictionModes, ARunEndsWhereNoMotionIsLeft) {
 
     const Outcome outcome = simulation.advance_to(4.0);
 
-    // Steps that follow a tolerance end where none is short enough, and say why.
+    // Steps that follow a tolerance fail where none is short enough, and the message says why.
     EXPECT_EQ(outcome.status, method == Method::Rk4 ? Status::NoSolution : Status::StepTooSmall) << outcome.what;
     EXPECT_NE(outcome.what.find("rust at rough[0], point 0"), std::string::npos) << outcome.what;
     EXPECT_NE(outcome.what.find("no accelerations obey the law"), std::string::npos) << outcome.what;
     EXPECT_LE(simulation.time(), low + 1e-9);
     EXPECT_GE(simulation.time(), low - (method == Method::Rk4 ? 1e-3 : 1e-6));
-    // After a fixed step that failed they are those of its last stage, up to a step away.
+    // The accelerations after a fixed step that failed are those of its last stage, up to a step away.
     if (method != Method::Rk4) {
       EXPECT_NEAR(simulation.accelerations()[0],
                   Telescope::acceleration(1.0 + 0.5 * std::pow(simulation.time(), 2), simulation.time()), 1e-7);

@@ -1,5 +1,5 @@
-/// Friction taken apart: its split, its part of the reactions, the paper's three blocks (43), and what a given motion
-/// says of it.
+/// The tests take friction apart: its split, its part of the reactions, the paper's three blocks (43), and what a given
+/// motion says of it.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,9 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Beads on rough lines as they slide, at rest and stuck, and two apart of each: one slides, one sticks.
+/// Returns beads on rough lines that slide, single beads that are stuck at rest, and pairs without a rod in which one
+/// bead
+/// slides and the other one sticks.
 std::vector<System> scenes() {
   std::vector<System> result;
   for (unsigned seed = 1; seed <= 30; ++seed) {
@@ -66,7 +68,7 @@ TEST(FrictionParts, SplitIsThatOfTheDenseProjectors) {
     EXPECT_LE((reference::vector(split.normal_friction) - paper.normal_part(tau)).norm(), rounding);
     EXPECT_LE((reference::vector(split.tangent_friction) - paper.tangent_part(tau)).norm(), rounding);
     EXPECT_GT(tau.norm(), 0.0);
-    // (19), (20) with f + tau
+    // The split obeys (19) and (20) with f + tau.
     const VectorXd w_T = reference::vector(split.tangent_accelerations);
     EXPECT_LE((w_T - paper.w_T_by_K(paper.f + tau)).norm(), 1e-11 * (1.0 + paper.f.norm() + tau.norm()));
   }
@@ -112,7 +114,7 @@ TEST(FrictionBlocks, Equation43_ThreeBlocksFindWhatTheSmallestFormFinds) {
     for (std::size_t a = 0; a < solved.lambda.size(); ++a)
       EXPECT_NEAR(blocks.multipliers[a], solved.lambda[a], allowed);
     for (std::size_t i = 0; i < solved.tau.size(); ++i) EXPECT_NEAR(blocks.friction[i], solved.tau[i], allowed);
-    // (44)
+    // By (44) the tangent block is left out for equal masses.
     EXPECT_EQ(blocks.tangent_block_left_out, seed % 2 == 0);
   }
   EXPECT_GT(tried, 20);
@@ -140,7 +142,7 @@ TEST(DirectProblemWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
   EXPECT_GT(slid, 10);
 }
 
-/// At rest the law bounds friction and does not tell it.
+/// At rest the law bounds friction but does not determine it.
 TEST(DirectProblemWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl) {
   System system = make_rough_lines(3, 1, 5.0, false);
   system.velocities.assign(3, 0.0);
@@ -156,7 +158,7 @@ TEST(DirectProblemWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl)
 }
 
 TEST(DirectProblemWithFriction, RoundTripOfASlidingMotionNeedsNoControl) {
-  // two beads on crossing rough rails, a rod between them
+  // Two beads lie on crossing rough rails with a rod between them.
   System system;
   system.positions = {1.0, 0.0, 0.0, 0.0, -2.0, 0.0};
   system.masses = {1.0, 2.5};

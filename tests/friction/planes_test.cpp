@@ -9,8 +9,8 @@
 #include "friction/random_beads.hpp"
 #include "reference.hpp"
 
-/// \file The motions of beads at rest on rough planes, which rods join: a direction of sliding is unknown there. They
-/// are looked for once more by Newton's method from a grid of directions, in each subset that sticks.
+/// \file The motions of beads at rest on rough planes, which rods join, have unknown directions of sliding. They are
+/// looked for once more by Newton's method from a grid of directions, in each subset that sticks.
 namespace tanor {
 namespace {
 
@@ -31,7 +31,7 @@ System make_planes(unsigned seed, std::size_t count) {
   return beads.finish();
 }
 
-/// Two components of friction a bead, x [2n]; a = a0 + A x along them, reactions nu = nu0 + V x.
+/// Each bead has two components of friction, x [2n]; a = a0 + A x is along them, the reactions are nu = nu0 + V x.
 struct Planar {
   std::vector<double> mu;
   std::vector<Eigen::Matrix<double, 3, 2>> T;
@@ -68,7 +68,7 @@ struct Planar {
     }
   }
 
-  /// Accelerations of all motions that were found. `margin`: see RoughContacts.
+  /// Returns the accelerations of all motions that were found. `margin` is that of RoughContacts.
   std::vector<VectorXd> find_all(double* margin) const {
     const auto n = static_cast<Eigen::Index>(mu.size());
     std::vector<VectorXd> motions;
@@ -114,7 +114,8 @@ struct Planar {
   }
 
  private:
-  /// The rods' pulls are statically undetermined: along lines in the space of friction that lets all rest.
+  /// Returns true if some friction lets all beads rest. The rods' pulls are statically undetermined, so that the search
+  /// goes along lines in the space of that friction.
   bool can_rest(double* margin) const {
     const auto n = static_cast<Eigen::Index>(mu.size());
     MatrixXd vectors;
@@ -143,7 +144,7 @@ struct Planar {
       const VectorXd from = least + F * at, along = F * d;
       std::vector<double> roots{0.0};
       for (Eigen::Index c = 0; c < n; ++c) {
-        // |x + s d|^2 = mu^2 (nu + s V d)^2
+        // The limit is reached where |x + s d|^2 = mu^2 (nu + s V d)^2.
         const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)],
                      nu = nu0(c) + V.row(c) * from, dnu = V.row(c) * along;
         const Vector2d x = from.segment<2>(2 * c), dx = along.segment<2>(2 * c);
@@ -163,7 +164,7 @@ struct Planar {
     return best >= 0.0;
   }
 
-  /// a_c = 0; or |x_c|^2 = mu^2 nu_c^2 and x_c parallel to a_c.
+  /// Solves for a_c = 0 where a bead sticks; else for |x_c|^2 = mu^2 nu_c^2 with x_c parallel to a_c.
   template <class Slides>
   bool solve(const Slides& slides, VectorXd* x) const {
     const auto n = static_cast<Eigen::Index>(mu.size());

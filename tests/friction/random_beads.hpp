@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-/// Beads in a row at rest, joined by rods, with any places, masses and forces; the test adds their guides.
+/// A row of beads at rest, joined by rods, with any positions, masses and forces; the test adds their guides.
 class RandomBeads {
  public:
   struct Bead {
@@ -50,7 +50,7 @@ inline Vector3 vector_of(const Eigen::Vector3d& a) {
   return {a(0), a(1), a(2)};
 }
 
-/// What a start answers where so many motions obey the law.
+/// Returns the status of a start where so many motions obey the law.
 inline Status status_of(std::size_t motions) {
   return motions == 0 ? Status::NoSolution : motions == 1 ? Status::Ok : Status::NotUnique;
 }

@@ -12,16 +12,16 @@
 namespace tanor::reference {
 namespace {
 
-/// All complex solutions x [q] of x_j^2 = mu_j^2 N_j.N_j, N_j = N0_j + W_j x (no conjugation): q quadrics, which have
-/// 2^q of them (Bezout). Paths lead there from x_j = +-1 (total-degree homotopy in projective coordinates; Morgan
-/// 1987).
+/// Finds all complex solutions x [q] of x_j^2 = mu_j^2 N_j.N_j with N_j = N0_j + W_j x (no conjugation). These are q
+/// quadrics, which have 2^q solutions (Bezout). Paths lead there from x_j = +-1 (total-degree homotopy in projective
+/// coordinates; Morgan 1987).
 class Quadrics {
  public:
   using Complex = std::complex<double>;
   using Vector = Eigen::VectorXcd;
   using Matrix = Eigen::MatrixXcd;
 
-  /// N0, W: [q] 3, 3 x q.
+  /// Takes N0 and W as [q] of 3 and 3 x q.
   Quadrics(std::vector<double> mu, std::vector<Eigen::Vector3d> N0, std::vector<Eigen::Matrix3Xd> W)
       : mu_(std::move(mu)) {
     const auto q = static_cast<Eigen::Index>(mu_.size());
@@ -38,7 +38,9 @@ class Quadrics {
     turn_ = std::polar(1.0, angle(random));
   }
 
-  /// Real ones, polished. `smallest`: least distance of a solution from being a double one or from infinity.
+  /// Returns the real solutions, refined. `smallest` becomes the least distance of a solution from being a double one
+  /// or from
+  /// infinity.
   std::vector<Eigen::VectorXd> find_real(double* smallest) const {
     const std::size_t q = mu_.size();
     std::vector<Eigen::VectorXd> found;
@@ -65,7 +67,7 @@ class Quadrics {
   }
 
  private:
-  /// H(z, s) = (turn (1 - s) (x^2 - theta^2) + s F, patch.z - 1) and its derivatives.
+  /// Computes H(z, s) = (turn (1 - s) (x^2 - theta^2) + s F, patch.z - 1) and its derivatives.
   void evaluate(const Vector& z, double s, Vector* H, Matrix* J, Vector* rate) const {
     const auto q = static_cast<Eigen::Index>(mu_.size());
     J->setZero(q + 1, q + 1);
@@ -113,7 +115,7 @@ class Quadrics {
       const Vector k3 = tangent(*z + 0.5 * ds * k2, s + 0.5 * ds), k4 = tangent(*z + ds * k3, s + ds);
       Vector trial = *z + ds / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
       const Vector before = trial;
-      // Far from where it should be, the path may be another one.
+      // A point far from the predicted one may belong to another path.
       if (correct(&trial, s + ds, 3, 1e-10) && (trial - before).norm() < 1e-4 * trial.norm()) {
         *z = trial;
         s += ds;
@@ -160,7 +162,7 @@ RoughContacts::RoughContacts(const System& system, double t) {
     }
   }
   const auto k = static_cast<Eigen::Index>(mu.size());
-  // lambda = -S^+ (phi + K'M^-1 f), w = M^-1 (f + K lambda)
+  // The answer is lambda = -S^+ (phi + K'M^-1 f), w = M^-1 (f + K lambda).
   const Eigen::MatrixXd S = dense.S(), inverse = solve_least_squares(S, Eigen::MatrixXd::Identity(S.rows(), S.rows()));
   const auto answer = [&](const Eigen::VectorXd& f, const Eigen::VectorXd& phi, auto&& a, auto&& N) {
     const Eigen::VectorXd lambda = -inverse * (phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
@@ -182,7 +184,7 @@ RoughContacts::RoughContacts(const System& system, double t) {
     f.segment<3>(3 * points[static_cast<std::size_t>(c)]) = lines[static_cast<std::size_t>(c)];
     answer(f, none, A.col(c), W.col(c));
   }
-  // Rounding: what other constraints hold altogether.
+  // Rounding is removed where other constraints hold a contact altogether.
   const double mobility = dense.M.cwiseInverse().maxCoeff(), force = dense.f.cwiseAbs().maxCoeff();
   A = (A.array().abs() > 1e-11 * mobility).select(A, 0.0);
   a0 = (a0.array().abs() > 1e-11 * mobility * force).select(a0, 0.0);
@@ -210,7 +212,7 @@ RoughContacts::Counted RoughContacts::find_all() const {
   for (std::size_t subset = 0; subset < (std::size_t{1} << k); ++subset) {
     std::vector<Eigen::Index> slide, stick;
     for (Eigen::Index c = 0; c < k; ++c) ((subset >> c) & 1 ? slide : stick).push_back(c);
-    // x_S = p + Q x_J + F z
+    // The friction is x_S = p + Q x_J + F z.
     const auto q = static_cast<Eigen::Index>(slide.size());
     Eigen::VectorXd p = Eigen::VectorXd::Zero(k);
     Eigen::MatrixXd Q = Eigen::MatrixXd::Zero(k, q), F(k, 0);
@@ -250,10 +252,10 @@ RoughContacts::Counted RoughContacts::find_all() const {
       const auto is_zero = [&](Eigen::Index c) { return std::abs(a(c)) <= 1e-9 * size_a; };
       bool obeys = std::all_of(stick.begin(), stick.end(), is_zero);  // else they cannot
       if (obeys && std::all_of(slide.begin(), slide.end(), is_zero)) {
-        // A corner of the shares with which all rest: those that "slide" are at their limits.
+        // All contacts rest, and x is a corner of the possible shares: those that "slide" are at their limits.
         if (slide.empty() || slack(stick, x) < 0.0) obeys = slide.empty();
       } else {
-        // One that others hold does not slide.
+        // A contact that others hold does not slide.
         for (const Eigen::Index c : slide) {
           obeys = obeys && !is_zero(c);
           if (obeys) obeys = see(-a(c) * (x(c) > 0.0 ? 1.0 : -1.0) / size_a);
@@ -297,7 +299,7 @@ bool RoughContacts::holds(const std::vector<Eigen::Index>& stick, const Eigen::M
       const Eigen::VectorXd from = x + F * at, along = F * d.normalized();
       std::vector<double> roots{0.0};
       for (const Eigen::Index c : stick) {
-        // (x + s d)^2 - mu^2 |N + s W d|^2 = e + 2 b s + a s^2
+        // The roots of (x + s d)^2 - mu^2 |N + s W d|^2 = e + 2 b s + a s^2 are the ends of the intervals.
         const double m = mu[static_cast<std::size_t>(c)];
         const Eigen::Vector3d N = normal(c, from), dN = W.middleRows<3>(3 * c) * along;
         const double a = along(c) * along(c) - m * m * dN.squaredNorm(), b = from(c) * along(c) - m * m * N.dot(dN);

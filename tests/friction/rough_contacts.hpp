@@ -1,7 +1,8 @@
 #pragma once
 
-/// \file The law of Coulomb friction at rest for beads on straight lines, written down a second time: all motions that
-/// obey it, by dense matrices and homotopy continuation. It shares nothing with src/.
+/// \file The law of Coulomb friction at rest for beads on straight lines is written down a second time: all motions
+/// that
+/// obey it are found by dense matrices and homotopy continuation. The code shares nothing with src/.
 
 #include <Eigen/Core>
 #include <vector>
@@ -10,7 +11,8 @@
 
 namespace tanor::reference {
 
-/// Beads at rest on rough lines: accelerations along the lines a = a0 + A x, reactions N = N0 + W x for friction x.
+/// Beads at rest on rough lines have accelerations a = a0 + A x along the lines and reactions N = N0 + W x for friction
+/// x.
 struct RoughContacts {
   struct Motion {
     Eigen::VectorXd x, a;  ///< friction and acceleration along the lines
@@ -27,19 +29,20 @@ struct RoughContacts {
   Eigen::MatrixXd A, W;
   Eigen::VectorXd a0, N0;
 
-  /// Constraints of kind Lines with a Coulomb entry of their name, one point each.
+  /// Takes the constraints of kind Lines that a Coulomb entry names, one point each.
   explicit RoughContacts(const System& system, double t = 0.0);
 
   Eigen::Vector3d normal(Eigen::Index c, const Eigen::VectorXd& x) const;
 
-  /// Subsets of contacts that slide, the others stick: x_j^2 = mu^2 |N_j|^2 has both senses.
+  /// Tries all subsets of contacts that slide while the others stick; x_j^2 = mu^2 |N_j|^2 has both senses.
   Counted find_all() const;
 
  private:
-  /// The least of (mu |N_c| - |x_c|)/(mu |N_c| + |x_c|).
+  /// Returns the least (mu |N_c| - |x_c|)/(mu |N_c| + |x_c|) of the contacts that stick.
   double slack(const std::vector<Eigen::Index>& stick, const Eigen::VectorXd& x) const;
 
-  /// Some x + F z has |x_c| <= mu |N_c| at those that stick: then x becomes that one.
+  /// Returns true if some x + F z has |x_c| <= mu |N_c| at those that stick. `x_found` holds x and becomes the best one
+  /// found.
   bool holds(const std::vector<Eigen::Index>& stick, const Eigen::MatrixXd& F, Eigen::VectorXd* x_found,
              Counted* counted) const;
 };

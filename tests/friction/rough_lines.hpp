@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Random scenes of beads on rough lines that rods join, and all solutions of their friction, by trying.
+/// \file Random scenes of beads on rough lines that rods join, and all solutions of their friction, found by trying.
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -14,7 +14,8 @@
 
 namespace tanor {
 
-/// `count` beads on lines in the plane z = 0, each joined to the next, sliding with the one degree of freedom.
+/// Makes `count` beads on lines in the plane z = 0, each joined to the next, that slide with their one degree of
+/// freedom.
 inline System make_rough_lines(unsigned seed, std::size_t count, double mu, bool equal_masses) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-1.0, 1.0), angle(0.0, 6.283185307179586), log_mass(-1.0, 1.0);
@@ -32,7 +33,7 @@ inline System make_rough_lines(unsigned seed, std::size_t count, double mu, bool
     system.constraints.push_back(Lines{wires.back(), {static_cast<Index>(i)}, origin, directions.back()});
     if (i > 0) rods.pairs.push_back({static_cast<Index>(i) - 1, static_cast<Index>(i)});
   }
-  // The rods keep their lengths: (r_j - r_i).(u_j d_j - u_i d_i) = 0
+  // The rods keep their lengths if (r_j - r_i).(u_j d_j - u_i d_i) = 0.
   double u = 1.0;
   for (std::size_t i = 0; i < count; ++i) {
     if (i > 0) {
@@ -48,7 +49,7 @@ inline System make_rough_lines(unsigned seed, std::size_t count, double mu, bool
   return system;
 }
 
-/// The dense twin: S lambda + C |N| = b for N_i = lambda of wire i in the plane.
+/// The dense twin solves S lambda + C |N| = b, where N_i is lambda of wire i in the plane.
 struct DenseFriction {
   reference::Mechanics dense;
   Eigen::MatrixXd S, C, N;  ///< C: d x m, N: m x d picks the force of each wire along its normal in the plane
@@ -64,14 +65,14 @@ struct DenseFriction {
       const Eigen::Vector3d v = dense.v.segment<3>(3 * i);
       const Eigen::Vector3d normal = Eigen::Vector3d(0.0, 0.0, 1.0).cross(v.normalized());
       for (Eigen::Index k = 0; k < 2; ++k) N(i, 2 * i + k) = dense.K.col(2 * i + k).segment<3>(3 * i).dot(normal);
-      // tau_i = -mu |N_i| v_i/|v_i|
+      // Friction is tau_i = -mu |N_i| v_i/|v_i|.
       Eigen::VectorXd along = Eigen::VectorXd::Zero(dense.M.size());
       along.segment<3>(3 * i) = -mu * v.normalized();
       C.col(i) = dense.K.transpose() * along.cwiseQuotient(dense.M);
     }
   }
 
-  /// (S + C diag(signs) N) lambda = b for all signs; the lambda whose N has them.
+  /// Solves (S + C diag(signs) N) lambda = b for all signs and returns each lambda whose N has these signs.
   std::vector<Eigen::VectorXd> find_all() const {
     std::vector<Eigen::VectorXd> found;
     const Eigen::Index m = N.rows();
@@ -83,7 +84,7 @@ struct DenseFriction {
     }
     return found;
   }
-  /// Over the terms that cancel in it.
+  /// Returns the residual over the terms that cancel in it.
   double residual(const Eigen::VectorXd& lambda) const {
     const Eigen::VectorXd rest = S * lambda + C * (N * lambda).cwiseAbs() - b;
     return rest.norm() / (S.cwiseAbs() * lambda.cwiseAbs() + b.cwiseAbs()).norm();

@@ -9,8 +9,8 @@
 #include "long_tests.hpp"
 #include "reference.hpp"
 
-/// \file Beads at rest on rough lines whose load can be shared in many ways, with reactions that depend on the share:
-/// where one motion obeys the law it is found, and where several do they are counted, by a dense twin and by tanor.
+/// \file Beads at rest on rough lines can share their load in many ways, with reactions that depend on the share. Where
+/// one motion obeys the law it is found, and where several do they are counted, by a dense twin and by tanor.
 namespace tanor {
 namespace {
 
@@ -22,7 +22,8 @@ struct SharedKind {
   bool closed, in_plane;     // a rod from the last bead to the first one; everything in the plane z = 0
 };
 
-/// Beads in a row, joined by rods, with any forces, and coefficients from 0.05 to 3, alike on a logarithmic scale.
+/// Makes beads in a row, joined by rods, with any forces, and coefficients from 0.05 to 3, uniform on a logarithmic
+/// scale.
 System make_sharing_beads(unsigned seed, const SharedKind& kind) {
   std::mt19937 random(seed * 7919u + 13u);
   std::normal_distribution<double> normal;

@@ -1,6 +1,7 @@
-/// Calls of <tanor.h> in any order with any numbers, as a host in C may make them: the bytes of an input are the calls.
-/// Pointers are right or null and arrays as long as the header says; all else may be wrong. A call returns a code, an
-/// array that it refused is what it was, and what it calls good has no NaN.
+/// Calls <tanor.h> in any order with any numbers, as a host in C may do: the bytes of an input are the calls. Pointers
+/// are right or null and arrays as long as the header says; all else may be wrong. A call returns a code, an array that
+/// it
+/// refused is unchanged, and what it calls good has no NaN.
 
 #include <tanor.h>
 
@@ -13,7 +14,7 @@
 
 namespace {
 
-/// Takes numbers off an input; zeros where it has ended.
+/// Takes numbers off an input and returns zeros where it has ended.
 class Bytes {
  public:
   Bytes(const std::uint8_t* data, std::size_t size) : data_(data), end_(data + size) {}
@@ -21,13 +22,13 @@ class Bytes {
   bool empty() const { return data_ == end_; }
   std::uint8_t byte() { return empty() ? std::uint8_t{0} : *data_++; }
   std::int32_t below(int bound) { return byte() % bound; }
-  /// Mostly what a host has, at times what it should not have.
+  /// Returns mostly a number that a host has, at times one that it should not have.
   double number() {
     constexpr std::array<double, 12> odd{0.0, -0.0, 1.0, -1.0, 1e308, -1e308, 5e-324, 1e-12, 1e9, INFINITY, NAN, 0.5};
     const std::uint8_t first = byte();
     return first < odd.size() ? odd[first] : (first - 128) / 64.0 + byte() / 16384.0;
   }
-  /// Of one of n points; at times of none.
+  /// Returns the number of one of n points, at times of none.
   std::int32_t point(std::size_t n) { return below(static_cast<int>(n) + 3) - 1; }
 
  private:
@@ -74,7 +75,7 @@ class Host {
   tn_points points(std::vector<double>& array) { return {array.data(), 0, nullptr}; }
   tn_const_points const_points(const std::vector<double>& array) const { return {array.data(), 0, nullptr}; }
 
-  /// After a failure no array was changed; after a success no number is lost.
+  /// Ends the program if a failed call has changed an array, or if a success has written NaN.
   void check(int code, std::vector<std::vector<double>*> arrays, const Arrays& before) {
     for (std::size_t k = 0; k < arrays.size(); ++k) {
       if (code != TN_OK && std::memcmp(arrays[k]->data(), before[k].data(), sizeof(double) * before[k].size()) != 0)
@@ -168,7 +169,7 @@ class Host {
     check(tn_row_name(system_, bytes_.byte(), name.data(), static_cast<std::size_t>(bytes_.below(17))), {}, {});
   }
 
-  /// Room for what a call may write besides.
+  /// Makes room for the optional results of a call.
   tn_wanted want() {
     multipliers_.assign(tn_num_rows(system_), 0.0);
     forces_.assign(stride * most_points, 0.0);
@@ -243,7 +244,7 @@ class Host {
     if (bytes_.below(2) && !state.empty()) state[bytes_.byte() * state.size() / 256] ^= bytes_.byte();
     check(tn_restore(system_, state.data(), state.size() - bytes_.byte() % (state.size() + 1) / 2), {}, {});
   }
-  /// Bytes that nobody saved.
+  /// Restores bytes that nobody saved.
   void other_state() {
     std::array<std::uint8_t, 64> state;
     for (std::uint8_t& byte : state) byte = bytes_.byte();

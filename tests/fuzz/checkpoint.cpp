@@ -1,5 +1,6 @@
-/// The bytes of a checkpoint, and those of a simulation inside it. An input is laid over a good checkpoint with an
-/// exclusive or, so that zeros are the good one, and what gets past the checksums is tried: they are mended.
+/// Reads the bytes of a checkpoint, and those of a simulation inside it. An input is laid over a good checkpoint with
+/// an
+/// exclusive or, so that zeros are the good one. The checksums are mended, so that the code behind them is tried, too.
 ///
 ///     byte 0: which system and method; bit 7: the checksums stay wrong      bytes 1, 2: bytes cut off at the end
 
@@ -61,7 +62,7 @@ const std::vector<Stopped>& stopped_runs(const std::filesystem::path& folder) {
   return runs;
 }
 
-/// Both sums, that of the simulation's bytes (the last eight before the line "checksum …") and that of the file.
+/// Mends both sums: that of the simulation's bytes (the last eight before the line "checksum …") and that of the file.
 void mend_checksums(std::string* file) {
   constexpr std::string_view last = "checksum ";
   const std::size_t end = file->rfind(last) != std::string::npos ? file->rfind(last) : file->size();

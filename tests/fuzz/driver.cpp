@@ -1,4 +1,4 @@
-/// driver CORPUS MUTANTS SECONDS: what libFuzzer does, in short, for builds without it.
+/// driver CORPUS MUTANTS SECONDS does in short what libFuzzer does, for builds without it.
 ///
 /// Takes every file of the corpus as an input, then mutants of them: bits turned, numbers replaced, pieces removed,
 /// moved, doubled, joined with those of another file, or repeated until they make a megabyte. The first ones, MUTANTS,
@@ -40,14 +40,14 @@ extern "C" void keep_input(int signal) {
   std::raise(signal);
 }
 
-/// Of the processor: others may keep it busy.
+/// Limits the processor time of the process, not wall-clock time, since others may keep the processor busy.
 void limit_seconds(unsigned seconds) {
   itimerval limit{};
   limit.it_value.tv_sec = seconds;
   setitimer(ITIMER_PROF, &limit, nullptr);
 }
 
-/// Memory beyond what the process has now; sanitizers map all addresses.
+/// Limits the memory beyond what the process has now. Sanitizers map all addresses, so that their builds have no limit.
 void limit_memory() {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   std::size_t pages = 0;
@@ -70,7 +70,7 @@ std::vector<std::string> read_corpus(const fs::path& folder) {
   return corpus;
 }
 
-/// Changes inputs by chance.
+/// Changes inputs at random.
 class Mutator {
  public:
   explicit Mutator(const std::vector<std::string>& corpus) : corpus_(corpus) {}
@@ -116,7 +116,7 @@ class Mutator {
         repeat(text, begin, length);
     }
   }
-  /// The first number of a text from a place on.
+  /// Replaces the first number of a text from a position on.
   void replace_number(std::string* text, std::size_t from) {
     constexpr std::string_view digits = "0123456789.eE+-";
     const std::size_t begin = text->find_first_of("0123456789", from);
@@ -153,7 +153,7 @@ class Mutator {
 void execute(const std::string& next) {
   input = next;
   limit_seconds(most_seconds);
-  // Bytes on the heap, as long as they are: one beyond them is found.
+  // The bytes are on the heap in their exact length, so that a sanitizer finds a read beyond them.
   const std::vector<std::uint8_t> bytes(input.begin(), input.end());
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   limit_seconds(0);

@@ -1,4 +1,5 @@
-/// The text of a formula: of time, as a force, a potential and a constraint, with all derivatives that are asked for.
+/// Takes the text of a formula of time, as a force, a potential and a constraint, with all derivatives that are asked
+/// for.
 
 #include <array>
 #include <string>
@@ -20,7 +21,7 @@ void evaluate_in_time(std::string_view text) {
   f.expand(0.3, coefficients);
 }
 
-/// Accelerations of two points; `add` puts the formula in, as a force or a constraint.
+/// Computes the accelerations of two points; `add` puts the formula in, as a force or a constraint.
 template <class Add>
 void solve_with(const Add& add) {
   System system;

@@ -1,5 +1,5 @@
-/// A frame of a stored motion (.vtp), as `tanor picture` and `tanor view` take it: at its time, between it and itself a
-/// second later, and its extent. With TANOR_DRAWS_PICTURES also drawn, small.
+/// Reads a frame of a stored motion (.vtp) as `tanor picture` and `tanor view` do: at its time, between it and itself a
+/// second later, and its extent. With TANOR_DRAWS_PICTURES it is also drawn, small.
 
 #include "report/stored_motion.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 
 using namespace tanor;
 
-/// Two frames that are the same file.
+/// Writes a list of two frames that are the same file.
 void write_list(const std::filesystem::path& folder) {
   std::ofstream(folder / "trajectory.pvd") << R"(<DataSet timestep="0" file="input.vtp"/>)"
                                            << R"(<DataSet timestep="1" file="input.vtp"/>)";

@@ -1,4 +1,4 @@
-/// The list of the frames of a stored motion (.pvd), beside a good frame `frame.vtp` that it may name.
+/// Reads the list of the frames of a stored motion (.pvd), beside a good frame `frame.vtp` that it may name.
 
 #include "report/stored_motion.hpp"
 

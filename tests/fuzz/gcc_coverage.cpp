@@ -1,5 +1,5 @@
-/// What libFuzzer learns from code that GCC compiled: a counter for each block, found by the address of the call.
-/// Comparisons (trace-cmp) go to it without help.
+/// Passes to libFuzzer what it needs of code that GCC compiled: a counter for each block, found by the address of the
+/// call. Comparisons (trace-cmp) go to it without help.
 
 #include <cstdint>
 
@@ -16,6 +16,6 @@ extern "C" __attribute__((visibility("default"))) void __sanitizer_cov_trace_pc(
   if (counter < 255) ++counter;
 }
 
-/// Comparisons of real numbers have no counterpart there; the blocks that follow tell them apart.
+/// Comparisons of real numbers have no counterpart in libFuzzer; the blocks that follow tell them apart.
 extern "C" __attribute__((visibility("default"))) void __sanitizer_cov_trace_cmpf(float, float) {}
 extern "C" __attribute__((visibility("default"))) void __sanitizer_cov_trace_cmpd(double, double) {}

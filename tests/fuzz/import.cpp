@@ -1,4 +1,4 @@
-/// A file of another program, in the format TANOR_FORMAT of "import".
+/// Reads a file of another program, in the format TANOR_FORMAT of "import".
 
 #include "scene/scene.hpp"
 

@@ -1,4 +1,5 @@
-/// A motion of one point in a file that ends in TANOR_EXTENSION (.csv or .npy), as `tanor forces` takes it: a table of
+/// Reads a motion of one point in a file that ends in TANOR_EXTENSION (.csv or .npy), as `tanor forces` does: a table
+/// of
 /// numbers, a spline through its rows, the forces at its samples.
 
 #include <algorithm>

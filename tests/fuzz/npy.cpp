@@ -1,4 +1,4 @@
-/// Arrays of NumPy that follow one another.
+/// Reads arrays of NumPy that follow one another.
 
 #include "scene/npy.hpp"
 

@@ -1,5 +1,5 @@
-/// The bytes of what a page keeps of a run that goes on. An input is laid over a good recording with an exclusive or,
-/// so that zeros are the good one, and what gets past the checksum is tried: it is mended.
+/// Reads the bytes that a page keeps of a run that goes on. An input is laid over a good recording with an exclusive
+/// or, so that zeros are the good one. The checksum is mended, so that the code behind it is tried, too.
 ///
 ///     byte 0: which system; bit 7: the checksum stays wrong      bytes 1, 2: bytes cut off in front of it
 
@@ -79,7 +79,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     (void)report::read_recording(file.folder(), "fuzz", simulation, &recording);
     recording.take_step(simulation.report());
     recording.take_frame(simulation);
-    // What a page packs.
+    // A page packs these arrays.
     const std::size_t held = 3 * recording.held().size();
     for (const report::RecordedFrame& each : recording.frames()) {
       bool fits = each.positions.size() == 3 * recording.shown().num_points &&

@@ -1,4 +1,4 @@
-/// A file of another program's answer, TANOR_EXTENSION .json or .txt, as `tanor error-time --reference` takes it.
+/// Reads a file of another program's answer, TANOR_EXTENSION .json or .txt, as `tanor error-time --reference` does.
 
 #include "scene/reference_state.hpp"
 

@@ -1,4 +1,4 @@
-/// A scene file, read and validated as `tanor info` does.
+/// Reads and validates a scene file as `tanor info` does.
 
 #include "scene/scene.hpp"
 

@@ -1,4 +1,4 @@
-/// A scene file that is read, started, moved by two steps, saved, and gone on with from what was saved.
+/// Reads a scene file, starts it, moves it by two steps, saves it, and goes on from what was saved.
 
 #include "scene/scene.hpp"
 

@@ -9,7 +9,7 @@
 
 namespace tanor::fuzz {
 
-/// Whether a few steps of the system take no time. (Members of constraints count with the tuples of formulas.)
+/// Returns true if a few steps of the system take no time. (Members of constraints count with the tuples of formulas.)
 inline bool is_small(const System& system) {
   return system.num_points() <= 64 && system.constraints.size() <= 16 && system.forces.size() <= 16 &&
          system.friction.size() <= 4 && system.coordinates.size() <= 4;
@@ -23,7 +23,7 @@ inline void require_finite(std::span<const double> numbers, const char* what) {
   }
 }
 
-/// Two steps towards t_end; whether all is well with them. What is given as good has no NaN.
+/// Takes two steps towards t_end and returns true if they succeed. Numbers that are given as good have no NaN.
 inline bool advance_few_steps(Simulation* simulation, double t_end) {
   if (!simulation->outcome().ok() || !(simulation->time() < t_end)) return false;
   const std::size_t last = simulation->report().steps + 2;

@@ -25,8 +25,9 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// Does the work on an input. It may be taken, or refused: by an InputError of one line, or by a length_error where it
-/// asks for more than this machine has. Whatever else comes out ends the program.
+/// Does the work on an input. The input may be taken, or refused by an InputError of one line or by a length_error
+/// where
+/// it asks for more than this machine has. Any other exception ends the program.
 template <class Work>
 bool takes(const Work& work) {
   try {
@@ -44,7 +45,7 @@ bool takes(const Work& work) {
   }
 }
 
-/// A good file with an input laid over it by exclusive or; what the input has more is appended.
+/// A good file has an input laid over it by exclusive or; bytes beyond its end are appended.
 ///
 ///     byte 0: which file; bit 7: its checksum stays wrong      bytes 1, 2: bytes cut off at the end
 template <class Good>
@@ -64,7 +65,7 @@ struct Overlaid {
   std::string bytes;
 };
 
-/// A file for readers that open one; it goes with the process.
+/// A file for readers that open one; it is removed with the process.
 class InputFile {
  public:
   explicit InputFile(const std::string& extension)

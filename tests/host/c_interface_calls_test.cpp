@@ -1,4 +1,5 @@
-/// Every call of <tanor.h> beside the Constrainer's: what it reads, what it writes, and how it fails.
+/// The tests make every call of <tanor.h> beside those of the Constrainer: what it reads, what it writes, and how it
+/// fails.
 
 #include <gtest/gtest.h>
 #include <tanor.h>
@@ -73,7 +74,7 @@ TEST(CCalls, SolvesAsTheConstrainer) {
   EXPECT_NE(c_report.virial[0], 0.0);
 }
 
-/// Velocities with the length of a step, lengths that change, and all that may be wanted.
+/// The call takes the length of a step, lengths that change, and all optional results.
 TEST(CCalls, ConstrainsVelocitiesAsTheConstrainer) {
   const Tailed host;
   const Handle handle = host.make_handle();
@@ -141,7 +142,7 @@ TEST(CCalls, ProjectsAsTheConstrainer) {
   EXPECT_EQ(c_f, f);
 }
 
-/// Each kind of tn_add beside the same in C++: its rows, how far the points are from it, and its id.
+/// Each kind of tn_add has the rows, the violation and the id of the same constraint added in C++.
 TEST(CCalls, EveryKindIsThatOfTheConstrainer) {
   struct Row {
     tn_kind kind;
@@ -191,7 +192,7 @@ TEST(CCalls, MembersOfEqualShapeStayTogetherAndOthersDoNot) {
     ASSERT_EQ(tn_row_name(handle.get(), row, name.data(), name.size()), TN_OK);
     EXPECT_STREQ(name.data(), wanted);
   }
-  // Numbers of a member's own keep nothing apart, and rods may be as long as they are.
+  // Lengths of their own do not split the rods into groups. Rods without given lengths keep those that they have.
   const std::array<std::int32_t, 4> pairs{0, 3, 1, 3};
   const std::array<double, 2> lengths{2, 3};
   ASSERT_EQ(tn_add(handle.get(), TN_ROD, 2, pairs.data(), lengths.data(), nullptr), TN_OK) << last_error(handle);
@@ -228,7 +229,7 @@ TEST(CCalls, CodesAreThoseOfTheOutcome) {
   EXPECT_EQ(v, std::vector<double>(6, 0.0));
 }
 
-/// A host whose points lie apart, in another order and with strangers in between, from the start.
+/// The host's points have a stride, another order and strangers in between from the start.
 TEST(CCalls, CreatesFromPointsOfAnyLayout) {
   const Tailed host;
   const std::array<std::int32_t, 4> index{5, 0, 3, 2};
@@ -259,7 +260,7 @@ TEST(CCalls, RodsHaveTheGivenLengths) {
   EXPECT_NEAR(report.violation, 1.0 - std::hypot(1.0, 0.2, 0.1) / length, 1e-15);
 }
 
-/// A new point begins where it is now.
+/// A new point begins where the host says that it is now.
 TEST(CCalls, RenumberedPointsAreWhereTheHostSays) {
   const Tailed host;
   const Handle handle = host.make_handle();
@@ -275,8 +276,8 @@ TEST(CCalls, RenumberedPointsAreWhereTheHostSays) {
   EXPECT_LT(report.violation, 1e-15);
 }
 
-/// The cell repeats itself along a alone, from the second one on: a rod that crosses most of it along b is as long as
-/// it looks. The old cell is that of one step.
+/// The cell repeats itself along a alone, from the second cell on, so that a rod that crosses most of it along b is as
+/// long as it looks. The old cell is that of one step.
 TEST(CCalls, CellsRepeatWhereTheFlagsSay) {
   const std::array<double, 9> wide{10, 0, 0, 0.5, 40, 0, 0, 0, 50}, cell{10, 0, 0, 0.5, 4, 0, 0, 0, 5},
       larger{11, 0, 0, 0.55, 4.4, 0, 0, 0, 5.5};
@@ -342,7 +343,7 @@ TEST(CCalls, ACellComesBeforeConstraints) {
   EXPECT_EQ(last_error(handle), "/cell: there is none; tn_set_box gives one");
 }
 
-/// The run begins at a time of the host's, and holds positions as well as its options say.
+/// The run begins at a time of the host's, and the constraints hold to the tolerance that its options give.
 TEST(CCalls, RunsFromAGivenTime) {
   const Tailed host;
   const tn_options options{sizeof(tn_options), 1, 1e-4};
@@ -392,7 +393,7 @@ TEST(CCalls, SavesOnlyWhereThereIsRoom) {
             "there is room for " + std::to_string(needed - 1) + " of " + std::to_string(needed) + " bytes");
 }
 
-/// Arguments that must be there are named; those that need not be may be null.
+/// Required arguments that are null are named in the message; optional ones may be null.
 TEST(CCalls, NullPointersAreNamed) {
   const Tailed host;
   const Handle handle = host.make_handle();

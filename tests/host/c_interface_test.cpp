@@ -1,4 +1,4 @@
-/// The interface for C beside the Constrainer that it stands for. tests/package has a program in C.
+/// The interface for C is compared with the Constrainer that it stands for. tests/package has a program in C.
 
 #include <gtest/gtest.h>
 #include <tanor.h>
@@ -74,7 +74,7 @@ TEST(CInterface, HasTheBitsOfTheConstrainer) {
   EXPECT_EQ(removed, 0.5);
 }
 
-/// A caller whose structs are shorter, as those of an older header.
+/// The structs of this caller are shorter, as those of an older header.
 TEST(CInterface, ReadsAndWritesNoFurtherThanTheSize) {
   const Tailed host;
   const Handle handle = host.make_handle();
@@ -101,7 +101,7 @@ TEST(CInterface, ReadsAndWritesNoFurtherThanTheSize) {
   EXPECT_STREQ(tn_last_error(handle.get()), "size = 0 of a struct is not sizeof it");
 }
 
-/// The last one is a caller of an older header, who knows of no tolerance.
+/// The last caller has an older header, which knows no tolerance.
 TEST(CInterface, HasTheToleranceOfTheConstrainer) {
   const Tailed host;
   const double h = 0.2;
@@ -187,7 +187,7 @@ TEST(CInterface, RodsMayBeAddedAfterAStep) {
   EXPECT_STREQ(name.data(), "rod");
 }
 
-/// Every kind and every edit, beside the same in C++.
+/// Every kind and every edit gives the result of the same call in C++.
 TEST(CInterface, EditsAreThoseOfTheConstrainer) {
   const Tailed host;
   const Handle handle = host.make_handle();
@@ -243,7 +243,7 @@ TEST(CInterface, EditsAreThoseOfTheConstrainer) {
   EXPECT_EQ(tn_num_points(system), 5U);
 }
 
-/// A run whose observer ends it, beside the one in C++.
+/// An observer ends the run where it ends that of the C++ interface.
 TEST(CInterface, RunsUntilTheObserverEndsIt) {
   struct User {
     std::vector<double>* forces;
@@ -327,7 +327,7 @@ TEST(CInterface, AddsAllConstraintsOrNone) {
   EXPECT_STREQ(tn_last_error(handle.get()), "ids is a null pointer");
 }
 
-/// The first rod crosses the face x = 0; given images say the same as nearest ones.
+/// The first rod crosses the face x = 0. Given images lead to the same result as the nearest ones.
 TEST(CInterface, RodsMayCrossTheFacesOfACell) {
   const std::array<double, 9> cell{3, 0, 0, 0.5, 4, 0, 0, 0, 5}, larger{3.03, 0, 0, 0.505, 4.04, 0, 0, 0, 5.05};
   const std::vector<double> masses(3, 1.0), old{2.6, 1, 1, 0.4, 1.2, 1, 1.2, 1.4, 1};

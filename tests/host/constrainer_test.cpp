@@ -1,4 +1,4 @@
-/// A Constrainer on a host's own arrays: strides, strangers, failures, what is moved from outside.
+/// A Constrainer works on a host's own arrays: strides, strangers, failures, motion from outside.
 
 #include <gtest/gtest.h>
 
@@ -58,8 +58,8 @@ TEST(ConstrainPositions, PutsAPendulumBackAlongItsOldRod) {
   EXPECT_EQ(r[0], 0.0);
 }
 
-/// The larger mass moves less, and the center of mass not at all.
-/// A pendulum off its length by s^2/2: an iteration along the old rod leaves (1 - cos(turn)) of what it finds.
+/// The length of a pendulum is wrong by s^2/2, and each iteration along the old rod leaves (1 - cos(turn)) of that
+/// error.
 TEST(ConstrainPositions, EndsAtTheToleranceThatIsAskedFor) {
   const double s = 0.1;
   const std::vector<double> old{0, 0, 0, 0, 0, -1.0};
@@ -115,7 +115,7 @@ TEST(ConstrainVelocities, ToleratesRoundingBesideTheVelocitiesOfTheCall) {
 }
 
 TEST(ProjectForces, LeavesWhatMovesNoConstraint) {
-  // The masses are equal: the pull along the rod goes, what turns or carries it stays.
+  // The masses are equal: the pull along the rod vanishes, the components across it and of the sum stay.
   const std::vector<double> r{0, 0, 0, 0, 2, 0};
   std::vector<double> f{1, 5, 0, 2, -3, 7};
   Constrainer constrainer(std::vector{1.0, 1.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, r);
@@ -169,7 +169,7 @@ TEST(Violation, NamesTheWorstRow) {
 
 // ---- what moves from outside ----
 
-/// A support that swings along x drags a bob on a rod along x: force m a, power m a v.
+/// A support that swings along x drags a bob on a rod along x with the force m a and the power m a v.
 TEST(Work, IsTheEnergyOfThePointsWhereASupportMoves) {
   const double h = 1e-4;
   Host host({infinity, 2.0}, {0, 0, 0, 0.5, 0, -1.0}, {make_chain_of_rods(2)});
@@ -198,7 +198,7 @@ TEST(Work, IsTheEnergyOfThePointsWhereASupportMoves) {
   EXPECT_NEAR(work, energy, 1e-6 * energy);
 }
 
-/// A dumbbell that spins is drawn in: its angular momentum stays, the work is the energy that it gains.
+/// A dumbbell that spins is drawn in: its angular momentum stays, and the work is the energy that it gains.
 TEST(Work, IsTheEnergyOfThePointsWhereALengthDependsOnTime) {
   const double h = 1e-4;
   Rods rods{"rods", {{0, 1}}, ScalarFunction::formula("1 - 0.3*t"), {}};
@@ -228,7 +228,7 @@ TEST(Work, IsTheEnergyOfThePointsWhereALengthDependsOnTime) {
 
 // ---- the host's arrays ----
 
-/// The same numbers in a host's structs, in another order and among strangers.
+/// A host's structs hold the same numbers, in another order and among strangers.
 struct Particle {
   double charge;
   std::array<double, 3> x, v;
@@ -302,7 +302,7 @@ TEST(PointArrays, VelocitiesMayBeAbsent) {
 
 // ---- the factor that is kept ----
 
-/// A host that goes back to another place, or to another time, gets the factor of that place.
+/// A host that goes back to another configuration, or to another time, gets the factor that belongs there.
 TEST(Factor, BelongsToThePositionsOfTheCall) {
   const double h = 1e-2;
   Pair host;
@@ -325,7 +325,7 @@ TEST(Factor, BelongsToThePositionsOfTheCall) {
   EXPECT_EQ(lambda, same_lambda);
 }
 
-/// Multipliers of a motion are no guess for another one; a guess that leads nowhere is given up.
+/// Multipliers of one motion are no guess for another one, and a guess that leads nowhere is given up.
 TEST(Factor, GuessesOfAnotherMotionDoNoHarm) {
   const double h = 1e-2;
   Pair host;

@@ -8,7 +8,7 @@
 
 #include <tanor/constrainer.hpp>
 
-/// \file A host whose rods come and go, beside a new Constrainer for what there is.
+/// \file A host whose rods come and go is compared with a new Constrainer for the present rods.
 namespace tanor::host {
 
 struct Edited {
@@ -60,7 +60,7 @@ struct Edited {
     constrainer.remove({&rods[k].id, 1});
     rods.erase(rods.begin() + static_cast<std::ptrdiff_t>(k));
   }
-  /// Little enough for the points to be where they are.
+  /// Changes a length by so little that the points may stay where they are.
   void set_length(std::size_t k, bool with_rate) {
     Rod& rod = rods[k];
     rod.length = distance(rod.i, rod.j) * (1.0 + 1e-10);
@@ -72,7 +72,7 @@ struct Edited {
     masses[static_cast<std::size_t>(point)] = mass;
     constrainer.set_masses({&point, 1}, {&mass, 1});
   }
-  /// One of these, at points that are near each other in number.
+  /// Makes a random edit at points whose numbers are close.
   void edit() {
     const std::size_t n = masses.size();
     const std::size_t choice = any(8);
@@ -116,7 +116,7 @@ struct Edited {
 
     friend bool operator==(const Result&, const Result&) = default;
   };
-  /// A step from the host's state, which stays.
+  /// Takes a step from the host's state and leaves that state as it is.
   Result step(Constrainer* by, double h) const {
     Result result{r, v, std::vector<double>(rods.size())};
     ConstraintReport report = by->constrain_velocities({.positions = result.r, .velocities = result.v});
@@ -139,7 +139,7 @@ struct Edited {
   }
 };
 
-/// Zigzag chains of points, one after the other, with the pairs of their rods.
+/// Appends zigzag chains of points, one after the other, and returns the pairs of their rods.
 inline std::vector<std::array<Index, 2>> make_chains(std::size_t count, std::size_t length, std::vector<double>* r) {
   std::vector<std::array<Index, 2>> pairs;
   for (std::size_t c = 0; c < count; ++c) {
@@ -153,7 +153,7 @@ inline std::vector<std::array<Index, 2>> make_chains(std::size_t count, std::siz
   return pairs;
 }
 
-/// Square nets, bent so that they are not flat.
+/// Appends square nets, bent so that they are not flat, and returns the pairs of their rods.
 inline std::vector<std::array<Index, 2>> make_nets(std::size_t count, std::size_t side, std::vector<double>* r) {
   std::vector<std::array<Index, 2>> pairs;
   for (std::size_t c = 0; c < count; ++c) {

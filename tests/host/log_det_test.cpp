@@ -1,4 +1,4 @@
-/// ln det S and its gradient against closed forms and differences.
+/// The tests compare ln det S and its gradient with closed forms and differences.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace tanor::host {
 namespace {
 
-/// Two rods meet at an angle: det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
+/// Two rods meet at an angle, so that det S = (1/m0 + 1/m1)(1/m1 + 1/m2) - (cos/m1)^2.
 TEST(LogDet, IsFixmansFormulaForATrimer) {
   const double cosine = std::cos(1.1), sine = std::sin(1.1);
   const std::vector<double> masses{1.0, 2.0, 5.0}, r{1.3, 0, 0, 0, 0, 0, 0.7 * cosine, 0.7 * sine, 0};

@@ -1,4 +1,4 @@
-/// Rods in a periodic cell beside the same rods where nothing is wrapped.
+/// The tests compare rods in a periodic cell with the same rods where nothing is wrapped.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 using Edges = std::array<Vector3, 3>;
 
-/// r along the edges, wrapped into the cell along those that repeat, and back.
+/// Returns r wrapped into the cell along the edges that repeat.
 std::vector<double> wrap(const PeriodicCell& cell, std::vector<double> r) {
   const auto& [a, b, c] = cell.edges;  // lower triangular: a along x, b in the plane of x and y
   for (std::size_t i = 0; i < r.size(); i += 3) {
@@ -29,7 +29,7 @@ std::vector<double> wrap(const PeriodicCell& cell, std::vector<double> r) {
   return r;
 }
 
-/// The largest distance of two sets of points, of their nearest images.
+/// Returns the largest distance between the nearest images of two sets of points.
 double largest_distance(const PeriodicCell& cell, const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> difference(a.size());
   for (std::size_t k = 0; k < a.size(); ++k) difference[k] = a[k] - b[k] + 0.25;
@@ -95,7 +95,7 @@ TEST_P(PeriodicCellTest, WrappedPointsMoveAsUnwrappedOnesDo) {
   for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(a.virial[k], b.virial[k], 1e-8 * std::abs(a.virial[0]));
 }
 
-/// One step alone, without what grows from it, agrees to 1e-13.
+/// A single step agrees to 1e-13, without the differences that grow from it.
 TEST_P(PeriodicCellTest, AStepAgreesToRounding) {
   const PeriodicCell& cell = GetParam();
   const Crumpled scene;
@@ -119,7 +119,7 @@ TEST_P(PeriodicCellTest, AStepAgreesToRounding) {
   EXPECT_LE(wrapped.violation(w_r).violation, 3e-13);
 }
 
-/// A barostat: cell and positions grow by 1 % in a step, then the rods get their lengths back.
+/// A barostat makes cell and positions grow by 1 % in a step, then the rods get their lengths back.
 TEST_P(PeriodicCellTest, MayChangeInEveryStep) {
   PeriodicCell cell = GetParam();
   const Crumpled scene;
@@ -142,7 +142,7 @@ TEST_P(PeriodicCellTest, MayChangeInEveryStep) {
     }
     wrapped.set_cell(cell);
     ASSERT_TRUE(free.constrain_positions({.step = 1e-3, .old_positions = old_x, .positions = x}).outcome.ok());
-    // Positions were wrapped between the steps from the third one on, and the old cell is told.
+    // Positions were wrapped between the steps from the third one on, and the call gets the old cell.
     const ConstraintReport report = wrapped.constrain_positions(
         {.step = 1e-3, .old_positions = old, .positions = r, .old_cell = k < 3 ? nullptr : &before});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- nets that close round the cell ----
 
-/// A zigzag of four points round a cell of length 4, beside the same with an offset.
+/// A zigzag of four points round a cell of length 4, and the same with an offset.
 struct Ring {
   PeriodicCell cell{Edges{Vector3{4, 0, 0}, {0, 5, 0}, {0, 0, 5}}};
   std::vector<double> masses{1.0, 2.0, 1.5, 1.0};

@@ -1,4 +1,4 @@
-/// However a host stores its points, and however many threads work on them, the calls find the same bits.
+/// The calls find the same bits however a host stores its points and however many threads work on them.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ struct State {
   }
 };
 
-/// Numbers of the host's points, one after the other, at other places of its arrays.
+/// Places of the host's points in its arrays, by their numbers.
 struct Storage {
   std::vector<Index> index;  // empty: where they are
 
@@ -58,7 +58,7 @@ struct Storage {
   PointArray array(std::vector<double>* x) const { return {x->data(), 0, index.empty() ? nullptr : index.data()}; }
 };
 
-/// Everything that two steps and a solve write.
+/// Returns all that two steps and a solve write.
 std::vector<std::vector<double>> run(const State& state, const Storage& storage, int threads) {
   const double h = 1e-3;
   std::vector<double> old = storage.put(state.r), r = old, v = storage.put(state.v), f = storage.put(state.f), w = r,

@@ -1,4 +1,4 @@
-/// Velocity Verlet of a host with a Constrainer: energy, time reversal, bits, redundant constraints.
+/// A host runs velocity Verlet with a Constrainer: energy, time reversal, bits, redundant constraints.
 
 #include <gtest/gtest.h>
 #include <tanor/velocity_verlet.hpp>
@@ -15,7 +15,7 @@ struct EnergyRun {
   double trend, largest;  // of the energy over the run, over the largest kinetic energy
 };
 
-/// By least squares over all steps.
+/// Fits the trend of the energy by least squares over all steps.
 EnergyRun run_energy(Host* host, double h, int num_steps) {
   host->start();
   EXPECT_TRUE(host->outcome.ok()) << host->outcome.what;
@@ -97,7 +97,7 @@ TEST(VelocityVerlet, CarriesMethaneWithAllTenDistances) {
   EXPECT_EQ(host.constrainer.rank(host.r).rank, 9U);
 }
 
-/// openmm#3603: two triangles on one side.
+/// The case of openmm#3603 is two triangles on one side.
 TEST(VelocityVerlet, CarriesADiamondOfFiveRods) {
   Rods rods{"rods", {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}}, {}, {}};
   Host host({1.0, 2.0, 1.5, 1.0}, {0, 0, 0, 0.8, 0.5, 0, 1.6, 0, 0.1, 0.8, -0.6, 0}, {rods});
@@ -169,7 +169,7 @@ TEST(VelocityVerlet, HasTheSameBitsWithOneAndTwoThreads) {
   EXPECT_EQ(states[0], states[1]);
 }
 
-/// One factorization a step: positions, velocities and an instant at the same place share theirs.
+/// A step needs one factorization: positions, velocities and an instant in the same configuration share it.
 TEST(VelocityVerlet, FactorizesOnceAStep) {
   Host host = make_hanging_chains(3, 1);
   set_springs_to_start(&host);
@@ -185,7 +185,7 @@ TEST(VelocityVerlet, FactorizesOnceAStep) {
   EXPECT_EQ(host.constrainer.counters().factorizations, before + 10);
 }
 
-/// What is measured, and what a call may keep from another one, changes no bit of the motion.
+/// Measurements, and what a call may keep from another one, change no bit of the motion.
 TEST(VelocityVerlet, IsTheSameWithAFreshHandleEachStep) {
   Host host = make_hanging_chains(2, 1), fresh = make_hanging_chains(2, 1);
   for (Host* const each : {&host, &fresh}) {

@@ -1,4 +1,4 @@
-/// Constraints that come and go, points that get other numbers: beside new handles.
+/// Handles whose constraints come and go, and whose points get other numbers, are compared with new handles.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,8 @@ namespace {
 
 constexpr double h = 1e-3;
 
-/// Edits, each of `every` beside a new handle that has been told what the edited one remembers: the same bits.
+/// Makes edits and, after each `every` of them, expects the bits of a new handle that has restored the edited one's
+/// memory.
 void edit_beside_fresh_handles(Edited* host, int edits, int every) {
   int good = 0;
   for (int k = 0; k < edits; ++k) {
@@ -34,7 +35,7 @@ void edit_beside_fresh_handles(Edited* host, int edits, int every) {
   EXPECT_GT(good, edits / every * 9 / 10);
 }
 
-/// Whoever says that edits will come has the bits of a new handle that says so, and pays for no first one.
+/// A handle that expects edits has the bits of a new handle that expects them, and pays for no first edit.
 TEST(Topology, AHandleThatExpectsEditsHasTheBitsOfANewOne) {
   std::vector<double> r;
   const auto pairs = make_chains(1000, 20, &r);
@@ -78,7 +79,7 @@ TEST(Topology, FewChainsAfterEachEditAreThoseOfANewHandle) {
   edit_beside_fresh_handles(&host, 10000, 1);
 }
 
-/// Some parts, each of which has several islands.
+/// The system is cut into some parts, each of which has several islands.
 TEST(Topology, ManyChainsAreThoseOfANewHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(300, 12, &r);
@@ -121,7 +122,7 @@ TEST(Topology, AnEditPlansTheIslandsNearIt) {
   EXPECT_EQ(host.constrainer.update_plan(), 0U);
 }
 
-/// Its bytes say into which parts a handle was cut.
+/// The saved bytes tell into which parts a handle was cut.
 TEST(Topology, ARestoredHandleHasTheSameParts) {
   std::vector<double> r;
   const auto pairs = make_chains(1000, 20, &r);
@@ -145,7 +146,7 @@ TEST(Topology, ARestoredHandleHasTheSameParts) {
   EXPECT_EQ(set_length(&other), 1000U);
 }
 
-/// Guesses and factors of islands elsewhere stay.
+/// An edit keeps the guesses and factors of islands elsewhere.
 TEST(Topology, IslandsElsewhereGoOn) {
   std::vector<double> r;
   const auto pairs = make_chains(1000, 20, &r);
@@ -250,7 +251,7 @@ TEST(Topology, AnEditedHandleInACellIsAsANewOne) {
 
 // ---- numbers ----
 
-/// A twin keeps its numbers: the motion has the same bits.
+/// A twin that keeps its numbers has the same bits of the motion.
 TEST(Renumbering, ChangesNoBitOfTheMotion) {
   std::vector<double> r;
   const auto pairs = make_chains(40, 10, &r);
@@ -288,7 +289,7 @@ TEST(Renumbering, ChangesNoBitOfTheMotion) {
   }
 }
 
-/// A dumbbell leaves, another one comes, under the number of the first.
+/// A dumbbell leaves, and another one comes under the numbers of the first.
 TEST(Renumbering, PointsLeaveAndCome) {
   std::vector<double> r{0, 0, 0, 1, 0, 0, 5, 0, 0, 5, 2, 0};
   Constrainer constrainer(std::vector<double>(4, 1.0), {Rods{{}, {{0, 1}, {2, 3}}, {}, {}}}, r);
@@ -311,7 +312,7 @@ TEST(Renumbering, PointsLeaveAndCome) {
   for (const std::size_t k : {8U, 11U}) EXPECT_NEAR(v[k], 0.0, 1e-14);
 }
 
-/// Memory of a handle whose points got other numbers fits a handle that never had the old ones.
+/// The saved memory of a handle whose points got other numbers fits a handle that never had the old ones.
 TEST(Renumbering, IsSavedWithTheHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(5, 8, &r);

@@ -11,12 +11,12 @@
 
 #include <tanor/constrainer.hpp>
 
-/// \file A host as hosts are: its own arrays, forces and time loop.
+/// \file A host as hosts are: with its own arrays, forces and time loop.
 namespace tanor::host {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Velocity Verlet, with constraints by a Constrainer. Forces and potential are functions of the positions.
+/// Velocity Verlet with constraints by a Constrainer. Forces and potential are functions of the positions.
 struct Host {
   std::vector<double> masses, r, v;
   std::function<void(const std::vector<double>&, std::vector<double>*)> set_forces;
@@ -41,7 +41,7 @@ struct Host {
         old(r.size()) {}
 
   bool moves(std::size_t k) const { return masses[k / 3] < infinity; }
-  /// Velocities that the constraints allow, and the first forces.
+  /// Makes the velocities obey the constraints and evaluates the first forces.
   void start() {
     outcome = constrainer.constrain_velocities({.positions = r, .velocities = v}).outcome;
     set_forces(r, &f);
@@ -81,7 +81,7 @@ struct Host {
       return sum;
     };
   }
-  /// Springs of this stiffness from every coordinate to 0; `direction` k has k + 1 times as much.
+  /// Adds springs of this stiffness from every coordinate to 0; unless `is_round`, direction k has k + 1 times as much.
   void set_well(double stiffness, bool is_round = true) {
     const auto of = [=](std::size_t k) { return stiffness * (is_round ? 1.0 : 1.0 + static_cast<double>(k % 3)); };
     set_forces = [=](const std::vector<double>& at, std::vector<double>* forces) {
@@ -95,14 +95,14 @@ struct Host {
   }
 };
 
-/// Rods from each point to the next.
+/// Returns rods from each point to the next.
 inline Rods make_chain_of_rods(std::size_t num_points, Index first = 0) {
   Rods rods{"rods", {}, {}, {}};
   for (Index i = 1; i < static_cast<Index>(num_points); ++i) rods.pairs.push_back({first + i - 1, first + i});
   return rods;
 }
 
-/// Points from a support at the origin on, in direction (x, y), `length` apart, of mass `mass`.
+/// Makes a chain of points of mass `mass`, `length` apart, from a support at the origin in direction (x, y).
 inline Host make_hanging_chain(std::size_t num_rods, double length, double mass, double x, double y) {
   std::vector<double> masses(num_rods + 1, mass), r;
   masses[0] = infinity;
@@ -113,7 +113,7 @@ inline Host make_hanging_chain(std::size_t num_rods, double length, double mass,
   return {masses, r, {make_chain_of_rods(num_rods + 1)}};
 }
 
-/// All distances among these points.
+/// Returns rods for all distances among these points.
 inline Rods make_all_distances(Index num_points) {
   Rods rods{"rods", {}, {}, {}};
   for (Index i = 0; i < num_points; ++i)

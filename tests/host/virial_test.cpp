@@ -1,4 +1,4 @@
-/// Virial, stress and forces of constraints against closed forms.
+/// The tests compare virial, stress and forces of constraints with closed forms.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ struct Dumbbells : Host {
       }
     };
   }
-  /// Sum of m v^2 + r f over the points, and over the molecules' centers of mass.
+  /// Returns the sums of m v^2 + r f over the points and over the molecules' centers of mass.
   std::array<double, 2> atomic_and_molecular() const {
     std::array<double, 2> sums{};
     for (std::size_t k = 0; k < 12; ++k) sums[0] += masses[k / 3] * v[k] * v[k] + r[k] * f[k];
@@ -87,7 +87,9 @@ TEST(Virial, AgreesBetweenAStepAndItsInstantToFirstOrder) {
   EXPECT_NEAR(differences[1] / differences[0], 0.1, 0.03);
 }
 
-/// A dumbbell that spins about its center: tension m v^2/(L/2), virial -L tension along itself, and half of it a point.
+/// A dumbbell that spins about its center has the tension m v^2/(L/2) and the virial -L tension along itself, half of
+/// it
+/// at each point.
 TEST(Virial, IsTheClosedFormOfASpinningDumbbell) {
   const double m = 2.0, length = 0.8, omega = 3.0, tension = m * omega * omega * length / 2.0;
   const std::vector<double> r{100.0, 0.0, 0.0, 100.0, length, 0.0}, f(6, 0.0);
@@ -115,7 +117,7 @@ TEST(Virial, IsTheClosedFormOfASpinningDumbbell) {
   }
 }
 
-/// Any kind of constraint: the virial is the sum of r (x) F, the stress of the points adds up to it.
+/// For any kind of constraint the virial is the sum of r (x) F, and the stress of the points adds up to it.
 TEST(Virial, IsTheSumOverThePointsForEveryKind) {
   const std::vector<double> r{0.1, 0.2, 1.0, 1.1, 0.3, 1.4, 1.9, 0.1, 0.7, 2.5, 0.9, 0.8};
   std::vector<double> v{0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.2, 0.2, 0.9, -0.6, 0.1, 0.3};

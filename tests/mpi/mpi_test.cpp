@@ -1,5 +1,6 @@
-/// Systems that METIS cuts for the ranks of this run, against the same on one rank: mpirun -n P test_mpi. Ends with 1
-/// where an answer is wrong.
+/// Systems that METIS cuts for the ranks of this run are compared with the same systems on one rank: mpirun -n P
+/// test_mpi.
+/// The program ends with 1 where an answer is wrong.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +22,7 @@ bool is_first(const MpiRanks& ranks) {
   return ranks.rank() == 0;
 }
 
-/// The largest difference of own points from those of the whole, over the largest number there, on every rank.
+/// Returns on every rank the largest difference of own points from those of the whole, over the largest number there.
 double difference(MpiRanks& ranks, const RankSystem& part, std::span<const double> own, std::span<const double> whole) {
   double largest[2] = {0.0, 0.0};
   for (const double each : whole) largest[1] = std::max(largest[1], std::abs(each));
@@ -54,7 +55,7 @@ MotionOptions options_of(Method method, double step) {
   return options;
 }
 
-/// Accelerations at the start, and the state after a few steps.
+/// Compares the accelerations at the start, and the state after a few steps.
 void compare(Checks* checks, const std::string& name, const System& system, MotionOptions options, double t_end) {
   MpiRanks& ranks = checks->ranks;
   Simulation whole(system, options, {.threads = 1});
@@ -72,7 +73,7 @@ void compare(Checks* checks, const std::string& name, const System& system, Moti
   checks->expect(moved <= 1e-9, name + ": positions differ by " + std::to_string(1e9 * moved) + "e-9");
 }
 
-/// Ranks whose shared rows are spread over them, however few.
+/// Ranks that spread their shared rows over all ranks, however few rows there are.
 class SpreadRanks final : public Ranks {
  public:
   explicit SpreadRanks(MPI_Comm communicator) : ranks_(communicator, 0) {}
@@ -101,7 +102,7 @@ void compare_spread(Checks* checks, const System& system) {
   checks->expect(error <= 1e-12, "spread rows: accelerations differ by " + std::to_string(1e12 * error) + "e-12");
 }
 
-/// Whole islands tell each other reductions alone.
+/// Ranks with whole islands exchange nothing but reductions.
 void compare_clusters(Checks* checks) {
   MpiRanks& ranks = checks->ranks;
   compare(checks, "clusters, taylor", scenes::make_clusters(40), options_of(Method::Taylor, 0.0), 0.05);
@@ -111,7 +112,7 @@ void compare_clusters(Checks* checks) {
   checks->expect(ranks.traffic().messages == messages, "clusters send messages");
 }
 
-/// A file that the first rank changes while the others wait.
+/// Changes a file on the first rank while the others wait.
 void change(const MpiRanks& ranks, const std::function<void()>& work) {
   MPI_Barrier(ranks.communicator());
   if (is_first(ranks)) work();
@@ -126,7 +127,7 @@ void turn_bit(const std::filesystem::path& name, std::size_t offset) {
   file.put(static_cast<char>(byte ^ 4));
 }
 
-/// A motion that was saved, on disk, and what reading it says.
+/// A motion that was saved on disk, with checks of what reading it reports.
 class Saved {
  public:
   Saved(Checks* checks, System system)
@@ -135,7 +136,7 @@ class Saved {
         name_("checkpoint_of_" + std::to_string(checks->ranks.size()) + "_ranks.mpi"),
         part_(take_part(system_, assign_owners(system_, checks->ranks.size()), checks->ranks)),
         simulation_(part_.system, part_.part, options_of(Method::Rattle, 1e-3), {.threads = 1}) {
-    // What a run that was killed left of a longer file.
+    // This is what a killed run left of a longer file.
     change(checks_.ranks, [&] { std::ofstream(name_ + ".part") << std::string(100'000, 'x'); });
     checks_.expect(simulation_.advance_to(5e-3).ok(), "the motion to save");
     write_checkpoint(checks_.ranks, name_, part_, system_, simulation_, "a mark");
@@ -163,7 +164,7 @@ class Saved {
                      "another system: " + complaint(*other));
   }
 
-  /// Every 13th byte meets each number of the header and all that follows.
+  /// The damage of every 13th byte meets each number of the header and all that follows.
   void check_damage() {
     const std::size_t size = std::filesystem::file_size(name_);
     for (std::size_t offset = 0; offset < size; offset += 13) {
@@ -178,7 +179,9 @@ class Saved {
   }
 
  private:
-  /// Of reading it for a system; of the same parts, which it does not come to. The same on every rank.
+  /// Returns the message of reading the file for a system, or an empty text; it is the same on every rank. The cut is
+  /// that of
+  /// the saved system, since reading another one fails before it matters.
   std::string complaint(const System& system) {
     try {
       read_checkpoint(checks_.ranks, name_, part_, system, &simulation_);

@@ -1,5 +1,5 @@
-// A host program: it owns the arrays, the time loop and the scheme; tanor gives accelerations, multipliers and the way
-// back onto the constraints. Chain of 10 rods, released horizontally; exit code 1 if any answer is wrong.
+// A host program owns the arrays, the time loop and the scheme; tanor gives accelerations, multipliers and the way back
+// onto the constraints. A chain of 10 rods is released horizontally; the exit code is 1 if any answer is wrong.
 //
 //     o----o----o-- … --o      rods 0.1 m, beads 0.1 kg, gravity along -y
 //   (0,0)             (1,0)
@@ -36,19 +36,19 @@ tanor::System make_chain() {
   return chain;
 }
 
-// x + h d
+// Returns x + h d.
 Array moved(const Array& x, double h, const Array& d) {
   Array result = x;
   for (std::size_t k = 0; k < x.size(); ++k) result[k] += h * d[k];
   return result;
 }
 
-// x += h/6 (d1 + 2 d2 + 2 d3 + d4)
+// Adds h/6 (d1 + 2 d2 + 2 d3 + d4) to x.
 void add_weighted(double h, const Array& d1, const Array& d2, const Array& d3, const Array& d4, Array* x) {
   for (std::size_t k = 0; k < x->size(); ++k) (*x)[k] += h / 6.0 * (d1[k] + 2.0 * d2[k] + 2.0 * d3[k] + d4[k]);
 }
 
-// Kinetic and potential energy of the beads, J; 0 at the start.
+// Returns the kinetic and potential energy of the beads, J; 0 at the start.
 double energy(const Array& r, const Array& v) {
   double sum = 0.0;
   for (std::size_t k = 3; k < r.size(); k += 3)
@@ -56,7 +56,7 @@ double energy(const Array& r, const Array& v) {
   return sum;
 }
 
-// Largest ||r_j - r_i| - length|/length.
+// Returns the largest ||r_j - r_i| - length|/length.
 double violation(const Array& r) {
   double largest = 0.0;
   for (std::size_t k = 3; k < r.size(); k += 3)
@@ -73,7 +73,7 @@ struct Answer {
   bool ok = true;             // every call said so
 };
 
-// The host's own loop: classical Runge-Kutta steps, then back onto the constraints.
+// The host's own loop takes classical Runge-Kutta steps and then projects back onto the constraints.
 Answer simulate(double t_end, int num_steps) {
   tanor::Dynamics dynamics(make_chain());
   Array r = dynamics.system().positions;
@@ -115,7 +115,7 @@ Answer simulate(double t_end, int num_steps) {
   return answer;
 }
 
-// Reference at t = 0.25 s: quadruple-precision extrapolation, checked with angles as coordinates.
+// The reference at t = 0.25 s is a quadruple-precision extrapolation, checked with angles as coordinates.
 constexpr double reference_tip_x = 0.8824586693622908;
 constexpr double reference_tip_y = -0.3065624997245702;
 constexpr double reference_tension = 10.412212941464175;

@@ -1,4 +1,4 @@
-/// Pictures of instants, read back by libpng: what is where, and in which colour.
+/// Pictures of instants are read back by libpng: what is where, and in which colour.
 
 #include <algorithm>
 #include <array>
@@ -68,7 +68,7 @@ report::Guide formula_guide(const std::string& equation, double t = 0.0) {
   return report::place_guides(system, t, t).at(0);
 }
 
-/// A support at the origin and a bead at (1, 0, 0), joined by a rod.
+/// Makes a support at the origin and a bead at (1, 0, 0), joined by a rod.
 Picture make_rod(double tension) {
   report::StoredFrame frame;
   frame.positions = {0, 0, 0, 1, 0, 0};
@@ -140,7 +140,7 @@ TEST(PictureTest, WhatIsInFrontHidesWhatIsBehind) {
   expect_colour(paint(picture), 200, 150, support);
 }
 
-/// Widths of what is drawn side by side, from the left.
+/// Returns the widths of all that is drawn side by side, from the left.
 std::vector<int> measure_widths(const Decoded& picture) {
   std::vector<int> widths;
   bool was_drawn = false;
@@ -277,7 +277,7 @@ TEST(ImplicitSurfaceTest, NumbersOfTheFormulaAreItsValues) {
   EXPECT_NEAR((*xi)({0.3, 0.8, 1.9}), at(0.3, 0.8, 1.9, 0.7), 1e-13);
 }
 
-// A formula costs as much as it is long, and there are thousands: those that would take long are left out.
+// A formula costs as much as it is long, and there may be thousands, so that those that would take long are left out.
 TEST(PictureTest, MostOfThousandsOfFormulasAreLeftOut) {
   Picture picture = make_rod(5.0);
   picture.extent = report::measure_motion({picture.frame});
@@ -297,7 +297,7 @@ TEST(PictureTest, LargeSurfacesBeyondAFewAreLeftOut) {
   EXPECT_EQ(draw(picture).left_out, 0u) << "small ones cost little";
 }
 
-// 8,000 of 6,000 parts were gigabytes.
+// Without a limit 8,000 curves of 6,000 parts took gigabytes.
 TEST(PictureTest, ManyCurvesHaveFewParts) {
   Picture picture = make_rod(5.0);
   picture.frame.guides.assign(8000, {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 1e-9, 0}});

@@ -1,4 +1,4 @@
-/// Islands that lie on several ranks: the same accelerations, reactions, steps and motion as on one.
+/// Islands that lie on several ranks have the accelerations, reactions, steps and motion that they have on one.
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ TEST(CutIslands, StripsThatAreSingularByThemselvesAreSolved) {
   expect_same_instant(lattice, cut_along(lattice, 0, 4), 4, 1e-12);
 }
 
-/// Owners that follow no geometry: a rank's part is in many pieces.
+/// These owners follow no geometry, so that a rank's part is in many pieces.
 TEST(CutIslands, AnyOwnersGiveTheSameAccelerations) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 12; ++trial) {
@@ -79,7 +79,7 @@ TEST(CutIslands, MoveAsOnOneRank) {
   }
 }
 
-/// A support that moves, drag, a force of time: what is prescribed and what acts is a rank's own.
+/// A support that moves, drag and a force of time: each rank evaluates those of its own points.
 TEST(CutIslands, DrivenChainsMoveAsOnOneRank) {
   for (const System& chain : {scenes::make_shaken_chain(9), scenes::make_breathing_chain(9),
                               scenes::make_chain_in_air(9), scenes::make_driven_chain(9)}) {
@@ -95,7 +95,7 @@ TEST(CutIslands, DrivenChainsMoveAsOnOneRank) {
   }
 }
 
-/// Springs, bendings, energies of time and forces of tuples between points of several ranks.
+/// Springs, bendings, energies that depend on time, and forces of tuples act between points of several ranks.
 TEST(CutIslands, ForcesReachFromRankToRank) {
   const std::size_t count = 9;
   System damped = scenes::make_damped_chain(count), bent = scenes::make_shaken_chain(count), pulled = make_chain(count),
@@ -162,7 +162,7 @@ TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
   EXPECT_THROW(take(walled), InputError);
 }
 
-/// A run that two ranks saved goes on on one and on four.
+/// A run that two ranks saved continues on one and on four.
 TEST(CutIslands, SavedMotionGoesOnOnAnyNumberOfRanks) {
   const System net = make_net(8, 5);
   for (const MotionOptions& options : {options_of(Method::Rattle, 1e-3), options_of(Method::Dop853)}) {

@@ -10,10 +10,10 @@
 
 #include "ranks/thread_ranks.hpp"
 
-/// \file A system on several ranks, held against the same on one.
+/// \file A system on several ranks is compared with the same system on one.
 namespace tanor {
 
-/// Ranks along an axis, in pieces of equal length.
+/// Assigns the points to ranks along an axis, in pieces of equal length.
 inline std::vector<int> cut_along(const System& system, std::size_t axis, int num_ranks) {
   std::vector<double> x;
   for (std::size_t i = 0; i < system.num_points(); ++i) x.push_back(system.positions[3 * i + axis]);
@@ -24,7 +24,7 @@ inline std::vector<int> cut_along(const System& system, std::size_t axis, int nu
   return owner;
 }
 
-/// What a simulation ends with, of all points and equations.
+/// The end of a simulation, for all points and equations.
 struct Ending {
   std::vector<double> positions, velocities, accelerations, multipliers, reactions;
   MotionReport report;
@@ -50,7 +50,7 @@ inline Ending run_whole(const System& system, const MotionOptions& options, doub
           simulation.outcome()};
 }
 
-/// The same on ranks; every rank writes what it owns.
+/// Runs the same simulation on ranks; every rank writes what it owns.
 inline Ending run_on_ranks(const System& system, const std::vector<int>& owner, int num_ranks,
                            const MotionOptions& options, double t_end) {
   Ending ending;
@@ -111,14 +111,14 @@ inline MotionOptions options_of(Method method, double step = 0.0) {
   return options;
 }
 
-/// Owners that go round: every rod and spring reaches from rank to rank.
+/// Deals points to owners in turn, so that every rod and spring of a chain reaches from rank to rank.
 inline std::vector<int> deal(const System& system, int num_ranks) {
   std::vector<int> owner(system.num_points());
   for (std::size_t i = 0; i < owner.size(); ++i) owner[i] = static_cast<int>(i) % num_ranks;
   return owner;
 }
 
-/// The same steps, and the same state and energies at the end.
+/// Expects the same steps, and the same state and energies at the end.
 inline void expect_same_motion(const System& system, const MotionOptions& options, double t_end, double allowed) {
   const Ending one = run_whole(system, options, t_end);
   ASSERT_TRUE(one.outcome.ok()) << one.outcome.what;

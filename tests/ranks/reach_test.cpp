@@ -1,4 +1,4 @@
-/// What reaches from rank to rank beside the equations of one instant: series in time, energies, pair forces, and
+/// The tests cover what crosses ranks besides the equations of one instant: series in time, energies, pair forces, and
 /// decisions about rows that depend on others.
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST(Reach, DrivenCutIslandsMoveBySeriesInTime) {
   }
 }
 
-/// Energies that cancel at rest: what they are beside others is known by points that are moved, guests as well.
+/// Energies cancel at rest, so that their scale comes from points that are moved, guests as well.
 TEST(Reach, EnergyScaleIsThatOfOneRank) {
   System loose = make_net(7, 6);
   const Rods rods = std::get<Rods>(loose.constraints[0]);
@@ -54,8 +54,9 @@ TEST(Reach, EnergyScaleIsThatOfOneRank) {
   expect_same_motion(loose, options, 2e-6, 1e-12);
 }
 
-/// Beads that repel each other in a periodic box: halos change while they move. Steps of a scheme that adapts them
-/// depend on the last bit soon, since forces have kinks at the cutoff: a few of them are compared.
+/// Beads repel each other in a periodic box, and halos change while they move. Adaptive steps soon depend on the last
+/// bit,
+/// since forces have kinks at the cutoff, so that only a few of them are compared.
 TEST(Reach, PairForcesReachFromRankToRank) {
   System melt = scenes::make_melt(8), attracting = melt;
   auto& law = std::get<PairForces>(attracting.forces[0]);
@@ -72,7 +73,7 @@ TEST(Reach, PairForcesReachFromRankToRank) {
   }
 }
 
-/// Rods in a row that fly towards each other meet within what would be one step.
+/// Rods in a row that fly towards each other meet within what would otherwise be one step.
 TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -98,7 +99,8 @@ TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
   }
 }
 
-/// Cubes in a row that all diagonals brace, hung up at one corner: of the 72 rods between 16 points 42 are independent.
+/// Makes cubes in a row that all diagonals brace, hung up at one corner: of the 72 rods between 16 points 42 are
+/// independent.
 System make_braced_beam(int cubes) {
   System system = scenes::make_grid({cubes + 1, 2, 2});
   Rods& rods = std::get<Rods>(system.constraints[0]);

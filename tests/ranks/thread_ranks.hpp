@@ -12,7 +12,7 @@
 
 namespace tanor {
 
-/// Ranks that are threads of one process: what is told goes through memory.
+/// Ranks that are threads of one process and exchange numbers through memory.
 class ThreadWorld {
  public:
   explicit ThreadWorld(int size)
@@ -52,7 +52,7 @@ class ThreadWorld {
     int rank_;
   };
 
-  /// body(rank) on each rank; rethrows what the first one threw.
+  /// Runs body(rank) on each rank and rethrows the exception of the lowest rank that failed.
   void run(const std::function<void(Ranks&)>& body) {
     std::vector<std::exception_ptr> failures(slots());
     std::vector<std::thread> threads;

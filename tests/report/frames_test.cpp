@@ -14,7 +14,7 @@
 namespace tanor::report {
 namespace {
 
-/// A chain of four beads and a free bead 4 on a line (rows 0 and 1), rods at rows 2, 3, 4.
+/// Makes a chain of four beads and a free bead 4 on a line (rows 0 and 1), with rods at rows 2, 3, 4.
 ///
 ///     X--o--o--o     o
 ///     0  1  2  3     4
@@ -67,7 +67,7 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
   file.write({.time = 0.0, .positions = positions, .velocities = velocities});
   file.write({.time = 0.1 + 0.2, .positions = velocities, .velocities = positions});
 
-  // Nothing is closed: a frame is complete as soon as it is written.
+  // The file is still open: a frame is complete as soon as it is written.
   const std::vector<XyzFrame> frames = read_xyz(folder / "x.xyz");
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_EQ(frames[1].time, 0.1 + 0.2);
@@ -83,13 +83,13 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// The text between the quotes of name="…".
+/// Returns the text between the quotes of name="…".
 std::string attribute(const std::string& line, const std::string& name) {
   const std::size_t begin = line.find(name + "=\"") + name.size() + 2;
   return line.substr(begin, line.find('"', begin) - begin);
 }
 
-/// A .vtp file taken apart: each array by its element and name, "Lines/offsets", as its bytes.
+/// The parts of a .vtp file: each array by its element and name, "Lines/offsets", as its bytes.
 class VtpFile {
  public:
   explicit VtpFile(const std::string& text) : text_(text), header_(text.substr(0, text.find("<AppendedData"))) {
@@ -144,14 +144,14 @@ TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
   EXPECT_EQ(file.array<std::int32_t>("Verts/offsets"), (std::vector<std::int32_t>{1}));
   EXPECT_EQ(file.array<std::int32_t>("Lines/connectivity"), (std::vector<std::int32_t>{0, 1, 1, 2, 2, 3}));
   EXPECT_EQ(file.array<std::int32_t>("Lines/offsets"), (std::vector<std::int32_t>{2, 4, 6}));
-  // One number a cell, vertices first: the loose bead has no tension.
+  // Each cell has one number, vertices first: the loose bead has no tension.
   const auto tension = file.array<double>("CellData/tension");
   ASSERT_EQ(tension.size(), 4u);
   EXPECT_TRUE(std::isnan(tension[0]));
   EXPECT_EQ(std::vector<double>(tension.begin() + 1, tension.end()), (std::vector<double>{-12.0, 13.0, -14.0}));
 }
 
-// A ring of three beads with a period of 0.3 m along x: its last rod leads to the image of bead 0, not back through
+// A ring of three beads has a period of 0.3 m along x: its last rod leads to the image of bead 0, not back through
 // all.
 //
 //     o--o--o--(o)

@@ -14,7 +14,7 @@
 namespace tanor::report {
 namespace {
 
-/// The file of an object with one member.
+/// Returns the file of an object with one member.
 std::string write(const Json& value) {
   const Folder folder;
   OutputFile file(folder / "x.json");
@@ -93,7 +93,7 @@ TEST(JsonText, EveryTextReadsBack) {
   EXPECT_EQ(read_back(name).get<std::string>(), name);
 }
 
-// Lone and missing continuation bytes, an overlong slash, a surrogate, a code point beyond the last one.
+// The texts have lone and missing continuation bytes, an overlong slash, a surrogate, a code point beyond the last one.
 TEST(JsonText, BytesThatAreNoUtf8AreReplaced) {
   for (const std::string bytes : {"\x80", "\xC3", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xFF"}) {
     EXPECT_TRUE(read_back("a" + bytes).get<std::string>().starts_with("a\uFFFD")) << write("a" + bytes);

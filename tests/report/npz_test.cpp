@@ -1,4 +1,4 @@
-/// Trajectories for numpy: what writing them takes.
+/// The tests write trajectories for numpy and check how much memory and disk that takes.
 
 #include <cmath>
 #include <cstdlib>
@@ -13,7 +13,7 @@
 namespace tanor::report {
 namespace {
 
-/// A number of /proc/self/status, bytes; the largest resident set counts from `forget_peak` on.
+/// Returns a number of /proc/self/status in bytes; the largest resident set counts from `forget_peak` on.
 double read_status(const std::string& key) {
   std::ifstream file("/proc/self/status");
   for (std::string line; std::getline(file, line);)
@@ -49,7 +49,7 @@ TEST(NpzTest, WritingTakesNoMoreMemoryThanTheFrames) {
     forget_peak();
     const double before = read_status("VmRSS");
     file.synchronize();
-    // All frames are 86 MB.
+    // All frames together take 86 MB.
     EXPECT_LT(read_status("VmHWM") - before, 10e6);
   }
 }
@@ -62,7 +62,7 @@ TEST(NpzTest, AFullDiskLeavesTheFileBefore) {
   file.write({.time = 0.5, .positions = rows, .velocities = rows, .accelerations = rows});
   const std::string first = read_text(folder / "t.npz");
   EXPECT_GT(first.size(), 500u);
-  // A folder in the place of the replacement.
+  // A folder stands in the place of the replacement.
   std::filesystem::create_directory(folder / "t.npz.part");
   EXPECT_THROW(file.synchronize(), WriteError);
   EXPECT_EQ(read_text(folder / "t.npz"), first);

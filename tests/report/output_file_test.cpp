@@ -27,7 +27,7 @@ TEST(OutputFileTest, FailuresNameTheFileAndTheReason) {
   EXPECT_EQ(error_of([] { make_folder("/dev/null/x"); }), "cannot write /dev/null/x: Not a directory");
 }
 
-// /dev/full takes nothing: small texts fail when they are flushed or closed, large ones at once.
+// The device /dev/full takes nothing: small texts fail when they are flushed or closed, large ones at once.
 TEST(OutputFileTest, AFullDiskIsNoticed) {
   const std::string message = "cannot write /dev/full: No space left on device";
   EXPECT_EQ(error_of([] {
@@ -61,7 +61,7 @@ TEST(GrowingFileTest, HasTheTailBehindEveryPart) {
   EXPECT_EQ(read_text(folder / "x"), "<list>\nthree\n</list>\n");
 }
 
-/// No file of this process may grow beyond some bytes while it lives.
+/// No file of this process may grow beyond some bytes while the object lives.
 class FileLimit {
  public:
   explicit FileLimit(std::size_t bytes) {
@@ -82,7 +82,7 @@ class FileLimit {
   void (*handler_)(int) = SIG_DFL;
 };
 
-// A disk that is full in the middle of a part, or of the tail behind it, and has room again later.
+// A disk is full in the middle of a part, or of the tail behind it, and has room again later.
 TEST(GrowingFileTest, APartThatDoesNotFitIsNotInTheFile) {
   for (std::size_t limit = 20; limit < 30; ++limit) {
     const Folder folder;

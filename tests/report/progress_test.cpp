@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What a run of 100 steps tells, each of which takes so long; the clock is the test's own.
+/// Returns the output of a run of 100 steps, each of which takes so long; the clock is the test's own.
 std::string tell(Progress::Style style, std::chrono::milliseconds step_takes) {
   testing::internal::CaptureStderr();
   Progress::Clock::time_point now{};

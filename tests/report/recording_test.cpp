@@ -17,7 +17,7 @@ double length(const std::vector<float>& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-// m = 2, 30 degrees: the rail pushes with m g cos(30), friction holds back with mu times that.
+// With m = 2 and 30 degrees the rail pushes with m g cos(30), and friction holds back with mu times that.
 TEST(RecordingTest, ReactionsOfAGuideHaveANormalAndATangentPart) {
   const System system = scenes::make_rough_incline(1.0, 0.2);
   Simulation simulation(system, {.method = Method::Dopri5});
@@ -33,7 +33,7 @@ TEST(RecordingTest, ReactionsOfAGuideHaveANormalAndATangentPart) {
   EXPECT_LT(frames[0].tangent_reactions[0], 0.0);
 }
 
-// A support carries what hangs on it, and the rods' pull is no reaction of a guide.
+// A support carries the chain that hangs on it, and the rods' pull is no reaction of a guide.
 TEST(RecordingTest, ASupportHoldsAChainThatHangs) {
   System system;
   system.positions = {0, 0, 0, 0, 0, -1};
@@ -53,7 +53,8 @@ TEST(RecordingTest, ASupportHoldsAChainThatHangs) {
   EXPECT_TRUE(frame.tangent_reactions.empty());
 }
 
-// Seven output times are no film. Where they are many, or points are, nothing more is asked for.
+// Seven output times make no film. Where there are many output times, or many points, no further instants are asked
+// for.
 TEST(RecordingTest, AsksForInstantsBetweenOutputTimesThatAreRare) {
   const System system = scenes::make_rough_incline(1.0, 0.2);
   const auto count_frames = [&](double every) {
@@ -109,7 +110,7 @@ TEST(RecordingTest, AHistoryIsThinnedEvenlyAndKeepsItsEnd) {
 
 constexpr MotionOptions in_small_steps{.method = Method::Rk4, .step = 1e-2};
 
-/// Every step of a motion to some time, in s.
+/// Records every step of a motion to some time, in s.
 void record(double end, Simulation* motion, Recording* recording) {
   recording->take_frame(*motion, motion->friction_forces());
   const Outcome outcome = motion->advance_to(end, [&](const MotionReport& report) {
@@ -167,7 +168,7 @@ TEST(RecordingTest, ARunThatGoesOnKeepsWhatWasRecordedBefore) {
   EXPECT_EQ(after.num_switches(), 1u);
 }
 
-// A page that begins where a run went on counts what it can have seen.
+// A page that begins where a run is resumed counts only the switches that it can have seen.
 TEST(RecordingTest, ContactSwitchesBeforeItBeganDoNotCount) {
   StoredRecording before;
   ASSERT_EQ(before.recording.num_switches(), 1u);
@@ -182,7 +183,7 @@ TEST(RecordingTest, ContactSwitchesBeforeItBeganDoNotCount) {
   EXPECT_EQ(late.switches().size(), 1u);
 }
 
-// A program that was killed may have recorded more than its checkpoint has.
+// A killed program may have recorded more than its checkpoint has.
 TEST(RecordingTest, WhatCameAfterTheCheckpointIsForgotten) {
   StoredRecording before;
   before.motion = Simulation(before.system, in_small_steps);

@@ -22,7 +22,7 @@ Simulation make_simulation(std::size_t num_points = 4) {
   return Simulation(scenes::make_chain(num_points - 1), {.method = Method::Rk4, .step = 0.01});
 }
 
-/// Frames at t = 0, 0.1, … of a simulation.
+/// Writes frames of a simulation at t = 0, 0.1, …
 void write_frames(int count, Simulation* simulation, Trajectory* trajectory) {
   for (int k = 0; k < count; ++k) {
     if (simulation->time() < 0.1 * k) {
@@ -110,7 +110,7 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
   }
 }
 
-/// A checkpoint with another number in every place.
+/// Makes a checkpoint with a different number in every place.
 Checkpoint make_checkpoint() {
   Checkpoint checkpoint;
   checkpoint.scene = "0123456789abcdef";
@@ -160,8 +160,8 @@ TEST(CheckpointTest, OnlyTheCheckpointOfTheRunIsTaken) {
   EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
 }
 
-// The checksum is one to one in each byte, so that no flip of one bit is left to luck. Here all bits of the first and
-// the last line, and every bit's place in between.
+// The checksum is one to one in each byte, so that no flip of one bit is left to luck. The test flips all bits of the
+// first and the last line, and one bit of every seventh byte in between.
 TEST(CheckpointTest, AFlippedBitIsSeen) {
   const Folder folder;
   write_checkpoint(folder.path(), make_checkpoint());
@@ -189,7 +189,7 @@ TEST(CheckpointTest, AFlippedBitIsSeen) {
   EXPECT_NE(error_of(folder), "no error");
 }
 
-/// A checkpoint's text with another number in its head, and the checksum that belongs to it.
+/// Returns a checkpoint's text with another number in its head, and the checksum that belongs to it.
 std::string forge(const std::string& text, const std::string& key, const std::string& value) {
   std::string content = text.substr(0, text.rfind("checksum "));
   const std::size_t begin = content.find("\"" + key + "\":") + key.size() + 3;
@@ -199,7 +199,7 @@ std::string forge(const std::string& text, const std::string& key, const std::st
   return content + "checksum " + sum.text() + "\n";
 }
 
-// The text is as a program would write it that is not ours: whole, and yet no checkpoint of any run.
+// The text is as another program might write it: whole, and yet no checkpoint of any run.
 TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
   const Folder folder;
   write_checkpoint(folder.path(), make_checkpoint());
@@ -267,7 +267,8 @@ std::vector<std::string> list_keys(const json& object) {
   return keys;  // sorted: json objects are
 }
 
-// The contract's list, `start` and `energy.work_of_forces` on top of it; `doubt` is the old name of `accuracy_warning`.
+// The keys are the contract's list with `start` and `energy.work_of_forces`; `doubt` is the old name of
+// `accuracy_warning`.
 TEST(SummaryTest, HasTheKeysOfTheContract) {
   using Keys = std::vector<std::string>;
   const Folder folder;

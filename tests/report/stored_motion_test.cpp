@@ -1,4 +1,4 @@
-/// Frames for ParaView, read back by the program itself.
+/// The program reads its own frames for ParaView back.
 
 #include <cmath>
 #include <numbers>
@@ -17,7 +17,7 @@
 namespace tanor::report {
 namespace {
 
-/// A support, two beads on rods and a bead that no rod holds; the second rod ends at an image.
+/// Makes a support, two beads on rods and a bead that no rod holds; the second rod ends at an image.
 System make_system() {
   System system;
   system.positions = {0, 0, 0, 0.1, 0, 0, 0.9, 0, 0, 0, 1, 0};
@@ -28,7 +28,7 @@ System make_system() {
   return system;
 }
 
-/// Rows that follow cubic polynomials, so that Hermite's ones are exact.
+/// Rows that follow cubic polynomials, which Hermite's interpolation reproduces exactly.
 struct Rows {
   std::vector<double> positions, velocities, accelerations, tensions{0, 0}, forces, friction;
   Frame frame(std::size_t number, double t) {

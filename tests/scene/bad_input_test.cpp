@@ -24,7 +24,7 @@ TEST_P(BadInputTest, GivesOneErrorThatNamesItsPlace) {
   EXPECT_EQ(error, GetParam().error);
 }
 
-/// The names of all methods in the order of the table.
+/// Returns the names of all methods in the order of the table.
 std::string join_names_of_methods() {
   std::string result;
   for (const MethodTraits& each : methods()) result += (result.empty() ? "" : ", ") + std::string(each.name);

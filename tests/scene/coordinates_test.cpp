@@ -3,7 +3,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Three points a metre apart on the x axis, point 0 a support.
+/// Returns a scene of three points a metre apart on the x axis, of which point 0 is a support.
 std::string with_coordinates(const std::string& entries, const std::string& more = "") {
   return three_points(R"("supports": [{"points": [0]}], "coordinates": [)" + entries + "]" + more);
 }

@@ -1,4 +1,4 @@
-/// Energies of several points in scene files: what is read, and every rule with its place.
+/// The tests read energies of several points from scene files, and check every rule with its place.
 
 #include <ostream>
 
@@ -10,7 +10,8 @@ namespace {
 using Triples = std::vector<std::array<Index, 3>>;
 using Quadruples = std::vector<std::array<Index, 4>>;
 
-/// Five points in a zigzag, rods "chain" along them, then `forces`; point 5 stands apart as a support.
+/// Returns a scene of five points in a zigzag with rods "chain" along them, then `forces`; point 5 is a separate
+/// support.
 std::string zigzag(const std::string& forces, const std::string& more_rods = "") {
   return R"({"tanor_scene": 1, "parameters": {"k": 2},
     "points": {"positions": [[0,0,0],[1,1,0],[2,0,0],[3,1,0.5],[4,0,0],[0,5,0],[1,5,0]], "masses": 1},
@@ -284,7 +285,7 @@ TEST(Energies, AnAngleOfRoundedPiRestsStraight) {
   EXPECT_FALSE(KindOf<Bendings>::is_straight({.law = BendingLaw::Harmonic, .rest = 3.1415926}));
 }
 
-/// Points at one place are both named, whatever joins them.
+/// The message names both points that coincide, whatever joins them.
 TEST(EnergyRulesAtOnePlace, CoincidentPointsAreNamed) {
   const std::string points = R"({"positions": [[0,0,0],[0,0,0],[1,0,0],[2,1,0]]})";
   const auto told = [&](const std::string& force) {
@@ -307,7 +308,7 @@ TEST(EnergyRulesAtOnePlace, CoincidentPointsAreNamed) {
             "no dihedral");
 }
 
-/// Three rods in sequence that come back to where they began.
+/// Three rods in sequence come back to where they began.
 TEST(Energies, ATorsionAlongATriangleNamesIt) {
   EXPECT_EQ(error_of(three_points(
                 R"("constraints": [{"kind": "rod", "name": "ring", "pairs": [[0,1],[1,2],[2,0]]}],

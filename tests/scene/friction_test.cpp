@@ -6,7 +6,7 @@
 namespace tanor::scene {
 namespace {
 
-/// Three points: 0 on a floor, 1 on the wire of a ball and a sheet, a rod from 1 to 2.
+/// Returns a scene of three points: 0 on a floor, 1 on the wire of a ball and a sheet, and a rod from 1 to 2.
 std::string rough_scene(const std::string& friction, const std::string& more = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[2,0,0]]}, "parameters": {"u": 0.5},
     "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1]},
@@ -77,7 +77,7 @@ TEST(Friction, EntriesKeepTheirOrder) {
   EXPECT_EQ(friction_name(scene.system, 1), "coulomb1");
 }
 
-/// Default names count in the scene's list, although the rods of the chain stand first in the system.
+/// Default names count groups in the scene's list, although the rods of the chain stand first in the system.
 TEST(Friction, GuidesAreNamedAsInTheScene) {
   const Scene scene = parse(R"({"tanor_scene": 1, "generate": {"kind": "chain", "count": 2},
     "constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1]}],

@@ -15,7 +15,7 @@ Vector3 position(const Scene& scene, std::size_t k) {
   return {r[0], r[1], r[2]};
 }
 
-/// Number of connected parts of the graph of rods.
+/// Returns the number of connected parts of the graph of rods.
 std::size_t num_parts(const Scene& scene) {
   std::vector<std::size_t> part(scene.system.num_points());
   for (std::size_t k = 0; k < part.size(); ++k) part[k] = k;
@@ -30,7 +30,7 @@ std::size_t num_parts(const Scene& scene) {
   return roots.size();
 }
 
-/// What holds for every kind.
+/// Expects what every kind of generated scene has.
 void check(const Scene& scene, std::size_t num_points, std::size_t num_rods, double spacing, double mass) {
   const System& system = scene.system;
   EXPECT_EQ(system.positions.size(), 3 * num_points);
@@ -117,7 +117,7 @@ TEST(Generate, MeltFillsACube) {
   }
 }
 
-// Equipartition: each of the 3n - rods degrees of freedom carries kT/2.
+// By equipartition each of the 3n - rods degrees of freedom carries kT/2.
 TEST(Generate, MeltHasItsTemperatureAndKeepsItsRods) {
   const Scene scene = generate(R"("kind": "melt", "chains": 400, "count": 20, "mass": 0.5, "temperature": 2)");
 
@@ -160,7 +160,7 @@ TEST(Generate, MeltOfEnergiesIsABeadSpringModelThatBeginsApart) {
   EXPECT_EQ(beads.epsilon, 4.0);
   EXPECT_EQ(beads.sigma, 0.5);
 
-  // 0.85 beads a spacing^3, but for what the last layer of the lattice leaves empty.
+  // There are 0.85 beads a spacing^3, but for what the last layer of the lattice leaves empty.
   const double density = 600.0 * 0.125 / (beads.box[0] * beads.box[1] * beads.box[2]);
   EXPECT_LE(density, 0.85 * (1 + 1e-12));
   EXPECT_GT(density, 0.75);

@@ -1,4 +1,4 @@
-/// Small files that ask for much: what tests/fuzz found, and what it cannot reach.
+/// Small files that ask for much: those that tests/fuzz found, and those that it cannot reach.
 
 #include <stdexcept>
 
@@ -16,7 +16,7 @@ std::string repeat(const std::string& text, std::size_t count) {
   return repeated;
 }
 
-/// One line that a terminal can hold.
+/// Expects one line that a terminal can hold.
 void expect_short(const std::string& error) {
   EXPECT_EQ(error.find('\n'), std::string::npos);
   EXPECT_LT(error.size(), 1000u);
@@ -26,11 +26,11 @@ TEST(HostileInput, ListsMayBeNestedAHundredDeep) {
   EXPECT_EQ(error_of(repeat("[", megabyte)),
             "scene.json: found more than 100 lists and objects inside one another, wanted a scene");
   expect_short(error_of(repeat(R"({"a":)", megabyte / 5)));
-  // A hundred lists are read, and then found to be no scene.
+  // A hundred nested lists are read and then found to be no scene.
   EXPECT_EQ(error_of(repeat("[", 100) + repeat("]", 100)), "scene.json: found a list of 1, wanted an object");
 }
 
-// The bytes go on a character which never began: a long word cannot be cut between two characters.
+// The bytes continue a character that never began, so that a long word cannot be cut between two characters.
 TEST(HostileInput, LongWordsOfBrokenCharactersAreCut) {
   const std::string word(300, '\x80');
   const Folder folder;
@@ -45,7 +45,7 @@ TEST(HostileInput, LongWordsOfBrokenCharactersAreCut) {
   expect_short(error_of(R"({"tanor_scene": )" + word));
 }
 
-// A text behind the end of a document has no place in it.
+// The scene is complete, so that a text behind its end has no place in it.
 TEST(HostileInput, NumbersBehindTheEndOfTheSceneAreRefused) {
   for (const char* rest : {"nan", "1e999", "\"a b nan", "[nan]"}) {
     const std::string error = error_of(std::string("{\"tanor_scene\": 1} ") + rest);
@@ -61,7 +61,7 @@ TEST(HostileInput, TextLikeAMessageOfTheParserIsNoMessage) {
   EXPECT_NE(error.find("not JSON: syntax error while parsing object key"), std::string::npos) << error;
 }
 
-// scripts/fuzz found a name that the library quoted as it was.
+// scripts/fuzz found a name with a line break that the library quoted unchanged.
 TEST(HostileInput, NamesOfTwoLinesAreToldOnOne) {
   EXPECT_EQ(error_of(three_points(R"("motion": {"t_end": 1, "method": "radau5\\\nva"})")).find('\n'),
             std::string::npos);

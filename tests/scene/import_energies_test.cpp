@@ -1,5 +1,5 @@
-/// Bonds, angles and dihedrals of LAMMPS data files as energies, against the energies and forces of LAMMPS itself,
-/// which tests/data/lammps/make_forces.py stores.
+/// The tests read bonds, angles and dihedrals of LAMMPS data files as energies and compare them with the energies and
+/// forces of LAMMPS itself, which tests/data/lammps/make_forces.py stores.
 
 #include <algorithm>
 #include <cmath>
@@ -95,7 +95,7 @@ std::string error_with(const std::string& file, const std::string& from, const s
   return Replaced(file, from, to, more).error();
 }
 
-/// Forces of a file that are not read do not go without a word.
+/// Forces of a file that are not read are reported.
 TEST(ImportEnergies, SectionsThatAreNotReadAreNamed) {
   EXPECT_TRUE(parse(import_of("harmonic_charmm")).left_out.empty());
   const Scene scene = Replaced("harmonic_charmm", "Atoms #",
@@ -109,8 +109,8 @@ TEST(ImportEnergies, SectionsThatAreNotReadAreNamed) {
   EXPECT_EQ(scene.left_out, wanted);
 }
 
-/// kcal/mol, angstrom and g/mol make forces per sqrt(g/mol angstrom²/(kcal/mol)), which is no femtosecond: the
-/// velocities are brought there, and the scene says it.
+/// With kcal/mol, angstrom and g/mol the unit of time is sqrt(g/mol angstrom²/(kcal/mol)), which is no femtosecond.
+/// The velocities are converted, and the scene says so.
 TEST(ImportEnergies, UnitsWithAnotherTimeAreConverted) {
   const std::string velocities =
       "Velocities\n\n1 1 2 3\n2 0 0 0\n3 0 0 0\n4 0 0 0\n5 0 0 0\n6 0 0 0\n7 0 0 0\n\nAtoms #";
@@ -130,7 +130,7 @@ TEST(ImportEnergies, UnitsWithAnotherTimeAreConverted) {
   EXPECT_NEAR(real.system.velocities[1], 2.0 * of_real / 1e-15, 1e-7);
   EXPECT_NEAR(metal.system.velocities[1], 2.0 * of_metal / 1e-12, 1e-10);
 
-  // As `write_data` says it.
+  // The titles are those of `write_data`.
   const std::string title = "LAMMPS data: fene_cosine_opls";
   const auto titled = [&](const std::string& words) { return Replaced("fene_cosine_opls", title, words, ""); };
   EXPECT_NE(titled("LAMMPS data file via write_data, timestep = 0, units = real").read().source.find("units real"),

@@ -1,4 +1,5 @@
-/// Points and rods of .obj, .ply, .gro and .pdb files; those in tests/data come from Debian packages (README.md there).
+/// The tests read points and rods of .obj, .ply, .gro and .pdb files; those in tests/data come from Debian packages
+/// (README.md there).
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,7 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-/// Lengths of all rods in millionths, each once.
+/// Returns the lengths of all rods in millionths, each once.
 std::set<long> lengths_of(const Scene& scene) {
   std::set<long> lengths;
   for (std::size_t k = 0; k < rods_of(scene).pairs.size(); ++k)
@@ -27,7 +28,7 @@ std::set<long> lengths_of(const Scene& scene) {
   return lengths;
 }
 
-/// The complaint about a file of this content.
+/// Returns the message about a file of this content.
 std::string file_error(const std::string& name, const std::string& content, const std::string& keys = "") {
   const Folder folder;
   folder.add(name, content);
@@ -39,7 +40,7 @@ std::string file_error(const std::string& name, const std::string& content, cons
   return error.starts_with(place) ? error.substr(place.size()) : error;
 }
 
-// Eight vertices, six squares: each of the twelve edges is in two faces.
+// The cube has eight vertices and six squares: each of the twelve edges is in two faces.
 TEST(ImportPly, ReadsACubeWithEachEdgeOnce) {
   const Scene scene = import(R"("file": "cube.ply", "format": "ply")");
 
@@ -51,7 +52,7 @@ TEST(ImportPly, ReadsACubeWithEachEdgeOnce) {
   EXPECT_EQ(lengths_of(scene), (std::set<long>{1000000}));
 }
 
-// The same cube as twelve triangles, whose diagonals are edges too.
+// This is the same cube as twelve triangles, whose diagonals are edges too.
 TEST(ImportPly, ReadsABinaryCube) {
   const Scene scene = import(R"("file": "cube_binary.ply", "format": "ply", "mass": 0.25)");
 
@@ -147,7 +148,7 @@ TEST(ImportPly, NamesWhatIsWrong) {
             "a.ply, line 12: found vertex 1 twice in sequence in face 0, wanted vertices that differ");
   EXPECT_EQ(error(face + "200 1 1\n"),
             "a.ply, line 12: found a list of 200 entries in face 0, wanted no more than the rest of the file holds");
-  // The number is more than an integer holds.
+  // The number is larger than an integer holds.
   EXPECT_EQ(error("element face 1\nproperty list double int vertex_index\nend_header\n1e46 1 1\n"),
             "a.ply, line 6: found a list of 1e+46 entries in face 0, wanted no more than the rest of the file holds");
   const std::string list = "found a list of ";
@@ -164,7 +165,7 @@ TEST(ImportPly, NamesWhatIsWrong) {
   EXPECT_EQ(error(vertex +
                   "element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 0 0\n0 5\n0 1\n"),
             "a.ply: found vertex 5 in an edge or face, wanted one from 0 to 1");
-  // A number takes a digit and a blank.
+  // A number takes at least a digit and a blank.
   EXPECT_EQ(error("element face 4\nproperty uchar a\nend_header\n1 1\n"),
             "a.ply, line 6: found 4 elements face, wanted no more than the rest of the file holds");
   EXPECT_EQ(error("element vertex 1\nend_header\n"),
@@ -208,7 +209,7 @@ TEST(ImportPly, SaysWhereBinaryNumbersEnd) {
             "a.ply: found no finite number for b of face 0");
 }
 
-// Sixteen triangles over ten vertices.
+// The part has sixteen triangles over ten vertices.
 TEST(ImportObj, ReadsAPartOfAMechanism) {
   const Scene scene = import(R"("file": "bricard_part.obj", "format": "obj")");
 
@@ -254,7 +255,7 @@ TEST(ImportObj, NamesTheLineOfAnError) {
             "found string \"a.obj\", wanted a file of format obj with at least one atom or vertex");
 }
 
-// 216 molecules of SPC: O-H 0.1 nm, H-O-H 109.47 degrees, in a box of 1.86206 nm.
+// The file has 216 molecules of SPC: O-H 0.1 nm, H-O-H 109.47 degrees, in a box of 1.86206 nm.
 TEST(ImportGro, ReadsWaterWithBondsByDistance) {
   const Scene scene = import(R"("file": "water216.gro", "format": "gro", "bonds": "distance", "angles": "rigid")");
 
@@ -280,7 +281,7 @@ TEST(ImportGro, MakesNoRodsByItself) {
   EXPECT_TRUE(rods_of(scene).pairs.empty());
 }
 
-// A file of more digits and a box that is no brick: molecule 2 reaches through its slanted face.
+// The file has more digits and a slanted box: molecule 2 reaches through its slanted face.
 TEST(ImportGro, ReadsVelocitiesDigitsAndTiltedBoxes) {
   const std::string text =
       "two hydroxyls\n 4\n"
@@ -315,7 +316,7 @@ TEST(ImportGro, NamesTheLineOfAnError) {
             "no error");
 }
 
-// A ligand of 36 atoms: the CONECT records name 40 bonds, double ones twice, each from both ends.
+// The ligand has 36 atoms: the CONECT records name 40 bonds, double ones twice, each from both ends.
 TEST(ImportPdb, MakesRodsOfConect) {
   const Scene scene = import(R"("file": "ligand.pdb", "format": "pdb")");
 
@@ -329,7 +330,7 @@ TEST(ImportPdb, MakesRodsOfConect) {
   EXPECT_LT(*lengths_of(scene).rbegin(), 1920000) << "C-Br is the longest";
 }
 
-// Two independent ways: what the file's author bonded, and what the radii of the elements say.
+// Two independent sources agree: the bonds that the file's author wrote, and those that the radii of the elements give.
 TEST(ImportPdb, FindsTheBondsOfConectByDistance) {
   const auto sorted = [](Pairs pairs) {
     for (auto& [i, j] : pairs)
@@ -401,7 +402,7 @@ TEST(Import, BondsMayBeLeftOut) {
   EXPECT_TRUE(rods_of(import(R"("file": "cube.ply", "format": "ply", "bonds": "none")")).pairs.empty());
 }
 
-/// Carbon at these places, angstrom.
+/// Returns carbon atoms at these places, angstrom.
 Imported carbon_at(std::vector<Vector3> positions) {
   Imported data;
   data.angstrom = 1.0;
@@ -410,7 +411,7 @@ Imported carbon_at(std::vector<Vector3> positions) {
   return data;
 }
 
-// All pairs of so many would take hours.
+// Trying all pairs of so many atoms would take hours.
 TEST(Import, AtomsThatAreAllInOnePlaceAreToldByTheFirst) {
   try {
     (void)find_bonds_by_distance(carbon_at(std::vector<Vector3>(400000, Vector3{1.0, 2.0, 3.0})));
@@ -429,7 +430,7 @@ TEST(Import, AnAtomFarAwayKeepsNoOtherFromItsNeighbours) {
   EXPECT_EQ(find_bonds_by_distance(carbon_at(grid)).size(), 3u * edge * edge * (edge - 1));
 }
 
-// Every bond of a random crowd, in a random box, is found by trying all pairs too.
+// Every bond of random atoms in a random box is also found by trying all pairs.
 RC_GTEST_PROP(Import, BondsByDistanceAreThoseOfAllPairs, ()) {
   const bool is_periodic = *rc::gen::arbitrary<bool>();
   const auto edge = [] { return 3.0 + 0.01 * *rc::gen::inRange(0, 900); };

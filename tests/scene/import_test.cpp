@@ -84,7 +84,7 @@ TEST(ImportLammps, RestsAndWeighsOneWhereTheFileDoesNotSay) {
   EXPECT_EQ(scene.system.masses, std::vector<double>(4, 1.0));
 }
 
-// Arms (0.8, 0.6) and (-0.8, 0.6): right rods of 1, cosine -0.28, in both molecules.
+// Both molecules have arms (0.8, 0.6) and (-0.8, 0.6) once unwrapped, with rods of length 1 and the cosine -0.28.
 TEST(ImportLammps, HoldsTheAnglesOfTheFileWhereTheyAreRigid) {
   const Scene scene = import(R"("file": "water.data", "angles": "rigid")");
 
@@ -115,7 +115,7 @@ TEST(ImportLammps, NamesAnglesThatReachThroughAPeriodicFace) {
       "rods have joined them");
 }
 
-/// A data file of one atom type, two atoms and one bond type.
+/// Returns a data file of one atom type, two atoms and one bond type.
 std::string data_file(const std::string& body, const std::string& bonds = "0", const std::string& angles = "0") {
   return "comment\n" + angles + " angles\n2 atoms\n" + bonds +
          " bonds\n1 atom types\n1 bond types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\n" + body;

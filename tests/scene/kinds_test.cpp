@@ -8,7 +8,7 @@ namespace {
 using Pairs = std::vector<std::array<Index, 2>>;
 using Triples = std::vector<std::array<Index, 3>>;
 
-/// The only constraint of a scene of three points. The supports do not matter here.
+/// Returns the only constraint of a scene of three points. The supports do not matter here.
 template <class Group>
 Group read_constraint(const std::string& fields) {
   return std::get<Group>(
@@ -159,7 +159,7 @@ TEST(Constraints, LinearsHaveACoefficientForEachPoint) {
   EXPECT_EQ(linears.value.constants, (std::vector<double>{-1.0, -1.0}));
 }
 
-/// xi, its rate and phi of one member.
+/// Returns xi, its rate and phi of one member.
 std::array<double, 3> evaluate(const ConstraintKernel& kernel, double t, const std::vector<double>& r,
                                const std::vector<double>& v) {
   std::array<double, 3> result{};
@@ -174,7 +174,7 @@ TEST(Constraints, FormulasHaveTuplesAndParameters) {
   EXPECT_EQ(user.name, "gear");
   EXPECT_EQ(user.tuples, (std::vector<std::vector<Index>>{{0, 1}, {2, 1}}));
   EXPECT_EQ(user.kernel.num_points, 2);
-  // 3 x^2 - y t along x = 2 + e, y = 5 + e, t = 7 + e
+  // The function is 3 x^2 - y t along x = 2 + e, y = 5 + e, t = 7 + e.
   EXPECT_EQ(evaluate(user.kernel, 7.0, {2, 0, 0, 0, 5, 0}, {1, 0, 0, 0, 1, 0}),
             (std::array<double, 3>{12.0 - 35.0, 12.0 - 7.0 - 5.0, 6.0 - 2.0}));
 }

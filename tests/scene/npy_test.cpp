@@ -10,7 +10,7 @@ namespace {
 
 using Shape = std::vector<std::size_t>;
 
-/// A file of version 1 or 2 (where the header's length takes 4 bytes).
+/// Returns a file of version 1 or 2 (where the header's length takes 4 bytes).
 std::string make_npy(const std::string& header, const std::vector<double>& numbers, char version = 1) {
   std::string text = std::string("\x93NUMPY") + version + '\0' + static_cast<char>(header.size()) + '\0';
   if (version > 1) text += std::string(2, '\0');

@@ -17,7 +17,7 @@ std::string table_error(const std::string& name, const std::string& content) {
   return "no error";
 }
 
-/// A NumPy file, version 1.0; the header is not padded.
+/// Returns a NumPy file of version 1.0; the header is not padded.
 std::string npy(const std::string& description, const std::vector<double>& numbers) {
   std::string text =
       std::string("\x93NUMPY\x01", 7) + '\0' + static_cast<char>(description.size()) + '\0' + description;
@@ -91,7 +91,7 @@ TEST(NumberTable, RefusesOtherNumPyFiles) {
             "a.npy: wanted as many numbers as its shape says");
 }
 
-/// A scene whose first support follows the table.
+/// Returns a scene whose first support follows the table.
 std::string driven_scene(const std::string& more = "") {
   return three_points(R"("supports": [{"points": [0], "motion": {"table": "a.csv"}}])" + more);
 }

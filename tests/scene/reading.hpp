@@ -10,22 +10,22 @@
 
 namespace tanor::scene {
 
-/// A scene whose relative paths lead to the fixtures.
+/// Reads a scene whose relative paths lead to the fixtures.
 inline Scene parse(const std::string& text) {
   return parse_scene(text, TANOR_TEST_DATA "/scene.json");
 }
 
-/// A scene of nothing but the file that is imported with these keys.
+/// Reads a scene that has nothing but the file that is imported with these keys.
 inline Scene import(const std::string& keys) {
   return parse(R"({"tanor_scene": 1, "import": {)" + keys + "}}");
 }
 
-/// The rods that "generate" and "import" make.
+/// Returns the rods that "generate" and "import" make.
 inline const Rods& rods_of(const Scene& scene) {
   return std::get<Rods>(scene.system.constraints.at(0));
 }
 
-/// What the program would print behind "tanor: ", with the bare file name.
+/// Returns what the program would print behind "tanor: ", with the bare file name.
 inline std::string error_of(const std::string& text, const std::filesystem::path& file = "scene.json") {
   try {
     parse_scene(text, file);
@@ -36,19 +36,19 @@ inline std::string error_of(const std::string& text, const std::filesystem::path
   return "no error";
 }
 
-/// A scene of three points a metre apart on the x axis, with more keys.
+/// Returns a scene of three points a metre apart on the x axis, with more keys.
 inline std::string three_points(const std::string& more = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[2,0,0]]})" +
          (more.empty() ? "" : ", " + more) + "}";
 }
 
-/// Value of a vector at time t.
+/// Returns the value of a vector at time t.
 inline Vector3 at(const VectorFunction& function, double t) {
   const auto jets = function(t);
   return {jets[0].value(), jets[1].value(), jets[2].value()};
 }
 
-/// Length of a rod at the start.
+/// Returns the length of a rod at the start.
 inline double rod_length(const System& system, const Rods& rods, std::size_t k) {
   const auto [i, j] = rods.pairs[k];
   double square = 0.0;

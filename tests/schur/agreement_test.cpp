@@ -14,7 +14,7 @@ namespace {
 
 enum class Ends { Free, First, Last, Both };
 
-/// Rods of random lengths and directions in a row, numbered at random, with random masses.
+/// Makes rods of random lengths and directions in a row, numbered at random, with random masses.
 System make_random_chain(std::size_t num_points, Ends ends, double mass_range, std::mt19937* random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto number = [&] { return unit(*random); };
@@ -114,7 +114,7 @@ TEST(LinearSolvers, HangingPathCarriesTheWeightBelow) {
   for (const double w : answer.w) EXPECT_NEAR(w, 0.0, 1e-12 * g);
 }
 
-/// Lengths that move, an offset, a support that moves, and forces of their own at each point.
+/// Makes a chain with lengths that move, an offset, a support that moves, and different forces at the points.
 System make_driven_chain(std::mt19937* random) {
   System system = make_random_chain(500, Ends::First, 1e1, random);
   Rods& all = std::get<Rods>(system.constraints[0]);
@@ -202,7 +202,7 @@ TEST(LinearSolvers, ThreadsChangeNoBit) {
     expect_the_same_bits_with_threads(make_random_chain(20011, ends, 1e1, &random), LinearSolver::Paths);
 }
 
-/// `bend` says how far the middle of a straight path between two supports is out of line.
+/// Makes two supports with a path between them whose middle is `bend` out of the straight line.
 System make_taut_path(double bend) {
   System system;
   Rods rods;
@@ -234,7 +234,7 @@ TEST(LinearSolvers, TautPathIsLeftToTheGeneralSolver) {
   EXPECT_EQ(w, general.w);
   EXPECT_EQ(lambda, general.lambda);
 
-  // Where the rank is full its own solver answers again.
+  // Where the rank is full the solver of paths answers again.
   ASSERT_TRUE(dynamics
                   .solve({.time = 0.0, .positions = bent.positions, .velocities = bent.velocities},
                          {.accelerations = w, .multipliers = lambda})
@@ -286,7 +286,7 @@ TEST(LinearSolvers, WrongNumbersAreToldAsWithTheGeneralSolver) {
             .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w})
             .outcome.status,
         Status::NotFinite);
-    // One rod without direction
+    // One rod has length 0 and thus no direction.
     std::vector<double> positions = make_taut_path(0.1).positions;
     std::copy_n(positions.begin() + 6, 3, positions.begin() + 9);
     EXPECT_EQ(dynamics.solve({.time = 0.0, .positions = positions}, {.accelerations = w}).outcome.status,

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What two solvers of the same accelerations say, side by side.
+/// \file The answers of two solvers for the same accelerations are compared.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 
 namespace tanor {
 
-/// What answers of two solvers differ by, relative.
+/// Relative difference that the answers of two solvers may have.
 inline constexpr double rounding = 1e-12;
 
 struct Answer {
@@ -22,7 +22,7 @@ struct Answer {
   std::vector<double> w, lambda, eta;
 };
 
-/// Where `solve` solves.
+/// Returns the state at which `solve` solves.
 inline StateView state_of(const System& system, double t = 0.0) {
   return {.time = t, .positions = system.positions, .velocities = system.velocities};
 }
@@ -42,7 +42,7 @@ inline Answer solve(const System& system, const SolverOptions& options, double t
   return solve(&dynamics, system, t);
 }
 
-/// Answers do not depend on the number of threads, to the last bit.
+/// Expects the same bits of an answer for any number of threads.
 inline void expect_the_same_bits_with_threads(const System& system, LinearSolver solver) {
   const Answer one = solve(system, {.linear_solver = solver, .threads = 1});
   for (const int threads : {2, 3, 7}) {
@@ -53,7 +53,7 @@ inline void expect_the_same_bits_with_threads(const System& system, LinearSolver
   }
 }
 
-/// A ring of four rods, stretched to a line: they depend on one another.
+/// Makes a ring of four rods that is stretched to a line, so that the rods depend on one another.
 inline System make_stretched_ring() {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1e-9, 0};
@@ -64,7 +64,7 @@ inline System make_stretched_ring() {
   return system;
 }
 
-/// Numbers in (-1, 1), the same ones each time.
+/// Random numbers in (-1, 1) with a fixed seed.
 class AnyNumbers {
  public:
   explicit AnyNumbers(unsigned seed) : generator_(seed) {}
@@ -85,7 +85,7 @@ inline Index add_point(const Vector3& place, AnyNumbers* any, System* system) {
   return static_cast<Index>(system->masses.size() - 1);
 }
 
-/// Points on planes and on lines of their own, and as many free ones.
+/// Adds points on planes and on lines of their own, and as many free ones.
 inline void add_beads(int count, AnyNumbers* any, System* system) {
   Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
   Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};

@@ -1,4 +1,4 @@
-/// Islands of equal topology side by side in lanes, against the general solver.
+/// Islands of equal topology lie side by side in lanes and are compared with the general solver.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,8 @@ struct Shape {
   std::vector<Index> supports;
 };
 
-/// A tree with up to `extra` more rods: fewer than a rigid body would need, so that none depends on others.
+/// Returns a tree with up to `extra` more rods, which are fewer than a rigid body would need, so that none depends on
+/// others.
 Shape any_shape(AnyNumbers* any, int most_points = 9) {
   Shape shape{static_cast<Index>(2 + any->up_to(most_points - 2)), {}, {}};
   std::set<std::array<Index, 2>> rods;
@@ -36,7 +37,7 @@ Shape any_shape(AnyNumbers* any, int most_points = 9) {
   return shape;
 }
 
-/// Adds an island of this shape with places, masses and velocities of its own.
+/// Adds an island of this shape with positions, masses and velocities of its own.
 void add_island(const Shape& shape, AnyNumbers* any, System* system, Pairs* rods) {
   const auto first = static_cast<Index>(system->masses.size());
   for (Index k = 0; k < shape.num_points; ++k) add_point({(*any)(), (*any)(), (*any)()}, any, system);
@@ -48,7 +49,7 @@ void add_island(const Shape& shape, AnyNumbers* any, System* system, Pairs* rods
   }
 }
 
-/// The same system, points and rods given in any order and direction.
+/// Returns the same system with its points and rods in random order and direction.
 System shuffled(const System& given, Pairs rods, AnyNumbers* any) {
   System system = given;
   std::vector<Index> place(given.masses.size());
@@ -73,7 +74,7 @@ System shuffled(const System& given, Pairs rods, AnyNumbers* any) {
   return system;
 }
 
-/// `counts` islands of each of as many shapes.
+/// Returns `counts` islands of each of as many shapes.
 System any_bundles(const std::vector<int>& counts, AnyNumbers* any) {
   System system;
   Pairs rods;
@@ -122,7 +123,7 @@ void expect_agreement(const System& system, const SolverOptions& options = {.lin
 TEST(Batches, AgreeWithTheGeneralSolverOnAnyTopologies) {
   AnyNumbers any(11);
   for (int k = 0; k < 60; ++k) {
-    // Lanes that are left over, alone and beside full ones.
+    // Some lanes are left over, alone and beside full ones.
     std::vector<int> counts;
     for (int shape = any.up_to(3); shape >= 0; --shape) counts.push_back(1 + any.up_to(20));
     SCOPED_TRACE("system " + std::to_string(k));
@@ -140,7 +141,7 @@ TEST(Batches, AgreeWithTheGeneralSolverOnClustersRingsTrianglesAndTetrahedra) {
   }
 }
 
-/// Rings of five with one support each, some rods with offsets, others of lengths that breathe from t = 0 on.
+/// Makes rings of five with one support each; some rods have offsets, others have lengths that change with time.
 System breathing_rings(AnyNumbers* any) {
   System system;
   Pairs rods;
@@ -173,7 +174,7 @@ TEST(Batches, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
   expect_agreement(breathing_rings(&any), {.linear_solver = LinearSolver::Batches}, 0.3);
 }
 
-/// Motion with the solver that the plan chooses, beside the general one.
+/// Expects the motion with the solver that the plan chooses to be that with the general one.
 void expect_the_same_motion(const System& system, const std::string& solver) {
   for (const Method method : {Method::Rattle, Method::Dop853}) {
     std::vector<double> positions[2], velocities[2];
@@ -238,7 +239,7 @@ TEST(Batches, LeaveSingularIslandsToTheGeneralSolverWhichNamesTheRow) {
   }
 }
 
-/// Beads on planes and wires, clusters, triangles, and two paths of lengths of their own.
+/// Makes beads on planes and wires, clusters, triangles, and two paths of different lengths.
 System islands_of_every_kind(AnyNumbers* any) {
   System system;
   Pairs rods;

@@ -1,4 +1,4 @@
-/// x = -S^-1 b over all parts, against the dense S.
+/// The tests compare x = -S^-1 b over all parts with the dense S.
 
 #include "schur/gram_solver.hpp"
 
@@ -18,7 +18,8 @@ GramSolver make_solver(const Linearised& inner, Ordering ordering = Ordering::Au
           inner.constraints.squared_gradient_norms()};
 }
 
-/// Chains of rods in random directions, each from a support of its own; `redundant`: a chain whose last rod is doubled.
+/// Makes chains of rods in random directions, each from a support of its own; the last rod of chain `redundant` is
+/// doubled.
 System make_chains(int chains, int rods, int redundant = -1) {
   System system;
   Rods group;
@@ -63,7 +64,7 @@ RC_GTEST_PROP(GramSolver, GivesMinusTheSolutionOfTheDenseSystem, ()) {
 
   RC_ASSERT(quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below);
   const Eigen::MatrixXd S = inner.S();
-  // Rows as large as the root of their diagonal: S is scaled.
+  // The residual is scaled, since rows of S are as large as the root of their diagonal.
   const Eigen::VectorXd root = S.diagonal().cwiseSqrt();
   const Eigen::VectorXd residual = (S * reference::vector(x) + b).cwiseQuotient(root);
   const Eigen::VectorXd scaled_x = reference::vector(x).cwiseProduct(root);
@@ -109,7 +110,7 @@ TEST(GramSolver, TwoThreadsGiveTheSameBits) {
 }
 
 TEST(GramSolver, RedundantRowIsFoundInItsPart) {
-  // 1201 rows in two parts; the doubled rod closes chain 33 and lies in the second.
+  // There are 1201 rows in two parts; the doubled rod closes chain 33 and lies in the second.
   const System system = make_chains(40, 30, 33);
   const Linearised inner = linearised_start(system);
   for (const Ordering ordering : {Ordering::Auto, Ordering::Amd, Ordering::Metis}) {
@@ -126,8 +127,8 @@ TEST(GramSolver, RedundantRowIsFoundInItsPart) {
 }
 
 TEST(GramSolver, ReciprocalConditionIsThatOfTheWorstPart) {
-  // Two planes 1e-3 apart in direction hold a free point of their own: cos = 1 - 5e-7, the second pivot is sin^2 =
-  // 1e-6.
+  // Two planes whose directions differ by 1e-3 hold a further free point: cos = 1 - 5e-7, and the second pivot is
+  // sin^2 = 1e-6.
   System system = make_chains(40, 30);
   const Index point = 1240;
   system.positions.insert(system.positions.end(), {0.0, 0.0, 0.0});
@@ -166,7 +167,7 @@ TEST(GramSolver, SystemWithoutRowsNeedsNothing) {
 }
 
 TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
-  // Rods between neighbours of an 11 x 11 x 11 lattice with random places: S is a matrix of 3630 rows.
+  // Rods join neighbours of an 11 x 11 x 11 lattice of disturbed positions: S is a matrix of 3630 rows.
   constexpr Index side = 11;
   System system;
   Rods rods;
@@ -198,7 +199,7 @@ TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
 
   EXPECT_EQ(solver.summary().factorizations, std::vector{Factorization::Multifrontal});
   ASSERT_TRUE(quality.positive_definite);
-  // S x = K' M^-1 (K x), without a dense matrix
+  // The product S x = K' M^-1 (K x) is computed without a dense matrix.
   std::vector<double> Kx(inner.r.size(), 0.0), Sx(d);
   for (const auto& [point, row, block, sign] : inner.incidences) {
     for (int c = 0; c < 3; ++c) {

@@ -1,4 +1,4 @@
-/// The elimination of one island, written down once, against a dense L D L'.
+/// The elimination of one island, which is planned once, is compared with a dense L D L'.
 
 #include "schur/island_schedule.hpp"
 
@@ -24,7 +24,7 @@ TEST(IslandSchedule, EliminatesAPathFromBothEndsWithoutFill) {
 }
 
 TEST(IslandSchedule, KnowsWhichRodsShareAMovingPoint) {
-  // two rods from a point to supports, one to another point
+  // Two rods lead from a point to supports and one to another point.
   const IslandTopology topology{2, 2, {{0, 1}, {0, 2}, {0, 3}}};
 
   const IslandSchedule schedule(topology);

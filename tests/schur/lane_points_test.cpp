@@ -1,4 +1,4 @@
-/// Points on their way between an array and lanes.
+/// Points are copied between an array and lanes.
 
 #include "schur/lane_points.hpp"
 
@@ -10,7 +10,7 @@
 namespace tanor {
 namespace {
 
-/// Lanes of `length` points, some of which follow one another in the array, some not, and some are not there.
+/// Draws lanes of `length` points: some are consecutive in the array, some are not, and some slots have no point.
 template <std::size_t width>
 std::vector<Index> draw_points(std::size_t length, std::mt19937* random) {
   std::vector<Index> places(width * length);

@@ -1,5 +1,5 @@
-/// Islands that no special solver serves beside others: sparse factors of theirs alone, against the general solver for
-/// all.
+/// Islands that no special solver serves have sparse factors of their own beside the islands of special solvers. The
+/// answers are compared with those of the general solver for all.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-/// Copies of a thing of `num_points` points and such rods, each at places of its own.
+/// Makes copies of `num_points` points with these rods, each at positions of its own.
 System copies_of(int count, Index num_points, const Pairs& rods, AnyNumbers* any) {
   System system;
   Rods group;
@@ -40,7 +40,7 @@ System clusters(int count, AnyNumbers* any) {
   return copies_of(count, 11, path_rods(10), any);
 }
 
-/// Nets stay nets where the points of a plane grid move by up to a third of a rod.
+/// Makes a net: it stays a net where the points of a plane grid move by up to a third of a rod.
 System net(Index columns, Index rows, AnyNumbers* any) {
   System system;
   Rods rods;
@@ -55,7 +55,7 @@ System net(Index columns, Index rows, AnyNumbers* any) {
   return system;
 }
 
-/// Tetrahedra, each of which shares a corner with the next one.
+/// Makes tetrahedra, each of which shares a corner with the next one.
 System tetrahedra_in_a_row(int count, AnyNumbers* any) {
   System system;
   Rods rods;
@@ -73,7 +73,9 @@ System tetrahedra_in_a_row(int count, AnyNumbers* any) {
   return system;
 }
 
-/// What has angles, pulleys, guides of what rods join, sums, a user's own constraint, lengths and a support that move.
+/// Makes a system with angles, pulleys, guides of points that rods join, sums, a user's own constraint, and a length
+/// and a
+/// support that move.
 System of_every_other_kind(AnyNumbers* any) {
   System system = copies_of(3, 7, path_rods(6), any);
   system.constraints.emplace_back(Angles{"angles", {{0, 1, 2}, {3, 4, 5}}, {}});
@@ -91,7 +93,7 @@ System of_every_other_kind(AnyNumbers* any) {
   return system;
 }
 
-/// Points on guides of their own.
+/// Makes points on guides of their own.
 System beads(int count, AnyNumbers* any) {
   System system;
   add_beads(count, any, &system);
@@ -100,7 +102,7 @@ System beads(int count, AnyNumbers* any) {
 
 const Force gravity = Gravity{"", {0.1, 0.0, -9.81}};
 
-/// Arms of so many rods each, from one point.
+/// Returns the rods of a star: arms of so many rods each, from one point.
 std::vector<std::array<Index, 2>> star(int arms, int length) {
   std::vector<std::array<Index, 2>> pairs;
   for (Index arm = 0; arm < arms; ++arm) {
@@ -109,7 +111,7 @@ std::vector<std::array<Index, 2>> star(int arms, int length) {
   return pairs;
 }
 
-/// Islands of all special solvers with the others between them.
+/// Makes islands of all special solvers with the others between them.
 System mixture(AnyNumbers* any) {
   System system = beads(7, any);
   put_beside(net(4, 5, any), &system);
@@ -121,7 +123,7 @@ System mixture(AnyNumbers* any) {
   return system;
 }
 
-/// Forces that change from place to place.
+/// Adds forces that differ from point to point.
 void add_forces(System* system) {
   system->forces.push_back(Drag{"", {0, 20, 40, 60, 80}, 0.3, 0.1});
   system->forces.push_back(ConstantForce{"", {22, 25, 30, 200}, {ScalarFunction::formula("sin(t)"), 1.0, 0.0}});
@@ -237,7 +239,7 @@ TEST(Mixtures, TellWrongNumbersAsTheGeneralSolverDoes) {
   }
 }
 
-/// K of sums is constant: what rods ask for anew is not asked of them, and the next answer is as good.
+/// K of sums is constant, so that their factors are kept while those of rods are not, and the next answer is as good.
 TEST(Mixtures, KeepFactorsOfConstantGradients) {
   AnyNumbers any(25);
   System system = clusters(10, &any);
@@ -288,7 +290,7 @@ TEST(Mixtures, AreNotMadeForAForcedSolver) {
 
 // ---- motion ----
 
-/// At a consistent place: nets, tetrahedra, breathing rods and a shaken support beside clusters, paths and beads.
+/// Makes a consistent system of nets, tetrahedra, breathing rods and a shaken support beside clusters, paths and beads.
 System moving_mixture(bool is_uniform) {
   AnyNumbers any(27);
   System system = net(4, 5, &any);
@@ -348,7 +350,7 @@ TEST_P(MovingMixtures, GoOnFromASnapshot) {
   ASSERT_TRUE(whole.advance_to(0.04).ok());
   ASSERT_TRUE(second.advance_to(0.04).ok());
 
-  // What the next iterations of these start from is not in the snapshot.
+  // The start of the next iterations of these methods is not in the snapshot.
   const bool iterates = GetParam() == Method::Rattle || GetParam() == Method::Radau5;
   const double rounding = iterates ? 1e-10 : 0.0;
   EXPECT_LE(relative_difference(PlaceAndMotion(second).r, PlaceAndMotion(whole).r), rounding);

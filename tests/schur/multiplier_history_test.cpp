@@ -43,7 +43,7 @@ TEST(MultiplierHistoryTest, ANewSolutionOfTheSameTimeTakesThePlaceOfTheOld) {
   expect_near(guess(history, 0.0), motion(0.0), 1e-15);
 }
 
-/// Three solutions of nearly one time say nothing about a curvature: the last one alone is taken.
+/// Three solutions at nearly the same time tell nothing about a curvature, so that the last one alone is taken.
 TEST(MultiplierHistoryTest, TakesTheLastSolutionAloneFarFromAllTimes) {
   MultiplierHistory history(3);
   std::vector<double> last;

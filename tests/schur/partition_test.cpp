@@ -1,4 +1,4 @@
-/// Parts: whole islands, similar sizes.
+/// Parts consist of whole islands and have similar sizes.
 
 #include "schur/partition.hpp"
 

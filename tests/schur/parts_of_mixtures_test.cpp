@@ -21,7 +21,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// `count` copies of rods that join `num_points` points, anywhere.
+/// Makes `count` copies of rods that join `num_points` points at random positions.
 System copies_of(int count, Index num_points, const std::vector<std::array<Index, 2>>& rods, std::mt19937* generator) {
   std::normal_distribution<double> normal;
   System system;
@@ -39,7 +39,7 @@ System copies_of(int count, Index num_points, const std::vector<std::array<Index
   return system;
 }
 
-/// An island of each kind, each kind twice and others between.
+/// Makes islands of each kind, each kind twice and others between.
 System islands_of_every_kind() {
   std::mt19937 generator(5);
   std::vector<std::array<Index, 2>> path;
@@ -52,7 +52,7 @@ System islands_of_every_kind() {
     put_beside(beads, &system);
     put_beside(copies_of(10, 4, {{0, 1}, {1, 2}, {2, 3}}, &generator), &system);
     put_beside(copies_of(1, 41, path, &generator), &system);
-    // Nine arms of three rods, of which eight have lanes, and a tail that a support holds.
+    // The star has nine arms of three rods, of which eight have lanes, and a tail that a support holds.
     std::vector<std::array<Index, 2>> arms{{0, 28}, {28, 29}};
     for (Index arm = 0; arm < 9; ++arm) {
       for (Index m = 1; m <= 3; ++m) arms.push_back({m == 1 ? 0 : 3 * arm + m - 1, 3 * arm + m});
@@ -78,7 +78,7 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     std::iota(left_.begin(), left_.end(), 0);
   }
 
-  /// The part, and its islands into `own`.
+  /// Makes the part and writes its islands into `own`.
   std::unique_ptr<SchurSolver> make_part(std::vector<Index>* own) {
     const SchurProblem problem = this->problem();
     std::unique_ptr<SchurSolver> part;
@@ -204,7 +204,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   expect_own_rows(rows_of_part);
   (void)part->evaluate_rates(parallel, r.data(), v.data(), rows_of_part.data());
   expect_own_rows(rows_of_part);
-  // What the families say, not the part itself.
+  // The violation is that of the families of constraints, not the one that the part itself reports.
   std::vector<double> rows_left(d);
   EXPECT_LE(inner_.constraints.evaluate_values(parallel, theirs.members, r.data(), rows_left.data()), 1e-12);
   EXPECT_LE(part->project_velocities(parallel, blocks.data(), 1e-12, r.data(), v.data(), nullptr).violation, 1e-12);

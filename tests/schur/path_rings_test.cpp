@@ -1,4 +1,5 @@
-/// Rings in the solver of paths, before any refinement: every call of it against K, M and each other.
+/// Rings are solved by the solver of paths, before any refinement: every call of it is compared with K, M and the
+/// others.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double ring_rounding = 1e-13;
 
-/// Rings of these sizes, numbered at random, their rods given in any order and direction; every other rod crosses into
+/// Makes rings of these sizes, numbered at random, with rods in any order and direction. Every other rod crosses into
 /// the next cell of a lattice where offsets are wanted.
 System make_rings(const std::vector<Index>& sizes, bool with_offsets, std::mt19937* random) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -91,7 +92,7 @@ Solved solve(Numbers* numbers, int threads) {
   return result;
 }
 
-/// Returns the residual of K'(w - w0) + b, with the blocks' places from the families' own list.
+/// Returns the residual of K'(w - w0) + b, with the positions of blocks from the families' own list.
 double residual_of(const Numbers& numbers, const Solved& solved) {
   std::vector<double> rest = solved.b;
   for (const Incidence& incidence : numbers.constraints.list_incidences()) {
@@ -102,7 +103,7 @@ double residual_of(const Numbers& numbers, const Solved& solved) {
   return largest(rest);
 }
 
-/// w0 + M^-1 K lambda
+/// Returns w0 + M^-1 K lambda.
 std::vector<double> accelerations_of(const Numbers& numbers, const Solved& solved) {
   std::vector<double> w = numbers.w0;
   for (const Incidence& incidence : numbers.constraints.list_incidences()) {
@@ -125,7 +126,7 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
   EXPECT_LE(residual_of(numbers, solved), ring_rounding * scale);
   EXPECT_LE(largest_difference(accelerations_of(numbers, solved), solved.w), ring_rounding * of_w);
 
-  // Another sweep shows that nothing is left from the first one.
+  // A second factorization shows that nothing is left over from the first one.
   Numbers again(system, random);
   const Elimination factor = again.solver->factorize(Parallel(1), solved.blocks.data());
   EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, ring_rounding);

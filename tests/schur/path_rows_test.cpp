@@ -1,4 +1,4 @@
-/// What paths of rods say about their own rows is what the families of constraints say.
+/// Paths of rods evaluate their own rows as the families of constraints do.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 enum class Kind { Plain, Shifted, Timed };
 
-/// Paths of rods, points and rods numbered at random; some are held at their ends, some closed to rings.
+/// Makes paths of rods, points and rods numbered at random; some are held at their ends, some closed to rings.
 System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt19937* random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto number = [&] { return unit(*random); };
@@ -51,7 +51,7 @@ System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt199
   }
   std::shuffle(rods.pairs.begin(), rods.pairs.end(), *random);
   for (std::size_t k = 0; kind == Kind::Timed && k < rods.pairs.size(); ++k) {
-    // as drawn at t = 0.3
+    // The rod has its initial length at t = 0.3.
     const auto& [i, j] = rods.pairs[k];
     const double length = norm(load(system.positions.data(), j) - load(system.positions.data(), i));
     rods.length.functions.push_back(ScalarFunction::formula(std::to_string(length) + " + 0.1*sin(3*t - 0.9)"));
@@ -165,7 +165,7 @@ TEST(PathRows, PointsThatCoincideMakeNoFactor) {
   for (const std::size_t row : {0, 1, 77, 149, 150, 151, 299}) {
     Rows rows(system);
     std::vector<double> blocks(3 * rows.work.constraints.num_blocks());
-    // of the path in the inner order
+    // Rows and points are counted along the path in the inner order.
     for (std::size_t c = 0; c < 3; ++c) rows.r[3 * row + c] = rows.r[3 * (row + 1) + c];
     const double condition =
         rows.solver.linearise(rows.model.parallel, rows.r.data(), nullptr, blocks.data()).reciprocal_condition;

@@ -1,4 +1,4 @@
-/// The motion of rods along paths as a power series: order by order as the general solver finds it.
+/// The motion of rods along paths as a power series is compared order by order with that of the general solver.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,8 @@ namespace {
 
 constexpr int order = 12;
 
-/// Paths of rods in random shapes, masses and numbering, some with supports at their ends or inside, moving at random.
+/// Paths of rods with random shapes, masses and numbering, some with supports at their ends or inside, moving at
+/// random.
 struct RandomPaths {
   std::mt19937 random;
   System system;
@@ -33,7 +34,7 @@ struct RandomPaths {
         places.push_back(place);
         velocities.push_back(velocity);
         const Vec3 step{0.6 + 0.3 * draw(), 0.5 * draw(), 0.5 * draw()};
-        // the next point turns about this one
+        // The next point turns about this one.
         velocity = velocity + cross(Vec3{draw(), draw(), draw()}, step);
         place = place + step;
         const auto point = static_cast<Index>(places.size() - 1);
@@ -54,7 +55,7 @@ struct RandomPaths {
       system.masses.push_back(std::exp(draw()));
     }
     if (has_offsets) {
-      // an image of the second point elsewhere
+      // The offset leads to an image of the second point elsewhere.
       for (std::size_t k = 0; k < rods.pairs.size(); ++k) rods.offsets.push_back({draw(), draw(), draw()});
     }
     std::shuffle(rods.pairs.begin(), rods.pairs.end(), random);
@@ -93,8 +94,9 @@ struct Expanded {
   }
 };
 
-/// Largest difference of the terms c_k h^k over the largest term, at the h where all are at most |c_1| h; in units of
-/// what S leaves of the last digit.
+/// Returns the largest difference of the terms c_k h^k over the largest term, at the h where all are at most |c_1| h,
+/// in
+/// units of the rounding that the condition of S leaves.
 double compare(const System& system) {
   System general = system;
   general.forces.push_back(ConstantForce{"none", {0}, {0.0, 0.0, 0.0}});

@@ -1,4 +1,4 @@
-/// Points that come while they are wanted make no other bits than points that are there.
+/// Points that are brought on demand give the same bits as points that are there.
 
 #include "base/point_source.hpp"
 
@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-/// Chains of so many rods; `held`: their first points are supports; `rings`: a rod more closes each.
+/// Chains of so many rods. With `held` their first points are supports; with `rings` a further rod closes each.
 struct Chains {
   const char* name;
   std::vector<std::size_t> lengths;
@@ -53,7 +53,7 @@ System make_system(const Chains& chains) {
 
 using Arrays = std::vector<std::vector<double>*>;
 
-/// Copies points, and counts how often each came. Supports and points by themselves are there from the beginning.
+/// Copies points and counts how often each came. Supports and separate points are there from the beginning.
 class Copies final : public PointSource {
  public:
   Copies(const Arrays& from, const Arrays& to, std::size_t num_constrained) : from_(from), to_(to) {
@@ -121,7 +121,7 @@ TEST_P(PointSources, GiveTheSameBitsAsOneCallForAllPoints) {
     EXPECT_EQ(blocks2, blocks);
     EXPECT_EQ(r2, r);
 
-    // The projections start from places nearby, with a guess.
+    // The projections start from positions nearby, with a guess.
     std::vector<double> moved = r, sum(d, 1e-4), sum2(d, 1e-4), moved2;
     for (std::size_t k = 0; k < 3 * num_constrained; ++k) moved[k] += 1e-3 * v[k];
     const Copies moves({&moved}, {&moved2}, num_constrained);

@@ -1,4 +1,4 @@
-/// Points on guides of their own in closed form, against the general solver.
+/// Points on guides of their own are solved in closed form and compared with the general solver.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ std::vector<Index> all_points(const System& system) {
   return points;
 }
 
-/// "0.3*sin(2*t)" and so on, or what it is at the start.
+/// Returns the value with "0.3*sin(2*t)" and so on added if it moves, or the constant value.
 ScalarFunction number(double value, bool moves) {
   return moves ? ScalarFunction::formula(std::to_string(value) + " + 0.3*sin(2*t) + 0.1*t^2") : ScalarFunction(value);
 }
@@ -28,7 +28,7 @@ VectorFunction vector(const Vector3& value, bool moves) {
   return {number(value[0], moves), number(value[1], moves), number(value[2], moves)};
 }
 
-/// A guide of any kind for these points, where they are.
+/// Returns a guide of any kind that passes through these points.
 Constraint any_guide(const std::vector<Index>& points, bool moves, int kind, AnyNumbers* any) {
   const Vector3 place{(*any)(), (*any)(), (*any)()};
   const Vector3 direction{1.0 + 0.5 * (*any)(), (*any)(), (*any)()};
@@ -54,7 +54,7 @@ void expect_guides_agree(const System& system, double t) {
   ASSERT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
   ASSERT_TRUE(points.report.outcome.ok()) << points.report.outcome.what;
   EXPECT_LE(points.report.refinements, general.report.refinements + 1);
-  // Guides of one point may nearly say the same.
+  // Guides of one point may be nearly parallel, which costs accuracy.
   const double accuracy = rounding / std::sqrt(general.report.reciprocal_condition);
   EXPECT_LE(relative_difference(points.w, general.w), accuracy);
   EXPECT_LE(relative_difference(points.lambda, general.lambda), accuracy);
@@ -82,7 +82,7 @@ TEST(PointsOnGuides, AgreeWithTheGeneralSolverOnAnyGuidesOfUpToThreeRows) {
     SCOPED_TRACE("system " + std::to_string(k));
     System system = points_in_space(60, &any);
     system.forces.emplace_back(Drag{"", {3, 4, 5, 17}, 0.2, 0.1});
-    // Guides that are shared by some points or belong to one, those of a point in any order.
+    // Guides belong to one point or are shared by some, and those of a point come in any order.
     for (Index point = 0; point < 60;) {
       const Index end = std::min<Index>(60, point + 1 + any.up_to(9));
       std::vector<Index> points;

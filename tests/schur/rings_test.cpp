@@ -1,4 +1,4 @@
-/// Rings of rods, which the solver of paths takes, against the general solver.
+/// Rings of rods, which the solver of paths takes, are compared with the general solver.
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 namespace tanor {
 namespace {
 
-/// Rods of random lengths and directions that come back to where they began, numbered at random, given in any order and
-/// direction; `height`: how far points lie above and below a circle.
+/// Makes rods of random lengths and directions that come back to where they began, numbered at random, in any order and
+/// direction. Points lie up to `height` above and below a circle.
 System make_ring(Index num_points, double height, AnyNumbers* any) {
   const auto count = static_cast<std::size_t>(num_points);
   std::vector<Index> place(count);
@@ -36,7 +36,7 @@ System make_ring(Index num_points, double height, AnyNumbers* any) {
   return system;
 }
 
-/// Lengths that move, offsets, and forces of their own at some points.
+/// Makes a ring with lengths that move, offsets, and different forces at some points.
 System make_driven_ring(Index num_points, AnyNumbers* any) {
   System system = make_ring(num_points, 0.5, any);
   const Rods all = std::get<Rods>(system.constraints[0]);
@@ -69,7 +69,8 @@ void append(const System& more, System* system) {
   for (const auto& [i, j] : std::get<Rods>(more.constraints[0]).pairs) pairs.push_back({shift + i, shift + j});
 }
 
-/// The numbers come out without being mended: tests/schur/path_rings_test.cpp.
+/// Expects agreement with the general solver and at most one refinement more than it takes.
+/// tests/schur/path_rings_test.cpp checks the numbers before any refinement.
 void expect_agreement_on_ring(const System& system) {
   const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.4),
                paths = solve(system, {.linear_solver = LinearSolver::Paths}, 0.4);
@@ -90,7 +91,7 @@ TEST(Rings, AgreeWithTheGeneralSolver) {
   }
 }
 
-/// The rings are nearly straight from rod to rod: the last row feels all others.
+/// The rings are nearly straight from rod to rod, so that the last row depends on all others.
 TEST(Rings, AgreeWithTheGeneralSolverWhenNearlyFlat) {
   AnyNumbers any(22);
   for (const Index num_points : {5, 40, 300}) {
@@ -173,7 +174,7 @@ TEST(Rings, AreLeftToTheGeneralSolverWhenSingular) {
   EXPECT_EQ(paths.lambda, general.lambda);
 }
 
-/// A point more hangs on a rod of its own.
+/// A further point hangs on a rod of its own.
 TEST(Rings, AreLeftToTheGeneralSolverWithABranch) {
   AnyNumbers any(26);
   System system = make_ring(200, 0.5, &any);

@@ -1,4 +1,4 @@
-/// One linear solver at one place, beside the families of constraints; and what its projections must do.
+/// \file One linear solver in one configuration, beside the families of constraints, and what its projections must do.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -49,8 +49,9 @@ class CopiedPoints final : public PointSource {
   std::vector<double>& to_;
 };
 
-/// What projections moved is M^-1 K times the sums that they return, and nothing is violated where they end. The bits
-/// are the same for any number of threads. Lengths are those of the system's own places, at t = 0.3.
+/// Expects that projections move points by M^-1 K times the sums that they return, and that nothing is violated at
+/// their
+/// end. The bits are the same for any number of threads. Lengths are those of the system's own positions, at t = 0.3.
 inline void expect_projections_along_gradients(const System& system, LinearSolver kind) {
   std::vector<std::vector<double>> found;
   for (const int threads : {1, 3}) {
@@ -76,11 +77,11 @@ inline void expect_projections_along_gradients(const System& system, LinearSolve
       EXPECT_LE(largest_difference(moved, *points), 1e-12);
       found.push_back(*points);
       found.push_back(sum);
-      // Who wants no sum gets the same, from no guess.
+      // A caller that wants no sum gets the same from no guess.
       (void)solve(alone.data(), nullptr);
       EXPECT_LE(violation(alone.data()), 1e-12);
       EXPECT_LE(largest_difference(alone, *points), guess == 0.0 ? 0.0 : 1e-6);
-      // What is violated by as much as is allowed stays, and what is said of it is true.
+      // Positions within the tolerance stay as they are, and the reported violation is the true one.
       std::vector<double> loose = moved;
       for (std::size_t i = 0; i < num_moving; ++i) loose[i] += 1e-5 * unit(random);
       const std::vector<double> before = loose;
@@ -102,7 +103,7 @@ inline void expect_projections_along_gradients(const System& system, LinearSolve
           return at.solver.project_positions(model.parallel, blocks.data(), target, r, nullptr, multipliers);
         },
         [&](const double* r) { return constraints.evaluate_values(model.parallel, r, at.there.data()); });
-    // Positions that come from elsewhere go to the same places.
+    // Positions that are read from elsewhere go to the same result.
     std::vector<double> given = at.r, brought(given);
     for (std::size_t i = 0; i < num_moving; ++i) given[i] += 1e-5 * std::sin(static_cast<double>(i));
     std::vector<double> there = given;

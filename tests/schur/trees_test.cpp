@@ -1,4 +1,4 @@
-/// Trees of rods against the general solver.
+/// Trees of rods are compared with the general solver.
 
 #include <gtest/gtest.h>
 
@@ -17,8 +17,9 @@ struct Growth {
   bool with_springs = false, moves_in_time = false;
 };
 
-/// A tree that grows at random, rods between points that are already there, some leaves and inner points held; points
-/// and rods given in any order and direction.
+/// Makes a tree that grows at random: rods join new points to points that are already there, some leaves and inner
+/// points
+/// are held, and points and rods are given in any order and direction.
 System make_tree(const Growth& shape, AnyNumbers* any) {
   const auto count = static_cast<std::size_t>(shape.num_points);
   std::vector<Index> place(count);
@@ -67,7 +68,7 @@ System make_tree(const Growth& shape, AnyNumbers* any) {
   return system;
 }
 
-/// Returns the refinements that it took.
+/// Expects agreement with the general solver and returns the number of refinements that the trees took.
 int expect_trees_agree(const System& system, double tolerance) {
   const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.2),
                trees = solve(system, {.linear_solver = LinearSolver::Trees}, 0.2);
@@ -99,7 +100,7 @@ TEST(Trees, AgreeWithTheGeneralSolver) {
 TEST(Trees, AgreeSideBySideAndGiveTheSameBitsOnTwoThreads) {
   AnyNumbers any(5);
   System system = make_tree({40, 1}, &any);
-  // Copies side by side, each with masses and velocities of its own.
+  // Copies lie side by side, each with masses and velocities of its own.
   const System one = system;
   for (int copy = 1; copy < 400; ++copy) {
     const auto shift = static_cast<Index>(system.masses.size());
@@ -129,8 +130,8 @@ TEST(Trees, MoveAsWithTheGeneralSolver) {
 
 // ---- equal branches ----
 
-/// A backbone of rods, on whose points equal trees hang that a list of parents says; shifts of images and a length that
-/// moves in time in some of their rods.
+/// Makes a backbone of rods on whose points equal trees hang, which a list of parents describes. With extras some of
+/// their rods have shifts of images and a length that changes with time.
 System make_comb(int teeth, const std::vector<int>& parents, bool with_extras, AnyNumbers* any) {
   std::vector<std::array<Index, 2>> pairs;
   Index count = 0;
@@ -159,7 +160,7 @@ System make_comb(int teeth, const std::vector<int>& parents, bool with_extras, A
   if (with_extras) {
     Rods one{"one", {rods.pairs.back()}, {}, {}};
     rods.pairs.pop_back();
-    // as drawn at t = 0.3
+    // The rod has its initial length at t = 0.3.
     const auto& [i, j] = one.pairs[0];
     const double length = norm(load(system.positions.data(), j) - load(system.positions.data(), i));
     one.length = ScalarFunction::formula(std::to_string(length) + " + 0.3*sin(t - 0.3)");
@@ -176,7 +177,7 @@ System make_comb(int teeth, const std::vector<int>& parents, bool with_extras, A
   return system;
 }
 
-/// Parents of a tree of which each point has two branches, `depth` rods long.
+/// Returns the parents of a tree of which each point has two branches, `depth` rods long.
 std::vector<int> binary_tree(int depth) {
   std::vector<int> parents{-1};
   for (int k = 1; k < (1 << depth) - 1; ++k) parents.push_back((k - 1) / 2);
@@ -200,7 +201,7 @@ TEST(Trees, AgreeWithTheGeneralSolverOnEqualBranches) {
   EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
-/// Points that supports hold, each by one of its own.
+/// Returns the system with these points held by supports, one each.
 System with_held(System system, const std::vector<Index>& points) {
   for (const Index point : points) {
     system.supports.push_back({"", {point}, VectorFunction(0.0, 0.0, 0.0)});
@@ -251,8 +252,8 @@ TEST(Trees, ProjectionsOfRattleAreThoseOfTheGeneralSolver) {
   }
 }
 
-/// Branches in lanes and trunks, trunks alone, and trees of which supports hold leaves, roots of branches and points
-/// inside of them.
+/// There are branches in lanes and trunks, trunks alone, and trees in which supports hold leaves, roots of branches and
+/// points inside of them.
 TEST(Trees, AreProjectedAlongTheirGradients) {
   AnyNumbers any(14);
   const System held = with_held(make_comb(20, binary_tree(4), false, &any), {3, 100, 200});
@@ -262,7 +263,7 @@ TEST(Trees, AreProjectedAlongTheirGradients) {
     expect_projections_along_gradients(system, LinearSolver::Trees);
 }
 
-/// The shifts of images are a part of what is violated; lengths that move are known to the families alone.
+/// The shifts of images are a part of the violation; lengths that move are known to the families alone.
 TEST(Trees, AreProjectedAlongTheirGradientsWithShiftsAndMovingLengths) {
   AnyNumbers any(15);
   System system = make_comb(13, binary_tree(4), true, &any);

@@ -1,4 +1,4 @@
-/// Hosts that trap floating-point exceptions, ask at no time, use what they have moved from, or call back.
+/// Hosts trap floating-point exceptions, ask at no time, use an object that was moved from, or call back.
 
 #include <cfenv>
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace tanor {
 namespace {
 
-/// The chain is at rest and without a force: terms of its series are 0.
+/// Makes a chain at rest and without a force, so that terms of its series are 0.
 System make_resting_chain() {
   System system = scenes::make_chain(6);
   system.forces.clear();
@@ -49,7 +49,7 @@ System make_hoop() {
   return system;
 }
 
-/// Traps are on for as long as it lives.
+/// Floating-point exceptions are trapped while the object lives.
 class Traps {
  public:
   static constexpr int all = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
@@ -61,7 +61,7 @@ class Traps {
 
 TEST(HostFaults, FloatingPointTrapsOfTheHostAreNotTriggered) {
   const Traps traps;  // an exception kills the test
-  // The parallelogram passes through where it lies flat.
+  // The parallelogram passes through the configuration where it lies flat.
   const System parallelogram = scenes::make_four_bar(0.5 * M_PI, -2.0, 2.0);
   const System systems[] = {
       make_resting_chain(), scenes::make_chain(6), parallelogram, make_sliding_block(), make_gas(), make_hoop()};

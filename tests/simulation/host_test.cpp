@@ -1,4 +1,4 @@
-/// The inverse problem as a host sees it: his order, his arrays, systems of every size.
+/// A host solves forward dynamics with its own order and arrays, for systems of every size.
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ TEST(Dynamics, SinglePointFallsFreely) {
 }
 
 TEST(Dynamics, SinglePointOnAnInclinedPlaneSlidesDown) {
-  // Normal (0, -sin a, cos a), a = 30 degrees: w = g sin a down the slope, reaction m g cos a along the normal.
+  // The normal is (0, -sin a, cos a), a = 30 degrees: w = g sin a down the slope, reaction m g cos a along the normal.
   const double sine = 0.5, cosine = std::sqrt(0.75), m = 3.0, g = 9.81;
   System system = falling_points(1);
   system.masses[0] = m;
@@ -64,7 +64,7 @@ TEST(Dynamics, SinglePointOnAnInclinedPlaneSlidesDown) {
 }
 
 TEST(Dynamics, PendulumHangsOnItsTension) {
-  // A swinging bob at its lowest point: tension = m g + m v^2/l = -lambda, and the support carries it.
+  // A bob swings through its lowest point: tension = m g + m v^2/l = -lambda, and the support carries it.
   System system = falling_points(2);
   system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -0.5};
   system.supports = {{"", {0}, {}}};
@@ -117,7 +117,7 @@ TEST(Dynamics, SystemOfSupportsAloneCarriesWhatActsOnIt) {
 }
 
 TEST(Dynamics, RowBetweenSupportsIsIdle) {
-  // (0) - (1) - 2: the first rod joins two supports.
+  // In (0) - (1) - 2 the first rod joins two supports.
   System system = falling_points(3);
   system.supports = {{"", {0, 1}, {}}};
   system.constraints = {Rods{"", {{0, 1}, {1, 2}}, {}, {}}};
@@ -131,7 +131,7 @@ TEST(Dynamics, RowBetweenSupportsIsIdle) {
 
   EXPECT_EQ(dynamics.plan().idle_equations, std::vector<std::size_t>{0});
   EXPECT_EQ(lambda[0], 0.0);
-  // v^2 = 2 across the rod of length 1
+  // The velocity across the rod of length 1 has v^2 = 2.
   EXPECT_NEAR(lambda[1], -3.0 * 2.0, 1e-13);
 }
 
@@ -268,7 +268,7 @@ TEST(Dynamics, ConstantGradientsAreFactorizedOnce) {
 
 // ---- the user's order --------------------------------------------------------------------------------------------
 
-/// The same system with its points renamed: point i becomes name[i].
+/// A system and the same one with its points renamed: point i becomes name[i].
 class Renamed {
  public:
   explicit Renamed(std::vector<Index> name) : name_(std::move(name)) {}
@@ -342,7 +342,7 @@ RC_GTEST_PROP(Dynamics, RenamedPointsGetTheSameAnswerUnderTheirNewNames, ()) {
 }
 
 RC_GTEST_PROP(Dynamics, RowsFollowTheOrderOfTheGroups, ()) {
-  // The groups are given the other way round: the rows are the same, in another order.
+  // The groups are given in reverse order: the rows are the same, in another order.
   const RandomSystem random = any_system();
   RandomSystem reversed = random;
   std::reverse(reversed.system.constraints.begin(), reversed.system.constraints.end());
@@ -375,7 +375,7 @@ RC_GTEST_PROP(Dynamics, EveryOrderingGivesTheSameAnswer, ()) {
 }
 
 TEST(Dynamics, TwoThreadsGiveTheSameBits) {
-  // 300 chains of 30 rods with random places: several parts, every loop long enough to be cut.
+  // There are 300 chains of 30 rods at random positions: several parts, and every loop is long enough to be split.
   System system;
   Rods rods;
   std::mt19937 generator(2);
@@ -425,7 +425,7 @@ TEST(Dynamics, TwoThreadsGiveTheSameBits) {
 }
 
 TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
-  // Two chains of two rods on one support, one free point.
+  // The system has two chains of two rods on one support and one free point.
   System system = falling_points(6);
   system.supports = {{"", {0}, {}}};
   system.constraints = {Rods{"", {{0, 1}, {1, 2}, {0, 3}, {3, 4}}, {}, {}}};
@@ -446,8 +446,7 @@ TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
   EXPECT_EQ(std::count(plan.left_out.begin(), plan.left_out.end(), "refactorization: K is constant"), 0);
 }
 
-// ---- calls at one state after others
-// ------------------------------------------------------------------------------------
+// ---- calls at one state after others ---------------------------------------------------------------------------
 
 TEST(Dynamics, SplitIsThatOfItsStateWhateverWasAskedInBetween) {
   RandomSystem random = make_random_system(12, 3);

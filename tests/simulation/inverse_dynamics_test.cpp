@@ -1,4 +1,4 @@
-/// Forces from a given motion: closed forms, round trips, and motions that are none of the system's.
+/// The tests find forces of a given motion: closed forms, round trips, and motions that the system cannot have.
 
 #include <tanor/inverse_dynamics.hpp>
 
@@ -13,14 +13,14 @@
 namespace tanor {
 namespace {
 
-/// A bead of 2 kg on a rod of 1 m, its weight along -y.
+/// Makes a bead of 2 kg on a rod of 1 m, with its weight along -y.
 System make_heavy_pendulum() {
   System system = scenes::make_pendulum({1.0, 0.0, 0.0}, 2.0);
   system.forces = {Gravity{"weight", {0.0, -9.81, 0.0}}};
   return system;
 }
 
-/// The angle law that it is to follow, measured from x.
+/// Returns the angle that the pendulum is to follow, measured from x.
 Jet<2> angle(double t) {
   return 0.4 * sin(2.0 * Jet<2>::variable(t));
 }
@@ -39,7 +39,7 @@ TEST(InverseDynamics, ControlOfAPendulumIsItsClosedForm) {
   ASSERT_TRUE(forces.outcome.ok());
   const Jet<2> a = angle(0.7);
   const double c = std::cos(a.value()), s = std::sin(a.value());
-  // u = m (a'' + g cos a) along (-sin a, cos a); tension = m (a'^2 - g sin a)
+  // The control is u = m (a'' + g cos a) along (-sin a, cos a); tension = m (a'^2 - g sin a).
   const double control = 2.0 * (a.derivative(2) + 9.81 * c);
   const double tension = 2.0 * (a.derivative(1) * a.derivative(1) - 9.81 * s);
   EXPECT_NEAR(forces.control_forces[3], -control * s, 1e-14 * 20.0);
@@ -76,7 +76,7 @@ TEST(InverseDynamics, CoordinatesAloneGiveTheSameForces) {
 }
 
 TEST(InverseDynamics, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
-  // Entries listed against the inner order of kinds: a line, then a free point.
+  // The entries are listed against the inner order of kinds: a line, then a free point.
   System system;
   system.positions = {0.0, 0.0, 0.0, 5.0, 6.0, 7.0};
   system.masses = {1.0, 1.0};
@@ -93,7 +93,7 @@ TEST(InverseDynamics, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
 }
 
 TEST(InverseDynamics, PlacesOfCirclesThatRestAndOfThoseThatBreatheAreTold) {
-  // Two families of one kind, listed against their inner order.
+  // Two families of one kind are listed against their inner order.
   System system;
   system.positions = {1.0, 0.0, 0.0, 5.0, 0.0, 0.0};
   system.masses = {1.0, 1.0};
@@ -105,14 +105,15 @@ TEST(InverseDynamics, PlacesOfCirclesThatRestAndOfThoseThatBreatheAreTold) {
 
   const MotionState points = problem.place(1.0, {{0.0, quarter}, {0.0, 0.0}, {0.0, 0.0}});
 
-  // e1 of the z axis is x.
+  // The first axis e1 of a circle about z is x.
   const double expected[] = {1.0, 0.0, 0.0, 0.0, 6.0, 0.0};
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(points.value[i], expected[i], 1e-15) << i;
 }
 
 // ---- round trips -------------------------------------------------------------------------------------------------
 
-/// Motion -> table -> forces, away from the ends, where splines are one-sided.
+/// Largest errors of a motion that is tabulated and turned into forces, away from the ends, where splines are
+/// one-sided.
 struct RoundTrip {
   double control = 0.0, reactions = 0.0, position = 0.0;  ///< largest errors
   double size = 0.0;                                      ///< the size of the reactions
@@ -144,7 +145,7 @@ struct RoundTrip {
   }
 };
 
-/// Two beads hanging on one another, let go to the side.
+/// Makes two beads that hang on one another and are let go to the side.
 System make_double_pendulum() {
   System system = scenes::make_chain_through({{0, 0, 0}, {1, 0, 0}, {1, -1, 0.2}});
   system.masses = {1.0, 1.0, 0.5};
@@ -207,7 +208,7 @@ TEST(InverseDynamics, ControlForceAppliedBringsTheProgrammedMotionBack) {
 
 TEST(InverseDynamics, NamesTheRowThatAMotionBreaksAndByHowMuch) {
   InverseDynamics problem(make_double_pendulum());
-  // The second rod is 1 % too long, its bead 0.25 m/s off and 3 m/s^2 off along it.
+  // The second rod is 1 % too long, and its bead is 0.25 m/s and 3 m/s^2 off along it.
   const double l = std::sqrt(1.04);
   MotionState state{make_double_pendulum().positions, std::vector<double>(9, 0.0), std::vector<double>(9, 0.0)};
   const double along[3] = {0.0, -1.0 / l, 0.2 / l};

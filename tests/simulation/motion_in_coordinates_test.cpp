@@ -1,5 +1,5 @@
-/// Motions in coordinates: bodies that spin, charts that are left behind, normals that turn; which form is chosen, and
-/// what is refused.
+/// The motions in coordinates have bodies that spin, charts that are left, and normals that turn. Further tests check
+/// which form is chosen and what is refused.
 
 #include <cmath>
 
@@ -16,7 +16,7 @@ using reference::vector;
 
 // ---- a spinning body ---------------------------------------------------------------------------------------------
 
-/// Points of a body that has no symmetry, without forces, spinning with omega.
+/// Makes the points of a body that has no symmetry and spins with omega, without forces.
 System make_spinning_body(const Vector3& omega) {
   System system;
   system.positions = {0.5, 0.1, 0, -0.4, 0.3, 0.1, 0, -0.6, 0.2, 0.1, 0.2, 0.7, -0.2, -0.1, -0.5};
@@ -40,7 +40,7 @@ Eigen::Vector3d angular_momentum(const System& system, std::span<const double> r
   return sum;
 }
 
-/// The body tumbles many times over: no pole of any chart is met, and what is conserved stays.
+/// The body tumbles many times over: it meets no pole of any chart, and conserved quantities stay.
 TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
   const System system = make_spinning_body({0.3, 7.0, -2.0});
   Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
@@ -62,13 +62,13 @@ TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
 
 /// A body of revolution without forces precesses evenly: its axis turns around L with |L|/I1 (Euler).
 TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
-  // Four points of 1 kg on a square of half-diagonal a: I1 = I2 = 2 a^2, I3 = 4 a^2.
+  // Four points of 1 kg lie on a square of half-diagonal a: I1 = I2 = 2 a^2, I3 = 4 a^2.
   constexpr double a = 0.5, I1 = 2.0 * a * a, I3 = 4.0 * a * a, spin = 5.0, wobble = 1.0;
   System system;
   system.positions = {a, 0, 0, 0, a, 0, -a, 0, 0, 0, -a, 0};
   system.masses = {1, 1, 1, 1};
   for (std::size_t i = 0; i < 12; i += 3) {
-    // omega = (wobble, 0, spin)
+    // The body spins with omega = (wobble, 0, spin).
     const double* const r = &system.positions[i];
     system.velocities.insert(system.velocities.end(), {-spin * r[1], spin * r[0] - wobble * r[2], wobble * r[1]});
   }
@@ -108,8 +108,8 @@ TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
   EXPECT_EQ(simulation.report().steps, 40'000u);
 }
 
-/// A plane and a circle whose normal turns through all axes, with what was chosen as helper: beads without forces agree
-/// with the normal form.
+/// The normal of a plane and a circle turns through all axes, also the one that was chosen as helper: beads without
+/// forces agree with the normal form.
 TEST(TurningNormalTest, MotionIsThatOfTheNormalForm) {
   const VectorFunction normal = {ScalarFunction::formula("sin(2*t)*cos(3*t)"),
                                  ScalarFunction::formula("sin(2*t)*sin(3*t)"), ScalarFunction::formula("cos(2*t)")};
@@ -135,7 +135,7 @@ TEST(TurningNormalTest, MotionIsThatOfTheNormalForm) {
 
 // ---- choices and refusals ----------------------------------------------------------------------------------------
 
-/// Points on a helix, each held by rods to three earlier ones: a rigid body of 3n - 6 rods.
+/// Makes points on a helix, each held by rods to three earlier ones: a rigid body of 3n - 6 rods.
 System make_framework(std::size_t num_points, bool with_coordinates) {
   System system;
   Rods rods{"frame", {}, {}, {}};
@@ -160,7 +160,7 @@ TEST(ChoiceTest, RigidBodyOfManyPointsIsSolvedInTangentForm) {
   EXPECT_EQ(dynamics.plan().form, Form::Tangent);
   EXPECT_EQ(dynamics.plan().coordinates, 6u);
   EXPECT_EQ(dynamics.plan().equations, 2994u);
-  // 576,193 and 60,107; what a clock says is in docs/solvers.md
+  // The counts are 576,193 and 60,107; docs/solvers.md has the times.
   EXPECT_GE(dynamics.plan().normal_flops, 9.0 * dynamics.plan().tangent_flops);
 }
 
@@ -198,7 +198,7 @@ TEST(RefusalTest, FormsThatTheSystemDoesNotHaveAreRefused) {
 }
 
 TEST(RefusalTest, ConstraintsThatTheCoordinatesBreakAreNamed) {
-  // A bead on a circle of radius 1, which a rod to a support at its centre allows, to another place does not.
+  // A rod to a support at its centre allows a bead to go round a circle of radius 1; a rod to another place does not.
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 0.5, 0, 0};
   system.masses = {1, 1, 1};
@@ -243,7 +243,7 @@ std::string complaint_at_start(const System& system, Form form) {
 }
 
 TEST(RefusalTest, CoordinatesNarrowerThanTheConstraintsAreRefused) {
-  // A plane holds beads 1 and 2; the coordinates hold bead 2 on a circle in it: K'A = 0, yet the forms part.
+  // A plane holds beads 1 and 2; the coordinates hold bead 2 on a circle in it. K'A = 0, and yet the forms differ.
   System system;
   system.positions = {0, 0, 0, 3, 1, 0, 1, 0, 0};
   system.masses = {1, 1e-3, 1e3};
@@ -266,7 +266,7 @@ TEST(RefusalTest, CoordinatesNarrowerThanTheConstraintsAreRefused) {
 }
 
 TEST(RefusalTest, DependentRowsDoNotCountAsALackOfCoordinates) {
-  // A crank of three rods between two supports, one of them given twice.
+  // A crank has three rods between two supports, and one of them is given twice.
   System bar;
   bar.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0};
   bar.masses = {1, 1, 1};
@@ -277,7 +277,7 @@ TEST(RefusalTest, DependentRowsDoNotCountAsALackOfCoordinates) {
 }
 
 TEST(RefusalTest, APlaceWhereKLosesRankIsJudgedByItsNeighbours) {
-  // A parallelogram that lies flat: K lacks a rank there and nowhere beside it; its crank's angle leads on.
+  // A parallelogram lies flat: K lacks a rank there but not nearby, and its crank's angle leads on.
   System flat;
   flat.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0, 2, 0, 0};
   flat.masses = {1, 1, 1, 1};
@@ -304,7 +304,7 @@ TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
   EXPECT_NE(report.outcome.what.find("coordinate wheel[1] moves no point"), std::string::npos) << report.outcome.what;
 }
 
-/// q, q - 2 pi and so on put the point at the same place.
+/// The coordinates q, q - 2 pi and so on put the point at the same place.
 TEST(CoordinatesOfAUser, KeepTheTurnOfTheStart) {
   const std::vector<std::string> names = {"q"}, components = {"cos(q)", "sin(q)", "0"};
   for (const double q : {0.5, 4.0, -9.0, 100.0}) {

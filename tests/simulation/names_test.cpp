@@ -1,4 +1,4 @@
-/// The words of enumerations, and the names of the version before.
+/// The tests check the words of enumerations, and the names of the version before.
 
 #include <set>
 

@@ -1,4 +1,4 @@
-/// The bytes of a simulation: whose they are, and what happens to those that are not whole.
+/// The tests check to which system the bytes of a simulation belong, and what happens to incomplete ones.
 
 #include <cmath>
 
@@ -51,7 +51,7 @@ TEST(SavedState, GoesOnInAnEqualSystemBitByBit) {
   EXPECT_EQ(whole.solution().multipliers, second.solution().multipliers);
 }
 
-/// Another number in every place.
+/// Makes a snapshot with a different number in every place.
 Snapshot make_snapshot() {
   Snapshot snapshot;
   snapshot.time = 0.1 + 0.2;

@@ -63,7 +63,7 @@ TEST_P(SnapshotTest, ARestoredRunGoesOnBitByBit) {
   expect_same_history(second.report(), whole.report());
 }
 
-/// Neighbour lists of pair forces are made anew, at other times than in the whole run.
+/// Neighbour lists of pair forces are rebuilt at other times than in the whole run.
 TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
   MotionOptions options = GetParam();
   options.start = StartMode::Project;
@@ -81,8 +81,7 @@ TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
   expect_same_history(second.report(), whole.report());
 }
 
-/// The second advance is stopped by its observer, which takes the snapshot: the steps that were left are taken
-/// elsewhere.
+/// The observer stops the second advance and takes the snapshot: the steps that were left are taken elsewhere.
 TEST_P(SnapshotTest, ARunStoppedOnItsWayTakesTheStepsThatWereLeft) {
   Simulation whole(make_system(), GetParam()), first(make_system(), GetParam()), second(make_system(), GetParam());
   ASSERT_TRUE(whole.advance_to(0.1).ok());
@@ -164,7 +163,7 @@ TEST(SnapshotStateTest, IsTakenAsItIs) {
   EXPECT_TRUE(simulation.outcome().ok());
 }
 
-/// Forces of the old place must not survive at the same time: rattle keeps them from step to step.
+/// Forces of the old position must not survive at the same time: rattle keeps them from step to step.
 TEST(SnapshotStateTest, RestoringForgetsTheMotionBefore) {
   System system = scenes::make_pendulum();
   system.forces.push_back(Springs{"spring", {{0, 1}}, 5.0, 0.0, {}});

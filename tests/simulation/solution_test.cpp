@@ -1,4 +1,4 @@
-/// Systems that are built point by point, and solutions as values.
+/// The tests build systems point by point and take solutions as values.
 
 #include <cmath>
 
@@ -16,7 +16,7 @@ struct HangingChain {
   std::vector<Member> rods;
 };
 
-/// Four rods of 0.5 m with beads of 0.2 kg, straight down.
+/// Makes four rods of 0.5 m with beads of 0.2 kg, straight down.
 HangingChain make_hanging_chain() {
   HangingChain chain;
   chain.anchor = chain.tip = chain.system.add_support({1.0, 2.0, 3.0});
@@ -80,7 +80,7 @@ TEST(Solution, StaysWhatItWasWhenTheMotionGoesOn) {
   EXPECT_NE(simulation.solution().position(chain.tip), start.position(chain.tip));
 }
 
-/// There are groups before it, and groups of two rows a member.
+/// There are groups before the one that is asked for, and groups of two rows a member.
 TEST(Solution, MultipliersAreThoseOfTheirMembers) {
   System system;
   const Point bead = system.add_point({.position = {1.0, 0.0, 0.0}}), other = system.add_point({});

@@ -1,5 +1,5 @@
 /// Nets and lattices that hang from one corner collapse: their rods come to lie on each other, K loses ranks as the
-/// places come nearer, and how they pull against each other is determined by nothing. Equilibrium and modes say so.
+/// points come nearer, and nothing determines how the rods pull against each other. Equilibrium and modes say so.
 
 #include <algorithm>
 #include <array>
@@ -38,8 +38,8 @@ TEST(CollapsedNets, ReportSelfStressAndHaveNoModesWithoutAPrestress) {
   }
 }
 
-/// Nets that hang from an inner point fold over it. The smallest multipliers may have a motion that gains energy where
-/// others have none, so that the net rests; those that are told show it.
+/// Nets that hang from an inner point fold over it. With the smallest multipliers a motion may gain energy where with
+/// others none does, so that the net rests. The reported multipliers are ones that show it.
 TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
   for (const auto& [columns, rows, held] : {std::array{6, 9, 52}, {10, 7, 37}, {10, 7, 16}, {12, 12, 0}}) {
     System net = scenes::make_net(columns, rows);
@@ -53,7 +53,7 @@ TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
     ASSERT_TRUE(found.outcome.ok()) << columns << " x " << rows << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.status, Stability::Stable);
     ASSERT_GT(found.self_stress_states, 0u);
-    // The second way is by dense matrices with those multipliers.
+    // The dense matrices with those multipliers have the same lowest omega^2.
     Workspace work(net, {.threads = 1}, 0.0);
     const Model& model = work.model();
     EquilibriumEquations equations(work, 0.0);
@@ -69,7 +69,7 @@ TEST(CollapsedNets, AreStableWithTheMultipliersThatAreTold) {
   }
 }
 
-/// Where all tensions are determined both say the same.
+/// Where all tensions are determined modes and equilibrium agree.
 TEST(HangingNets, ModesAndEquilibriumCountTheSameUnstableDirections) {
   System net = scenes::make_net(4, 3);
   net.supports = {{"", {0, 3, 8}, {}}};
@@ -129,7 +129,7 @@ TEST(Equilibrium, FreeBeadsHaveRigidZeroModesAlone) {
   }
 }
 
-/// A taut wire between supports carries nobody knows what.
+/// A taut wire between supports has tensions that no load determines.
 TEST(Equilibrium, TensionsOfATautWireAreNotTold) {
   System wire;
   for (int i = 0; i <= 4; ++i) scenes::add_point({scenes::spacing * i, 0.0, 0.0}, &wire);

@@ -21,7 +21,7 @@ namespace {
 using scenes::g;
 using std::numbers::pi;
 
-/// Beads of 0.1 kg on rods of 0.1 m from a support.
+/// Makes beads of 0.1 kg on rods of 0.1 m from a support.
 System make_held_chain(int rods, const Vector3& rod) {
   System system = scenes::make_chain_along(rods, rod);
   system.supports = {Support{"", {0}}};
@@ -34,7 +34,7 @@ std::vector<Index> beads(int rods) {
   return result;
 }
 
-/// Every bead of mass m has a drag of c: lambda^2 + (c/m) lambda + omega^2 = 0 with the omega that it has without.
+/// Every bead of mass m has a drag of c, so that lambda^2 + (c/m) lambda + omega^2 = 0 with the undamped omega.
 TEST(DampedModes, FollowFromTheUndampedOnesForAChainInAir) {
   for (const double c : {0.0, 0.3, 1.2, 8.0}) {
     System system = make_held_chain(6, {0.0, 0.0, -0.1});
@@ -73,9 +73,9 @@ TEST(DampedModes, FollowFromTheUndampedOnesForAChainInAir) {
   }
 }
 
-/// The equations are those of `FollowFromTheUndampedOnesForAChainInAir`, of 5,000 freedoms: omega^2 = (2 sqrt(k/m)
-/// sin(j pi/(2(N + 1))))^2 of beads with springs on a line between supports, each lambda of lambda^2 + (c/m) lambda +
-/// omega^2 = 0.
+/// The equations are those of `FollowFromTheUndampedOnesForAChainInAir` for 5,000 freedoms. Beads with springs on a
+/// line between supports have omega^2 = (2 sqrt(k/m) sin(j pi/(2(N + 1))))^2, and each lambda solves lambda^2 +
+/// (c/m) lambda + omega^2 = 0.
 TEST(DampedModes, HaveTheClosedFormForALongChainOfSprings) {
   constexpr int count = 5000, wanted = 12;
   constexpr double stiffness = 3.0e6, mass = 0.1, drag = 1.3;
@@ -113,8 +113,8 @@ TEST(DampedModes, HaveTheClosedFormForALongChainOfSprings) {
   EXPECT_LT(found.residual_max, 1e-6);
 }
 
-/// Chains swing alike in x and y, in air, with a follower force: many freedoms by the sparse way, and the same
-/// equations by the dense one, which takes up to 300.
+/// Equal chains swing in air with a follower force. The sparse method solves their many freedoms, and the dense one,
+/// which takes up to 300, solves the same equations for one chain.
 TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
   const auto make = [](int rods, int chains) {
     System system;
@@ -135,7 +135,7 @@ TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
     }
     system.supports = {Support{"", tops}};
     system.constraints = {all};
-    // A force across the way from the support: it has no potential.
+    // The force is perpendicular to the line from the support and has no potential.
     system.forces = {Gravity{"", {0.0, 0.0, -g}}, Drag{.name = "air", .points = moving, .linear = 0.02},
                      FormulaForce{.name = "vortex",
                                   .kernel = formula_tuple_force(
@@ -158,8 +158,8 @@ TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
   EXPECT_LT(sparse.residual_max, 1e-9);
 }
 
-/// One system is solved both ways: a chain of unequal beads in air, with a follower force, by its full dense matrix and
-/// by Arnoldi's method on the sparse one.
+/// One system, a chain of unequal beads in air with a follower force, is solved by its full dense matrix and by
+/// Arnoldi's method on the sparse one.
 TEST(DampedModes, AreTheSameByTheDenseAndTheSparseWay) {
   constexpr int rods = 120, wanted = 30;
   System system = make_held_chain(rods, {0.0, 0.0, -0.1});
@@ -206,8 +206,8 @@ TEST(DampedModes, HaveTheReducedMassForASpringWithADamper) {
   EXPECT_NEAR(found.omega[2], std::sqrt(12.0 / mass - decay * decay), 1e-12);
 }
 
-/// Ziegler's column: two rods, clamped springs of k = 1 N m at both joints, masses 2m and m, a force P along the last
-/// rod. It flutters from P = (7/2 - sqrt 2) k/l on, where energy, which P has none of, says nothing.
+/// Makes Ziegler's column: two rods, clamped springs of k = 1 N m at both joints, masses 2m and m, a force P along the
+/// last rod. It flutters from P = (7/2 - sqrt 2) k/l on. No energy shows that, since P has no potential.
 System make_zieglers_column(double push) {
   System system = make_held_chain(3, {0.1, 0.0, 0.0});
   system.supports = {Support{"", {0, 1}}};
@@ -262,8 +262,8 @@ TEST(DampedModes, AreRootsOfThePolynomialForUnsymmetricMatrices) {
   }
 }
 
-/// A bead of 1 kg lies on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, with nothing stiff to tell a
-/// time.
+/// A bead of 1 kg lies on a plane in air of 2 N s/m: lambda = 0 and -2 along each axis, and no stiffness sets a scale
+/// of time.
 TEST(DampedModes, DecayByDragAloneWhereNothingIsStiff) {
   System system;
   scenes::add_point({0.0, 0.0, 0.0}, &system);

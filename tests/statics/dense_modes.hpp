@@ -10,10 +10,10 @@
 
 namespace tanor {
 
-/// W, K and M of linearised equations, and all modes the second way: Z by Householder reflections of K, and Eigen's
+/// W, K and M of linearised equations, and all modes by dense matrices: Z by Householder reflections of K, and Eigen's
 /// generalised eigenvalue problem.
 struct DenseModes {
-  /// `threshold` of the rank of K.
+  /// Takes `threshold` for the rank of K.
   explicit DenseModes(const EquilibriumEquations& equations, double threshold = 1e-9)
       : W(size_of(equations.size()), size_of(equations.size())),
         K(size_of(equations.size()), size_of(equations.num_rows())),

@@ -15,7 +15,7 @@ namespace {
 
 using scenes::g;
 
-/// `count` rods of the given length between the supports at the ends; beads start on a parabola below the chord.
+/// Makes `count` rods of the given length between supports at the ends; beads start on a parabola below the chord.
 System make_hanging_chain(int count, double length, double mass, Vector3 end, double sag) {
   System system;
   Rods rods{.name = "rods"};
@@ -118,7 +118,7 @@ TEST(Equilibrium, UnstableRestIsRefusedByNewtonsMethodAlone) {
   EXPECT_NE(found.outcome.what.find("unstable in 2 directions"), std::string::npos) << found.outcome.what;
 }
 
-/// Rods above each other, each bead held to the vertical by k/2 (x^2 + y^2).
+/// Makes rods above each other, with each bead held to the vertical by k/2 (x^2 + y^2).
 System make_inverted_chain(int count, double stiffness) {
   System system;
   Rods rods{.name = "rods"};
@@ -160,7 +160,7 @@ TEST(Equilibrium, IsMarginalAtTheCriticalStiffness) {
   EXPECT_EQ(found.outcome.status, Status::NoSolution);
 }
 
-/// A bead on an ellipsoid, with gravity and a spring of length 0 to a point.
+/// Makes a bead on an ellipsoid, with gravity and a spring of length 0 to a point.
 System make_bead_on_ellipsoid(Vector3 start) {
   System system;
   system.positions = {start[0], start[1], start[2]};
@@ -173,7 +173,7 @@ System make_bead_on_ellipsoid(Vector3 start) {
   return system;
 }
 
-/// Nothing answers to a small move along x, but a large one meets a force: no motion of the point as a whole.
+/// A small move along x meets no force but a large one does, so that it is no motion of the point as a whole.
 TEST(Equilibrium, IsMarginalWhereTheSecondOrderSaysNothing) {
   for (const char* energy : {"x1^4+y1^2+z1^2", "-x1^4+y1^2+z1^2", "x1^3+y1^2+z1^2", "y1^2+z1^2"}) {
     System system;
@@ -253,7 +253,7 @@ TEST(Equilibrium, ChargesOnASphereHaveThreeRigidZeroModes) {
   }
 }
 
-/// A bead stands on a spring, a bond and a field: what is left of the forces is small beside each of them alone.
+/// A bead stands on a spring, a bond and a field, whose sum is small beside each of them alone.
 TEST(Equilibrium, ResidualWithoutConstraintsIsToldBesideTheLargestSingleForce) {
   constexpr double mass = 2.0, stiffness = 500.0;
   System system;
@@ -399,8 +399,8 @@ TEST(Equilibrium, LoadStepsFindTheSame) {
   EXPECT_NEAR(found.positions[4], -0.07880061449296589028, 1e-11);
 }
 
-/// Some of the rods and springs are compressed in a soft equilibrium: full steps bend too far, and descent without what
-/// the compressed ones take away creeps.
+/// Some of the rods and springs are compressed in a soft equilibrium. Full steps bend too far, and descent creeps
+/// unless the compressed ones' negative stiffness is counted.
 TEST(Equilibrium, SoftTangleIsFound) {
   System system;
   system.positions = {-0.606, 0.477,  0.965,  -0.598, -0.615, -0.189, 0.887,  0.611,  -0.479, -0.1,

@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-/// z >= 0, w = q + M z >= 0, z'w = 0: z as contacts that press, w as what is open between them.
+/// Contacts obey z >= 0, w = q + M z >= 0, z'w = 0, where z presses and w is the gap.
 struct Complementarity {
   MatrixXd M;
   VectorXd q, z, w;
 
-  /// Sets z of closed contacts and w of open ones.
+  /// Computes z of closed contacts and w of open ones.
   void solve(const std::vector<bool>& open) {
     const auto size = static_cast<Eigen::Index>(open.size());
     MatrixXd A = M;
@@ -91,7 +91,7 @@ TEST(Exchange, EndsForRandomPositiveDefiniteMatrices) {
   }
 }
 
-/// -z + 1 and z - 1 contradict each other: M is no matrix of a stiffness, and no set is right.
+/// The conditions -z + 1 and z - 1 contradict each other: M is no matrix of a stiffness, and no set is right.
 TEST(Exchange, SaysWhereItIsStuck) {
   Complementarity problem{MatrixXd::Constant(1, 1, -1.0), VectorXd::Constant(1, -1.0), {}, {}};
 

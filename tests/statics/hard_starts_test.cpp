@@ -1,5 +1,6 @@
-/// Starts from which Newton's linear model leads nowhere: rods that are much too short, bodies whose rods pull each
-/// other much harder than the load, motions that cost nothing; and places that only look like equilibria.
+/// Newton's linear model leads nowhere from these starts: rods that are much too short, bodies whose rods pull each
+/// other
+/// much harder than the load, motions that cost nothing, and configurations that only look like equilibria.
 
 #include <cmath>
 #include <numbers>
@@ -13,7 +14,7 @@
 namespace tanor {
 namespace {
 
-/// Rods of `length` between supports `chord` apart, from a straight line but for what moves the first support.
+/// Makes rods of `length` between supports `chord` apart, on a straight line but for the shift of the first support.
 System make_slack_chain(int count, double length, double chord, const Vector3& first) {
   System system;
   Rods rods{"rods"};
@@ -94,7 +95,7 @@ TEST(Equilibrium, RigidBodyHungAtAPointTakesFewSteps) {
     if (found.stability.zero_modes != 1u || found.stability.rigid_zero_modes != 1u) ++missed;
     if (found.search.iterations > 100) ++slow;
   }
-  // One is so flat that rounding of its forces gives its turn about the vertical a stiffness of 1e-8 1/s^2.
+  // One body is so flat that rounding of its forces gives its turn about the vertical a stiffness of 1e-8 1/s^2.
   EXPECT_LE(missed, 1);
   EXPECT_LE(slow, 3);
 }
@@ -119,7 +120,7 @@ TEST(Equilibrium, TwoPointsThatTurnAsOneAreStable) {
   }
 }
 
-/// No force strains the three bonds at a support: the triangle turns about the support as it likes.
+/// No force strains the three bonds at a support: the triangle turns freely about the support.
 TEST(Equilibrium, TriangleOfBondsAtASupportHasThreeRigidModes) {
   System triangle;
   for (const Vector3& place : {Vector3{0.0, 0.0, 0.0}, {1.2, 0.3, 0.0}, {2.2, 0.0, 0.5}})
@@ -137,7 +138,7 @@ TEST(Equilibrium, TriangleOfBondsAtASupportHasThreeRigidModes) {
   EXPECT_EQ(found.stability.rigid_zero_modes, 3u);
 }
 
-/// Opposite charges fall into each other. Where they have met, rounding of their places makes any force of any size.
+/// Opposite charges fall into each other. Where they have met, rounding of their positions makes a force of any size.
 TEST(Equilibrium, ChargesThatAttractEachOtherHaveNoEquilibrium) {
   System charges;
   charges.positions = {0.0, 0.0, 0.0, 1.0, 0.2, 0.1};
@@ -155,7 +156,7 @@ TEST(Equilibrium, ChargesThatAttractEachOtherHaveNoEquilibrium) {
   }
 }
 
-/// f = (3 (y - 1), -(y - 1), -z): nothing answers to a move along x, but what pulls along x depends on y.
+/// With f = (3 (y - 1), -(y - 1), -z) nothing resists a move along x, but the force along x depends on y.
 TEST(Equilibrium, ForceWithoutPotentialIsFoundWhereItsPullEnds) {
   for (const Vector3& start : {Vector3{0.2, 1.0, 0.1}, {0.0, 0.0, 0.0}, {-3.0, 4.0, 1.0}}) {
     System system;
@@ -172,7 +173,7 @@ TEST(Equilibrium, ForceWithoutPotentialIsFoundWhereItsPullEnds) {
   }
 }
 
-/// Two ends of a rod are in one place: it has no direction there, and descent finds one.
+/// Two ends of a rod coincide, so that it has no direction there, and descent finds one.
 TEST(HardStarts, DescentLeavesAPlaceWherePointsCoincide) {
   System system;
   system.positions = {0, 0, 0, 0.5, 0, 0, 0.5, 0, 0, 1, 0, 0};

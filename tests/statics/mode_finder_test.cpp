@@ -20,7 +20,8 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-/// Shapes are M-orthonormal, break no constraint, and have the wanted omega^2 with W q + K mu = omega^2 M q.
+/// Expects shapes that are M-orthonormal, break no constraint, and have the wanted omega^2 with W q + K mu = omega^2 M
+/// q.
 void expect_modes(const ModeSet& found, const DenseModes& dense, double scale) {
   const Eigen::Index count = found.omega2.size();
   const MatrixXd& q = found.shapes;
@@ -33,7 +34,7 @@ void expect_modes(const ModeSet& found, const DenseModes& dense, double scale) {
     RC_ASSERT((worst.array() <= 1e-10 * lengths.array().max(1e-300)).all());
   }
   RC_ASSERT((found.omega2 - dense.omega2.head(count)).cwiseAbs().maxCoeff() < 1e-9 * scale);
-  // With the best multipliers, the residual is no larger than what is told.
+  // With the best multipliers the residual is no larger than the reported one.
   const auto weight = dense.mass.cwiseSqrt().cwiseInverse().asDiagonal();
   MatrixXd rest = weight * (dense.W * q - dense.mass.asDiagonal() * q * found.omega2.asDiagonal());
   const MatrixXd K = weight * dense.K;
@@ -87,8 +88,8 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesThatTheDenseMatricesHave, ()) {
 
   const ModeSet found = finder.find_lowest(count, 1e-10);
 
-  // Multipliers of any size make any W: where omega^2 of both signs lie close beside the shift that they want, a search
-  // may end without an answer, and says so.
+  // Multipliers of any size make any W. Where omega^2 of both signs lie close to the wanted shift, a search may end
+  // without an answer and report that.
   RC_PRE(found.outcome.ok() || found.outcome.status != Status::NotConverged);
   RC_ASSERT(found.outcome.ok());
   RC_ASSERT(static_cast<std::size_t>(found.omega2.size()) == count);
@@ -98,7 +99,7 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesThatTheDenseMatricesHave, ()) {
             std::max(1e-10 * (largest + std::abs(finder.shift())), finder.residual_to_rounding(found.omega2[0])));
 }
 
-/// Copies of a hanging chain of random rods and masses, side by side.
+/// Makes copies of a hanging chain of random rods and masses, side by side.
 System hang_chains(int copies, int rods, std::uint32_t seed) {
   System system;
   Rods all{.name = "rods"};
@@ -137,7 +138,7 @@ RC_GTEST_PROP(ModeFinder, FindsEveryCopyOfTheModesOfEqualIslands, ()) {
   expect_modes(found, dense, finder.scale());
 }
 
-/// Nets of random masses, hung by two corners, where they rest.
+/// Nets of random masses rest, hung by two corners.
 RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
   const int columns = *rc::gen::inRange(3, 6).as("columns"), rows = *rc::gen::inRange(2, 6).as("rows");
   std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>().as("seed"));
@@ -173,8 +174,8 @@ RC_GTEST_PROP(ModeFinder, FindsTheLowestModesOfRandomNets, ()) {
   RC_ASSERT(std::abs(finder.find_all().omega2[0] - rest.stability.lowest_omega2) < 1e-9 * finder.scale());
 }
 
-/// Nets that hang by corners which are far nearer than they are wide: K is badly conditioned, and products of Lanczos'
-/// method that stop where they like found one mode of six.
+/// Nets hang by corners which are far nearer than the nets are wide, so that K is badly conditioned. Lanczos'
+/// method with inexact solves found one mode of six.
 TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
   for (const auto& [columns, rows, held] :
        {std::tuple{20, 17, std::vector<Index>{6, 13, 320}}, std::tuple{18, 15, std::vector<Index>{0, 17, 252}},
@@ -208,7 +209,7 @@ TEST(ModeFinder, FindsTheLowestModesOfNetsThatHangLoosely) {
   }
 }
 
-/// An upright chain of more than 300 unknowns, which nothing holds, is unstable in all directions but for its length.
+/// An upright chain of more than 300 unknowns, which nothing holds, is unstable in all directions but one, its length.
 TEST(ModeFinder, CountsUnstableDirectionsOfAnUprightChainWithoutAMode) {
   System system = hang_chains(1, 150, 3);
   system.forces = {Gravity{"", {0.0, 0.0, 9.81}}};
@@ -220,7 +221,7 @@ TEST(ModeFinder, CountsUnstableDirectionsOfAnUprightChainWithoutAMode) {
   EXPECT_EQ(rest.stability.unstable_directions, 300u);
 }
 
-/// Single forces vanish where a molecule rests: rounding is all that is left of them.
+/// Single forces vanish where a molecule rests, so that rounding is all that is left of them.
 TEST(Modes, AreFoundForAMoleculeAtRest) {
   System system;
   system.positions = {0.0, 0.0, 0.0, 1.2, 0.1, 0.0, 1.9, 0.9, 0.3, 3.1, 1.0, 0.9};

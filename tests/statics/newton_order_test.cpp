@@ -1,5 +1,5 @@
-/// Newton's own last steps are quadratic: over the last three of them, of chains, a lattice of springs and energies of
-/// tuples, each from a place beside its equilibrium. Nets: tests/cases/rest_cases_test.cpp.
+/// Newton's own last steps are quadratic. The last three of them are measured for chains, a lattice of springs and
+/// energies of tuples, each from a start near its equilibrium. Nets are in tests/cases/rest_cases_test.cpp.
 
 #include <cmath>
 #include <utility>
@@ -26,7 +26,7 @@ TEST(ObservedOrders, TellLinearConvergenceFromQuadratic) {
   EXPECT_LT(late[1], 1.8);
 }
 
-/// Finds the equilibrium, and then the same again from beside it: points are moved by a part of the rods' length.
+/// Finds the equilibrium, and again from a start near it, where points are moved by a part of the rods' length.
 void expect_quadratic(const char* name, System system, double part) {
   const EquilibriumResult rest = find_equilibrium(system);
   ASSERT_TRUE(rest.outcome.ok()) << name << ": " << rest.outcome.what;

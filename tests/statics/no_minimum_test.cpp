@@ -1,5 +1,6 @@
-/// Potentials that flatten have no equilibrium, however small their forces are far out; and what the start cannot see,
-/// as a soft floor far below, is no reason to deny one.
+/// Potentials that flatten have no equilibrium, however small their forces are far out. Yet a force that the start
+/// cannot
+/// see, as a soft floor far below, is no reason to deny one.
 
 #include <cmath>
 
@@ -82,8 +83,9 @@ TEST(Equilibrium, WellWithLinearWallsIsFoundFromItsWalls) {
   EXPECT_NEAR(found.positions[0], 0.0, 1e-8);
 }
 
-/// At the kink there is no stiffness, and beside it none either: no equilibrium to the tolerance, but no load that
-/// pulls without end.
+/// There is no stiffness at the kink or near it, so that no equilibrium is found to the tolerance, but the load does
+/// not
+/// pull without end either.
 TEST(Equilibrium, KinkIsNotTakenForAPullWithoutEnd) {
   const EquilibriumResult found = find_equilibrium(make_point({0.0, 3.0, 0.0}, "abs(y1-1)+x1^2+z1^2"));
 
@@ -91,7 +93,7 @@ TEST(Equilibrium, KinkIsNotTakenForAPullWithoutEnd) {
   EXPECT_EQ(found.outcome.what.find("without end"), std::string::npos) << found.outcome.what;
 }
 
-/// Stiffness of another part of the system, or of the same one, is no scale for what holds a bead.
+/// The stiffness of another part of the system, or of the same one, is no scale for what holds a bead.
 TEST(Equilibrium, PendulumBesideStiffSpringsIsStable) {
   for (const double stiffness : {1e6, 1e8, 1e10}) {
     System system;

@@ -7,9 +7,10 @@
 
 namespace tanor {
 
-/// log(e_{k+1}/e_k)/log(e_k/e_{k-1}) of the last three steps above rounding, e_{n-3} … e_n: two numbers, the last one
-/// first. A residual below rounding stands for the last one where it says more: without rounding it would be smaller,
-/// so that the order is no less. Fewer where there are fewer steps.
+/// Returns log(e_{k+1}/e_k)/log(e_k/e_{k-1}) of the last three steps above rounding, e_{n-3} … e_n: two numbers, the
+/// last one first, or none where there are fewer steps. A residual below rounding stands for the last one where it
+/// gives
+/// a higher order: without rounding it would be smaller, so that the order is no less.
 inline std::vector<double> observed_orders(const std::vector<double>& residuals, double rounding) {
   std::size_t above = residuals.size();
   while (above > 0 && residuals[above - 1] < rounding) --above;

@@ -1,4 +1,4 @@
-/// Constraints that act to one side: floors that do not hold down, ropes that may be slack.
+/// The constraints act to one side: floors that do not hold down, ropes that may be slack.
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +22,8 @@ std::vector<Index> all_but_first(std::size_t points) {
   return result;
 }
 
-/// A chain from a support at the height h; the other end rests on a table z = 0, where a force H pulls it along x.
-/// Rods and beads that lie are as long as the pull is enough: V_i = 0 there.
+/// Makes a chain from a support at the height h whose other end rests on a table z = 0, where a force H pulls it along
+/// x. The rods that lie have V_i = 0, and the pull alone keeps them stretched.
 System make_chain_on_table(int count, double length, double mass, double height, double pull) {
   System system;
   Rods rods{.name = "rods"};
@@ -43,7 +43,7 @@ System make_chain_on_table(int count, double length, double mass, double height,
 const EquilibriumOptions on_table{
     .accept = AcceptedEquilibria::Marginal, .one_sided = {{"table", OneSide::AtLeast}}, .solver = {.threads = 1}};
 
-// Rod k = 1, 2, … from the table on carries V = V_1 + (k - 1) m g with 0 <= V_1 < m g, and rises l V/sqrt(H^2 + V^2).
+// Rod k = 1, 2, … from the table carries V = V_1 + (k - 1) m g with 0 <= V_1 < m g, and rises l V/sqrt(H^2 + V^2).
 TEST(OneSided, ChainThatLiesPartlyOnATableHangsAsADiscreteCatenary) {
   constexpr double length = 0.1, mass = 0.2, H = 3.0;
   constexpr int hanging = 7, count = 20;
@@ -61,7 +61,7 @@ TEST(OneSided, ChainThatLiesPartlyOnATableHangsAsADiscreteCatenary) {
   for (int k = 0; k < count; ++k) {
     const double V = k < hanging ? V1 + (hanging - 1 - k) * mass * g : 0.0;
     EXPECT_NEAR(-found.multipliers[static_cast<std::size_t>(k)], std::hypot(H, V), 1e-9) << k;
-    // Bead k + 1: the first that lies carries what the last rod leaves of its weight.
+    // Bead k + 1 is the first that lies: the table carries what the last rod leaves of its weight.
     const std::size_t bead = static_cast<std::size_t>(count + k);
     EXPECT_EQ(found.open[bead], k + 1 < hanging) << k;
     const double carried = k + 1 < hanging ? 0.0 : k + 1 == hanging ? mass * g - V1 : mass * g;
@@ -71,7 +71,7 @@ TEST(OneSided, ChainThatLiesPartlyOnATableHangsAsADiscreteCatenary) {
   EXPECT_NEAR(found.positions[3 * count], reach + (count - hanging) * length, 1e-10);
 }
 
-/// It would hang through the table from a level start, where no step of Newton's method lays it down again.
+/// The chain would hang through the table from a level start, where no step of Newton's method lays it down again.
 TEST(OneSided, ChainThatStartsAboveTheTableComesToLie) {
   System system = make_chain_on_table(30, 0.1, 0.2, 0.5, 2.0);
   for (std::size_t i = 0; i <= 30; ++i) system.positions[3 * i + 2] = 0.5;
@@ -81,7 +81,7 @@ TEST(OneSided, ChainThatStartsAboveTheTableComesToLie) {
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_NEAR(-found.multipliers[29], 2.0, 1e-9);
   EXPECT_NEAR(found.positions[3 * 30 + 2], 0.0, 1e-12);
-  // The hanging part weighs as much as the support and the bead that lies first say; the table carries the rest.
+  // The support carries the hanging part, up to the bead that lies first, and the table carries the rest.
   double weight = 0.0;
   for (std::size_t row = 30; row < 60; ++row) weight += found.multipliers[row];
   EXPECT_NEAR(weight - found.support_forces[2], 30 * 0.2 * g, 0.2 * g + 1e-9);
@@ -160,7 +160,8 @@ TEST(OneSided, MembersKeepTheirNumbersWhereOthersAreOpen) {
   EXPECT_EQ(found.multipliers_unique, (std::vector<bool>{true, true, false, false}));
 }
 
-/// Nets of springs and rods over tables, walls and bowls: each one either carries or keeps its distance.
+/// Nets of springs and rods over tables, walls and bowls are complementary: each row either carries or keeps its
+/// distance.
 TEST(OneSided, RandomSystemsAreComplementary) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1.0, 1.0);

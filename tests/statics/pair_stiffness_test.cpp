@@ -1,4 +1,4 @@
-/// Pair forces in the stiffness of equilibria and modes, also those with a cutoff and of many points.
+/// Pair forces enter the stiffness of equilibria and modes, also those with a cutoff and of many points.
 
 #include <cmath>
 #include <random>
@@ -17,7 +17,7 @@ namespace {
 
 using scenes::g;
 
-/// Points somewhere in a cube; the last one is a support.
+/// Makes random points in a cube; the last one is a support.
 System cloud(std::size_t count, double size) {
   System system;
   std::mt19937 random(7);
@@ -38,7 +38,7 @@ PairForces pairs_of(PairLaw law, std::optional<double> cutoff) {
   return pairs;
 }
 
-/// W x is -df along x, by central differences of the forces.
+/// W x is compared with -df along x, by central differences of the forces.
 TEST(PairStiffness, AgreesWithDifferencesOfForces) {
   const std::pair<PairLaw, std::optional<double>> laws[] = {
       {PairLaw::Yukawa, 1.1}, {PairLaw::Morse, 1.2}, {PairLaw::Lj, 1.5},    {PairLaw::Wca, {}},
@@ -73,7 +73,7 @@ TEST(PairStiffness, AgreesWithDifferencesOfForces) {
   }
 }
 
-/// A chain is drawn together and apart again: W has blocks of the pairs within the cutoff, what is factorized follows.
+/// A chain is drawn together and apart again: W has blocks of the pairs within the cutoff, and the factor follows them.
 TEST(PairStiffness, HasTheBlocksOfPairsWithinTheCutoff) {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0, 4, 0, 0};
@@ -104,7 +104,7 @@ TEST(PairStiffness, HasTheBlocksOfPairsWithinTheCutoff) {
   }
 }
 
-/// Beads on a line between supports, bound by Morse's law to their neighbours alone: a chain of springs of 2 D a^2.
+/// Morse's law binds beads on a line between supports to their neighbours alone, as a chain of springs of 2 D a^2.
 TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
   constexpr std::size_t count = 11;
   const double depth = 0.4, width = 1.7, distance = 0.9;
@@ -125,15 +125,15 @@ TEST(PairStiffness, GivesAChainOfNeighboursItsModes) {
   ASSERT_EQ(result.omega.size(), 9u);
   const double stiffness = 2.0 * depth * width * width, mass = 2.0;
   for (std::size_t j = 0; j < 9; ++j) {
-    // omega = 2 sqrt(k/m) sin(j pi/2N)
+    // The modes have omega = 2 sqrt(k/m) sin(j pi/2N).
     const double wanted = 2.0 * std::sqrt(stiffness / mass) *
                           std::sin(static_cast<double>(j + 1) * M_PI / (2.0 * static_cast<double>(count - 1)));
     EXPECT_NEAR(result.omega[j], wanted, 1e-9);
   }
 }
 
-/// The charges on a sphere are one more than have a Hessian of their own: Euler's sum of multipliers and the rigid
-/// motions tell that it is right.
+/// The 603 unknowns of these charges on a sphere are more than stability takes as a dense matrix (300). Euler's sum of
+/// multipliers and the rigid motions check the answer.
 TEST(PairStiffness, ManyChargesAreKnownToBeStable) {
   constexpr std::size_t count = 201;
   System system;

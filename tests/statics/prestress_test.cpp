@@ -1,4 +1,4 @@
-/// Tensions that are asked for and that the rods cannot have.
+/// The tests ask for tensions, some of which the rods cannot have.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 namespace tanor {
 namespace {
 
-/// A wire of ten rods between two supports, without weight.
+/// Makes a wire of ten rods between two supports, without weight.
 System make_wire() {
   System system;
   Rods rods{.name = "r"};
@@ -41,7 +41,7 @@ TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
   EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
 }
 
-/// A rod of which nothing was asked is not blamed.
+/// The message blames no rod of which no tension was asked.
 TEST(Prestress, UnbalancedTensionsNameARodThatTheyWereAskedOf) {
   const System wire = make_wire();
   std::vector<double> tensions(10, 0.0);

@@ -1,4 +1,4 @@
-/// Bodies of more rods than they need: what depends on the stress that no load determines, and what does not.
+/// Bodies have more rods than they need: some results depend on the stress that no load determines, and others do not.
 
 #include <cmath>
 #include <string>
@@ -19,7 +19,7 @@ Rods join_all(int count) {
   return rods;
 }
 
-/// An octahedron with all its diagonals, hung at a corner.
+/// Makes an octahedron with all its diagonals, hung at a corner.
 System make_octahedron() {
   System system;
   system.positions = {0, 0, 0, 0.3, 0, -0.3, -0.3, 0, -0.3, 0, 0.3, -0.3, 0, -0.3, -0.3, 0, 0, -0.6};
@@ -83,7 +83,7 @@ TEST(SelfStress, LeavesAMechanismMarginal) {
   EXPECT_EQ(found.stability.status, Stability::Marginal);
 }
 
-/// Nobody has written tensions into it: "modes" and "equilibrium" both say that.
+/// The wire has no given tensions, which the messages of "modes" and "equilibrium" ask for.
 TEST(SelfStress, IsAskedForInAWireWithoutLoad) {
   System wire;
   wire.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0};

@@ -48,7 +48,7 @@ RC_GTEST_PROP(Stiffness, IsTheDerivativeOfForcesAndReactions, ()) {
   Eigen::VectorXd x(static_cast<Eigen::Index>(rest.equations.size()));
   for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = std::cos(2.0 * static_cast<double>(i));
 
-  // g by differences of fourth order
+  // The derivatives of g are differences of fourth order.
   constexpr double h = 1e-3;
   Eigen::VectorXd difference = Eigen::VectorXd::Zero(x.size());
   double scale = 0.0;

@@ -1,4 +1,4 @@
-/// What counts as a motion that costs nothing, beside what is slow.
+/// The tests distinguish motions that cost nothing from slow ones.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double weight = 9.81;
 
-/// A rope of elastic pieces that hangs from its upper end: EA = 2e7 N, 10 m, 2 kg/m.
+/// Makes a rope of elastic pieces that hangs from its upper end: EA = 2e7 N, 10 m, 2 kg/m.
 System make_rope(int pieces) {
   System system;
   Springs springs{.name = "rope"};
@@ -33,7 +33,7 @@ System make_rope(int pieces) {
   return system;
 }
 
-/// omega of the ways sideways, by T_i/l_i of the stretched pieces.
+/// Returns omega of the transverse modes by T_i/l_i of the stretched pieces.
 std::vector<double> swing_of_rope(const System& rope) {
   const auto pieces = static_cast<Eigen::Index>(rope.masses.size()) - 1;
   const auto& springs = std::get<Springs>(rope.forces[0]);
@@ -73,7 +73,7 @@ TEST_P(Rope, SwingsSlowlyAndStably) {
 
 INSTANTIATE_TEST_SUITE_P(OfPieces, Rope, testing::Values(50, 100, 400));
 
-/// The stability of a place does not depend on masses.
+/// The stability of a configuration does not depend on masses.
 TEST(Stability, IsTheSameForAnyMasses) {
   System system;
   Rods rods{.name = "rods"};
@@ -97,7 +97,7 @@ TEST(Stability, IsTheSameForAnyMasses) {
   }
 }
 
-/// The eigenvalues of the companion matrix know slow modes to the rounding of the fastest.
+/// The eigenvalues of the companion matrix have slow modes only to the rounding of the fastest.
 TEST(DampedModes, DoNotGrowWithoutDampers) {
   for (const int pieces : {50, 70, 80, 90, 96}) {
     System rope = make_rope(pieces);
@@ -115,8 +115,7 @@ TEST(DampedModes, DoNotGrowWithoutDampers) {
   }
 }
 
-/// Forces that are not quite in balance take no modes away where a support, which has no mass of its own, holds the
-/// rope.
+/// Forces that are not quite in balance hide no modes where a support, which has no mass of its own, holds the rope.
 TEST(DampedModes, AreFoundAtAPlaceThatIsNotQuiteInBalance) {
   const System rope = make_rope(20);
   const EquilibriumResult rest = find_equilibrium(rope);

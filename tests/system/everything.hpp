@@ -9,7 +9,7 @@
 
 #include "measures.hpp"
 
-/// \file A valid system with everything, and what validation says where one thing of it is changed.
+/// \file A valid system with everything, and the message of validation where one thing of it is changed.
 namespace tanor::everything {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -18,7 +18,8 @@ inline ScalarFunction formula(const char* text) {
   return ScalarFunction::formula(text);
 }
 
-/// Everything once, on 8 points in general position; point 0 is a support, point 7 another one that moves.
+/// Makes a system with everything once, on 8 points in general position; point 0 is a support, point 7 another one that
+/// moves.
 ///
 ///   constraints  0 rods  1 floor  2 ball  3 wire  4 ring  5 bend  6 rope  7 sum      forces  0 … 3
 inline System make_system() {
@@ -59,7 +60,7 @@ Group& force(System& system, std::size_t index) {
   return std::get<Group>(system.forces[index]);
 }
 
-/// "where: what" of the complaint about the system with one thing changed.
+/// Returns "where: what" of the message about the system with one thing changed.
 inline std::string error_after(const std::function<void(System&)>& change, double t = 0.0) {
   System system = make_system();
   change(system);

@@ -1,4 +1,6 @@
-/// Formulas as kernels: lanes against single numbers, what is wrong with a text, what a formula knows about itself.
+/// The tests compare lanes of formulas with single numbers, and check messages about a wrong text and what a formula
+/// knows
+/// about itself.
 
 #include <cmath>
 #include <cstring>
@@ -19,7 +21,7 @@ namespace {
 
 const std::vector<std::string> variables = {"x1", "y1", "z1", "x2", "y2", "z2", "t"};
 
-/// Each operation of formulas, also where branches lie: zeros, equal arguments, deep stacks.
+/// The formulas have each operation, also where branches lie: zeros, equal arguments, deep stacks.
 const char* const formulas[] = {
     "x1",
     "t",
@@ -114,7 +116,8 @@ TEST(FormulaConstraint, ErrorsGiveTheColumn) {
 // ---- coordinates ---------------------------------------------------------------------------------------------------
 
 TEST(FormulaCoordinates, GivePositionsVelocitiesAndCurvatureOfATurningRing) {
-  // r = ((2 + cos b) cos(a + 3t), (2 + cos b) sin(a + 3t), sin b) and a second point on the axis, a t high.
+  // The ring is r = ((2 + cos b) cos(a + 3t), (2 + cos b) sin(a + 3t), sin b), and a second point is on the axis, a t
+  // high.
   const std::vector<std::string> names = {"a", "b"};
   const std::vector<std::string> components = {
       "(R + cos(b))*cos(a + 3*t)", "(R + cos(b))*sin(a + 3*t)", "sin(b)", "0", "0", "a*t"};

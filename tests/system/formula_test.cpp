@@ -22,7 +22,7 @@ Jet<3> evaluate_jet(const std::string& text, double t) {
   return Formula(text, time).evaluate(std::span<const Jet<3>>(&variable, 1));
 }
 
-/// What the parser says about a wrong text.
+/// Returns the parser's message about a wrong text.
 std::string error_of_formula(const std::string& text, const Constants& constants = {}) {
   try {
     Formula(text, time, constants);
@@ -33,7 +33,7 @@ std::string error_of_formula(const std::string& text, const Constants& constants
   return "no error";
 }
 
-/// `message` is what follows the quoted text.
+/// Expects an error whose `message` follows the quoted text.
 void expect_error(const std::string& text, const std::string& message) {
   EXPECT_EQ(error_of_formula(text), "formula \"" + text + "\": " + message);
 }
@@ -147,7 +147,7 @@ TEST(Formula, IsConstantWhenNoVariableTakesPart) {
 }
 
 TEST(Formula, DeepFormulasAreEvaluatedOnTheLargerStack) {
-  // 1 + (1 + (… (1 + t))): `depth` operands wait.
+  // In 1 + (1 + (… (1 + t))) `depth` operands wait.
   const auto nested = [](int depth) {
     std::string text = "t";
     for (int k = 1; k < depth; ++k) text = "t*1 + (" + text + ")";

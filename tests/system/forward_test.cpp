@@ -1,4 +1,4 @@
-/// Forward derivatives against jets: the partial in x of f(x, y) is the rate of f along x.
+/// Forward derivatives are compared with jets: the partial in x of f(x, y) is the rate of f along x.
 
 #include <tanor/forward.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 
 using Two = Forward<2>;
 
-/// f over both scalar types, at a place where it is smooth.
+/// A function over both scalar types, at a place where it is smooth.
 struct Case {
   const char* name;
   std::function<Two(Two, Two)> forward;
@@ -70,7 +70,7 @@ TEST(Forward, PartialDerivativesAreThoseOfAJetInEachVariable) {
   }
 }
 
-/// Where a slope is infinite, a variable that does not take part keeps the partial 0.
+/// A variable that does not take part keeps the partial 0 where a slope is infinite.
 TEST(Forward, WhatDoesNotTakePartStaysOutWhereTheSlopeIsInfinite) {
   const Two x = Two::variable(0.0, 0), one = Two::variable(1.0, 0), none(0.0);
   for (const Two& f : {sqrt(x), pow(x, 0.5), log(x), asin(one), acos(one)}) {

@@ -25,7 +25,7 @@ void for_each_order(const Check& check) {
   check(std::integral_constant<int, 12>());
 }
 
-/// c[k] = expected(k), relative to the largest of both.
+/// Expects c[k] = expected(k), relative to the largest of both.
 template <int P>
 void expect_coefficients(const Jet<P>& a, const std::function<double(int)>& expected,
                          double tolerance = 100 * epsilon) {
@@ -51,14 +51,14 @@ double factorial(int k) {
   return std::tgamma(k + 1.0);
 }
 
-/// p (p - 1) … (p - k + 1)/k!
+/// Returns p (p - 1) … (p - k + 1)/k!.
 double binomial(double p, int k) {
   double result = 1.0;
   for (int j = 0; j < k; ++j) result *= (p - j) / (j + 1);
   return result;
 }
 
-/// A number of three decimals in [low, high].
+/// Returns a random number of three decimals in [low, high].
 double draw(double low, double high) {
   return *rc::gen::inRange(static_cast<int>(1000 * low), static_cast<int>(1000 * high) + 1) / 1000.0;
 }
@@ -94,7 +94,7 @@ TEST(Jet, DerivativesAreCoefficientsTimesFactorials) {
 TEST(Jet, ArithmeticIsExactOnPolynomials) {
   constexpr auto t = Jet<4>::variable(2.0);
 
-  // (t^2 - 1)/(t - 1) = t + 1, and a product rule by hand: (2 + e)^3 = 8 + 12 e + 6 e^2 + e^3
+  // By hand (t^2 - 1)/(t - 1) = t + 1, and the product rule gives (2 + e)^3 = 8 + 12 e + 6 e^2 + e^3.
   constexpr auto quotient = (t * t - 1.0) / (t - 1.0);
   constexpr auto cube = t * t * t;
   static_assert(quotient.c == (t + 1.0).c);
@@ -223,7 +223,7 @@ RC_GTEST_PROP(Jet, ProductsFollowLeibniz, ()) {
 
   const auto product = a * b;
 
-  // (a b)^(k) = sum over j of (k choose j) a^(j) b^(k-j)
+  // By Leibniz (a b)^(k) = sum over j of (k choose j) a^(j) b^(k-j).
   for (int k = 0; k <= 4; ++k) {
     double sum = 0.0;
     for (int j = 0; j <= k; ++j) sum += binomial(k, j) * a.derivative(j) * b.derivative(k - j);
@@ -254,7 +254,7 @@ TEST(Jet, ChainOfAllFunctionsAgreesWithDifferences) {
 
   const auto jet = chain(Jet<2>::variable(x));
 
-  // Central differences of order 8.
+  // The differences are central ones of order 8.
   const double first = (4.0 / 5 * (at(1) - at(-1)) - 1.0 / 5 * (at(2) - at(-2)) + 4.0 / 105 * (at(3) - at(-3)) -
                         1.0 / 280 * (at(4) - at(-4))) /
                        h;
@@ -292,7 +292,7 @@ TEST(Jet, IntegerPowersAreExactForAnyBase) {
 TEST(Jet, RootsOfZeroHaveTheDerivativesThatExist) {
   const auto zero = Jet<3>::variable(0.0);
 
-  // t^2.5: value, rate and second derivative vanish at 0, the third is infinite.
+  // Value, rate and second derivative of t^2.5 vanish at 0, and the third is infinite.
   const auto power = pow(zero, 2.5);
   EXPECT_EQ(power.c[0], 0.0);
   EXPECT_EQ(power.c[1], 0.0);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What `validate` says to a system with one mistake.
+/// \file The message of `validate` about a system with one mistake.
 
 #include <ostream>
 #include <string>
@@ -18,7 +18,7 @@ struct Mistake {
   friend std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
 };
 
-/// In a system that is good but for it.
+/// Expects the mistake to be named with its place in an otherwise valid system.
 inline void expect_named_with_its_place(const Mistake& mistake, System system) {
   mistake.make(system);
   try {

@@ -1,4 +1,4 @@
-/// What joins points, however they are numbered.
+/// Points are joined to neighbourhoods however they are numbered.
 
 #include <algorithm>
 #include <numeric>
@@ -12,7 +12,7 @@
 namespace tanor {
 namespace {
 
-/// The sets by passing the least number on along each rod until nothing changes.
+/// Finds the sets by passing the least number on along each rod until nothing changes.
 std::vector<Index> spread(const System& system) {
   std::vector<Index> least(system.num_points());
   std::iota(least.begin(), least.end(), 0);

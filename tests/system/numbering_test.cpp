@@ -1,4 +1,4 @@
-/// The inner order: islands one after the other, chains tridiagonal, trees without fill.
+/// In the inner order islands follow one another, chains are tridiagonal, and trees have no fill.
 
 #include "system/numbering.hpp"
 
@@ -24,7 +24,7 @@ std::vector<Index> any_order(Index n, std::uint32_t seed) {
   return result;
 }
 
-/// Points at random places, joined by rods; rods in the order given.
+/// Makes points at random positions, joined by rods in the order given.
 System make_system(Index n, const std::vector<std::array<Index, 2>>& pairs) {
   System system;
   std::mt19937 generator(1);
@@ -35,7 +35,7 @@ System make_system(Index n, const std::vector<std::array<Index, 2>>& pairs) {
   return system;
 }
 
-/// A graph whose points and rods carry random numbers.
+/// Makes a graph whose points and rods carry random numbers.
 System make_shuffled(Index n, std::vector<std::array<Index, 2>> pairs, std::uint32_t seed) {
   const std::vector<Index> name = any_order(n, seed);
   for (auto& [i, j] : pairs) {
@@ -59,7 +59,7 @@ std::vector<std::array<Index, 2>> any_tree(Index n, std::uint32_t seed) {
   return pairs;
 }
 
-/// Lower triangle of S in the inner order.
+/// Returns the lower triangle of S in the inner order.
 TrianglePattern pattern_of(const System& system) {
   const Linearised inner(system, 0.0, system.positions, system.positions);
   std::vector<Incidence> moving;
@@ -87,7 +87,7 @@ RC_GTEST_PROP(Numbering, RenamesPointsAndRowsOneToOne, ()) {
   RC_ASSERT(rows.size() == d && (d == 0 || (*rows.begin() == 0 && *rows.rbegin() == static_cast<Index>(d) - 1)));
 }
 
-/// Hosts have chains one after the other: their arrays can be used where they are.
+/// Hosts have chains one after the other, so that their arrays can be used where they are.
 TEST(Numbering, KeepsTheUsersOrderOfChainsOneAfterTheOther) {
   std::vector<std::array<Index, 2>> pairs;
   for (const Index first : {0, 5, 7}) {
@@ -204,7 +204,7 @@ RC_GTEST_PROP(Numbering, TreeWithRandomNumbersIsEliminatedWithoutFillAsItIs, ())
 }
 
 TEST(Numbering, SupportConnectsNothing) {
-  // 0 - 1 - (2) - 3 - 4: two islands that share only the support 2.
+  // In 0 - 1 - (2) - 3 - 4 two islands share only the support 2.
   System system = make_system(5, chain(5));
   system.supports = {{"", {2}, {}}};
 
@@ -215,7 +215,7 @@ TEST(Numbering, SupportConnectsNothing) {
 }
 
 TEST(Numbering, FreePointsAreNoIslandsAndComeAfterThem) {
-  // 3 and 0 are free, 1 - 2 is a rod, 4 is a support.
+  // Points 3 and 0 are free, 1 - 2 is a rod, and 4 is a support.
   System system = make_system(5, {{1, 2}});
   system.supports = {{"", {4}, {}}};
 
@@ -229,7 +229,7 @@ TEST(Numbering, FreePointsAreNoIslandsAndComeAfterThem) {
 }
 
 TEST(Numbering, RowsOfOneMemberStaySideBySide) {
-  // Two points on a circle (2 rows each) joined by a rod.
+  // Two points on a circle (2 rows each) are joined by a rod.
   System system = make_system(2, {{0, 1}});
   system.constraints.insert(system.constraints.begin(), Circles{"", {0, 1}, {}, Vector3{0.0, 0.0, 1.0}, {}});
 
@@ -244,7 +244,7 @@ TEST(Numbering, RowsOfOneMemberStaySideBySide) {
 }
 
 TEST(Numbering, RowsBetweenSupportsAreIdleAndComeLast) {
-  // (0) - (1) - 2 - 3: the first rod joins two supports.
+  // In (0) - (1) - 2 - 3 the first rod joins two supports.
   System system = make_system(4, chain(4));
   system.supports = {{"", {0, 1}, {}}};
 

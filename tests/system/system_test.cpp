@@ -5,7 +5,7 @@
 namespace tanor {
 namespace {
 
-/// Two rods, three beads on a line (two rows each), one angle.
+/// Makes two rods, three beads on a line (two rows each), and one angle.
 System make_system() {
   System system;
   system.constraints = {Rods{.name = "", .pairs = {{0, 1}, {1, 2}}, .length = {}, .offsets = {}},

@@ -20,7 +20,7 @@ std::vector<double> uniform_times(double first, double last, int rows) {
   return times;
 }
 
-/// Steps between 0.5 and 1.5.
+/// Returns times whose steps are between 0.5 and 1.5.
 std::vector<double> uneven_times(int rows) {
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> step(0.5, 1.5);
@@ -146,7 +146,7 @@ TEST(Table, DerivativesAreThoseOfTheValue) {
 }
 
 TEST(Table, ConvergesOnSineWithOrderSixAndItsSecondDerivativeWithOrderFour) {
-  // Largest errors over [1, 7], ends included.
+  // Returns the largest errors over [1, 7], ends included.
   const auto errors = [](int rows) {
     const auto table = make_table(uniform_times(1.0, 7.0, rows), [](double t) { return std::sin(t); });
     std::array<double, 3> largest{};
@@ -179,7 +179,7 @@ TEST(Table, SecondDerivativesAreSmoothAtTheSamples) {
   for (std::size_t i = 1; i + 1 < times.size(); ++i) {
     const double t = times[i];
 
-    // One-sided differences of s = second derivative, error O(h^2): s and s' and s'' agree from both sides.
+    // One-sided differences of s = second derivative have errors O(h^2): s, s' and s'' agree from both sides.
     const double left_1 = (3 * second(t - 1e-12) - 4 * second(t - h) + second(t - 2 * h)) / (2 * h);
     const double right_1 = (-3 * second(t) + 4 * second(t + h) - second(t + 2 * h)) / (2 * h);
     const double left_2 =

@@ -1,4 +1,4 @@
-/// Validation of users' constraints and forces that come from C++, where no scene file has checked anything.
+/// The tests validate users' constraints and forces that come from C++, where no scene file has checked anything.
 
 #include <string>
 

@@ -1,4 +1,4 @@
-/// Users' laws of friction: value and derivative against closed forms.
+/// Values and derivatives of users' laws of friction are compared with closed forms.
 
 #include <cmath>
 #include <stdexcept>
@@ -53,7 +53,7 @@ TEST(UserFriction, LawOfAWireHasItsValueAndItsDerivatives) {
   }
 }
 
-/// The floor of docs/modelling.md, mu = 0.2 + 0.1 exp(-|v|/0.05): one multiplier, pushing or pulling.
+/// The floor of docs/modelling.md has mu = 0.2 + 0.1 exp(-|v|/0.05) and one multiplier, which pushes or pulls.
 TEST(UserFriction, LawOfASurfaceIsEvenInItsMultiplier) {
   const FrictionKernel kernel =
       make_friction_kernel<1>([](const Vector3&, const Vector3& v, double, const auto& lambda) {

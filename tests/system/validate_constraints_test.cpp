@@ -1,4 +1,4 @@
-/// What validation says of constraints.
+/// The tests check the messages of validation about constraints.
 
 #include <functional>
 #include <string>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace everything;
 
-/// A change to the system of `everything`, and what validation says after it at a time, s.
+/// A change to the system of `everything`, and the message of validation after it at a time, s.
 struct Message {
   std::string what;
   std::function<void(System&)> change;
@@ -233,7 +233,7 @@ TEST(Validate, APointWithInitialRadiusIsNotAtTheCenterOfItsSphere) {
 }
 
 TEST(Validate, APointWithInitialRadiusIsNotOnTheAxisOfItsCircle) {
-  // A slanted axis through the point: its distance is a rounding error, not 0.
+  // A slanted axis passes through the point, whose distance is a rounding error and not 0.
   expect_messages({
       {"/constraints/4/points/0: point 5: it is on the axis: the initial radius is 0; a radius is positive",
        [](System& s) {
@@ -272,7 +272,7 @@ TEST(Validate, StraightAnglesAreRefused) {
       {"/constraints/5/cosine: cosine at t = 0: 1" + rule,
        [](System& s) { constraint<Angles>(s, 5).cosine = formula("cos(t)"); }},
       {"valid", [](System& s) { constraint<Angles>(s, 5).cosine = formula("cos(t)"); }, 1.0},
-      // Straight, and folded back, along axes; then straight to rounding along a slanted line.
+      // The arms are straight, and folded back, along axes; then they are straight to rounding along a slanted line.
       {"/constraints/5/triples/0: [0, 1, 2]: the initial cosine -1" + rule,
        [&](System& s) {
          place(s, 0, {0, 0, 0});

@@ -1,4 +1,4 @@
-/// Coordinates that a scene file cannot spell wrongly, but a program can.
+/// A scene file cannot spell these coordinates wrongly, but a program can.
 
 #include <cmath>
 #include <functional>
@@ -12,7 +12,7 @@
 namespace tanor {
 namespace {
 
-/// Two points: one free, one on a line by a formula.
+/// Makes two points: one free, one on a line by a formula.
 System make_points_on_coordinates() {
   System system;
   system.positions = {0, 0, 0, 1, 0, 0};
@@ -76,7 +76,7 @@ TEST(ValidateTest, CoordinatesOfAGoodSystemPass) {
   EXPECT_NO_THROW(validate(make_points_on_coordinates()));
 }
 
-/// Names of coordinates and of the constraints that say the same do not meet.
+/// Coordinates and constraints that describe the same may have equal names.
 TEST(ValidateTest, CoordinatesMayBeNamedAsConstraints) {
   System system = make_points_on_coordinates();
   system.constraints = {Lines{"b", {1}, {}, Vector3{1, 0, 0}}};

@@ -1,4 +1,4 @@
-/// What validation says of forces.
+/// The tests check the messages of validation about forces.
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ TEST(Validate, RestLengthsAreConstantAndNotNegative) {
   EXPECT_EQ(error_after([](System& s) { force<Springs>(s, 2).rest_length = 0.0; }), "valid");
 }
 
-/// The complaint where the points push each other as well.
+/// Returns the message where the points push each other as well.
 std::string error_with(
     const PairForces& pairs, const std::function<void(System&)>& change = [](System&) {}) {
   return error_after([&](System& s) {

@@ -1,4 +1,4 @@
-/// Rules of friction, each with the place that it is broken at.
+/// The tests break the rules of friction and check the place that each message names.
 
 #include <limits>
 #include <string>
@@ -23,8 +23,8 @@ FrictionKernel make_law(int num_multipliers) {
   return num_multipliers == 1 ? make_friction_kernel<1>(nothing) : make_friction_kernel<2>(nothing);
 }
 
-/// Point 0 on a floor, 1 on a ball, 2 on a wire, 3 on a ring, 4 in a bowl; rods join them to a chain, and support 5
-/// stands on the floor too. Each guide is rough; a wall beside the floor is not.
+/// Makes a rough system: point 0 on a floor, 1 on a ball, 2 on a wire, 3 on a ring, 4 in a bowl. Rods join them to a
+/// chain, and support 5 stands on the floor too. Each guide is rough; a wall beside the floor is not.
 System make_rough_system() {
   System system;
   system.positions = {0, 1, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 16, 0, 2, 0};
@@ -62,7 +62,7 @@ TEST(ValidateTest, FrictionOfAGoodSystemPasses) {
   EXPECT_NO_THROW(validate(make_rough_system()));
 }
 
-/// Supports stand still for friction: one on the floor is no contact, and three equations there hold nobody back.
+/// Friction ignores supports: one on the floor is no contact, and three equations at it are no error.
 TEST(ValidateTest, SupportsOnAGuideAreNoContacts) {
   System system = make_rough_system();
   rough(system).at = {"floor", "pole"};

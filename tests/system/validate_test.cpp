@@ -1,4 +1,4 @@
-/// What validation says of points, masses, supports and names.
+/// The tests check the messages of validation about points, masses, supports and names.
 
 #include <gtest/gtest.h>
 
