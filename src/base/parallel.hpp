@@ -53,23 +53,27 @@ class Parallel {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// Returns the largest body(begin, end) over the ranges, at least 0, or NaN if one of them is.
-  template <class Body>
-  double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
-    double result = 0.0;
+  /// Joins what body(begin, end) returns for each of the ranges, by result = join(result, part), to `result`. The join
+  /// must not depend on the order of the parts.
+  template <class Result, class Body, class Join>
+  Result join_over_ranges(std::size_t count, Result result, const Body& body, const Join& join,
+                          std::size_t grain = 2048) const {
+    if (num_ranges(count, grain) <= 1) return join(result, body(std::size_t{0}, count));
     for_ranges(
         count,
         [&](std::size_t begin, std::size_t end) {
-          const double part = body(begin, end);
-          if (num_ranges(count, grain) <= 1) {
-            result = larger(result, part);
-            return;
-          }
-#pragma omp critical(tanor_parallel_max)
-          result = larger(result, part);
+          const Result part = body(begin, end);
+#pragma omp critical(tanor_parallel_join)
+          result = join(result, part);
         },
         grain);
     return result;
+  }
+
+  /// Returns the largest body(begin, end) over the ranges, at least 0, or NaN if one of them is.
+  template <class Body>
+  double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
+    return join_over_ranges(count, 0.0, body, larger, grain);
   }
 
   /// Returns the sum of term(k) over [0, count). Its order does not depend on the number of threads: 64 parts are

@@ -9,6 +9,7 @@
 #include "report/output_file.hpp"
 #include "report/page.hpp"
 #include "report/recording_file.hpp"
+#include "report/rough_clock.hpp"
 
 namespace tanor::cli {
 
@@ -173,18 +174,20 @@ void RunFolder::give_up() {
 }
 
 void RunFolder::take_step(const MotionReport& report, Simulation* between_frames) {
-  const auto begin = RunPlan::Clock::now();
+  const auto now = report::read_rough_clock();
   if (recording_) {
     recording_->take_step(report);
     if (between_frames != nullptr && recording_->wants_frame(between_frames->time())) {
+      const auto begin = RunPlan::Clock::now();
       const Solution between = between_frames->solution();
       if (between.outcome.ok())
         recording_->take_frame(between_frames->system(), between, find_friction(*between_frames));
-      if (begin >= next_page_) show(*between_frames);
+      if (now >= next_page_) show(*between_frames);
       output_ += seconds_since(begin);
     }
   }
-  if (between_frames == nullptr || begin < due_ || begin < next_publication_) return;
+  if (between_frames == nullptr || now < due_ || now < next_publication_) return;
+  const auto begin = RunPlan::Clock::now();
   publish(*between_frames);
   output_ += seconds_since(begin);
 }

@@ -1,5 +1,7 @@
 #include "motion/rattle.hpp"
 
+#include <utility>
+
 #include "base/check.hpp"
 
 namespace tanor {
@@ -58,6 +60,7 @@ Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
 StepResult Rattle::step(const State& from, double h, State* to) {
   const Parallel& parallel = mechanics_.parallel();
   const double t = to->t;
+  const auto fail = [](Outcome outcome) { return StepResult{.outcome = std::move(outcome)}; };
   StepResult result;
 
   // M^-1 f at the beginning, which is known from the last step if forces do not depend on v. Fixed steps have no
@@ -65,7 +68,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   const Request request = IntegrationOptions().request(Gradients::Keep);
   const bool depends_on_velocity = projector_.depends_on_velocity();
   if (!knows_free_ || free_time_ != from.t || depends_on_velocity) {
-    if (result.outcome = find_free(from.at(), request); !result.outcome.ok()) return result;
+    if (Outcome found = find_free(from.at(), request); !found.ok()) return fail(std::move(found));
   }
   knows_free_ = false;
 
@@ -74,29 +77,29 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   move_freely(parallel, from.x.size(), h, {from.x.data(), from.v.data(), free_.data(), middle.data(), to->x.data()});
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
-  const ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle.data());
+  ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle.data());
+  if (!positions.outcome.ok()) return fail(std::move(positions.outcome));
   result.position_violation = positions.violation;
-  if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
-  if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
+  if (Outcome found = mechanics_.linearise(t, to->x.data()); !found.ok()) return fail(std::move(found));
 
   // v1 = v1/2 + h/2 M^-1 f1, projected onto K(r1)'v1 + xi_t = 0; repeated with the better v1 if f1 depends on v1
   const std::vector<double>* guess = &middle;
   for (int pass = 0; pass < (depends_on_velocity ? passes_ : 1); ++pass) {
-    result.outcome = find_free({t, to->x.data(), guess->data()}, request);
-    if (!result.outcome.ok()) return result;
+    if (Outcome found = find_free({t, to->x.data(), guess->data()}, request); !found.ok())
+      return fail(std::move(found));
     kick(parallel, h, free_, middle, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
-    const ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
+    ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
+    if (!velocities.outcome.ok()) return fail(std::move(velocities.outcome));
     result.velocity_violation = velocities.violation;
-    if (result.outcome = velocities.outcome; !result.outcome.ok()) return result;
     guess = &to->v;
   }
   knows_free_ = true;
   free_time_ = t;
 
   if (knows_acceleration()) {
-    result.outcome = mechanics_.accelerations(to->at(), request, to->output());
-    if (!result.outcome.ok()) return result;
+    if (Outcome found = mechanics_.accelerations(to->at(), request, to->output()); !found.ok())
+      return fail(std::move(found));
   }
   if (mechanics_.has_work()) {
     // The trapezoidal rule has the scheme's order.

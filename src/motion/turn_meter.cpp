@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
@@ -58,13 +57,12 @@ TurnMeter::Step measure_step(const StepEnds& ends, double half_step, std::size_t
 
 void TurnMeter::note(Mechanics& mechanics, const State& from, const State& to) {
   const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
-  std::mutex joining;
-  step_ = {};
-  mechanics.parallel().for_ranges(to.x.size(), [&](std::size_t begin, std::size_t end) {
-    const Step part = measure_step(ends, 0.5 * (to.t - from.t), begin, end);
-    const std::lock_guard lock(joining);
-    step_ = {std::max(step_.place, part.place), std::max(step_.speed, part.speed), std::max(step_.missed, part.missed)};
-  });
+  step_ = mechanics.parallel().join_over_ranges(
+      to.x.size(), Step(),
+      [&](std::size_t begin, std::size_t end) { return measure_step(ends, 0.5 * (to.t - from.t), begin, end); },
+      [](const Step& a, const Step& b) {
+        return Step{std::max(a.place, b.place), std::max(a.speed, b.speed), std::max(a.missed, b.missed)};
+      });
   for (double Step::*const each : {&Step::place, &Step::speed, &Step::missed})
     step_.*each = mechanics.largest(step_.*each);
   before_ = fastest_;

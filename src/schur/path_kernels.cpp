@@ -144,8 +144,8 @@ double evaluate_values(const Rods& rods, const double* __restrict lengths, doubl
   });
 }
 
-void evaluate_rates(const Rods& rods, double* __restrict rates) {
-  dispatch([=, &rods] {
+double evaluate_rates(const Rods& rods, double* __restrict rates) {
+  return dispatch([=, &rods]<class Lanes>(std::type_identity<Lanes>) {
     std::array<double, 3 * chunk_size> a, v;  // NOLINT: filled before use
     subtract_places(rods, a.data());
     subtract_neighbours(rods.v, rods.count, v.data());
@@ -153,6 +153,7 @@ void evaluate_rates(const Rods& rods, double* __restrict rates) {
       const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
       rates[k] = dot(distance, velocity) / std::sqrt(dot(distance, distance));
     }
+    return find_largest<Lanes>(rates, rods.count, 0.0);
   });
 }
 

@@ -48,8 +48,8 @@ void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, 
 void evaluate_directions(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks);
 /// Evaluates xi = |a| - length [k]. Returns the largest |xi|/length, or NaN if any number is not finite.
 double evaluate_values(const Rods& rods, const double* lengths, double* xi);
-/// Evaluates g.v [k].
-void evaluate_rates(const Rods& rods, double* rates);
+/// Evaluates g.v [k]. Returns the largest magnitude, or NaN if any number is not finite.
+double evaluate_rates(const Rods& rods, double* rates);
 /// Evaluates b alone.
 void evaluate_right_side(const Rods& rods, double* b);
 

@@ -118,7 +118,8 @@ double PathRows::find_rates(std::size_t first, std::size_t last, const double* r
   return largest_of_rows(
       first, last,
       [&](const RodPath& path, std::size_t begin, std::size_t end) {
-        paths::evaluate_rates(rods_between(path, begin, end, {r, v, nullptr}), rates + begin);
+        const double largest = paths::evaluate_rates(rods_between(path, begin, end, {r, v, nullptr}), rates + begin);
+        if (moving_lengths.empty()) return largest;
         subtract_moving(begin, end, &MovingScalar::first, rates + begin);
         return paths::largest_magnitude(rates + begin, end - begin, 0.0);
       },
