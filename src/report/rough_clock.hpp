@@ -1,8 +1,8 @@
 #pragma once
 
-#include <time.h>  // NOLINT: clock_gettime is no part of <ctime>
 
 #include <chrono>
+#include <ctime>  // also clock_gettime
 
 namespace tanor::report {
 

@@ -1,5 +1,7 @@
 #include "schur/batch_kernels.hpp"
 
+#include <limits>
+
 #include "base/distance.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
@@ -108,62 +110,115 @@ template <class Tile>
   if (count % 4 != 0) tile(count - 4);
 }
 
+/// Moves `count` numbers of each lane. `place(k)` returns where the k-th stands among the lanes and `sign(k)` its sign.
+/// A pack is written as a whole, since a load of it would wait for two halves to reach the cache.
+template <class Place, class Sign>
+[[gnu::always_inline]] inline void gather_placed(const double* from, const Index* first, std::size_t width,
+                                                 std::size_t count, const Place& place, const Sign& sign, Eight* to) {
+  const FourSequences<const double> low(from, first, width), high(from, first + 4, width);
+  const auto put = [&](std::size_t k, const Four& left, const Four& right) __attribute__((always_inline)) {
+    to[place(k)] = sign(k) * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  if (count < 4) {
+    for (std::size_t k = 0; k < count; ++k) {
+      put(k, Four{low.a[k], low.b[k], low.c[k], low.d[k]}, Four{high.a[k], high.b[k], high.c[k], high.d[k]});
+    }
+    return;
+  }
+  for_each_tile(
+      count, [&](std::size_t k) __attribute__((always_inline)) {
+        Four a = four_at(low.a + k), b = four_at(low.b + k), c = four_at(low.c + k), d = four_at(low.d + k);
+        Four e = four_at(high.a + k), f = four_at(high.b + k), g = four_at(high.c + k), h = four_at(high.d + k);
+        transpose(&a, &b, &c, &d);
+        transpose(&e, &f, &g, &h);
+        put(k, a, e);
+        put(k + 1, b, f);
+        put(k + 2, c, g);
+        put(k + 3, d, h);
+      });
+}
+
+template <class Place, class Sign>
+[[gnu::always_inline]] inline void scatter_placed(const Eight* from, const Index* first, std::size_t width,
+                                                  std::size_t count, const Place& place, const Sign& sign, double* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+    const double* const lanes = reinterpret_cast<const double*>(from) + lane;
+    const FourSequences<double> at(to, first + lane, width);
+    const auto take = [&](std::size_t k) __attribute__((always_inline))->Four {
+      return sign(k) * four_at(lanes + place(k) * num_lanes);
+    };
+    if (count < 4) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const Four value = take(k);
+        at.a[k] = value[0];
+        at.b[k] = value[1];
+        at.c[k] = value[2];
+        at.d[k] = value[3];
+      }
+      continue;
+    }
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);
+          transpose(&a, &b, &c, &d);
+          four_to(at.a + k) = a;
+          four_to(at.b + k) = b;
+          four_to(at.c + k) = c;
+          four_to(at.d + k) = d;
+        });
+  }
+}
+
+constexpr auto same_place = [](std::size_t k) __attribute__((always_inline)) {
+  return k;
+};
+
 }  // namespace
 
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to) {
   dispatch([=] {
-    for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
-      double* const lanes = reinterpret_cast<double*>(to) + lane;
-      const FourSequences<const double> at(from, first + lane, width);
-      if (count < 4) {
-        for (std::size_t k = 0; k < count; ++k)
-          four_to(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
-        continue;
-      }
-      for_each_tile(
-          count, [&](std::size_t k) __attribute__((always_inline)) {
-            Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
-                 d = sign * four_at(at.d + k);
-            transpose(&a, &b, &c, &d);
-            double* const cell = lanes + k * num_lanes;
-            four_to(cell) = a;
-            four_to(cell + num_lanes) = b;
-            four_to(cell + 2 * num_lanes) = c;
-            four_to(cell + 3 * num_lanes) = d;
-          });
-    }
+    gather_placed(
+        from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
+  });
+}
+
+void gather_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
+                   const std::array<Eight3*, 2>& to) {
+  const auto [a, b] = from;
+  const auto [to_a, to_b] = to;
+  dispatch([=] {
+    const auto one = [](std::size_t) { return 1.0; };
+    gather_placed(a, first, 3, 3 * count, same_place, one, &to_a->x);
+    gather_placed(b, first, 3, 3 * count, same_place, one, &to_b->x);
   });
 }
 
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to) {
   dispatch([=] {
-    for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
-      const double* const lanes = reinterpret_cast<const double*>(from) + lane;
-      const FourSequences<double> at(to, first + lane, width);
-      if (count < 4) {
-        for (std::size_t k = 0; k < count; ++k) {
-          const Four value = sign * four_at(lanes + k * num_lanes);
-          at.a[k] = value[0];
-          at.b[k] = value[1];
-          at.c[k] = value[2];
-          at.d[k] = value[3];
-        }
-        continue;
-      }
-      for_each_tile(
-          count, [&](std::size_t k) __attribute__((always_inline)) {
-            const double* const cell = lanes + k * num_lanes;
-            Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes),
-                 c = sign * four_at(cell + 2 * num_lanes), d = sign * four_at(cell + 3 * num_lanes);
-            transpose(&a, &b, &c, &d);
-            four_to(at.a + k) = a;
-            four_to(at.b + k) = b;
-            four_to(at.c + k) = c;
-            four_to(at.d + k) = d;
-          });
-    }
+    scatter_placed(
+        from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
+  });
+}
+
+void gather_sequences(const double* from, const Index* first, std::size_t width, const SequencePlaces& places,
+                      Eight* to) {
+  const int* const place = places.place.data();
+  dispatch([=, sign = places.sign.data(), count = places.place.size()] {
+    gather_placed(
+        from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
+        [=](std::size_t k) { return sign[k]; }, to);
+  });
+}
+
+void scatter_sequences(const Eight* from, const Index* first, std::size_t width, const SequencePlaces& places,
+                       double* to) {
+  const int* const place = places.place.data();
+  dispatch([=, sign = places.sign.data(), count = places.place.size()] {
+    scatter_placed(
+        from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
+        [=](std::size_t k) { return sign[k]; }, to);
   });
 }
 
@@ -334,8 +389,10 @@ void solve_negative(const IslandSchedule& schedule, const Eight* factor, const E
 }
 
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
-           const Eight* lambda, Eight3* dw, Largest* largest) {
-  dispatch([=, &topology] {
+           const Eight* lambda, const Largest& right_side, const Eight3* w0, Vec3 uniform, Eight3* w,
+           LargestResiduals* found) {
+  dispatch([=, &topology, &right_side] {
+    Eight3* const dw = w;  // until w0 is added
     const Eight nothing{};
     const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
     for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
@@ -350,13 +407,25 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
       dw[p].y *= inverse_mass[p];
       dw[p].z *= inverse_mass[p];
     }
-    Largest seen = *largest;
+    Largest seen;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
       const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
       seen.see(left < 0.0 ? -left : left);
     }
-    *largest = seen;
+    for (int p = 0; p < num_points; ++p) {
+      if (w0 != nullptr) {
+        (w0[p] + dw[p]).write(&w[p]);
+        continue;
+      }
+      w[p].x += uniform.x;
+      w[p].y += uniform.y;
+      w[p].z += uniform.z;
+    }
+    const Eight largest_b = right_side.value + right_side.zero, largest_left = seen.value + seen.zero;
+    found->right_side.see(largest_b);
+    found->residual.see(largest_left);
+    found->own_residual.see(largest_left / (largest_b + std::numeric_limits<double>::min()));
   });
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include <tanor/system.hpp>
 
 #include "base/eight.hpp"
@@ -22,6 +25,19 @@ void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, dou
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to);
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                       double* to);
+/// Gathers `count` points of each lane, which follow one another, from two arrays at once.
+void gather_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
+                   const std::array<Eight3*, 2>& to);
+/// Says where the numbers of a sequence stand in the lanes: the k-th at place[k], times sign[k].
+struct SequencePlaces {
+  std::vector<int> place;
+  std::vector<double> sign;
+};
+/// Does the same for sequences in another order than that of the lanes.
+void gather_sequences(const double* from, const Index* first, std::size_t width, const SequencePlaces& places,
+                      Eight* to);
+void scatter_sequences(const Eight* from, const Index* first, std::size_t width, const SequencePlaces& places,
                        double* to);
 /// Prefetches such sequences while something else is computed. The function is inlined, since gcc drops the call of a
 /// function that does nothing else if it sees the body.
@@ -71,8 +87,15 @@ void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, c
 /// Computes x := -S^-1 b [rod]; x may be b.
 void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x);
 
-/// Computes dw := M^-1 K lambda [point], 0 at supports, and the largest |K'dw + b|.
+/// The largest numbers of all batches of a solve: |b|, |K'dw + b|, and the latter over the largest |b| of its island.
+struct LargestResiduals {
+  Largest right_side, residual, own_residual;
+};
+
+/// Computes dw = M^-1 K lambda [point], 0 at supports, includes the residuals K'dw + b of the batch, whose largest |b|
+/// are `right_side`, and writes w := w0 + dw. If w0 is null, it is `uniform` for all points.
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
-           const Eight* lambda, Eight3* dw, Largest* largest);
+           const Eight* lambda, const Largest& right_side, const Eight3* w0, Vec3 uniform, Eight3* w,
+           LargestResiduals* found);
 
 }  // namespace tanor

@@ -67,19 +67,27 @@ void write_points(const Batch& batch, const Eight3* from, double* to) {
   scatter_sequences(numbers_of(from), batch.first_point, 3, 3 * batch.num_points, 1.0, to);
 }
 void read_blocks(const Batch& batch, const double* from, Eight3* u) {
-  if (batch.of.block_sign == 0.0) return gather_blocks(from, batch.blocks, batch.num_rods, u);
-  gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, numbers_of(u));
+  const EqualIslands::RodNumbers& blocks = batch.of.blocks;
+  if (!blocks.follow) return gather_blocks(from, batch.blocks, batch.num_rods, u);
+  if (!blocks.places.place.empty()) return gather_sequences(from, batch.blocks, 3, blocks.places, numbers_of(u));
+  gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, blocks.sign, numbers_of(u));
 }
 void write_blocks(const Batch& batch, const Eight3* u, double* to) {
-  if (batch.of.block_sign == 0.0) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
-  scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, to);
+  const EqualIslands::RodNumbers& blocks = batch.of.blocks;
+  if (!blocks.follow) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
+  if (!blocks.places.place.empty()) return scatter_sequences(numbers_of(u), batch.blocks, 3, blocks.places, to);
+  scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, blocks.sign, to);
 }
 void read_rows(const Batch& batch, const double* from, Eight* to) {
-  if (!batch.of.rows_follow) return gather_rows(from, batch.rows, batch.num_rods, to);
+  const EqualIslands::RodNumbers& rows = batch.of.rows;
+  if (!rows.follow) return gather_rows(from, batch.rows, batch.num_rods, to);
+  if (!rows.places.place.empty()) return gather_sequences(from, batch.rows, 1, rows.places, to);
   gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 void write_rows(const Batch& batch, const Eight* from, double* to) {
-  if (!batch.of.rows_follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
+  const EqualIslands::RodNumbers& rows = batch.of.rows;
+  if (!rows.follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
+  if (!rows.places.place.empty()) return scatter_sequences(from, batch.rows, 1, rows.places, to);
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
@@ -88,18 +96,10 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
   call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
 }
 [[gnu::always_inline]] inline void call_for_blocks(const Batch& batch, const double* array) {
-  if (batch.of.block_sign != 0.0) call_for_sequences(array, batch.blocks + num_lanes, 3, 3 * batch.num_rods);
+  if (batch.of.blocks.follow) call_for_sequences(array, batch.blocks + num_lanes, 3, 3 * batch.num_rods);
 }
 [[gnu::always_inline]] inline void call_for_rows(const Batch& batch, const double* array) {
-  if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
-}
-
-/// Includes the residuals of a batch, which has an island in each lane.
-void include_residuals(const Largest& right_side, const Largest& residual, BatchSolver::Found* found) {
-  const Eight b = right_side.value + right_side.zero, left = residual.value + residual.zero;
-  found->right_side.see(b);
-  found->residual.see(left);
-  found->own_residual.see(left / (b + std::numeric_limits<double>::min()));
+  if (batch.of.rows.follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
 }
 
 }  // namespace
@@ -163,10 +163,9 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
     bring_batch(batch, motion.source);
-    for (const auto& [from, to] : {std::pair(motion.r, work.r.data()), std::pair(motion.v, work.v.data())}) {
-      read_points(batch, from, to);
-      read_supports(batch, from, to);
-    }
+    gather_points({motion.r, motion.v}, batch.first_point, batch.num_points, {work.r.data(), work.v.data()});
+    read_supports(batch, motion.r, work.r.data());
+    read_supports(batch, motion.v, work.v.data());
     const bool is_same_for_all = motion.uniform != nullptr && batch.num_supports == 0;
     Eight3* const w0 = is_same_for_all ? nullptr : work.w.data();
     if (w0 != nullptr) {
@@ -174,22 +173,20 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
       read_supports(batch, motion.w0, w0);
     }
 
-    work.right_side = work.residual = {};
+    Largest right_side;
     evaluate_rods(topology, work.r.data(), work.v.data(), w0, batch.offsets,
-                  moving_lengths(batch, &MovingScalar::second, &work), work.u.data(), work.b.data(), &work.right_side);
+                  moving_lengths(batch, &MovingScalar::second, &work), work.u.data(), work.b.data(), &right_side);
     call_for_points(batch, motion.r);
     call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
     if (!keeps) eliminate(topology, schedule, batch.inverse_mass, work.u.data(), batch.factor, &work.smallest);
     call_for_points(batch, motion.v);
     tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
     if (!keeps) call_for_blocks(batch, blocks);
-    apply(topology, batch.inverse_mass, work.u.data(), work.b.data(), work.x.data(), work.dw.data(), &work.residual);
-    include_residuals(work.right_side, work.residual, &work.found);
+    apply(topology, batch.inverse_mass, work.u.data(), work.b.data(), work.x.data(), right_side, w0,
+          w0 == nullptr ? *motion.uniform : Vec3{}, work.dw.data(), &work.found);
     call_for_points(batch, w);
     call_for_rows(batch, lambda);
     call_for(batch.factor + schedule.num_slots, static_cast<std::size_t>(schedule.num_slots));
-    is_same_for_all ? add(*motion.uniform, batch.num_points, work.dw.data())
-                    : add(w0, batch.num_points, work.dw.data());
 
     write_points(batch, work.dw.data(), w);
     if (!keeps) write_blocks(batch, work.u.data(), blocks);

@@ -17,11 +17,6 @@ class BatchSolver final : public IslandSolver {
   static std::unique_ptr<BatchSolver> make(const SchurProblem& problem, int threads, bool eagerly,
                                            std::vector<Index>* islands);
 
-  /// The findings in all batches that one thread has solved. `own_residual` is that of each island over its own |b|.
-  struct Found {
-    Largest right_side, residual, own_residual;
-  };
-
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
                     double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
@@ -41,8 +36,7 @@ class BatchSolver final : public IslandSolver {
     std::vector<Eight3> r, v, w, dw, u, directions;
     Eights b, x, sum, lengths;
     Eight smallest;
-    Largest right_side, residual;  // those of the current batch
-    Found found;
+    LargestResiduals found;  // in all batches that this thread has solved
     Projection projection;
   };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "plan/thresholds.hpp"
 #include "schur/rod_rows.hpp"
@@ -80,33 +81,17 @@ class BatchWriter {
     result_.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
   }
 
-  /// Writes first points, rows and blocks. Only those of the first rod are written if the others follow it in every
-  /// island. One batch more than there are tells what comes after the last one.
+  /// Writes first points, rows and blocks. One batch more than there are tells what comes after the last one.
   void write_numbers() {
+    result_.first_point.resize((result_.num_batches + 1) * num_lanes);
+    for (std::size_t k = 0; k < result_.first_point.size(); ++k) result_.first_point[k] = in_lane(k).first_point;
     const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
     const auto block = [&](const Island& island, std::size_t a) {
       return static_cast<Index>(rods_.block[static_cast<std::size_t>(island.rows[a])]);
     };
-    result_.rows_follow = follow(row);
-    if (have_one_direction() && follow(block)) result_.block_sign = islands_[0].is_reversed[0] != 0 ? -1.0 : 1.0;
-    const std::size_t rows_a_batch = result_.rows_follow ? 1 : num_rods_;
-    const std::size_t blocks_a_batch = result_.block_sign != 0.0 ? 1 : num_rods_;
-    const std::size_t num_lanes_in_all = (result_.num_batches + 1) * num_lanes;
-    result_.first_point.resize(num_lanes_in_all);
-    result_.rows.resize(num_lanes_in_all * rows_a_batch);
-    result_.blocks.resize(num_lanes_in_all * blocks_a_batch);
-    for (std::size_t k = 0; k < num_lanes_in_all; ++k) {
-      const Island& island = in_lane(k);
-      const std::size_t batch = k / num_lanes, lane = k % num_lanes;
-      result_.first_point[k] = island.first_point;
-      for (std::size_t a = 0; a < rows_a_batch; ++a)
-        result_.rows[(batch * rows_a_batch + a) * num_lanes + lane] = row(island, a);
-      for (std::size_t a = 0; a < blocks_a_batch; ++a) {
-        const bool is_turned = result_.block_sign == 0.0 && island.is_reversed[a] != 0;
-        result_.blocks[(batch * blocks_a_batch + a) * num_lanes + lane] =
-            is_turned ? ~block(island, a) : block(island, a);
-      }
-    }
+    const auto is_reversed = [](const Island& island, std::size_t a) { return island.is_reversed[a] != 0; };
+    result_.rows = number_rods(1, row, [](const Island&, std::size_t) { return false; });
+    result_.blocks = number_rods(3, block, is_reversed);
   }
 
   void write_points(std::span<const double> inverse_mass) {
@@ -138,20 +123,55 @@ class BatchWriter {
  private:
   const Island& in_lane(std::size_t k) const { return islands_[std::min(k, islands_.size() - 1)]; }
 
-  /// Returns true if number(island, rod) counts up from rod to rod in every island.
+  /// Returns the rods of the first island in the order of their numbers.
   template <class Number>
-  bool follow(const Number& number) const {
-    return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
-      std::size_t a = 0;
-      while (a < num_rods_ && number(island, a) == number(island, 0) + static_cast<Index>(a)) ++a;
-      return a == num_rods_;
+  std::vector<std::size_t> sort_rods(const Number& number) const {
+    std::vector<std::size_t> order(num_rods_);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t a) { return number(islands_[0], a); });
+    return order;
+  }
+
+  /// Returns true if the numbers of every island count up in this order, with the signs of the first island.
+  template <class Number, class IsNegative>
+  bool follow(const std::vector<std::size_t>& order, const Number& number, const IsNegative& is_negative) const {
+    return std::ranges::all_of(islands_, [&](const Island& island) {
+      for (std::size_t k = 0; k < num_rods_; ++k) {
+        const std::size_t a = order[k];
+        if (number(island, a) != number(island, order[0]) + static_cast<Index>(k)) return false;
+        if (is_negative(island, a) != is_negative(islands_[0], a)) return false;
+      }
+      return true;
     });
   }
-  bool have_one_direction() const {
-    const char first = islands_[0].is_reversed[0];
-    return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
-      return std::all_of(island.is_reversed.begin(), island.is_reversed.end(), [&](char is) { return is == first; });
-    });
+
+  /// Writes number(island, rod), each of which stands for `width` numbers in memory with a sign.
+  template <class Number, class IsNegative>
+  EqualIslands::RodNumbers number_rods(std::size_t width, const Number& number, const IsNegative& is_negative) const {
+    EqualIslands::RodNumbers result;
+    const std::vector<std::size_t> order = sort_rods(number);
+    const bool is_in_order = std::ranges::is_sorted(order);
+    // Single numbers in another order are moved one by one in less time.
+    result.follow = (width > 1 || is_in_order) && follow(order, number, is_negative);
+    if (result.follow) {
+      SequencePlaces places;
+      for (std::size_t k = 0; k < width * num_rods_; ++k) {
+        const std::size_t rod = order[k / width];
+        places.place.push_back(static_cast<int>(width * rod + k % width));
+        places.sign.push_back(is_negative(islands_[0], rod) ? -1.0 : 1.0);
+      }
+      result.sign = places.sign[0];
+      const bool has_one_sign = std::ranges::count(places.sign, result.sign) == std::ssize(places.sign);
+      if (!is_in_order || !has_one_sign) result.places = std::move(places);
+    }
+    const std::size_t num_written = result.follow ? 1 : num_rods_;
+    for (std::size_t k = 0; k < (result_.num_batches + 1) * num_written * num_lanes; ++k) {
+      const Island& island = in_lane(k / (num_written * num_lanes) * num_lanes + k % num_lanes);
+      const std::size_t a = result.follow ? order[0] : k / num_lanes % num_written;
+      const bool is_turned = !result.follow && is_negative(island, a);
+      result.numbers.push_back(is_turned ? ~number(island, a) : number(island, a));
+    }
+    return result;
   }
 
   void write_rod(const Island& island, std::size_t a, std::size_t place, std::size_t lane) {
@@ -197,8 +217,8 @@ EqualIslands::Batch EqualIslands::batch(std::size_t number) {
           num_rods,
           first_point.data() + number * num_lanes,
           supports.data() + number * num_supports * num_lanes,
-          rows.data() + number * (rows_follow ? 1 : num_rods) * num_lanes,
-          blocks.data() + number * (block_sign != 0.0 ? 1 : num_rods) * num_lanes,
+          rows.of_batch(number, num_rods),
+          blocks.of_batch(number, num_rods),
           inverse_mass.data() + number * num_places,
           offsets.empty() ? nullptr : offsets.data() + number * num_rods,
           lengths.data() + number * num_rods,

@@ -16,6 +16,18 @@ struct EqualIslands {
     const IslandTopology& topology;
     const IslandSchedule& schedule;
   };
+  /// The rows, or blocks, of the rods. In most systems those of an island follow one another, and all islands have
+  /// them in the same order.
+  struct RodNumbers {
+    bool follow = false;         // if true, `numbers` has the lowest ones, [batch][lane], and one batch more
+    std::vector<Index> numbers;  // else [batch][rod][lane]; ~number if the rod is given the other way
+    double sign = 1.0;           // if they follow: that of all, …
+    SequencePlaces places;       // … unless they are in another order than the rods or have several signs
+
+    const Index* of_batch(std::size_t batch, std::size_t num_rods) const {
+      return numbers.data() + batch * (follow ? 1 : num_rods) * num_lanes;
+    }
+  };
   /// The numbers of one batch.
   struct Batch {
     const EqualIslands& of;
@@ -36,15 +48,12 @@ struct EqualIslands {
   IslandTopology topology;
   IslandSchedule schedule;
   std::size_t num_islands = 0, num_batches = 0;
-  // Points that move follow one another in each island; rows and blocks of most islands do.
-  std::vector<Index> first_point;   // [batch][lane], and one batch more after the last one
-  std::vector<Index> supports;      // [batch][support][lane]
-  bool rows_follow = false;         // if true, `rows` has only the first ones, [batch][lane], and likewise more
-  double block_sign = 0.0;          // if not 0, the same for `blocks`, which all have this sign
-  std::vector<Index> rows, blocks;  // [batch][rod][lane]; ~block if the rod is given the other way
-  Eights inverse_mass;              // [batch][place]: moving points, then supports; likewise one batch more
-  std::vector<Eight3> offsets;      // [batch][rod]; empty if there are none
-  Eights lengths;                   // [batch][rod]
+  std::vector<Index> first_point;  // [batch][lane], and one batch more; the moving points of an island follow it
+  std::vector<Index> supports;     // [batch][support][lane]
+  RodNumbers rows, blocks;
+  Eights inverse_mass;          // [batch][place]: moving points, then supports; likewise one batch more
+  std::vector<Eight3> offsets;  // [batch][rod]; empty if there are none
+  Eights lengths;               // [batch][rod]
   std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null if constant; empty if all are
   Eights factor;                                    // [batch][slot]
 };
