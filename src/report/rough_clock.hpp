@@ -1,6 +1,5 @@
 #pragma once
 
-
 #include <chrono>
 #include <ctime>  // also clock_gettime
 
