@@ -43,9 +43,7 @@ void TreeBranches::read_rods(const RodRows& given, std::span<const double> inver
 }
 
 void TreeBranches::prepare_workspaces(int threads) {
-  const std::size_t worthwhile = num_rods() / plan::rows_of_batches_worth_a_thread;
-  const auto available = static_cast<std::size_t>(Parallel(threads).threads());
-  workspaces_.resize(std::clamp<std::size_t>(worthwhile, 1, available));
+  workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
   std::size_t most_points = 0;
   for (const std::vector<Index>& parent : plan_.parents) most_points = std::max(most_points, parent.size() + 1);
   for (Workspace& work : workspaces_) {

@@ -5,7 +5,7 @@
 
 #include "base/eight.hpp"
 #include "base/parallel.hpp"
-#include "schur/equal_branches.hpp"
+#include "schur/tree_groves.hpp"
 #include "schur/tree_kernels.hpp"
 #include "schur/tree_points.hpp"
 
@@ -22,9 +22,11 @@ class TreeBranches {
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
 
   class Lanes;
-  /// Calls work(lanes) for each batch; each thread takes some.
+  /// Calls work(lanes) for the batches of a grove. Each thread takes some, with a workspace of its own; a thread that
+  /// is alone uses workspace number `thread`.
   template <class Work>
-  void for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work);
+  void for_each_batch(const Parallel& parallel, std::size_t thread, const Grove& grove, TreePoints* points,
+                      const Work& work);
 
   // Findings of the lanes in each branch since `forget_findings`:
   void forget_findings();
@@ -54,7 +56,7 @@ class TreeBranches {
   std::vector<trees::BranchRod> rods_;               // [rod]
   std::vector<trees::BranchRow> rows_;               // [rod]
   std::vector<double> right_side_, residual_;        // [batch][lane] the largest ones
-  std::vector<Workspace> workspaces_;                // [share of the batches]
+  std::vector<Workspace> workspaces_;                // [thread]
 };
 
 }  // namespace tanor

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "plan/thresholds.hpp"
 #include "schur/batch_kernels.hpp"
 #include "schur/schur_solver.hpp"
 #include "schur/tree_branches.hpp"
@@ -159,11 +160,14 @@ class TreeBranches::Lanes {
 };
 
 template <class Work>
-void TreeBranches::for_each_batch(const Parallel& parallel, TreePoints* points, const Work& work) {
-  const std::size_t shares = workspaces_.size(), count = plan_.batches.size();
-  parallel.for_tasks(shares, [&](std::size_t k) {
-    for (std::size_t batch = count * k / shares; batch < count * (k + 1) / shares; ++batch)
-      work(Lanes(this, batch, points, &workspaces_[k]));
+void TreeBranches::for_each_batch(const Parallel& parallel, std::size_t thread, const Grove& grove, TreePoints* points,
+                                  const Work& work) {
+  const std::size_t worthwhile = grove.num_rods / plan::rows_of_batches_worth_a_thread, count = grove.batches.size();
+  const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, static_cast<std::size_t>(parallel.threads()));
+  parallel.for_tasks(shares, [&](std::size_t share) {
+    Workspace& own = workspaces_[shares == 1 ? thread : share];
+    for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k)
+      work(Lanes(this, grove.batches[k], points, &own));
   });
 }
 

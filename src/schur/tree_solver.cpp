@@ -48,9 +48,11 @@ TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::sp
     : branches_(std::move(branches), rods, problem.inverse_mass, threads),
       trunks_(trees, branches_.plan(), rods, problem.inverse_mass, problem.numbering.num_moving),
       points_(problem.inverse_mass.size()),
-      group_start_(group_islands(trunks_.size(), trunks_.num_rods(),
-                                 [&](std::size_t trunk) { return trunks_.num_rods_of(trunk); })),
-      found_(group_start_.size() - 1) {
+      groves_(list_groves(trees, branches_.plan())),
+      task_start_(group_islands(groves_.size(), trunks_.num_rods() + branches_.num_rods(),
+                                [&](std::size_t grove) { return groves_[grove].num_rods; })),
+      found_(trees.size()),
+      reached_(groves_.size()) {
   summarize();
 }
 
@@ -66,11 +68,73 @@ void TreeSolver::summarize() {
               .flops = flops_a_rod * static_cast<double>(num_rods)};
 }
 
-/// Calls work(trunk, found) for each trunk; each thread takes some.
+// ---- grove by grove ----
+
+/// One grove, and the threads that work on it.
+class TreeSolver::Visit {
+ public:
+  Visit(TreeSolver* all, std::size_t number, const Parallel& parallel, std::size_t thread)
+      : all_(*all), number_(number), grove_(all->groves_[number]), parallel_(parallel), thread_(thread) {}
+
+  TreeSolver& all() const { return all_; }
+  std::size_t number() const { return number_; }
+  TreePoints* points() const { return &all_.points_; }
+
+  void bring(const PointSource* source) const {
+    if (source == nullptr) return;
+    parallel_.for_ranges(
+        grove_.trees.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k) all_.trunks_.bring(grove_.trees[k], source);
+        },
+        1);
+  }
+  /// Calls work(lanes) for each batch.
+  template <class Work>
+  void for_each_batch(const Work& work) const {
+    all_.branches_.for_each_batch(parallel_, thread_, grove_, points(), work);
+  }
+  /// Calls work(trunk, found) for each trunk.
+  template <class Work>
+  void for_each_trunk(const Work& work) const {
+    constexpr std::size_t trunks_worth_a_thread = 64;
+    parallel_.for_ranges(
+        grove_.trees.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k], &all_.found_[grove_.trees[k]]);
+        },
+        trunks_worth_a_thread);
+  }
+  void forget_right_sides() const {
+    for (const std::size_t tree : grove_.trees) all_.found_[tree].right_side = 0.0;
+  }
+  double largest_right_side() const {
+    double largest = 0.0;
+    for (const std::size_t tree : grove_.trees) largest = larger(largest, all_.found_[tree].right_side);
+    return largest;
+  }
+
+ private:
+  TreeSolver& all_;
+  std::size_t number_;
+  const Grove& grove_;
+  const Parallel& parallel_;
+  std::size_t thread_;
+};
+
+/// Calls work(visit) for each grove: one thread for many groves, or all threads for one after the other.
 template <class Work>
-void TreeSolver::for_each_trunk(const Parallel& parallel, const Work& work) {
-  parallel.for_tasks(found_.size(), [&](std::size_t group) {
-    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) work(k, &found_[group]);
+void TreeSolver::for_each_grove(const Parallel& parallel, const Work& work) {
+  constexpr std::size_t least_tasks_a_thread = 4;
+  const std::size_t num_tasks = task_start_.size() - 1;
+  if (num_tasks < least_tasks_a_thread * static_cast<std::size_t>(parallel.threads())) {
+    for (std::size_t grove = 0; grove < groves_.size(); ++grove) work(Visit(this, grove, parallel, 0));
+    return;
+  }
+  const Parallel alone(1);
+  parallel.for_tasks(num_tasks, [&](std::size_t task, std::size_t thread) {
+    for (std::size_t grove = task_start_[task]; grove < task_start_[task + 1]; ++grove)
+      work(Visit(this, grove, alone, thread));
   });
 }
 
@@ -91,64 +155,69 @@ Elimination TreeSolver::found() const {
 Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double* b, double* lambda, double* w) {
   forget_findings();
-  bring_points(parallel, motion.source);
   trunks_.take_lengths();
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
-    const trees::BranchMotion own = lanes.read_motion(motion);
-    if (use == FactorUse::Renew) {
-      lanes.evaluate_and_eliminate(own);
-      lanes.hand_over_mobilities();
-      lanes.write_directions(blocks);
-    } else {
-      lanes.evaluate(own);
-      lanes.substitute_up();
-    }
-    lanes.hand_over_answers();
-  });
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings* found) {
-    trunks_.solve_up(trunk, motion, use, blocks, b, &points_, lambda, found);
-    trunks_.substitute_down(trunk, &points_, lambda);
-  });
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
-    lanes.substitute_down();
-    lanes.find_residual();
-    lanes.write_multipliers(lambda);
-    motion.uniform != nullptr ? lanes.write_accelerations(*motion.uniform, w) : lanes.add_accelerations(w);
-  });
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings* found) {
-    trunks_.accelerate(trunk, points_, motion.uniform, w);
-    trunks_.find_residual(trunk, points_, b, branches_, found);
+  for_each_grove(parallel, [&](const Visit& visit) {
+    visit.bring(motion.source);
+    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
+      const trees::BranchMotion own = lanes.read_motion(motion);
+      if (use == FactorUse::Renew) {
+        lanes.evaluate_and_eliminate(own);
+        lanes.hand_over_mobilities();
+        lanes.write_directions(blocks);
+      } else {
+        lanes.evaluate(own);
+        lanes.substitute_up();
+      }
+      lanes.hand_over_answers();
+    });
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
+      trunks_.solve_up(trunk, motion, use, blocks, b, &points_, lambda, found);
+      trunks_.substitute_down(trunk, &points_, lambda);
+    });
+    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
+      lanes.substitute_down();
+      lanes.find_residual();
+      lanes.write_multipliers(lambda);
+      motion.uniform != nullptr ? lanes.write_accelerations(*motion.uniform, w) : lanes.add_accelerations(w);
+    });
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
+      trunks_.accelerate(trunk, points_, motion.uniform, w);
+      trunks_.find_residual(trunk, points_, b, branches_, found);
+    });
   });
   return found();
 }
 
 Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {
   forget_findings();
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
-    lanes.read_directions(blocks);
-    lanes.eliminate();
-    lanes.hand_over_mobilities();
-  });
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings* found) {
-    trunks_.read_directions(trunk, blocks);
-    trunks_.eliminate(trunk, &points_, found);
+  for_each_grove(parallel, [&](const Visit& visit) {
+    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
+      lanes.read_directions(blocks);
+      lanes.eliminate();
+      lanes.hand_over_mobilities();
+    });
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
+      trunks_.read_directions(trunk, blocks);
+      trunks_.eliminate(trunk, &points_, found);
+    });
   });
   return {.reciprocal_condition = found().reciprocal_condition};
 }
 
-/// Computes x := -S^-1 b, then calls finish(lanes) for each batch, with dw in its lanes.
+/// Computes x := -S^-1 b of a grove, then calls finish(lanes) for each batch, with dw in its lanes.
 template <class Finish>
-void TreeSolver::substitute(const Parallel& parallel, const double* b, double* x, const Finish& finish) {
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
+void TreeSolver::substitute(const Visit& visit, const double* b, double* x, const Finish& finish) {
+  TreeTrunks& trunks = visit.all().trunks_;
+  visit.for_each_batch([&](TreeBranches::Lanes lanes) {
     lanes.read_right_side(b);
     lanes.substitute_up();
     lanes.hand_over_answers();
   });
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings*) {
-    trunks_.substitute_up(trunk, b, &points_, x);
-    trunks_.substitute_down(trunk, &points_, x);
+  visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
+    trunks.substitute_up(trunk, b, visit.points(), x);
+    trunks.substitute_down(trunk, visit.points(), x);
   });
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
+  visit.for_each_batch([&](TreeBranches::Lanes lanes) {
     lanes.substitute_down();
     lanes.write_multipliers(x);
     finish(lanes);
@@ -156,32 +225,40 @@ void TreeSolver::substitute(const Parallel& parallel, const double* b, double* x
 }
 
 void TreeSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  substitute(parallel, b, x, [](const TreeBranches::Lanes&) {});
+  for_each_grove(parallel, [&](const Visit& visit) { substitute(visit, b, x, [](const TreeBranches::Lanes&) {}); });
 }
 
 void TreeSolver::correct(const Parallel& parallel, const double*, double* rows, double* points) {
-  substitute(parallel, rows, rows, [&](TreeBranches::Lanes& lanes) { lanes.add_accelerations(points); });
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings*) { trunks_.move(trunk, points_, points); });
+  for_each_grove(parallel, [&](const Visit& visit) {
+    substitute(visit, rows, rows, [&](TreeBranches::Lanes& lanes) { lanes.add_accelerations(points); });
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) { trunks_.move(trunk, points_, points); });
+  });
+}
+
+void TreeSolver::add_reactions(const Visit& visit, const double* rows, double* points) {
+  visit.for_each_trunk(
+      [&](std::size_t trunk, TreeFindings*) { visit.all().trunks_.add_reactions(trunk, rows, points); });
+  visit.for_each_batch([&](TreeBranches::Lanes lanes) { lanes.add_reactions(rows, points); });
 }
 
 void TreeSolver::add_reactions(const Parallel& parallel, const double*, const double* rows, double* points) {
-  for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings*) { trunks_.add_reactions(trunk, rows, points); });
-  branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) { lanes.add_reactions(rows, points); });
+  for_each_grove(parallel, [&](const Visit& visit) { add_reactions(visit, rows, points); });
 }
 
 // ---- projections: an iteration sees each branch once. On the way down its points move, and their new violation goes
 // up again. ----
 
-/// Calls evaluate_branches(lanes) and evaluate_trunk(trunk, rows, found), which find the violation at `points`, and
-/// computes points += M^-1 K S^-1 (-violation).
+/// Calls evaluate_branches(lanes) and evaluate_trunk(trunk, rows, found), which find the violation of a grove at
+/// `points`, and computes points += M^-1 K S^-1 (-violation).
 template <class OfBranches, class OfTrunk>
-Projection TreeSolver::project(const Parallel& parallel, double target, const OfBranches& evaluate_branches,
+Projection TreeSolver::project(const Visit& visit, double target, const OfBranches& evaluate_branches,
                                const OfTrunk& evaluate_trunk, double* points, double* sum) {
-  double* const rows = scratch_rows();
+  TreeTrunks& trunks = visit.all().trunks_;
+  double* const rows = visit.all().scratch_rows();
   bool has_moved = false;
   const auto evaluate = [&] {
-    forget_findings();
-    branches_.for_each_batch(parallel, &points_, [&](TreeBranches::Lanes lanes) {
+    visit.forget_right_sides();
+    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
       if (has_moved) {
         lanes.substitute_down();
         if (sum != nullptr) lanes.add_multipliers(sum);
@@ -193,41 +270,59 @@ Projection TreeSolver::project(const Parallel& parallel, double target, const Of
       lanes.substitute_up();
       lanes.hand_over_answers();
     });
-    for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings* found) { evaluate_trunk(trunk, rows, found); });
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) { evaluate_trunk(trunk, rows, found); });
     has_moved = true;
-    return found().largest_right_side;
+    return visit.largest_right_side();
   };
   return iterate_along_chord(target, evaluate, [&] {
-    for_each_trunk(parallel, [&](std::size_t trunk, TreeFindings*) {
-      trunks_.substitute_up(trunk, rows, &points_, rows);
-      trunks_.substitute_down(trunk, &points_, rows);
-      trunks_.move(trunk, points_, points);
-      if (sum != nullptr) trunks_.add_rows(trunk, rows, sum);
+    visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
+      trunks.substitute_up(trunk, rows, visit.points(), rows);
+      trunks.substitute_down(trunk, visit.points(), rows);
+      trunks.move(trunk, *visit.points(), points);
+      if (sum != nullptr) trunks.add_rows(trunk, rows, sum);
     });
   });
+}
+
+/// Returns the worst of all groves.
+Projection TreeSolver::reached() const {
+  Projection result;
+  for (const Projection& of_grove : reached_) {
+    result.violation = larger(result.violation, of_grove.violation);
+    result.iterations = std::max(result.iterations, of_grove.iterations);
+  }
+  return result;
 }
 
 Projection TreeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                          const PointSource* source, double* sum) {
   // Only the families of constraints know lengths that move.
   if (has_moving_lengths()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
-  bring_points(parallel, source);
-  if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
-  return project(
-      parallel, target, [](TreeBranches::Lanes& lanes) { lanes.evaluate_values(); },
-      [&](std::size_t trunk, double* xi, TreeFindings* found) { trunks_.find_values(trunk, r, xi, branches_, found); },
-      r, sum);
+  for_each_grove(parallel, [&](const Visit& visit) {
+    visit.bring(source);
+    if (sum != nullptr) add_reactions(visit, sum, r);
+    reached_[visit.number()] = project(
+        visit, target, [](TreeBranches::Lanes& lanes) { lanes.evaluate_values(); },
+        [&](std::size_t trunk, double* xi, TreeFindings* found) {
+          trunks_.find_values(trunk, r, xi, branches_, found);
+        },
+        r, sum);
+  });
+  return reached();
 }
 
 Projection TreeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                           const double* r, double* v, double* sum) {
   if (has_moving_lengths()) return IslandSolver::project_velocities(parallel, blocks, target, r, v, sum);
-  return project(
-      parallel, target, [&](TreeBranches::Lanes& lanes) { lanes.evaluate_rates(r); },
-      [&](std::size_t trunk, double* rates, TreeFindings* found) {
-        trunks_.find_rates(trunk, r, v, rates, branches_, found);
-      },
-      v, sum);
+  for_each_grove(parallel, [&](const Visit& visit) {
+    reached_[visit.number()] = project(
+        visit, target, [&](TreeBranches::Lanes& lanes) { lanes.evaluate_rates(r); },
+        [&](std::size_t trunk, double* rates, TreeFindings* found) {
+          trunks_.find_rates(trunk, r, v, rates, branches_, found);
+        },
+        v, sum);
+  });
+  return reached();
 }
 
 }  // namespace tanor

@@ -37,22 +37,27 @@ class TreeSolver final : public IslandSolver {
              int threads);
   void summarize();
 
+  class Visit;
   template <class Work>
-  void for_each_trunk(const Parallel& parallel, const Work& work);
+  void for_each_grove(const Parallel& parallel, const Work& work);
   void forget_findings();
   Elimination found() const;
   template <class Finish>
-  void substitute(const Parallel& parallel, const double* b, double* x, const Finish& finish);
+  static void substitute(const Visit& visit, const double* b, double* x, const Finish& finish);
+  static void add_reactions(const Visit& visit, const double* rows, double* points);
   template <class OfBranches, class OfTrunk>
-  Projection project(const Parallel& parallel, double target, const OfBranches& evaluate_branches,
-                     const OfTrunk& evaluate_trunk, double* points, double* sum);
+  static Projection project(const Visit& visit, double target, const OfBranches& evaluate_branches,
+                            const OfTrunk& evaluate_trunk, double* points, double* sum);
+  Projection reached() const;
   bool has_moving_lengths() const { return trunks_.has_moving_lengths() || branches_.has_moving_lengths(); }
 
   TreeBranches branches_;
   TreeTrunks trunks_;
   TreePoints points_;
-  std::vector<std::size_t> group_start_;  // first trunks of the groups that go to threads
-  std::vector<TreeFindings> found_;       // [group]
+  std::vector<Grove> groves_;
+  std::vector<std::size_t> task_start_;  // first groves of the tasks that go to threads
+  std::vector<TreeFindings> found_;      // [tree]
+  std::vector<Projection> reached_;      // [grove]
 };
 
 }  // namespace tanor

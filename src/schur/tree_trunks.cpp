@@ -40,6 +40,7 @@ void TreeTrunks::list_trunks(std::span<const RodTree> trees, const EqualBranches
     trunk.first_rod = rods_.size();
     trunk.first_point = points_.size();
     trunk.first_root = roots_.size();
+    trunk.points_of_tree = {tree.first_point, tree.end_point};
     for (const trees::Rod& rod : tree.rods) {
       if (rod.child >= tree.end_point ? !is_inside(rod.parent) : !is_inside(rod.child)) rods_.push_back(rod);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,6 +30,11 @@ class TreeTrunks {
   std::size_t num_rods() const { return rods_.size(); }
   std::size_t num_rods_of(std::size_t trunk) const { return trunks_[trunk].end_rod - trunks_[trunk].first_rod; }
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
+  /// Brings the moving points of the whole tree.
+  void bring(std::size_t trunk, const PointSource* source) const {
+    const auto& [first, end] = trunks_[trunk].points_of_tree;
+    if (source != nullptr) source->bring(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first));
+  }
   /// Takes l'' of the lengths that move.
   void take_lengths() {
     for (const auto& [rod, length] : moving_lengths_) length_second_[rod] = length->second;
@@ -71,6 +77,7 @@ class TreeTrunks {
   /// The ranges [first, end) of a tree in the lists below.
   struct Trunk {
     std::size_t first_rod, end_rod, first_point, end_point, first_root, end_root;
+    std::array<Index, 2> points_of_tree;  // first and end
   };
   struct Branch {
     std::size_t batch, lane;
