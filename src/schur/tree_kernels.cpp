@@ -101,6 +101,17 @@ namespace {
 
 }  // namespace
 
+void find_directions(const Shape& shape, const Eight3* r, const Eight3* offset, BranchRod* rods) {
+  dispatch([=, &shape] {
+    for (std::size_t k = 0; k < shape.num_rods; ++k) {
+      Eight3 u = distance(shape, r, offset, k);
+      Eight inverse;
+      normalise(&u.x, &u.y, &u.z, &inverse);
+      u.write(&rods[k].u);
+    }
+  });
+}
+
 void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side) {
   dispatch([=, &shape, &motion] {
     Largest seen = *right_side;

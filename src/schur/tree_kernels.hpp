@@ -68,6 +68,8 @@ struct BranchPoints {
   Eight3* s;
 };
 
+/// Evaluates u of rods at r.
+void find_directions(const Shape& shape, const Eight3* r, const Eight3* offset, BranchRod* rods);
 /// Evaluates u and b of rods.
 void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side);
 /// Computes h/d and pivots d = u'(W_c + W_p) u, and W_p -= h h'/d.

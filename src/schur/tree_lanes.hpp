@@ -81,6 +81,11 @@ class TreeBranches::Lanes {
     scatter_sequences(lanes, batch_.first_row.data(), 1, shape_.num_rods, 1.0, sum);
   }
 
+  /// Evaluates the directions at r.
+  void find_directions(const double* r) {
+    read_points(r, &work_.r);
+    trees::find_directions(shape_, work_.r.data(), offsets(), rods());
+  }
   void read_directions(const double* blocks) {
     gather_blocks(blocks, block_numbers(), shape_.num_rods, work_.u.data());
     for (std::size_t k = 0; k < shape_.num_rods; ++k) work_.u[k].write(&rods()[k].u);

@@ -188,20 +188,42 @@ Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion
   return found();
 }
 
-Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {
+/// Factorizes S of the directions that take_branches(lanes) and take_trunk(trunk) find. Both are called after
+/// `begin(visit)`.
+template <class Begin, class OfBranches, class OfTrunk>
+Elimination TreeSolver::eliminate(const Parallel& parallel, const Begin& begin, const OfBranches& take_branches,
+                                  const OfTrunk& take_trunk) {
   forget_findings();
   for_each_grove(parallel, [&](const Visit& visit) {
+    begin(visit);
     visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-      lanes.read_directions(blocks);
+      take_branches(lanes);
       lanes.eliminate();
       lanes.hand_over_mobilities();
     });
     visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
-      trunks_.read_directions(trunk, blocks);
+      take_trunk(trunk);
       trunks_.eliminate(trunk, &points_, found);
     });
   });
   return {.reciprocal_condition = found().reciprocal_condition};
+}
+
+Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {
+  return eliminate(
+      parallel, [](const Visit&) {}, [&](TreeBranches::Lanes& lanes) { lanes.read_directions(blocks); },
+      [&](std::size_t trunk) { trunks_.read_directions(trunk, blocks); });
+}
+
+Elimination TreeSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                  double* blocks) {
+  return eliminate(
+      parallel, [&](const Visit& visit) { visit.bring(source); },
+      [&](TreeBranches::Lanes& lanes) {
+        lanes.find_directions(r);
+        lanes.write_directions(blocks);
+      },
+      [&](std::size_t trunk) { trunks_.find_directions(trunk, r, blocks); });
 }
 
 /// Computes x := -S^-1 b of a grove, then calls finish(lanes) for each batch, with dw in its lanes.

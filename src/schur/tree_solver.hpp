@@ -24,6 +24,7 @@ class TreeSolver final : public IslandSolver {
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
@@ -40,6 +41,9 @@ class TreeSolver final : public IslandSolver {
   class Visit;
   template <class Work>
   void for_each_grove(const Parallel& parallel, const Work& work);
+  template <class Begin, class OfBranches, class OfTrunk>
+  Elimination eliminate(const Parallel& parallel, const Begin& begin, const OfBranches& take_branches,
+                        const OfTrunk& take_trunk);
   void forget_findings();
   Elimination found() const;
   template <class Finish>

@@ -87,6 +87,14 @@ void TreeTrunks::read_directions(std::size_t k, const double* blocks) {
     u_[a] = static_cast<double>(sign_[a]) * load(blocks, block_[a]);
 }
 
+void TreeTrunks::find_directions(std::size_t k, const double* r, double* blocks) {
+  for (std::size_t a = trunks_[k].first_rod; a < trunks_[k].end_rod; ++a) {
+    const Vec3 apart = distance(a, r);
+    u_[a] = 1.0 / norm(apart) * apart;
+    store(blocks, block_[a], static_cast<double>(sign_[a]) * u_[a]);
+  }
+}
+
 /// Resets the mobility of the trunk's points, as if no rod of the trunk were eliminated.
 void TreeTrunks::forget_rods(const Trunk& trunk, TreePoints* points) const {
   for (std::size_t k = trunk.first_point; k < trunk.end_point; ++k) {

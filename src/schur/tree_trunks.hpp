@@ -43,6 +43,8 @@ class TreeTrunks {
   // ---- the factor: each of these goes from the leaves of a trunk to its root ----
 
   void read_directions(std::size_t trunk, const double* blocks);
+  /// Evaluates the directions at r, and writes them as blocks.
+  void find_directions(std::size_t trunk, const double* r, double* blocks);
   void eliminate(std::size_t trunk, TreePoints* points, TreeFindings* found);
   /// Computes z [row] from b [row]; z may be b.
   void substitute_up(std::size_t trunk, const double* b, TreePoints* points, double* z);
