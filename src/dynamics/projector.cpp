@@ -48,8 +48,10 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
   report.iterations = by_islands.iterations;
   report.violation = by_islands.violation;
   if (report.violation <= target) return report;
-  if (std::isfinite(report.violation) && residuals_.beyond_rounding(r, report.violation, target, 1.0) == 0.0)
-    return report;
+  if (std::isfinite(report.violation)) {
+    report.violation = evaluate_values(r);
+    if (beyond_rounding(r, report.violation, target, 1.0) == 0.0) return report;
+  }
   return project_along_chord(model_, *this, {target, largest_left, far}, t, r, sum, std::move(report));
 }
 

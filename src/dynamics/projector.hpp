@@ -39,7 +39,7 @@ class Projector final : private ChordEquations {
   // The functions of ChordEquations follow.
   double evaluate_values(const double* r) override;
   double beyond_rounding(const double* r, double violation, double allowed, double times) override {
-    return residuals_.beyond_rounding(r, violation, allowed, times);
+    return residuals_.beyond_rounding(r, rows_.data(), violation, allowed, times);
   }
   Outcome linearise_at(double t, const double* r) override { return linearization_.update(t, r); }
   void correct_positions(double* r, double* sum) override;

@@ -74,21 +74,49 @@ double Residuals::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
 }
 
-double Residuals::beyond_rounding(const double* r, double violation, double allowed, double times) {
+double Residuals::beyond_rounding(const double* r, const double* xi, double violation, double allowed, double times) {
   const Scales& scales = work_.scales;
   if (!(violation <= std::max(allowed, times * rounding_floor(r)))) return violation;
   if (scales.are_one()) return 0.0;
+  work_.largest_norms(r, &beyond_.places);
+  find_lengths();
+  return has_row_beyond(xi, allowed, times) ? largest_beyond(r, allowed, times) : 0.0;
+}
+
+/// Finds the lengths [d] of the rows, which are constant in most systems.
+void Residuals::find_lengths() {
+  std::vector<double>& lengths = beyond_.lengths;
+  if (!lengths.empty() && !work_.constraints.depends_on_time()) return;
+  lengths.assign(model_.num_rows(), 0.0);
+  work_.constraints.write_lengths(lengths.data());
+}
+
+/// Returns true if |xi| of a row exceeds `allowed` lengths and the rounding of its positions.
+bool Residuals::has_row_beyond(const double* xi, double allowed, double times) const {
+  const auto& [places, at_rest, position, rates, lengths] = beyond_;
+  const double rounding = times * 4.0 * eps;
+  const auto count = [&, &places = places, &lengths = lengths](std::size_t begin, std::size_t end) {
+    int beyond = 0;
+    for (std::size_t a = begin; a < end; ++a) {
+      const double most =
+          std::max(allowed * lengths[a], rounding * std::max(lengths[a], places[work_.scales.of_row(a)]));
+      beyond |= static_cast<int>(lengths[a] > 0.0) & static_cast<int>(!(std::abs(xi[a]) <= most));
+    }
+    return beyond;
+  };
+  return model_.parallel.join_over_ranges(model_.num_rows(), 0, count, [](int a, int b) { return a | b; }) != 0;
+}
+
+/// Returns the largest |xi|/|gradient|/length of such rows.
+double Residuals::largest_beyond(const double* r, double allowed, double times) {
   auto& [places, at_rest, position, rates, lengths] = beyond_;
-  work_.largest_norms(r, &places);
   at_rest.resize(3 * model_.num_points(), 0.0);
   for (std::vector<double>* array : {&position, &rates}) array->resize(model_.num_rows());
-  lengths.assign(model_.num_rows(), 0.0);
   work_.constraints.measure(r, at_rest.data(), position.data(), rates.data());
-  work_.constraints.write_lengths(lengths.data());
   double worst = 0.0;
   for (std::size_t a = 0; a < model_.num_rows(); ++a) {
     if (!(lengths[a] > 0.0)) continue;
-    const double far = std::max(1.0, places[scales.of_row(a)] / lengths[a]);
+    const double far = std::max(1.0, places[work_.scales.of_row(a)] / lengths[a]);
     const double rounding = times * 4.0 * eps * far;
     if (!(position[a] <= std::max(allowed, rounding))) worst = larger(worst, position[a]);
   }

@@ -34,12 +34,15 @@ class Residuals {
   /// rows.
   double relative_rates(const std::vector<double>& rows, double largest);
   /// Returns the largest |xi|/length among the rows where it exceeds both `allowed` and `times` the rounding of their
-  /// positions, eps |r|/length, or 0 if there is none. `violation` is the largest of all rows.
-  double beyond_rounding(const double* r, double violation, double allowed, double times);
+  /// positions, eps |r|/length, or 0 if there is none. `xi` [d] is that at r, and `violation` the largest of all rows.
+  double beyond_rounding(const double* r, const double* xi, double violation, double allowed, double times);
 
  private:
   const std::vector<double>& gradient_norms();
   double rounding_floor(const double* r) const;
+  void find_lengths();
+  bool has_row_beyond(const double* xi, double allowed, double times) const;
+  double largest_beyond(const double* r, double allowed, double times);
 
   const Workspace& work_;
   const Model& model_;

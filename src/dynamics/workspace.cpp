@@ -331,8 +331,9 @@ void Workspace::largest_norms(const double* x, std::vector<double>* result) cons
   result->assign(scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     double& worst = (*result)[scales.of_point(i)];
-    worst = larger(worst, norm(load(x, i)));
+    worst = larger(worst, dot(load(x, i), load(x, i)));
   }
+  for (double& worst : *result) worst = std::sqrt(worst);
 }
 
 std::vector<double> Workspace::largest_norms(const double* x) const {
