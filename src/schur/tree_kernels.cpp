@@ -228,13 +228,21 @@ void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* r
 
 namespace {
 
-[[gnu::always_inline]] inline void evaluate_rod(const Tree& tree, const Motion& motion, std::size_t a) {
+/// Evaluates u and the block of a rod. Returns 1/|r_p - r_c|.
+[[gnu::always_inline]] inline double find_direction(const Tree& tree, const Motion& motion, std::size_t a) {
   const auto& [row, child, parent] = tree.rods[a];
   Vec3 apart = load(motion.r, parent) - load(motion.r, child);
   if (motion.offset != nullptr) apart = apart + motion.offset[a];
-  const Vec3 rate = load(motion.v, parent) - load(motion.v, child);
   const double inverse = 1.0 / std::sqrt(dot(apart, apart));
-  const Vec3 u = inverse * apart;
+  tree.u[a] = inverse * apart;
+  store(motion.blocks, motion.block[a], static_cast<double>(motion.sign[a]) * tree.u[a]);
+  return inverse;
+}
+
+[[gnu::always_inline]] inline void evaluate_rod(const Tree& tree, const Motion& motion, std::size_t a) {
+  const auto& [row, child, parent] = tree.rods[a];
+  const double inverse = find_direction(tree, motion, a);
+  const Vec3 u = tree.u[a], rate = load(motion.v, parent) - load(motion.v, child);
   double b = second_derivative_of_distance(u, rate, inverse);
   if (motion.length_second != nullptr) b -= motion.length_second[a];
   if (motion.uniform == nullptr) {
@@ -242,9 +250,7 @@ namespace {
   } else if (child >= tree.num_moving) {  // otherwise the same w0 of both drops out
     b += dot(u, *motion.uniform - load(motion.w0, child));
   }
-  tree.u[a] = u;
   motion.b[row] = b;
-  store(motion.blocks, motion.block[a], static_cast<double>(motion.sign[a]) * u);
 }
 
 [[gnu::always_inline]] inline void eliminate_rod(const Tree& tree, std::size_t a, Mobility<Vec3>* mobility,
@@ -274,6 +280,12 @@ namespace {
 }
 
 }  // namespace
+
+void find_directions(const Tree& tree, const Motion& motion) {
+  dispatch([=, &tree, &motion] {
+    for (std::size_t a = 0; a < tree.num_rods; ++a) find_direction(tree, motion, a);
+  });
+}
 
 void evaluate(const Tree& tree, const Motion& motion) {
   dispatch([=, &tree, &motion] {

@@ -124,6 +124,9 @@ struct Motion {
   double *blocks, *b;
 };
 
+/// Evaluates u and the blocks of rods at r; of `motion` the rest is not read.
+void find_directions(const Tree& tree, const Motion& motion);
+
 /// Evaluates u, the blocks and b = phi + K'w0 of rods.
 void evaluate(const Tree& tree, const Motion& motion);
 

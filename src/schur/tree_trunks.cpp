@@ -88,11 +88,23 @@ void TreeTrunks::read_directions(std::size_t k, const double* blocks) {
 }
 
 void TreeTrunks::find_directions(std::size_t k, const double* r, double* blocks) {
-  for (std::size_t a = trunks_[k].first_rod; a < trunks_[k].end_rod; ++a) {
-    const Vec3 apart = distance(a, r);
-    u_[a] = 1.0 / norm(apart) * apart;
-    store(blocks, block_[a], static_cast<double>(sign_[a]) * u_[a]);
-  }
+  trees::find_directions(tree(trunks_[k]),
+                         motion_of(trunks_[k], {.r = r, .v = nullptr, .w0 = nullptr}, blocks, nullptr));
+}
+
+/// Returns the positions and the motion of a trunk, and where the results for its rods go.
+trees::Motion TreeTrunks::motion_of(const Trunk& trunk, const FreeMotion& motion, double* blocks, double* b) const {
+  const std::size_t rod = trunk.first_rod;
+  return {.r = motion.r,
+          .v = motion.v,
+          .w0 = motion.w0,
+          .uniform = motion.uniform,
+          .offset = offset_.empty() ? nullptr : offset_.data() + rod,
+          .length_second = length_second_.empty() ? nullptr : length_second_.data() + rod,
+          .sign = sign_.data() + rod,
+          .block = block_.data() + rod,
+          .blocks = blocks,
+          .b = b};
 }
 
 /// Resets the mobility of the trunk's points, as if no rod of the trunk were eliminated.
@@ -120,17 +132,7 @@ void TreeTrunks::substitute_up(std::size_t k, const double* b, TreePoints* point
 void TreeTrunks::solve_up(std::size_t k, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                           TreePoints* points, double* z, TreeFindings* found) {
   const Trunk& trunk = trunks_[k];
-  const std::size_t rod = trunk.first_rod;
-  const trees::Motion own{.r = motion.r,
-                          .v = motion.v,
-                          .w0 = motion.w0,
-                          .uniform = motion.uniform,
-                          .offset = offset_.empty() ? nullptr : offset_.data() + rod,
-                          .length_second = length_second_.empty() ? nullptr : length_second_.data() + rod,
-                          .sign = sign_.data() + rod,
-                          .block = block_.data() + rod,
-                          .blocks = blocks,
-                          .b = b};
+  const trees::Motion own = motion_of(trunk, motion, blocks, b);
   if (use == FactorUse::Keep) {
     trees::evaluate(tree(trunk), own);
     return substitute_up(k, b, points, z);

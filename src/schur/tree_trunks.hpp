@@ -89,6 +89,7 @@ class TreeTrunks {
   void list_trunks(std::span<const RodTree> trees, const EqualBranches& branches);
   void read_rods(const RodRows& given);
   trees::Tree tree(const Trunk& trunk);
+  trees::Motion motion_of(const Trunk& trunk, const FreeMotion& motion, double* blocks, double* b) const;
   void forget_rods(const Trunk& trunk, TreePoints* points) const;
   void clear(const Trunk& trunk, std::vector<double>* points) const;
   void include_branches(const Trunk& trunk, const TreeBranches& branches, TreeFindings* found) const;

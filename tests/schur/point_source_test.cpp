@@ -15,11 +15,12 @@
 namespace tanor {
 namespace {
 
-/// Chains of so many rods. With `held` their first points are supports; with `rings` a further rod closes each.
+/// Chains of so many rods. With `held` their first points are supports; with `rings` a further rod closes each. With
+/// `trees` they are binary trees of as many rods instead.
 struct Chains {
   const char* name;
   std::vector<std::size_t> lengths;
-  bool held = false, rings = false;
+  bool held = false, rings = false, trees = false;
 };
 
 System make_system(const Chains& chains) {
@@ -36,7 +37,7 @@ System make_system(const Chains& chains) {
         system.positions.push_back(normal(random));
         system.velocities.push_back(normal(random));
       }
-      if (i > first) rods.pairs.push_back({i - 1, i});
+      if (i > first) rods.pairs.push_back({chains.trees ? first + (i - first - 1) / 2 : i - 1, i});
     }
     if (chains.rings) rods.pairs.push_back({last, first});
     if (chains.held) supports.points.push_back(first);
@@ -139,7 +140,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Chains{"BatchesOnSupports", std::vector<std::size_t>(20, 7), true}, Chains{"Path", {10'001}},
                     Chains{"PathOnASupport", {10'000}, true}, Chains{"PathsInHalves", {9'000, 2, 1, 130, 257}},
                     Chains{"ShortPaths", {1, 2, 3, 4, 5}}, Chains{"ShortPathsOnSupports", {1, 2, 3, 4, 5}, true},
-                    Chains{"Ring", {9'000}, false, true}, Chains{"Rings", {2, 9'000, 3, 5}, false, true}),
+                    Chains{"Ring", {9'000}, false, true}, Chains{"Rings", {2, 9'000, 3, 5}, false, true},
+                    Chains{"Trees", std::vector<std::size_t>(70, 510), false, false, true},
+                    Chains{"TreesOnSupports", {510, 1022, 510, 254}, true, false, true}),
     [](const auto& instance) { return instance.param.name; });
 
 }  // namespace

@@ -18,8 +18,7 @@ struct Growth {
 };
 
 /// Makes a tree that grows at random: rods join new points to points that are already there, some leaves and inner
-/// points
-/// are held, and points and rods are given in any order and direction.
+/// points are held, and points and rods are given in any order and direction.
 System make_tree(const Growth& shape, AnyNumbers* any) {
   const auto count = static_cast<std::size_t>(shape.num_points);
   std::vector<Index> place(count);
@@ -97,18 +96,22 @@ TEST(Trees, AgreeWithTheGeneralSolver) {
   EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
-TEST(Trees, AgreeSideBySideAndGiveTheSameBitsOnTwoThreads) {
-  AnyNumbers any(5);
-  System system = make_tree({40, 1}, &any);
-  // Copies lie side by side, each with masses and velocities of its own.
-  const System one = system;
-  for (int copy = 1; copy < 400; ++copy) {
+/// Puts copies of a system of rods side by side, each with masses and velocities of its own.
+System repeat(const System& one, int copies, AnyNumbers* any) {
+  System system = one;
+  for (int copy = 1; copy < copies; ++copy) {
     const auto shift = static_cast<Index>(system.masses.size());
     for (std::size_t i = 0; i < one.masses.size(); ++i)
-      (void)add_point({one.positions[3 * i] + copy, one.positions[3 * i + 1], one.positions[3 * i + 2]}, &any, &system);
+      (void)add_point({one.positions[3 * i] + copy, one.positions[3 * i + 1], one.positions[3 * i + 2]}, any, &system);
     for (const auto& [i, j] : std::get<Rods>(one.constraints[0]).pairs)
       std::get<Rods>(system.constraints[0]).pairs.push_back({shift + i, shift + j});
   }
+  return system;
+}
+
+TEST(Trees, AgreeSideBySideAndGiveTheSameBitsOnTwoThreads) {
+  AnyNumbers any(5);
+  const System system = repeat(make_tree({40, 1}, &any), 400, &any);
   (void)expect_trees_agree(system, rounding);
   const Answer a = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 1}),
                b = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 2});
@@ -218,6 +221,29 @@ TEST(Trees, AgreeWithTheGeneralSolverOnBranchesHeldBySupports) {
 TEST(Trees, ThreadsGiveTheSameBitsInLanes) {
   AnyNumbers any(10);
   expect_the_same_bits_with_threads(make_comb(300, binary_tree(6), true, &any), LinearSolver::Trees);
+}
+
+/// Twelve teeth fill a batch and a half, so that two trees share batches. There are enough trees for threads to take
+/// whole ones, and too few for seven threads.
+TEST(Trees, ManyTreesAgreeAndGiveTheSameBitsOnAnyThreads) {
+  AnyNumbers any(16);
+  const System system = repeat(make_comb(12, binary_tree(3), false, &any), 600, &any);
+  (void)expect_trees_agree(system, rounding);
+  expect_the_same_bits_with_threads(system, LinearSolver::Trees);
+
+  const MotionOptions motion{.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project};
+  const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
+  Simulation general(system, motion, {.linear_solver = LinearSolver::General, .reuse = false});
+  ASSERT_TRUE(general.advance_to(0.003).ok());
+  std::vector<double> on_one_thread;
+  for (const int threads : {1, 2, 7}) {
+    Simulation trees(system, motion, {.linear_solver = LinearSolver::Trees, .threads = threads});
+    ASSERT_TRUE(trees.advance_to(0.003).ok());
+    EXPECT_LE(relative_difference(as_vector(trees.velocities()), as_vector(general.velocities())), 1e-10);
+    EXPECT_LE(trees.report().violation.position, 1e-12);
+    if (on_one_thread.empty()) on_one_thread = as_vector(trees.velocities());
+    EXPECT_EQ(as_vector(trees.velocities()), on_one_thread) << threads;
+  }
 }
 
 TEST(Trees, MoveAsWithTheGeneralSolverOnEqualBranches) {
