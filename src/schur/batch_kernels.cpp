@@ -343,48 +343,70 @@ void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight
   });
 }
 
+namespace {
+
+/// Factorizes S = L D L' and returns the least pivot over its diagonal, at most 1, or 0 if S is not positive definite.
+[[gnu::always_inline]] inline Eight eliminate_columns(const IslandTopology& topology, const IslandSchedule& schedule,
+                                                      const Eight* inverse_mass, const Eight3* u, Eight* factor) {
+  const Eight nothing{};
+  for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
+  for (const auto& [slot, a, b, point, sign] : schedule.products)
+    factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
+  Eight largest_inverse = nothing + 1.0;  // largest inverse of a scaled pivot
+  for (const auto& [row, first, end, first_target] : schedule.columns) {
+    const auto [i, j] = topology.rods[row];
+    // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
+    // subtracted.
+    const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
+    const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
+    // A pivot that is 0, negative or NaN makes the smallest one 0.
+    const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
+    largest_inverse = checked > largest_inverse ? checked : largest_inverse;
+    factor[first] = inverse;
+    const int* target = schedule.targets.data() + first_target;
+    for (int f = first + 1; f < end; ++f) {
+      const Eight l = factor[f] * inverse;
+      for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
+      factor[f] = l;
+    }
+  }
+  return 1.0 / largest_inverse;
+}
+
+[[gnu::always_inline]] inline void substitute(const IslandSchedule& schedule, const Eight* factor, const Eight* b,
+                                              Eight* x) {
+  for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
+  for (const auto& [row, first, end, targets] : schedule.columns) {
+    const Eight known = x[row];
+    for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
+  }
+  for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
+    Eight sum = x[column->row] * factor[column->first];
+    for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
+    x[column->row] = sum;
+  }
+}
+
+}  // namespace
+
 void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
                const Eight3* u, Eight* factor, Eight* smallest) {
   dispatch([=, &topology, &schedule] {
-    const Eight nothing{};
-    for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
-    for (const auto& [slot, a, b, point, sign] : schedule.products)
-      factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
-    Eight largest_inverse = nothing + 1.0;  // largest inverse of a scaled pivot
-    for (const auto& [row, first, end, first_target] : schedule.columns) {
-      const auto [i, j] = topology.rods[row];
-      // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
-      // subtracted.
-      const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
-      const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
-      // A pivot that is 0, negative or NaN makes the smallest one 0.
-      const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
-      largest_inverse = checked > largest_inverse ? checked : largest_inverse;
-      factor[first] = inverse;
-      const int* target = schedule.targets.data() + first_target;
-      for (int f = first + 1; f < end; ++f) {
-        const Eight l = factor[f] * inverse;
-        for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
-        factor[f] = l;
-      }
-    }
-    const Eight found = 1.0 / largest_inverse;
+    const Eight found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
     *smallest = found < *smallest ? found : *smallest;
   });
 }
 
 void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x) {
-  dispatch([=, &schedule] {
-    for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
-    for (const auto& [row, first, end, targets] : schedule.columns) {
-      const Eight known = x[row];
-      for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
-    }
-    for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
-      Eight sum = x[column->row] * factor[column->first];
-      for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
-      x[column->row] = sum;
-    }
+  dispatch([=, &schedule] { substitute(schedule, factor, b, x); });
+}
+
+void eliminate_and_solve(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
+                         const Eight3* u, const Eight* b, Eight* factor, Eight* x, Eight* smallest) {
+  dispatch([=, &topology, &schedule] {
+    const Eight found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
+    *smallest = found < *smallest ? found : *smallest;
+    substitute(schedule, factor, b, x);
   });
 }
 

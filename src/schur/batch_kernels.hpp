@@ -87,6 +87,10 @@ void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, c
 /// Computes x := -S^-1 b [rod]; x may be b.
 void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x);
 
+/// Does both.
+void eliminate_and_solve(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
+                         const Eight3* u, const Eight* b, Eight* factor, Eight* x, Eight* smallest);
+
 /// The largest numbers of all batches of a solve: |b|, |K'dw + b|, and the latter over the largest |b| of its island.
 struct LargestResiduals {
   Largest right_side, residual, own_residual;

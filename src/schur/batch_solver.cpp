@@ -178,9 +178,10 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
                   moving_lengths(batch, &MovingScalar::second, &work), work.u.data(), work.b.data(), &right_side);
     call_for_points(batch, motion.r);
     call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
-    if (!keeps) eliminate(topology, schedule, batch.inverse_mass, work.u.data(), batch.factor, &work.smallest);
     call_for_points(batch, motion.v);
-    tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
+    keeps ? tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data())
+          : eliminate_and_solve(topology, schedule, batch.inverse_mass, work.u.data(), work.b.data(), batch.factor,
+                                work.x.data(), &work.smallest);
     if (!keeps) call_for_blocks(batch, blocks);
     apply(topology, batch.inverse_mass, work.u.data(), work.b.data(), work.x.data(), right_side, w0,
           w0 == nullptr ? *motion.uniform : Vec3{}, work.dw.data(), &work.found);
