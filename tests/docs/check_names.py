@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file, and
-where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart, and where a source asks
-for a kind that the table of such places in contributing.md leaves out.
+where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart, where a source asks
+for a kind that the table of such places in contributing.md leaves out, and where README.md lacks a kind or a method.
 
 Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
 a name that a file follows (`function`, `src/…`) is in that file.
@@ -49,6 +49,27 @@ def find_files_that_name_kinds():
     return result
 
 
+def find_kinds_missing_in_readme():
+    """Names of kinds and methods that their row of README's table leaves out, as (row, name)."""
+    page = (ROOT / "README.md").read_text()
+    folders = {"constraints": "constraint", "coordinates": "coordinates", "forces": "force", "friction": "friction"}
+    names = {
+        row: re.findall(r'string_view name = "(\w+)"', read([f"include/tanor/kinds/{folder}"], {".hpp"}))
+        for row, folder in folders.items()
+    }
+    table = (ROOT / "src/motion/methods.cpp").read_text()
+    names["methods"] = [name for name in re.findall(r'\{Method::\w+, "(\w+)"', table) if name != "auto"]
+    result = []
+    for row, of_row in names.items():
+        words = re.search(rf"^\| {row} \|(.*?)\|", page, flags=re.M)[1].lower()
+        assert of_row, row
+        says_own = "your own" in words  # the kind "formula", in words for readers
+        for name in of_row:
+            if not re.search(rf"\b{name}s?\b", words) and not (name == "formula" and says_own):
+                result.append((row, name))
+    return result
+
+
 def main():
     tests = {
         (suite, name)
@@ -79,6 +100,7 @@ def main():
                 missing.append((page.name, f"{name} in {path}"))
     missing += [("tanor.hpp", header) for header in find_headers_apart()]
     missing += [("contributing.md", f"the kind that {file} names") for file in find_files_that_name_kinds()]
+    missing += [("README.md", f"{name} of the {row}") for row, name in find_kinds_missing_in_readme()]
     for page, word in missing:
         print(f"{page}: {word} is not there")
     return 1 if missing else 0
