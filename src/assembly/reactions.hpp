@@ -37,7 +37,8 @@ class ReactionGather {
   Vec3 reaction(std::size_t point, const double* blocks, const double* lambda) const {
     Vec3 sum{};
     for (const auto [row, block] : by_point_[point]) {
-      sum = block >= 0 ? sum + lambda[row] * load(blocks, block) : sum - lambda[row] * load(blocks, ~block);
+      const double signed_lambda = block >= 0 ? lambda[row] : -lambda[row];
+      sum = sum + signed_lambda * load(blocks, block >= 0 ? block : ~block);
     }
     return sum;
   }
