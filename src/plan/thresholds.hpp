@@ -29,6 +29,13 @@ inline constexpr double fullness_of_long_paths = 0.8;
 /// (bench/linear_solvers: trees).
 inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
 inline constexpr double share_of_tree_in_lanes = 0.5;
+/// Tasks a thread from which each thread takes whole groves of trees; with fewer, all work on one grove after the
+/// other. In a grove, a thread takes at least so many trunks (bench/links).
+inline constexpr std::size_t least_tasks_a_thread = 4, trunks_worth_a_thread = 64;
+
+/// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
+/// rattle, 10 rods).
+inline constexpr std::size_t fewest_points_in_lanes = 16;
 
 /// Limits of the work left to sparse factors beside special solvers, for each row of the latter. Beyond these limits,
 /// the whole system gets one sparse factor, which is reused inside steps (see Reuse). The case measured is clusters

@@ -7,6 +7,7 @@
 #include "base/distance.hpp"
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor::paths {
 
@@ -297,12 +298,33 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcomi
   });
 }
 
+namespace {
+
+/// Does what `accelerate` does point by point, since a few points fill few lanes.
+Ends accelerate_few(const Between& of, double* residual) {
+  const auto direction = [&](std::size_t k) { return static_cast<double>(of.sign[k]) * load(of.blocks, k); };
+  Ends ends{};
+  Vec3 g = direction(0);
+  for (std::size_t k = 0; k < of.count; ++k) {
+    const Vec3 next = direction(k + 1), dw = of.inverse_mass[k] * (of.lambda[k] * g - of.lambda[k + 1] * next);
+    store(of.w, k, (of.uniform != nullptr ? *of.uniform : load(of.w, k)) + dw);
+    if (k == 0) ends.first = dw;
+    if (k > 0 && of.b != nullptr) *residual = larger(*residual, std::abs(dot(g, dw - ends.last) + of.b[k]));
+    ends.last = dw;
+    g = next;
+  }
+  return ends;
+}
+
+}  // namespace
+
 Ends accelerate(const Between& between, double* residual) {
+  if (between.count < plan::fewest_points_in_lanes) return accelerate_few(between, residual);
   return dispatch([=, &between]<class Lanes>(std::type_identity<Lanes>) -> Ends {
     constexpr std::size_t size = chunk_size + 1;
     std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
     const std::size_t count = between.count;
-    if (count == 0) return {};
+    if (count == 0) return {};  // the compiler does not know it
     const double* __restrict blocks = between.blocks;
     const double* __restrict lambda = between.lambda;
     const double* __restrict inverse_mass = between.inverse_mass;

@@ -97,13 +97,12 @@ class TreeSolver::Visit {
   /// Calls work(trunk, found) for each trunk.
   template <class Work>
   void for_each_trunk(const Work& work) const {
-    constexpr std::size_t trunks_worth_a_thread = 64;
     parallel_.for_ranges(
         grove_.trees.size(),
         [&](std::size_t begin, std::size_t end) {
           for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k], &all_.found_[grove_.trees[k]]);
         },
-        trunks_worth_a_thread);
+        plan::trunks_worth_a_thread);
   }
   void forget_right_sides() const {
     for (const std::size_t tree : grove_.trees) all_.found_[tree].right_side = 0.0;
@@ -125,9 +124,8 @@ class TreeSolver::Visit {
 /// Calls work(visit) for each grove: one thread for many groves, or all threads for one after the other.
 template <class Work>
 void TreeSolver::for_each_grove(const Parallel& parallel, const Work& work) {
-  constexpr std::size_t least_tasks_a_thread = 4;
   const std::size_t num_tasks = task_start_.size() - 1;
-  if (num_tasks < least_tasks_a_thread * static_cast<std::size_t>(parallel.threads())) {
+  if (num_tasks < plan::least_tasks_a_thread * static_cast<std::size_t>(parallel.threads())) {
     for (std::size_t grove = 0; grove < groves_.size(); ++grove) work(Visit(this, grove, parallel, 0));
     return;
   }
