@@ -99,9 +99,7 @@ double bytes_of_a_frame(std::size_t num_points) {
 
 void require_formats(const TrajectoryOptions& options, std::size_t num_points, double expected_frames) {
   for (const TrajectoryFormat format : options.formats.files) {
-    if ((format == TrajectoryFormat::H5md && !TANOR_HAS_HDF5) || (format == TrajectoryFormat::Npz && !TANOR_HAS_ZIP))
-      throw InputError("/motion/trajectory", say_that_is_missing(format));
-    // A module that cannot be loaded is told before any result is replaced.
+    // A module that is missing or cannot be loaded is told before any result is replaced.
     try {
       if (format == TrajectoryFormat::H5md || format == TrajectoryFormat::Npz) (void)load_opener(format);
     } catch (const InputError& error) {
