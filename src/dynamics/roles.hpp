@@ -24,14 +24,18 @@ class StepProjector {
  public:
   /// Returns true if some force depends on v.
   virtual bool depends_on_velocity() const = 0;
-  /// Returns true if `free_accelerations` gives the same numbers everywhere and always.
-  virtual bool is_constant() const = 0;
+  /// Returns the acceleration without the constraints that all moving points always have, or null if there is none.
+  virtual const Vec3* uniform_acceleration() const = 0;
+  /// Returns how many points move; supports follow them.
+  virtual std::size_t num_moving() const = 0;
   /// Computes the accelerations without the constraints, M^-1 f, and the prescribed ones at supports. The configuration
   /// must be linearised.
   virtual Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) = 0;
   /// Projects x onto xi(x, t) = 0 at the end of a step of length h and changes `step_velocity` by (move of x)/h. Keeps
   /// the K of the step's beginning, so a step that turns constraints by much more than 0.1 rad does not converge.
-  virtual ProjectionReport project_step(double t, double h, double* x, double* step_velocity) = 0;
+  /// Brings points of both arrays from `source` before it reads them.
+  virtual ProjectionReport project_step(double t, double h, const PointSource& source, double* x,
+                                        double* step_velocity) = 0;
   /// Projects v at the end of the step, whose second half this is. Forces that depend on reactions are taken from this
   /// projection's own multipliers.
   virtual ProjectionReport project_step_velocities(double t, double h, const double* x, double* v) = 0;

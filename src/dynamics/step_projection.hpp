@@ -21,16 +21,17 @@ class StepProjection final : public StepProjector {
                  FrictionSolver* friction);
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
-  bool is_constant() const override {
-    return friction_ == nullptr && linearization_.uniform_free() != nullptr && !model_.has_moving_supports();
+  const Vec3* uniform_acceleration() const override {
+    return friction_ == nullptr ? linearization_.uniform_free() : nullptr;
   }
+  std::size_t num_moving() const override { return model_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
-  /// `step_velocity` may be null, though no method of this library passes null.
-  ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override {
-    return project_step(t, h, r, nullptr, step_velocity, 0.0);
+  ProjectionReport project_step(double t, double h, const PointSource& source, double* r,
+                                double* step_velocity) override {
+    return project_step(t, h, r, &source, step_velocity, 0.0);
   }
-  /// `source` brings r, or is null if r is there already. Stops where |xi|/length is at most `tolerance`; 0 asks for
-  /// rounding.
+  /// `source` brings r, or is null if r is there already; `step_velocity` may be null. Stops where |xi|/length is at
+  /// most `tolerance`; 0 asks for rounding.
   ProjectionReport project_step(double t, double h, double* r, const PointSource* source, double* step_velocity,
                                 double tolerance);
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;

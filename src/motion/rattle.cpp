@@ -1,37 +1,87 @@
 #include "motion/rattle.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/point_source.hpp"
+#include "base/vec3.hpp"
 
 namespace tanor {
 
 namespace {
 
-/// Arrays of the first half of a step. `move_freely` computes v1/2 = v + h/2 a and x1 = x + h v1/2 in one pass over
-/// `size` numbers, since the cost of long arrays is their passes through memory.
-struct FirstHalf {
-  const double *x, *v, *a;
-  double *middle, *x1;
+/// The accelerations of points without the constraints: an array, or the same for all points that move.
+class FreeAccelerations {
+ public:
+  FreeAccelerations(const Vec3* uniform, std::size_t num_moving, const std::vector<double>& each)
+      : each_(uniform == nullptr ? each.data() : nullptr), num_moving_(num_moving) {
+    for (std::size_t k = 0; uniform != nullptr && k < tile / 3; ++k) store(of_moving_.data(), k, *uniform);
+  }
+
+  /// Calls visit(begin, end, a) for pieces [begin, end) of the numbers of these points; their accelerations begin at a.
+  template <class Visit>
+  void for_pieces(std::size_t first_point, std::size_t end_point, const Visit& visit) const {
+    if (each_ != nullptr) return visit(3 * first_point, 3 * end_point, each_ + 3 * first_point);
+    const std::size_t end_moving = std::clamp(num_moving_, first_point, end_point);
+    const auto visit_tiles = [&](std::size_t begin, std::size_t end, const double* a) {
+      for (std::size_t i = begin; i < end; i += tile) visit(i, std::min(i + tile, end), a);
+    };
+    visit_tiles(3 * first_point, 3 * end_moving, of_moving_.data());
+    visit_tiles(3 * end_moving, 3 * end_point, of_supports_.data());
+  }
+
+ private:
+  static constexpr std::size_t tile = 24;
+
+  const double* each_;  // [3n]; null if moving points have the same
+  std::size_t num_moving_;
+  std::array<double, tile> of_moving_;  // NOLINT: written where it is read
+  std::array<double, tile> of_supports_{};
 };
-void move_freely(const Parallel& parallel, std::size_t size, double h, const FirstHalf& of) {
-  parallel.for_ranges(size, [&](std::size_t begin, std::size_t end) {
-    const double *const x = of.x, *const v = of.v, *const a = of.a;
-    double* __restrict middle = of.middle;
-    double* __restrict x1 = of.x1;
-    const double half = 0.5 * h;
-    for (std::size_t i = begin; i < end; ++i) {
-      middle[i] = v[i] + half * a[i];
-      x1[i] = x[i] + h * middle[i];
-    }
-  });
-}
+
+/// Computes v1/2 = v + h/2 a and x1 = x + h v1/2 of the moving points that are asked for.
+class FreeMove final : public PointSource {
+ public:
+  FreeMove(const State& from, double h, const FreeAccelerations& a, std::size_t num_moving, double* middle, double* x1)
+      : from_(from), h_(h), a_(a), num_moving_(num_moving), middle_(middle), x1_(x1) {}
+
+  void bring(std::size_t first, std::size_t count) const override {
+    move(std::min(first, num_moving_), std::min(first + count, num_moving_));
+  }
+  /// Does the same for supports, before what is prescribed at them is written.
+  void move_supports() const { move(num_moving_, from_.x.size() / 3); }
+
+ private:
+  void move(std::size_t first, std::size_t last) const {
+    a_.for_pieces(first, last, [this](std::size_t begin, std::size_t end, const double* a) {
+      const double *const x = from_.x.data() + begin, *const v = from_.v.data() + begin;
+      double* __restrict middle = middle_ + begin;
+      double* __restrict x1 = x1_ + begin;
+      const double h = h_, half = 0.5 * h;
+      for (std::size_t i = 0; i < end - begin; ++i) {
+        middle[i] = v[i] + half * a[i];
+        x1[i] = x[i] + h * middle[i];
+      }
+    });
+  }
+
+  const State& from_;
+  double h_;
+  const FreeAccelerations& a_;
+  std::size_t num_moving_;
+  double *middle_, *x1_;
+};
 
 /// Computes v1 = v1/2 + h/2 a; `middle` and `v1` may be one array.
-void kick(const Parallel& parallel, double h, const std::vector<double>& a, const std::vector<double>& middle,
+void kick(const Parallel& parallel, double h, const FreeAccelerations& a, const std::vector<double>& middle,
           std::vector<double>* v1) {
-  parallel.for_ranges(a.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) (*v1)[i] = middle[i] + 0.5 * h * a[i];
+  const double half = 0.5 * h;
+  parallel.for_ranges(middle.size() / 3, [&](std::size_t first, std::size_t last) {
+    a.for_pieces(first, last, [&](std::size_t begin, std::size_t end, const double* own) {
+      for (std::size_t i = begin; i < end; ++i) (*v1)[i] = middle[i] + half * own[i - begin];
+    });
   });
 }
 
@@ -49,12 +99,10 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       free_(mechanics.size()),
       middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {}
 
-/// Writes M^-1 f into `free_`, unless it is constant and stands there already.
+/// Writes M^-1 f into `free_`, unless it is the same for all points.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
-  if (has_constant_ && projector_.is_constant()) return {};
-  Outcome outcome = projector_.free_accelerations(at, request, free_.data());
-  has_constant_ = outcome.ok() && projector_.is_constant();
-  return outcome;
+  if (projector_.uniform_acceleration() != nullptr) return {};
+  return projector_.free_accelerations(at, request, free_.data());
 }
 
 StepResult Rattle::step(const State& from, double h, State* to) {
@@ -74,10 +122,13 @@ StepResult Rattle::step(const State& from, double h, State* to) {
 
   // v1/2 = v + h/2 M^-1 f and r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
   std::vector<double>& middle = depends_on_velocity ? middle_ : to->v;
-  move_freely(parallel, from.x.size(), h, {from.x.data(), from.v.data(), free_.data(), middle.data(), to->x.data()});
+  const std::size_t num_moving = projector_.num_moving();
+  const FreeAccelerations free(projector_.uniform_acceleration(), num_moving, free_);
+  const FreeMove move(from, h, free, num_moving, middle.data(), to->x.data());
+  move.move_supports();
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
-  ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle.data());
+  ProjectionReport positions = projector_.project_step(t, h, move, to->x.data(), middle.data());
   if (!positions.outcome.ok()) return fail(std::move(positions.outcome));
   result.position_violation = positions.violation;
   if (Outcome found = mechanics_.linearise(t, to->x.data()); !found.ok()) return fail(std::move(found));
@@ -87,7 +138,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   for (int pass = 0; pass < (depends_on_velocity ? passes_ : 1); ++pass) {
     if (Outcome found = find_free({t, to->x.data(), guess->data()}, request); !found.ok())
       return fail(std::move(found));
-    kick(parallel, h, free_, middle, &to->v);
+    kick(parallel, h, free, middle, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
     ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
     if (!velocities.outcome.ok()) return fail(std::move(velocities.outcome));

@@ -21,10 +21,7 @@ class Rattle final : public Scheme {
   bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
-  void exchange_memory(Memory& memory) override {
-    memory.exchange(knows_free_, free_time_, free_);
-    if (memory.reads()) has_constant_ = false;
-  }
+  void exchange_memory(Memory& memory) override { memory.exchange(knows_free_, free_time_, free_); }
 
  private:
   Outcome find_free(const Kinematics& at, const Request& request);
@@ -32,11 +29,10 @@ class Rattle final : public Scheme {
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
-  std::vector<double> free_;    // M^-1 f at the last configuration
+  std::vector<double> free_;    // M^-1 f at the last configuration, unless it is the same for all points
   std::vector<double> middle_;  // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   double free_time_ = 0.0;
   bool knows_free_ = false;
-  bool has_constant_ = false;  // true if `free_` is the same everywhere and always
 };
 
 }  // namespace tanor

@@ -63,7 +63,9 @@ Outcome CutProjector::explain_stall(double t, double violation) const {
 }
 
 /// Projects along the gradients of the step's beginning. The velocity takes the same multipliers.
-ProjectionReport CutProjector::project_step(double t, double h, double* x, double* step_velocity) {
+ProjectionReport CutProjector::project_step(double t, double h, const PointSource& source, double* x,
+                                            double* step_velocity) {
+  bring(model_.parallel, &source, 0, model_.num_moving());
   step_sum_.assign(model_.num_rows(), 0.0);
   ProjectionReport report = iterate_positions(t, x, step_sum_.data());
   if (!report.outcome.ok() || step_velocity == nullptr) return report;
