@@ -203,7 +203,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
     copy(free_place, &inner_r);
     copy(inner_v, &free_v);
     expect(form.linearization().update(0.0, inner_place.data()));
-    expect(form.steps().project_step(0.0, h, inner_r.data(), free_v.data()).outcome);
+    expect(form.steps().project_step(0.0, h, inner_r.data(), nullptr, free_v.data(), 0.0).outcome);
     expect(form.linearization().update(0.0, inner_r.data()));
     expect(form.projector().project_velocities(0.0, inner_r.data(), free_v.data(), nullptr, 1.0).outcome);
   };
@@ -236,7 +236,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
           store(bare_r.data(), i, load(bare_r.data(), i) + h * middle);
         }
       });
-      expect(form.steps().project_step(0.0, h, bare_r.data(), bare_v.data()).outcome);
+      expect(form.steps().project_step(0.0, h, bare_r.data(), nullptr, bare_v.data(), 0.0).outcome);
       expect(form.linearization().update(0.0, bare_r.data()));
       model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) store(bare_v.data(), i, load(bare_v.data(), i) + kick);

@@ -11,8 +11,9 @@ class ChordEquations {
  public:
   /// Computes rows := xi at r and returns the largest |xi|/length.
   virtual double evaluate_values(const double* r) = 0;
-  /// Returns the largest |xi|/length among the rows where it exceeds both `allowed` and `times` the rounding of their
-  /// positions, or 0 if there is none. `violation` is the largest of all rows.
+  /// Returns the largest |xi|/|gradient|/length among the rows where it exceeds both `allowed` and `times` the rounding
+  /// of their positions, or 0 if there is none. `rows` are those that `evaluate_values` has just found at r, and
+  /// `violation` is the largest of them.
   virtual double beyond_rounding(const double* r, double violation, double allowed, double times) = 0;
   /// Evaluates K at (t, r) and factorizes S.
   virtual Outcome linearise_at(double t, const double* r) = 0;

@@ -49,7 +49,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
   report.violation = by_islands.violation;
   if (report.violation <= target) return report;
   if (std::isfinite(report.violation)) {
-    if (!work_.scales.are_one()) report.violation = evaluate_values(r);  // each row is looked at
+    if (!work_.scales.are_one()) report.violation = evaluate_values(r);  // fills `rows_`
     if (beyond_rounding(r, report.violation, target, 1.0) == 0.0) return report;
   }
   return project_along_chord(model_, *this, {target, largest_left, far}, t, r, sum, std::move(report));

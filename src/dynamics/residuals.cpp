@@ -2,13 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/numbers.hpp"
 
 namespace tanor {
 
+namespace {
+
+std::size_t count_rods(const Constraints& constraints) {
+  return constraints.family<RodKernel<false, false>>().size() + constraints.family<RodKernel<false, true>>().size() +
+         constraints.family<RodKernel<true, false>>().size() + constraints.family<RodKernel<true, true>>().size();
+}
+
+}  // namespace
+
 Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
-    : work_(work), model_(work.model()), blocks_(blocks) {
+    : work_(work),
+      model_(work.model()),
+      blocks_(blocks),
+      all_are_rods_(count_rods(work.constraints) == model_.num_rows()) {
   if (!work.scales.are_one()) norms_.reserve(model_.num_rows());
 }
 
@@ -80,7 +93,9 @@ double Residuals::beyond_rounding(const double* r, const double* xi, double viol
   if (scales.are_one()) return 0.0;
   work_.largest_norms(r, &beyond_.places);
   find_lengths();
-  return has_row_beyond(xi, allowed, times) ? largest_beyond(r, allowed, times) : 0.0;
+  // Gradients of rods are unit vectors, so that xi alone tells.
+  if (all_are_rods_ && !has_rod_beyond(xi, allowed, times)) return 0.0;
+  return largest_beyond(r, allowed, times);
 }
 
 /// Finds the lengths [d] of the rows, which are constant in most systems.
@@ -91,20 +106,19 @@ void Residuals::find_lengths() {
   work_.constraints.write_lengths(lengths.data());
 }
 
-/// Returns true if |xi| of a row exceeds `allowed` lengths and the rounding of its positions.
-bool Residuals::has_row_beyond(const double* xi, double allowed, double times) const {
-  const auto& [places, at_rest, position, rates, lengths] = beyond_;
+/// Returns true if |xi| of a rod exceeds `allowed` lengths and the rounding of its positions.
+bool Residuals::has_rod_beyond(const double* xi, double allowed, double times) const {
+  const std::vector<double>&places = beyond_.places, &lengths = beyond_.lengths;
   const double rounding = times * 4.0 * eps;
-  const auto count = [&, &places = places, &lengths = lengths](std::size_t begin, std::size_t end) {
-    int beyond = 0;
+  const auto has_beyond = [&](std::size_t begin, std::size_t end) {
+    bool is_beyond = false;
     for (std::size_t a = begin; a < end; ++a) {
-      const double most =
-          std::max(allowed * lengths[a], rounding * std::max(lengths[a], places[work_.scales.of_row(a)]));
-      beyond |= static_cast<int>(lengths[a] > 0.0) & static_cast<int>(!(std::abs(xi[a]) <= most));
+      const double place = std::max(lengths[a], places[work_.scales.of_row(a)]);
+      is_beyond |= !(std::abs(xi[a]) <= std::max(allowed * lengths[a], rounding * place));
     }
-    return beyond;
+    return is_beyond;
   };
-  return model_.parallel.join_over_ranges(model_.num_rows(), 0, count, [](int a, int b) { return a | b; }) != 0;
+  return model_.parallel.join_over_ranges(model_.num_rows(), false, has_beyond, std::logical_or<>());
 }
 
 /// Returns the largest |xi|/|gradient|/length of such rows.

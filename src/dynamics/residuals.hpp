@@ -33,20 +33,22 @@ class Residuals {
   /// Returns the largest ratio of |K'v + xi_t|, `rows` [d], to the speed of its neighbourhood. `largest` is that of all
   /// rows.
   double relative_rates(const std::vector<double>& rows, double largest);
-  /// Returns the largest |xi|/length among the rows where it exceeds both `allowed` and `times` the rounding of their
-  /// positions, eps |r|/length, or 0 if there is none. `xi` [d] is that at r, and `violation` the largest of all rows.
+  /// Returns the largest |xi|/|gradient|/length among the rows where it exceeds both `allowed` and `times` the rounding
+  /// of their positions, eps |r|/length, or 0 if there is none. `xi` [d] is that at r, and `violation` the largest of
+  /// all rows.
   double beyond_rounding(const double* r, const double* xi, double violation, double allowed, double times);
 
  private:
   const std::vector<double>& gradient_norms();
   double rounding_floor(const double* r) const;
   void find_lengths();
-  bool has_row_beyond(const double* xi, double allowed, double times) const;
+  bool has_rod_beyond(const double* xi, double allowed, double times) const;
   double largest_beyond(const double* r, double allowed, double times);
 
   const Workspace& work_;
   const Model& model_;
   const std::vector<double>& blocks_;
+  const bool all_are_rods_;
   std::vector<double> accelerations_;  // [neighbourhood] m/s^2
   bool knows_accelerations_ = false;   // true if they belong to the present instant
   std::vector<double> norms_;          // [d] scratch

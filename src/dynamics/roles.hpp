@@ -26,7 +26,7 @@ class StepProjector {
   virtual bool depends_on_velocity() const = 0;
   /// Returns the acceleration without the constraints that all moving points always have, or null if there is none.
   virtual const Vec3* uniform_acceleration() const = 0;
-  /// Returns how many points move; supports follow them.
+  /// Returns how many points move and are brought (see `project_step`). What follows them in x is there already.
   virtual std::size_t num_moving() const = 0;
   /// Computes the accelerations without the constraints, M^-1 f, and the prescribed ones at supports. The configuration
   /// must be linearised.

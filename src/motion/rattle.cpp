@@ -12,33 +12,33 @@ namespace tanor {
 
 namespace {
 
-/// The accelerations of points without the constraints: an array, or the same for all points that move.
+/// The accelerations without the constraints: an array, or the same for all points that move.
 class FreeAccelerations {
  public:
   FreeAccelerations(const Vec3* uniform, std::size_t num_moving, const std::vector<double>& each)
       : each_(uniform == nullptr ? each.data() : nullptr), num_moving_(num_moving) {
-    for (std::size_t k = 0; uniform != nullptr && k < tile / 3; ++k) store(of_moving_.data(), k, *uniform);
+    for (std::size_t k = 0; uniform != nullptr && k < of_moving_.size() / 3; ++k) store(of_moving_.data(), k, *uniform);
   }
 
-  /// Calls visit(begin, end, a) for pieces [begin, end) of the numbers of these points; their accelerations begin at a.
+  /// Calls visit(begin, end, a) for pieces [begin, end) of these numbers; their accelerations begin at a.
   template <class Visit>
-  void for_pieces(std::size_t first_point, std::size_t end_point, const Visit& visit) const {
-    if (each_ != nullptr) return visit(3 * first_point, 3 * end_point, each_ + 3 * first_point);
-    const std::size_t end_moving = std::clamp(num_moving_, first_point, end_point);
+  void for_pieces(std::size_t first, std::size_t last, const Visit& visit) const {
+    if (each_ != nullptr) return visit(first, last, each_ + first);
     const auto visit_tiles = [&](std::size_t begin, std::size_t end, const double* a) {
-      for (std::size_t i = begin; i < end; i += tile) visit(i, std::min(i + tile, end), a);
+      for (std::size_t i = begin; i < end; i += tile) visit(i, std::min(i + tile, end), a + begin % 3);
     };
-    visit_tiles(3 * first_point, 3 * end_moving, of_moving_.data());
-    visit_tiles(3 * end_moving, 3 * end_point, of_supports_.data());
+    const std::size_t end_moving = std::clamp(3 * num_moving_, first, last);
+    visit_tiles(first, end_moving, of_moving_.data());
+    visit_tiles(end_moving, last, of_supports_.data());
   }
 
  private:
   static constexpr std::size_t tile = 24;
 
-  const double* each_;  // [3n]; null if moving points have the same
+  const double* each_;  // null if moving points have the same
   std::size_t num_moving_;
-  std::array<double, tile> of_moving_;  // NOLINT: written where it is read
-  std::array<double, tile> of_supports_{};
+  std::array<double, tile + 3> of_moving_;  // NOLINT: written where it is read
+  std::array<double, tile + 3> of_supports_{};
 };
 
 /// Computes v1/2 = v + h/2 a and x1 = x + h v1/2 of the moving points that are asked for.
@@ -48,10 +48,10 @@ class FreeMove final : public PointSource {
       : from_(from), h_(h), a_(a), num_moving_(num_moving), middle_(middle), x1_(x1) {}
 
   void bring(std::size_t first, std::size_t count) const override {
-    move(std::min(first, num_moving_), std::min(first + count, num_moving_));
+    move(3 * std::min(first, num_moving_), 3 * std::min(first + count, num_moving_));
   }
   /// Does the same for supports, before what is prescribed at them is written.
-  void move_supports() const { move(num_moving_, from_.x.size() / 3); }
+  void move_supports() const { move(3 * num_moving_, from_.x.size()); }
 
  private:
   void move(std::size_t first, std::size_t last) const {
@@ -78,7 +78,7 @@ class FreeMove final : public PointSource {
 void kick(const Parallel& parallel, double h, const FreeAccelerations& a, const std::vector<double>& middle,
           std::vector<double>* v1) {
   const double half = 0.5 * h;
-  parallel.for_ranges(middle.size() / 3, [&](std::size_t first, std::size_t last) {
+  parallel.for_ranges(middle.size(), [&](std::size_t first, std::size_t last) {
     a.for_pieces(first, last, [&](std::size_t begin, std::size_t end, const double* own) {
       for (std::size_t i = begin; i < end; ++i) (*v1)[i] = middle[i] + half * own[i - begin];
     });

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
-/// \file All thresholds that decide how S lambda = -b is solved. Each names the program under bench/ that found it; run
-/// that program again before you change one. They are read by make_composite_solver, take_equal_islands,
-/// partition_islands, analyze and Reuse.
+/// \file All thresholds that decide how S lambda = -b is solved. Each names the
+/// program under bench/ that found it; run that program again before you change one. They are read by
+/// make_composite_solver, take_equal_islands, partition_islands, analyze and Reuse.
 namespace tanor::plan {
 
 // ---- which islands a solver takes ----
@@ -29,14 +29,6 @@ inline constexpr double fullness_of_long_paths = 0.8;
 /// (bench/linear_solvers: trees).
 inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
 inline constexpr double share_of_tree_in_lanes = 0.5;
-/// Tasks a thread from which each thread takes whole groves of trees; with fewer, all work on one grove after the
-/// other. In a grove, a thread takes at least so many trunks (bench/links).
-inline constexpr std::size_t least_tasks_a_thread = 4, trunks_worth_a_thread = 64;
-
-/// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
-/// rattle, 10 rods).
-inline constexpr std::size_t fewest_points_in_lanes = 16;
-
 /// Limits of the work left to sparse factors beside special solvers, for each row of the latter. Beyond these limits,
 /// the whole system gets one sparse factor, which is reused inside steps (see Reuse). The case measured is clusters
 /// beside a net of 100 x 100. Steps of dop853 take as long on both if the net's factor takes 300 products for each row
@@ -83,6 +75,9 @@ inline constexpr std::size_t rows_worth_a_thread = 4096, rows_of_batches_worth_a
 inline constexpr std::size_t most_groups_of_islands = 64;
 /// At most this many paths are split into halves if there is more than one thread.
 inline constexpr std::size_t few_paths = 8;
+/// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
+/// rattle, 10 rods).
+inline constexpr std::size_t fewest_points_in_lanes = 16;
 /// With fewer rows, the data stay in the second cache of all machines and need no prefetching (about 140 bytes a row).
 inline constexpr std::size_t rows_beyond_cache = 16384;
 /// With fewer numbers of L, a megabyte, solves need no prefetching either (not searched for). Solves of larger factors

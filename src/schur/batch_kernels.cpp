@@ -183,8 +183,8 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
   });
 }
 
-void gather_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
-                   const std::array<Eight3*, 2>& to) {
+void gather_following_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
+                             const std::array<Eight3*, 2>& to) {
   const auto [a, b] = from;
   const auto [to_a, to_b] = to;
   dispatch([=] {
@@ -435,11 +435,8 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
       const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
       seen.see(left < 0.0 ? -left : left);
     }
-    for (int p = 0; p < num_points; ++p) {
-      if (w0 != nullptr) {
-        (w0[p] + dw[p]).write(&w[p]);
-        continue;
-      }
+    for (int p = 0; w0 != nullptr && p < num_points; ++p) (w0[p] + dw[p]).write(&w[p]);
+    for (int p = 0; w0 == nullptr && p < num_points; ++p) {
       w[p].x += uniform.x;
       w[p].y += uniform.y;
       w[p].z += uniform.z;

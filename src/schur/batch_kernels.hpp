@@ -26,9 +26,6 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
                       Eight* to);
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to);
-/// Gathers `count` points of each lane, which follow one another, from two arrays at once.
-void gather_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
-                   const std::array<Eight3*, 2>& to);
 /// Says where the numbers of a sequence stand in the lanes: the k-th at place[k], times sign[k].
 struct SequencePlaces {
   std::vector<int> place;
@@ -39,6 +36,9 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
                       Eight* to);
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, const SequencePlaces& places,
                        double* to);
+/// Gathers `count` points of each lane, which follow one another, from two arrays at once.
+void gather_following_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
+                             const std::array<Eight3*, 2>& to);
 /// Prefetches such sequences while something else is computed. The function is inlined, since gcc drops the call of a
 /// function that does nothing else if it sees the body.
 [[gnu::always_inline]] inline void call_for_sequences(const double* array, const Index* first, std::size_t width,

@@ -1,7 +1,6 @@
 #include "schur/batch_solver.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "plan/thresholds.hpp"
 
@@ -79,15 +78,11 @@ void write_blocks(const Batch& batch, const Eight3* u, double* to) {
   scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, blocks.sign, to);
 }
 void read_rows(const Batch& batch, const double* from, Eight* to) {
-  const EqualIslands::RodNumbers& rows = batch.of.rows;
-  if (!rows.follow) return gather_rows(from, batch.rows, batch.num_rods, to);
-  if (!rows.places.place.empty()) return gather_sequences(from, batch.rows, 1, rows.places, to);
+  if (!batch.of.rows.follow) return gather_rows(from, batch.rows, batch.num_rods, to);
   gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 void write_rows(const Batch& batch, const Eight* from, double* to) {
-  const EqualIslands::RodNumbers& rows = batch.of.rows;
-  if (!rows.follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
-  if (!rows.places.place.empty()) return scatter_sequences(from, batch.rows, 1, rows.places, to);
+  if (!batch.of.rows.follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
@@ -163,7 +158,7 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
     bring_batch(batch, motion.source);
-    gather_points({motion.r, motion.v}, batch.first_point, batch.num_points, {work.r.data(), work.v.data()});
+    gather_following_points({motion.r, motion.v}, batch.first_point, batch.num_points, {work.r.data(), work.v.data()});
     read_supports(batch, motion.r, work.r.data());
     read_supports(batch, motion.v, work.v.data());
     const bool is_same_for_all = motion.uniform != nullptr && batch.num_supports == 0;

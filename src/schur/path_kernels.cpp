@@ -300,7 +300,8 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcomi
 
 namespace {
 
-/// Does what `accelerate` does point by point, since a few points fill few lanes.
+/// Does what `accelerate` does point by point, since a few points fill few lanes. A path is always cut into the same
+/// chunks, so that its bits do not depend on who cuts it.
 Ends accelerate_few(const Between& of, double* residual) {
   const auto direction = [&](std::size_t k) { return static_cast<double>(of.sign[k]) * load(of.blocks, k); };
   Ends ends{};
@@ -324,7 +325,7 @@ Ends accelerate(const Between& between, double* residual) {
     constexpr std::size_t size = chunk_size + 1;
     std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
     const std::size_t count = between.count;
-    if (count == 0) return {};  // the compiler does not know it
+    if (count == 0) return {};  // without this, gcc warns of dx[0]
     const double* __restrict blocks = between.blocks;
     const double* __restrict lambda = between.lambda;
     const double* __restrict inverse_mass = between.inverse_mass;

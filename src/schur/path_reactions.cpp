@@ -59,7 +59,7 @@ void PathReactions::accelerate_all(const Parallel& parallel, const RodPath& path
       (void)accelerate(path, path.first + k, std::min(paths::chunk_size, num_between - k), &nothing);
   };
   parallel.for_ranges((num_between + paths::chunk_size - 1) / paths::chunk_size, accelerate_chunks,
-                      plan::rows_worth_a_thread / paths::chunk_size);
+                      plan::rows_of_batches_worth_a_thread / paths::chunk_size);
   if (path.left_support < 0) (void)accelerate_end(path, path.first, path.left_point(path.first), -1.0);
   if (path.right_support < 0) (void)accelerate_end(path, path.end - 1, path.right_point(path.end - 1), 1.0);
 }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "plan/thresholds.hpp"
-
 namespace tanor {
 
 TreeBranches::TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -23,10 +24,14 @@ class TreeBranches {
 
   class Lanes;
   /// Calls work(lanes) for the batches of a grove. Each thread takes some, with a workspace of its own; a thread that
-  /// is alone uses workspace number `thread`.
+  /// is alone uses the given one.
   template <class Work>
-  void for_each_batch(const Parallel& parallel, std::size_t thread, const Grove& grove, TreePoints* points,
+  void for_each_batch(const Parallel& parallel, std::size_t workspace, const Grove& grove, TreePoints* points,
                       const Work& work);
+  /// Returns how many of the threads have a workspace.
+  std::size_t num_workspaces(const Parallel& parallel) const {
+    return std::min(workspaces_.size(), static_cast<std::size_t>(parallel.threads()));
+  }
 
   // Findings of the lanes in each branch since `forget_findings`:
   void forget_findings();

@@ -47,13 +47,20 @@ namespace {
   return offset != nullptr ? apart + offset[k] : apart;
 }
 
+/// Returns its direction, and 1/|r_p - r_c| in `inverse`.
+[[gnu::always_inline]] inline Eight3 direction(const Shape& shape, const Eight3* r, const Eight3* offset, std::size_t k,
+                                               Eight* inverse) {
+  Eight3 u = distance(shape, r, offset, k);
+  normalise(&u.x, &u.y, &u.z, inverse);
+  return u;
+}
+
 [[gnu::always_inline]] inline void evaluate_rod(const Shape& shape, const BranchMotion& motion, std::size_t k,
                                                 BranchRod* rod, BranchRow* row, Largest* right_side) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  Eight3 u = distance(shape, motion.r, motion.offset, k);
-  const Eight3 rate = motion.v[parent] - motion.v[k];
   Eight inverse;
-  normalise(&u.x, &u.y, &u.z, &inverse);
+  const Eight3 u = direction(shape, motion.r, motion.offset, k, &inverse);
+  const Eight3 rate = motion.v[parent] - motion.v[k];
   Eight b = second_derivative_of_distance(u, rate, inverse);
   if (motion.length_second != nullptr) b -= motion.length_second[k];
   if (motion.w0 != nullptr) b += dot(u, motion.w0[parent] - motion.w0[k]);
@@ -104,10 +111,8 @@ namespace {
 void find_directions(const Shape& shape, const Eight3* r, const Eight3* offset, BranchRod* rods) {
   dispatch([=, &shape] {
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      Eight3 u = distance(shape, r, offset, k);
       Eight inverse;
-      normalise(&u.x, &u.y, &u.z, &inverse);
-      u.write(&rods[k].u);
+      direction(shape, r, offset, k, &inverse).write(&rods[k].u);
     }
   });
 }
@@ -202,9 +207,8 @@ void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const 
   dispatch([=, &shape] {
     Largest seen = *largest;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      Eight3 u = distance(shape, r, offset, k);
       Eight inverse;
-      normalise(&u.x, &u.y, &u.z, &inverse);
+      const Eight3 u = direction(shape, r, offset, k, &inverse);
       rows[k].b = dot(u, v[static_cast<std::size_t>(shape.parent[k])] - v[k]);
       seen.see(magnitude(rows[k].b));
     }

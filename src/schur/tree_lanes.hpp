@@ -165,12 +165,12 @@ class TreeBranches::Lanes {
 };
 
 template <class Work>
-void TreeBranches::for_each_batch(const Parallel& parallel, std::size_t thread, const Grove& grove, TreePoints* points,
-                                  const Work& work) {
+void TreeBranches::for_each_batch(const Parallel& parallel, std::size_t workspace, const Grove& grove,
+                                  TreePoints* points, const Work& work) {
   const std::size_t worthwhile = grove.num_rods / plan::rows_of_batches_worth_a_thread, count = grove.batches.size();
-  const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, static_cast<std::size_t>(parallel.threads()));
+  const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, num_workspaces(parallel));
   parallel.for_tasks(shares, [&](std::size_t share) {
-    Workspace& own = workspaces_[shares == 1 ? thread : share];
+    Workspace& own = workspaces_[shares == 1 ? workspace : share];
     for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k)
       work(Lanes(this, grove.batches[k], points, &own));
   });

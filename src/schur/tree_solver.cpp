@@ -49,10 +49,10 @@ TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::sp
       trunks_(trees, branches_.plan(), rods, problem.inverse_mass, problem.numbering.num_moving),
       points_(problem.inverse_mass.size()),
       groves_(list_groves(trees, branches_.plan())),
-      task_start_(group_islands(groves_.size(), trunks_.num_rods() + branches_.num_rods(),
-                                [&](std::size_t grove) { return groves_[grove].num_rods; })),
+      rods_before_{0},
       found_(trees.size()),
       reached_(groves_.size()) {
+  for (const Grove& grove : groves_) rods_before_.push_back(rods_before_.back() + grove.num_rods);
   summarize();
 }
 
@@ -70,39 +70,29 @@ void TreeSolver::summarize() {
 
 // ---- grove by grove ----
 
-/// One grove, and the threads that work on it.
+/// One grove, and the threads that work on it. A thread that is alone has a workspace of its own.
 class TreeSolver::Visit {
  public:
-  Visit(TreeSolver* all, std::size_t number, const Parallel& parallel, std::size_t thread)
-      : all_(*all), number_(number), grove_(all->groves_[number]), parallel_(parallel), thread_(thread) {}
+  Visit(TreeSolver* all, std::size_t number, const Parallel& parallel, std::size_t workspace)
+      : all_(*all), number_(number), grove_(all->groves_[number]), parallel_(parallel), workspace_(workspace) {}
 
-  TreeSolver& all() const { return all_; }
   std::size_t number() const { return number_; }
-  TreePoints* points() const { return &all_.points_; }
 
   void bring(const PointSource* source) const {
     if (source == nullptr) return;
-    parallel_.for_ranges(
-        grove_.trees.size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) all_.trunks_.bring(grove_.trees[k], source);
-        },
-        1);
+    if (grove_.trees.size() == 1) return all_.trunks_.bring(parallel_, grove_.trees[0], source);
+    const Parallel alone(1);
+    for_each_tree([&](std::size_t tree) { all_.trunks_.bring(alone, tree, source); });
   }
   /// Calls work(lanes) for each batch.
   template <class Work>
   void for_each_batch(const Work& work) const {
-    all_.branches_.for_each_batch(parallel_, thread_, grove_, points(), work);
+    all_.branches_.for_each_batch(parallel_, workspace_, grove_, &all_.points_, work);
   }
   /// Calls work(trunk, found) for each trunk.
   template <class Work>
   void for_each_trunk(const Work& work) const {
-    parallel_.for_ranges(
-        grove_.trees.size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k], &all_.found_[grove_.trees[k]]);
-        },
-        plan::trunks_worth_a_thread);
+    for_each_tree([&](std::size_t tree) { work(tree, &all_.found_[tree]); });
   }
   void forget_right_sides() const {
     for (const std::size_t tree : grove_.trees) all_.found_[tree].right_side = 0.0;
@@ -114,25 +104,44 @@ class TreeSolver::Visit {
   }
 
  private:
+  template <class Work>
+  void for_each_tree(const Work& work) const {
+    const std::size_t rods_a_tree = grove_.num_rods / grove_.trees.size() + 1;
+    parallel_.for_ranges(
+        grove_.trees.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k]);
+        },
+        plan::rows_worth_a_thread / rods_a_tree + 1);
+  }
+
   TreeSolver& all_;
   std::size_t number_;
   const Grove& grove_;
   const Parallel& parallel_;
-  std::size_t thread_;
+  std::size_t workspace_;
 };
 
-/// Calls work(visit) for each grove: one thread for many groves, or all threads for one after the other.
+/// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
+/// other; each of the others belongs to one thread.
 template <class Work>
 void TreeSolver::for_each_grove(const Parallel& parallel, const Work& work) {
-  const std::size_t num_tasks = task_start_.size() - 1;
-  if (num_tasks < plan::least_tasks_a_thread * static_cast<std::size_t>(parallel.threads())) {
-    for (std::size_t grove = 0; grove < groves_.size(); ++grove) work(Visit(this, grove, parallel, 0));
-    return;
+  const std::size_t total = rods_before_.back();
+  const std::size_t shares =
+      std::clamp<std::size_t>(total / plan::rows_of_batches_worth_a_thread, 1, branches_.num_workspaces(parallel));
+  const auto is_shared = [&](std::size_t grove) { return shares > 1 && groves_[grove].num_rods * shares > total; };
+  for (std::size_t grove = 0; grove < groves_.size(); ++grove) {
+    if (is_shared(grove)) work(Visit(this, grove, parallel, 0));
   }
   const Parallel alone(1);
-  parallel.for_tasks(num_tasks, [&](std::size_t task, std::size_t thread) {
-    for (std::size_t grove = task_start_[task]; grove < task_start_[task + 1]; ++grove)
-      work(Visit(this, grove, alone, thread));
+  const auto first_of = [&](std::size_t share) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(rods_before_, total * share / shares) -
+                                    rods_before_.begin());
+  };
+  parallel.for_tasks(shares, [&](std::size_t share) {
+    for (std::size_t grove = first_of(share); grove < first_of(share + 1); ++grove) {
+      if (!is_shared(grove)) work(Visit(this, grove, alone, share));
+    }
   });
 }
 
@@ -227,15 +236,14 @@ Elimination TreeSolver::linearise(const Parallel& parallel, const double* r, con
 /// Computes x := -S^-1 b of a grove, then calls finish(lanes) for each batch, with dw in its lanes.
 template <class Finish>
 void TreeSolver::substitute(const Visit& visit, const double* b, double* x, const Finish& finish) {
-  TreeTrunks& trunks = visit.all().trunks_;
   visit.for_each_batch([&](TreeBranches::Lanes lanes) {
     lanes.read_right_side(b);
     lanes.substitute_up();
     lanes.hand_over_answers();
   });
   visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
-    trunks.substitute_up(trunk, b, visit.points(), x);
-    trunks.substitute_down(trunk, visit.points(), x);
+    trunks_.substitute_up(trunk, b, &points_, x);
+    trunks_.substitute_down(trunk, &points_, x);
   });
   visit.for_each_batch([&](TreeBranches::Lanes lanes) {
     lanes.substitute_down();
@@ -256,8 +264,7 @@ void TreeSolver::correct(const Parallel& parallel, const double*, double* rows, 
 }
 
 void TreeSolver::add_reactions(const Visit& visit, const double* rows, double* points) {
-  visit.for_each_trunk(
-      [&](std::size_t trunk, TreeFindings*) { visit.all().trunks_.add_reactions(trunk, rows, points); });
+  visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) { trunks_.add_reactions(trunk, rows, points); });
   visit.for_each_batch([&](TreeBranches::Lanes lanes) { lanes.add_reactions(rows, points); });
 }
 
@@ -273,8 +280,7 @@ void TreeSolver::add_reactions(const Parallel& parallel, const double*, const do
 template <class OfBranches, class OfTrunk>
 Projection TreeSolver::project(const Visit& visit, double target, const OfBranches& evaluate_branches,
                                const OfTrunk& evaluate_trunk, double* points, double* sum) {
-  TreeTrunks& trunks = visit.all().trunks_;
-  double* const rows = visit.all().scratch_rows();
+  double* const rows = scratch_rows();
   bool has_moved = false;
   const auto evaluate = [&] {
     visit.forget_right_sides();
@@ -296,10 +302,10 @@ Projection TreeSolver::project(const Visit& visit, double target, const OfBranch
   };
   return iterate_along_chord(target, evaluate, [&] {
     visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
-      trunks.substitute_up(trunk, rows, visit.points(), rows);
-      trunks.substitute_down(trunk, visit.points(), rows);
-      trunks.move(trunk, *visit.points(), points);
-      if (sum != nullptr) trunks.add_rows(trunk, rows, sum);
+      trunks_.substitute_up(trunk, rows, &points_, rows);
+      trunks_.substitute_down(trunk, &points_, rows);
+      trunks_.move(trunk, points_, points);
+      if (sum != nullptr) trunks_.add_rows(trunk, rows, sum);
     });
   });
 }

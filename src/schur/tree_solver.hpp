@@ -47,11 +47,11 @@ class TreeSolver final : public IslandSolver {
   void forget_findings();
   Elimination found() const;
   template <class Finish>
-  static void substitute(const Visit& visit, const double* b, double* x, const Finish& finish);
-  static void add_reactions(const Visit& visit, const double* rows, double* points);
+  void substitute(const Visit& visit, const double* b, double* x, const Finish& finish);
+  void add_reactions(const Visit& visit, const double* rows, double* points);
   template <class OfBranches, class OfTrunk>
-  static Projection project(const Visit& visit, double target, const OfBranches& evaluate_branches,
-                            const OfTrunk& evaluate_trunk, double* points, double* sum);
+  Projection project(const Visit& visit, double target, const OfBranches& evaluate_branches,
+                     const OfTrunk& evaluate_trunk, double* points, double* sum);
   Projection reached() const;
   bool has_moving_lengths() const { return trunks_.has_moving_lengths() || branches_.has_moving_lengths(); }
 
@@ -59,9 +59,9 @@ class TreeSolver final : public IslandSolver {
   TreeTrunks trunks_;
   TreePoints points_;
   std::vector<Grove> groves_;
-  std::vector<std::size_t> task_start_;  // first groves of the tasks that go to threads
-  std::vector<TreeFindings> found_;      // [tree]
-  std::vector<Projection> reached_;      // [grove]
+  std::vector<std::size_t> rods_before_;  // [grove] rods of all before it, then of all
+  std::vector<TreeFindings> found_;       // [tree]
+  std::vector<Projection> reached_;       // [grove]
 };
 
 }  // namespace tanor

@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// The findings of a task in the trees that it went through.
+/// The findings in a tree, or the worst of several.
 struct TreeFindings {
   trees::LargestInverse largest_inverse;
   double right_side = 0.0, residual = 0.0, own_residual = 0.0;
@@ -28,12 +28,11 @@ class TreeTrunks {
 
   std::size_t size() const { return trunks_.size(); }
   std::size_t num_rods() const { return rods_.size(); }
-  std::size_t num_rods_of(std::size_t trunk) const { return trunks_[trunk].end_rod - trunks_[trunk].first_rod; }
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
   /// Brings the moving points of the whole tree.
-  void bring(std::size_t trunk, const PointSource* source) const {
+  void bring(const Parallel& parallel, std::size_t trunk, const PointSource* source) const {
     const auto& [first, end] = trunks_[trunk].points_of_tree;
-    if (source != nullptr) source->bring(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first));
+    tanor::bring(parallel, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
   }
   /// Takes l'' of the lengths that move.
   void take_lengths() {

@@ -54,18 +54,19 @@ def find_kinds_missing_in_readme():
     page = (ROOT / "README.md").read_text()
     folders = {"constraints": "constraint", "coordinates": "coordinates", "forces": "force", "friction": "friction"}
     names = {
-        row: re.findall(r'string_view name = "(\w+)"', read([f"include/tanor/kinds/{folder}"], {".hpp"}))
+        row: re.findall(r'string_view name = "([^"]+)"', read([f"include/tanor/kinds/{folder}"], {".hpp"}))
         for row, folder in folders.items()
     }
     table = (ROOT / "src/motion/methods.cpp").read_text()
-    names["methods"] = [name for name in re.findall(r'\{Method::\w+, "(\w+)"', table) if name != "auto"]
+    names["methods"] = [name for name in re.findall(r'\{Method::\w+, "([^"]+)"', table) if name != "auto"]
+    in_words = {"formula": ["formula", "your own"], "potential": ["any energy"]}  # for readers
     result = []
     for row, of_row in names.items():
-        words = re.search(rf"^\| {row} \|(.*?)\|", page, flags=re.M)[1].lower()
+        found = re.search(rf"^\| {row} \|(.*?)\|", page, flags=re.M)
+        words = found[1].lower() if found else ""
         assert of_row, row
-        says_own = "your own" in words  # the kind "formula", in words for readers
         for name in of_row:
-            if not re.search(rf"\b{name}s?\b", words) and not (name == "formula" and says_own):
+            if not any(re.search(rf"\b{re.escape(word)}s?\b", words) for word in in_words.get(name, [name])):
                 result.append((row, name))
     return result
 

@@ -42,7 +42,8 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   std::size_t rank() const override { return 0; }
 
   bool depends_on_velocity() const override { return false; }
-  bool is_constant() const override { return false; }
+  const Vec3* uniform_acceleration() const override { return nullptr; }
+  std::size_t num_moving() const override { return 0; }
   Outcome free_accelerations(const Kinematics& at, const Request&, double* a) override {
     return push(at.t, at.x, at.v, a);
   }
@@ -55,7 +56,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "toys have none"; }
   /// Moves nothing, but fails if the last linearisation is not at the step's beginning, as every mechanics requires.
-  ProjectionReport project_step(double t, double h, double*, double*) override {
+  ProjectionReport project_step(double t, double h, const PointSource&, double*, double*) override {
     ProjectionReport report;
     if (std::abs(linearised_at_ - (t - h)) > 1e-14) {
       report.outcome = {Status::NotConverged, "K is not that of the step's beginning"};

@@ -223,8 +223,7 @@ TEST(Trees, ThreadsGiveTheSameBitsInLanes) {
   expect_the_same_bits_with_threads(make_comb(300, binary_tree(6), true, &any), LinearSolver::Trees);
 }
 
-/// Twelve teeth fill a batch and a half, so that two trees share batches. There are enough trees for threads to take
-/// whole ones, and too few for seven threads.
+/// Twelve teeth fill a batch and a half, so that trees share batches with others. Threads take whole groves of them.
 TEST(Trees, ManyTreesAgreeAndGiveTheSameBitsOnAnyThreads) {
   AnyNumbers any(16);
   const System system = repeat(make_comb(12, binary_tree(3), false, &any), 600, &any);
@@ -244,6 +243,20 @@ TEST(Trees, ManyTreesAgreeAndGiveTheSameBitsOnAnyThreads) {
     if (on_one_thread.empty()) on_one_thread = as_vector(trees.velocities());
     EXPECT_EQ(as_vector(trees.velocities()), on_one_thread) << threads;
   }
+}
+
+/// The backbone with many teeth is more than a thread's share, and the small trees beside it are not.
+TEST(Trees, ALargeTreeBesideSmallOnesGivesTheSameBitsOnAnyThreads) {
+  AnyNumbers any(17);
+  System system = repeat(make_comb(12, binary_tree(3), false, &any), 60, &any);
+  const System large = make_comb(120, binary_tree(6), false, &any);
+  const auto shift = static_cast<Index>(system.masses.size());
+  for (std::size_t i = 0; i < large.masses.size(); ++i)
+    (void)add_point({large.positions[3 * i], large.positions[3 * i + 1], large.positions[3 * i + 2]}, &any, &system);
+  for (const auto& [i, j] : std::get<Rods>(large.constraints[0]).pairs)
+    std::get<Rods>(system.constraints[0]).pairs.push_back({shift + i, shift + j});
+  (void)expect_trees_agree(system, rounding);
+  expect_the_same_bits_with_threads(system, LinearSolver::Trees);
 }
 
 TEST(Trees, MoveAsWithTheGeneralSolverOnEqualBranches) {
