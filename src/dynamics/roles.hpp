@@ -24,7 +24,10 @@ class StepProjector {
  public:
   /// Returns true if some force depends on v.
   virtual bool depends_on_velocity() const = 0;
-  /// Returns the acceleration without the constraints that all moving points always have, or null if there is none.
+  /// Returns true if `free_accelerations` gives the same numbers everywhere and always.
+  virtual bool is_constant() const = 0;
+  /// Returns the acceleration without the constraints that all moving points always have, or null if there is none or
+  /// other points have it, too.
   virtual const Vec3* uniform_acceleration() const = 0;
   /// Returns how many points move and are brought (see `project_step`). What follows them in x is there already.
   virtual std::size_t num_moving() const = 0;

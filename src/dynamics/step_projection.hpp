@@ -21,6 +21,9 @@ class StepProjection final : public StepProjector {
                  FrictionSolver* friction);
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
+  bool is_constant() const override {
+    return friction_ == nullptr && linearization_.uniform_free() != nullptr && !model_.has_moving_supports();
+  }
   const Vec3* uniform_acceleration() const override {
     return friction_ == nullptr ? linearization_.uniform_free() : nullptr;
   }

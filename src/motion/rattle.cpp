@@ -99,10 +99,12 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       free_(mechanics.size()),
       middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {}
 
-/// Writes M^-1 f into `free_`, unless it is the same for all points.
+/// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
-  if (projector_.uniform_acceleration() != nullptr) return {};
-  return projector_.free_accelerations(at, request, free_.data());
+  if (projector_.uniform_acceleration() != nullptr || (has_constant_ && projector_.is_constant())) return {};
+  Outcome outcome = projector_.free_accelerations(at, request, free_.data());
+  has_constant_ = outcome.ok() && projector_.is_constant();
+  return outcome;
 }
 
 StepResult Rattle::step(const State& from, double h, State* to) {

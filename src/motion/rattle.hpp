@@ -33,6 +33,7 @@ class Rattle final : public Scheme {
   std::vector<double> middle_;  // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   double free_time_ = 0.0;
   bool knows_free_ = false;
+  bool has_constant_ = false;  // true if `free_` is the same everywhere and always
 };
 
 }  // namespace tanor

@@ -23,9 +23,9 @@ class CutProjector final : public StepProjector, private ChordEquations {
   // ---- StepProjector ----
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity(); }
-  const Vec3* uniform_acceleration() const override {
-    return model_.has_moving_supports() ? nullptr : model_.uniform_free();
-  }
+  bool is_constant() const override { return model_.uniform_free() != nullptr && !model_.has_moving_supports(); }
+  /// Guests have it as well, behind the points that move.
+  const Vec3* uniform_acceleration() const override { return nullptr; }
   std::size_t num_moving() const override { return model_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) override;
   ProjectionReport project_step(double t, double h, const PointSource& source, double* x,

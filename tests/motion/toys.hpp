@@ -42,6 +42,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   std::size_t rank() const override { return 0; }
 
   bool depends_on_velocity() const override { return false; }
+  bool is_constant() const override { return false; }
   const Vec3* uniform_acceleration() const override { return nullptr; }
   std::size_t num_moving() const override { return 0; }
   Outcome free_accelerations(const Kinematics& at, const Request&, double* a) override {
