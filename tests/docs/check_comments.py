@@ -26,7 +26,9 @@ def find_blocks(text):
 
 def main():
     wrong = []
-    for path in sorted([*(ROOT / "include").rglob("*.h*"), *(ROOT / "src").rglob("*.[ch]pp")]):
+    folders = ["src", "tests", "bench"]
+    sources = [path for folder in folders for path in (ROOT / folder).rglob("*.[ch]pp")]
+    for path in sorted([*(ROOT / "include").rglob("*.h*"), *sources]):
         for line, words in find_blocks(path.read_text()):
             text = re.sub(r"^\\\w+\s*", "", words)
             if FRAGMENT.match(text):

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What examples of the pages may use without making it.
+/// \file The objects that examples of the pages use without making them.
 
 #include <array>
 #include <cmath>
