@@ -185,8 +185,8 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
 
 void gather_following_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
                              const std::array<Eight3*, 2>& to) {
-  const auto [a, b] = from;
-  const auto [to_a, to_b] = to;
+  const double *const a = from[0], *const b = from[1];
+  Eight3 *const to_a = to[0], *const to_b = to[1];
   dispatch([=] {
     const auto one = [](std::size_t) { return 1.0; };
     gather_placed(a, first, 3, 3 * count, same_place, one, &to_a->x);
