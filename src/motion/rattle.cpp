@@ -1,7 +1,6 @@
 #include "motion/rattle.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "base/check.hpp"
@@ -12,33 +11,25 @@ namespace tanor {
 
 namespace {
 
-/// The accelerations without the constraints: an array, or the same for all points that move.
-class FreeAccelerations {
- public:
-  FreeAccelerations(const Vec3* uniform, std::size_t num_moving, const std::vector<double>& each)
-      : each_(uniform == nullptr ? each.data() : nullptr), num_moving_(num_moving) {
-    for (std::size_t k = 0; uniform != nullptr && k < of_moving_.size() / 3; ++k) store(of_moving_.data(), k, *uniform);
-  }
+constexpr std::array<double, Rattle::tile + 3> at_rest{};
+
+/// The accelerations without the constraints: those of each number, or the same for all points that move.
+struct FreeAccelerations {
+  const double* each;     // null if moving points have the same
+  const double* uniform;  // [tile + 3], x y z x y z …
+  std::size_t num_moving;
 
   /// Calls visit(begin, end, a) for pieces [begin, end) of these numbers; their accelerations begin at a.
   template <class Visit>
   void for_pieces(std::size_t first, std::size_t last, const Visit& visit) const {
-    if (each_ != nullptr) return visit(first, last, each_ + first);
+    if (each != nullptr) return visit(first, last, each + first);
     const auto visit_tiles = [&](std::size_t begin, std::size_t end, const double* a) {
-      for (std::size_t i = begin; i < end; i += tile) visit(i, std::min(i + tile, end), a + begin % 3);
+      for (std::size_t i = begin; i < end; i += Rattle::tile) visit(i, std::min(i + Rattle::tile, end), a + begin % 3);
     };
-    const std::size_t end_moving = std::clamp(3 * num_moving_, first, last);
-    visit_tiles(first, end_moving, of_moving_.data());
-    visit_tiles(end_moving, last, of_supports_.data());
+    const std::size_t end_moving = std::clamp(3 * num_moving, first, last);
+    visit_tiles(first, end_moving, uniform);
+    visit_tiles(end_moving, last, at_rest.data());
   }
-
- private:
-  static constexpr std::size_t tile = 24;
-
-  const double* each_;  // null if moving points have the same
-  std::size_t num_moving_;
-  std::array<double, tile + 3> of_moving_;  // NOLINT: written where it is read
-  std::array<double, tile + 3> of_supports_{};
 };
 
 /// Computes v1/2 = v + h/2 a and x1 = x + h v1/2 of the moving points that are asked for.
@@ -97,11 +88,17 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       projector_(projector_of(mechanics)),
       passes_(passes),
       free_(mechanics.size()),
-      middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {}
+      middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {
+  const Vec3* const uniform = projector_.uniform_acceleration();
+  is_uniform_ = uniform != nullptr;
+  for (std::size_t k = 0; is_uniform_ && k < uniform_.size() / 3; ++k) store(uniform_.data(), k, *uniform);
+  // A motion that is saved here may go on where the accelerations are read from the array.
+  for (std::size_t i = 0; is_uniform_ && i < projector_.num_moving(); ++i) store(free_.data(), i, *uniform);
+}
 
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
-  if (projector_.uniform_acceleration() != nullptr || (has_constant_ && projector_.is_constant())) return {};
+  if (is_uniform_ || (has_constant_ && projector_.is_constant())) return {};
   Outcome outcome = projector_.free_accelerations(at, request, free_.data());
   has_constant_ = outcome.ok() && projector_.is_constant();
   return outcome;
@@ -125,7 +122,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   // v1/2 = v + h/2 M^-1 f and r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
   std::vector<double>& middle = depends_on_velocity ? middle_ : to->v;
   const std::size_t num_moving = projector_.num_moving();
-  const FreeAccelerations free(projector_.uniform_acceleration(), num_moving, free_);
+  const FreeAccelerations free{is_uniform_ ? nullptr : free_.data(), uniform_.data(), num_moving};
   const FreeMove move(from, h, free, num_moving, middle.data(), to->x.data());
   move.move_supports();
   to->work = from.work;

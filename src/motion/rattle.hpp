@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "motion/scheme.hpp"
 
 namespace tanor {
@@ -12,6 +15,9 @@ namespace tanor {
 ///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
 class Rattle final : public Scheme {
  public:
+  /// Numbers that take their accelerations from one list, if these are the same for all points.
+  static constexpr std::size_t tile = 96;
+
   /// The second half finds v1 in so many `passes` if forces depend on v. Each pass gains one order.
   explicit Rattle(Mechanics& mechanics, int passes = 2);
 
@@ -21,7 +27,10 @@ class Rattle final : public Scheme {
   bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
-  void exchange_memory(Memory& memory) override { memory.exchange(knows_free_, free_time_, free_); }
+  void exchange_memory(Memory& memory) override {
+    memory.exchange(knows_free_, free_time_, free_);
+    if (memory.reads()) has_constant_ = false;
+  }
 
  private:
   Outcome find_free(const Kinematics& at, const Request& request);
@@ -29,8 +38,10 @@ class Rattle final : public Scheme {
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
-  std::vector<double> free_;    // M^-1 f at the last configuration, unless it is the same for all points
-  std::vector<double> middle_;  // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
+  std::vector<double> free_;                // M^-1 f at the last configuration
+  std::vector<double> middle_;              // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
+  std::array<double, tile + 3> uniform_{};  // M^-1 f if it is the same for all points, x y z x y z …
+  bool is_uniform_ = false;
   double free_time_ = 0.0;
   bool knows_free_ = false;
   bool has_constant_ = false;  // true if `free_` is the same everywhere and always
