@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
@@ -177,6 +178,11 @@ void ImplicitForm::solve(Factor<T>* factor, T* w, T* rows) {
   ++work_.counters.solves;
   const std::size_t moving = 3 * model_.num_moving(), active = num_active_rows(), first_spring = num_constraints();
   std::vector<T>& unknowns = factor->unknowns;
+  if (!unknowns.empty() && !factor->lu->has_factor()) {
+    // The factor of a snapshot that is damaged could not be made again. The step fails, and the next one makes its own.
+    std::fill(w, w + moving, T(std::numeric_limits<double>::quiet_NaN()));
+    return;
+  }
   if (!unknowns.empty()) {
     const auto& [mass, velocity, position] = factor->weights;
     for (std::size_t i = 0; i < moving; ++i) unknowns[i] = model_.mass[i / 3] * w[i];

@@ -128,6 +128,11 @@ void SparseLu<T>::forget_pivots() {
 }
 
 template <class T>
+bool SparseLu<T>::has_factor() const {
+  return implementation_->numeric != nullptr;
+}
+
+template <class T>
 void SparseLu<T>::solve(T* x) {
   Implementation& self = *implementation_;
   ensure(self.numeric != nullptr, "a factor is there before it solves");

@@ -37,6 +37,8 @@ class SparseLu {
   [[nodiscard]] bool factorize();
   /// Forgets the pivots, so that the next factorization chooses them anew.
   void forget_pivots();
+  /// Returns true if the last factorization succeeded and its pivots were not forgotten.
+  bool has_factor() const;
 
   /// Solves in place: x := A^-1 x, [n].
   void solve(T* x);
