@@ -180,7 +180,9 @@ void ImplicitForm::solve(Factor<T>* factor, T* w, T* rows) {
   std::vector<T>& unknowns = factor->unknowns;
   if (!unknowns.empty() && !factor->lu->has_factor()) {
     // The factor of a snapshot that is damaged could not be made again. The step fails, and the next one makes its own.
-    std::fill(w, w + moving, T(std::numeric_limits<double>::quiet_NaN()));
+    const T nothing(std::numeric_limits<double>::quiet_NaN());
+    std::fill(w, w + moving, nothing);
+    std::fill(rows, rows + num_rows(), nothing);
     return;
   }
   if (!unknowns.empty()) {

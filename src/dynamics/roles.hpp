@@ -26,8 +26,8 @@ class StepProjector {
   virtual bool depends_on_velocity() const = 0;
   /// Returns true if `free_accelerations` gives the same numbers everywhere and always.
   virtual bool is_constant() const = 0;
-  /// Returns the acceleration without the constraints that all moving points always have, or null if there is none or
-  /// other points have it, too.
+  /// Returns the acceleration without the constraints that all moving points always have. Returns null if there is
+  /// none, or if points beyond `num_moving` (guests of other ranks) need it as well.
   virtual const Vec3* uniform_acceleration() const = 0;
   /// Returns how many points move and are brought (see `project_step`). What follows them in x is there already.
   virtual std::size_t num_moving() const = 0;

@@ -29,6 +29,7 @@ inline constexpr double fullness_of_long_paths = 0.8;
 /// (bench/linear_solvers: trees).
 inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
 inline constexpr double share_of_tree_in_lanes = 0.5;
+
 /// Limits of the work left to sparse factors beside special solvers, for each row of the latter. Beyond these limits,
 /// the whole system gets one sparse factor, which is reused inside steps (see Reuse). The case measured is clusters
 /// beside a net of 100 x 100. Steps of dop853 take as long on both if the net's factor takes 300 products for each row
