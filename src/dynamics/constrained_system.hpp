@@ -28,9 +28,9 @@ class ConstrainedSystem {
   virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                                 const AccelerationOutput& to) = 0;
 
-  /// lambda [rows]: the initial guess of the next `accelerations`, and the result of the last ones.
+  /// The multipliers lambda [rows], from which `accelerations` searches the fixed point (43), and which it replaces.
   virtual std::vector<double>& lambda() = 0;
-  /// The largest terms that cancel in the last `accelerations` around each neighbourhood [neighbourhood], m/s^2.
+  /// The largest terms that cancelled in those accelerations around each neighbourhood [neighbourhood], m/s^2.
   virtual const std::vector<double>& acceleration_scales() const = 0;
   /// Measures the same for w0 [3n] and b = phi + K'w0 [rows]. `scale` is their largest number.
   virtual const std::vector<double>& measure_accelerations(const double* w0, const double* b, double scale) = 0;

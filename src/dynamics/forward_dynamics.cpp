@@ -94,12 +94,12 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
       work_.write_support_accelerations(w);
       return {.r = at.x, .v = at.v, .w0 = w, .source = request.given};
     }
-    const Vec3* const uniform = linearization_.uniform_free();
+    const Vec3* const uniform = model_.uniform_free();
     scale = uniform != nullptr ? work_.write_unconstrained(w) : evaluate_free(at, request, w);
     return {at.x, at.v, w, uniform};
   };
   const std::optional<Elimination> found =
-      linearization_.solve_at_once(gradients, find_motion, b_.data(), lambda_.data(), w);
+      linearization_.factor().solve_at_once(gradients, find_motion, b_.data(), lambda_.data(), w);
   if (!found) return std::nullopt;
   const auto [t, r, v] = at;
   if (request.given != nullptr) scale = request.given->largest();

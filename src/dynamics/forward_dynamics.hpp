@@ -40,7 +40,8 @@ class ForwardDynamics {
   Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                 const AccelerationOutput& to);
 
-  /// lambda [d]: the result of the last solve, and the initial guess of the next one.
+  /// The multipliers lambda [d], which are a part of the state where friction reads them: the fixed point (43) is
+  /// searched from them on, and each solve leaves its own here.
   std::vector<double>& multipliers() { return lambda_; }
   /// Writes eta = K lambda [3n] (23) of the user's constraints, where K stands. At supports it is the force of the
   /// constraints.

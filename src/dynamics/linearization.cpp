@@ -20,20 +20,12 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Cont
 
 Outcome Linearization::update(double t, const double* r, const PointSource* source) {
   work_.set_time(t);
-  const bool is_needed = model_.num_rows() > 0 && factor_.is_needed(), is_at_once = factor_.may_be_of_composite();
-  if (!is_needed || !is_at_once) bring_all(source);
-  if (!is_needed) return {};
+  if (model_.num_rows() == 0 || !factor_.is_needed()) {
+    bring(model_.parallel, source, 0, model_.num_points());
+    return {};
+  }
   work_.constraints.choose_frames();
-  if (is_at_once) {
-    bring_free_points(source);
-    if (factor_.linearise_by_composite(r, source)) return {};
-  }
-  {
-    const Stopwatch watch(&work_.times.evaluate);
-    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
-  }
-  if (Outcome outcome = work_.check_contacts(t); !outcome.ok()) return outcome;
-  return factorize(t, r);
+  return factor_.linearise(t, r, source);
 }
 
 // ---- solutions ----
@@ -99,17 +91,26 @@ double Linearization::evaluate_rates(const double* r, const double* v, double* r
   return factor_.evaluator().evaluate_rates(model_.parallel, r, v, rates);
 }
 
-Projection Linearization::project_positions(double target, double* r, const PointSource* source, double* sum) {
-  bring_free_points(source);
+std::optional<Projection> Linearization::project_positions(double target, double* r, const PointSource* source,
+                                                           double* sum) {
+  SchurSolver* const solver = factor_.solver_by_islands();
+  const std::size_t num_brought = solver != nullptr ? model_.num_constrained() : 0;
+  bring(model_.parallel, source, num_brought, model_.num_points());
+  if (solver == nullptr) {
+    if (sum != nullptr) add_reactions(sum, r);
+    return std::nullopt;
+  }
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = factor_->project_positions(model_.parallel, blocks_.data(), target, r, source, sum);
+  const Projection found = solver->project_positions(model_.parallel, blocks_.data(), target, r, source, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }
 
-Projection Linearization::project_velocities(double target, const double* r, double* v, double* sum) {
+std::optional<Projection> Linearization::project_velocities(double target, const double* r, double* v, double* sum) {
+  SchurSolver* const solver = factor_.solver_by_islands();
+  if (solver == nullptr) return std::nullopt;
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = factor_->project_velocities(model_.parallel, blocks_.data(), target, r, v, sum);
+  const Projection found = solver->project_velocities(model_.parallel, blocks_.data(), target, r, v, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }

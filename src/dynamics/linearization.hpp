@@ -33,20 +33,6 @@ class Linearization {
   Outcome factorize(double t, const double* r) { return factor_.factorize(t, r); }
   StandingFactor& factor() { return factor_; }
   const StandingFactor& factor() const { return factor_; }
-  /// w0 of every moving point, if solvers take it as one vector; null if they take it point by point.
-  const Vec3* uniform_free() const { return factor_.may_be_of_composite() ? model_.uniform_free() : nullptr; }
-  /// Computes K, the factor of its S, b = phi + K'w0 [d], lambda = -S^-1 b [d] and w = w0 + M^-1 K lambda [3n] in one
-  /// pass over the memory (see SchurSolver), or b, lambda and w with the present K and factor. Calls
-  /// `find_motion`() -> FreeMotion at most once. Returns nothing if the factor of all rows must be used, step by step.
-  template <class FindMotion>
-  std::optional<Elimination> solve_at_once(Gradients gradients, const FindMotion& find_motion, double* b,
-                                           double* lambda, double* w) {
-    const bool keeps = gradients == Gradients::Keep;
-    if (!(keeps ? factor_.is_of_composite() : factor_.may_be_of_composite())) return std::nullopt;
-    const FreeMotion motion = find_motion();
-    bring_free_points(motion.source);
-    return factor_.solve_by_composite(motion, keeps ? FactorUse::Keep : FactorUse::Renew, b, lambda, w);
-  }
   /// Computes b = phi + K'w0 [d] at (r, v), and K at r if `with_gradients` is true. Returns the largest |b|/|gradient|,
   /// m/s^2.
   double evaluate_right_side(const double* r, const double* v, const double* w0, bool with_gradients, double* b) {
@@ -87,9 +73,11 @@ class Linearization {
   double evaluate_values(const double* r, double* xi);
   /// Computes K'v + xi_t [d] at r. Returns the largest one, m/s.
   double evaluate_rates(const double* r, const double* v, double* rates);
-  /// Project as far as the islands of the composite iterate by themselves (see SchurFactor).
-  Projection project_positions(double target, double* r, const PointSource* source, double* sum);
-  Projection project_velocities(double target, const double* r, double* v, double* sum);
+  /// Begins a projection with the guess `sum`, as SchurSolver::project_positions does, and lets the islands iterate by
+  /// themselves. Returns nothing if none does, since the factor of all rows is the present one.
+  std::optional<Projection> project_positions(double target, double* r, const PointSource* source, double* sum);
+  /// Does the same for velocities, without a guess.
+  std::optional<Projection> project_velocities(double target, const double* r, double* v, double* sum);
 
   /// Replaces lambda by the multipliers of least norm with the same reactions. The rank is decided again at r, since
   /// the null space turns with K.
@@ -108,11 +96,6 @@ class Linearization {
  private:
   friend struct Tampering;  // the tests corrupt the solver through it, and every corruption must be caught
   bool shares_loads() const { return contacts_ != nullptr && contacts_->shares_loads; }
-  /// Brings the points that no solver brings.
-  void bring_free_points(const PointSource* source) const {
-    bring(model_.parallel, source, model_.num_constrained(), model_.num_points());
-  }
-  void bring_all(const PointSource* source) const { bring(model_.parallel, source, 0, model_.num_points()); }
 
   Workspace& work_;
   const Model& model_;

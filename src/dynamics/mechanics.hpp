@@ -89,9 +89,9 @@ class Mechanics {
 
   /// The roles stay the same during a motion.
   virtual Roles roles() = 0;
-  /// Returns the motion as a power series, which this call may prepare, or null, see `why_no_series`.
-  virtual SeriesExpansion* series() = 0;
-  virtual std::string why_no_series() const = 0;  ///< empty if `series` is there
+  /// Returns the motion as a power series, which the first call prepares. Returns null if there is none, and writes the
+  /// reason to `why_not` unless that is null.
+  virtual SeriesExpansion* series(std::string* why_not) = 0;
 
   // Each role by its name.
   StepProjector* step_projector() { return roles().step_projector; }

@@ -37,17 +37,14 @@ std::string MultiplierForm::find_undetermined_reaction() const {
 
 double MultiplierForm::predicted_flops() const {
   constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
-  PlanSummary plan;
-  linearization_.factor().describe(&plan);
-  return plan.factor_flops + 4.0 * static_cast<double>(plan.factor_nonzeros) +
-         flops_an_entry * static_cast<double>(plan.pattern_nonzeros) +
+  const FactorSummary& factor = linearization_.factor().summary();
+  return factor.flops + 4.0 * static_cast<double>(factor.factor_nonzeros) +
+         flops_an_entry * static_cast<double>(factor.pattern_nonzeros) +
          flops_a_row * static_cast<double>(model_.num_rows());
 }
 
 std::vector<Ordering> MultiplierForm::orderings() const {
-  PlanSummary plan;
-  linearization_.factor().describe(&plan);
-  return plan.orderings;
+  return linearization_.factor().summary().orderings;
 }
 
 void MultiplierForm::describe(PlanSummary* plan) const {
@@ -144,8 +141,9 @@ Roles MultiplierForm::roles() {
   return roles;
 }
 
-SeriesExpansion* MultiplierForm::series() {
+SeriesExpansion* MultiplierForm::series(std::string* why_not) {
   if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(work_, linearization_);
+  if (why_not != nullptr) *why_not = series_->obstacle();
   return series_->obstacle().empty() ? series_.get() : nullptr;
 }
 

@@ -43,10 +43,7 @@ class MultiplierForm final : public PointForm {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
-  SeriesExpansion* series() override;
-  std::string why_no_series() const override {
-    return series_ != nullptr ? series_->obstacle() : MultiplierSeries::find_obstacle(work_);
-  }
+  SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

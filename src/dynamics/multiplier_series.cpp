@@ -22,10 +22,6 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
   if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(work);
 }
 
-std::string MultiplierSeries::find_obstacle(Workspace& work) {
-  return make_path_series(work) != nullptr ? std::string{} : MotionSeries(work).obstacle();
-}
-
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
                                  std::span<double* const> coefficients, double* smooth_until) {
   const std::size_t size = 3 * model_.num_points();

@@ -19,8 +19,7 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
  public:
   MultiplierSeries(Workspace& work, Linearization& linearization);
 
-  /// Returns the reason why a system has no series, or an empty string if it has one.
-  static std::string find_obstacle(Workspace& work);
+  /// Returns the reason why the system has no series, or an empty string if it has one.
   std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,

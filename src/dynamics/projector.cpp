@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -44,11 +45,10 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
   }
   if (contacts_ != nullptr && contacts_->num_switches > 0) contacts_->places.carry(t);
   const double target = std::max(1e-13, tolerance), largest_left = std::max(1e-12, tolerance);
-  const Projection by_islands = linearization_.project_positions(target, r, source, sum);
-  report.iterations = by_islands.iterations;
-  report.violation = by_islands.violation;
-  if (report.violation <= target) return report;
-  if (std::isfinite(report.violation)) {
+  if (const auto by_islands = linearization_.project_positions(target, r, source, sum)) {
+    report.iterations = by_islands->iterations;
+    report.violation = by_islands->violation;
+    if (report.violation <= target) return report;
     if (!work_.scales.are_one()) report.violation = evaluate_values(r);  // fills `rows_`
     if (beyond_rounding(r, report.violation, target, 1.0) == 0.0) return report;
   }
@@ -102,44 +102,41 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
   constexpr double target = 1e-13;
-  // Sticking contacts must be at rest exactly, so that no rounding adds up to a creep.
-  const bool holds_contacts = work_.constraints.tangents().num_sticking() > 0;
-  double least = infinity;
-  int since_least = 0;
-  bool decided_here = false;
-  const RankRevealingFactor& factor = linearization_.factor().all_rows();
   const double least_speed = speed > 0.0 ? speed : work_.scales.least_speed();
-  const Projection by_islands = linearization_.project_velocities(target * least_speed, r, v, sum);
-  report.iterations = by_islands.iterations;
-  report.violation = by_islands.violation / least_speed;
-  if (report.violation <= target) return report;
-  for (;; ++report.iterations) {
+  if (const auto by_islands = linearization_.project_velocities(target * least_speed, r, v, sum)) {
+    report.iterations = by_islands->iterations;
+    report.violation = by_islands->violation / least_speed;
+    if (report.violation <= target) return report;
+  }
+  // Sticking contacts must be at rest exactly, so that no rounding adds up to a creep.
+  bool must_correct = work_.constraints.tangents().num_sticking() > 0;
+  const auto measure = [&] {
     const double rate = linearization_.evaluate_rates(r, v, rows_.data());
-    report.violation = speed > 0.0 ? rate / speed : residuals_.relative_rates(rows_, rate);
-    if (!std::isfinite(rate)) {
+    return report.violation = speed > 0.0 ? rate / speed : residuals_.relative_rates(rows_, rate);
+  };
+  const auto is_enough = [&](double violation) {
+    return !std::isfinite(violation) || (violation <= target && !must_correct);
+  };
+  // Solve S nu = -(K'v + xi_t), then v += M^-1 K nu. The problem is linear in v. With the factor at r one solve is
+  // exact up to rounding, and others only refine.
+  const auto correct = [&](int pass) {
+    linearization_.correct_conjugately(pass == 0, rows_.data(), v);
+    for (std::size_t a = 0; sum != nullptr && a < model_.num_rows(); ++a) sum[a] += rows_[a];
+    must_correct = false;
+  };
+  const RankRevealingFactor& factor = linearization_.factor().all_rows();
+  for (bool has_decided = false;; has_decided = true) {
+    report.iterations += refine_solution(linearization_.velocity_limits(), measure, is_enough, correct);
+    if (!std::isfinite(report.violation)) {
       report.outcome = model_.not_finite(t);
       return report;
     }
-    // The problem is linear in v. With the factor at r one solve is exact up to rounding, and others only refine.
-    const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
-    // Conjugate residuals may make no progress for some steps.
-    const RefinementLimits limits = linearization_.velocity_limits();
-    since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
-    least = std::min(least, report.violation);
-    if (is_done || report.iterations == limits.most_passes || since_least == limits.patience) {
-      if (!factor.redundancy().is_found() || decided_here || report.violation <= rounding) return report;
-      // A dependent row is violated, so it has become independent, or contradicts the others.
-      decided_here = true;
-      since_least = 0;
-      least = report.violation;
-      if (!linearization_.factor().decide_rank_again(r)) {
-        report.outcome = factor.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
-        return report;
-      }
+    if (!factor.redundancy().is_found() || has_decided || report.violation <= rounding) return report;
+    // A dependent row is violated, so it has become independent, or contradicts the others.
+    if (!linearization_.factor().decide_rank_again(r)) {
+      report.outcome = factor.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
+      return report;
     }
-    // Solve S nu = -(K'v + xi_t), then v += M^-1 K nu.
-    linearization_.correct_conjugately(report.iterations == 0, rows_.data(), v);
-    for (std::size_t a = 0; sum != nullptr && a < model_.num_rows(); ++a) sum[a] += rows_[a];
   }
 }
 

@@ -87,18 +87,6 @@ double RankRevealingFactor::evaluate_rates(const Parallel& parallel, const doubl
   return work_.constraints.evaluate_rates(parallel, r, v, rates);
 }
 
-Projection RankRevealingFactor::project_positions(const Parallel& parallel, const double* blocks, double, double* r,
-                                                  const PointSource* source, double* sum) {
-  bring(parallel, source, 0, model_.num_constrained());
-  if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
-  return {cannot_tell};
-}
-
-Projection RankRevealingFactor::project_velocities(const Parallel&, const double*, double, const double*, double*,
-                                                   double*) {
-  return {cannot_tell};
-}
-
 // ---- the rank of K ----
 
 /// Returns K with zero rows for contacts, which take no part in decisions on the rank.

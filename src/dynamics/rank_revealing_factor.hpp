@@ -41,10 +41,6 @@ class RankRevealingFactor final : public SchurFactor {
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
-  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               const PointSource* source, double* sum) override;
-  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                double* v, double* sum) override;
 
   // ---- the rank of K ----
 

@@ -28,9 +28,8 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
     GramSolver& S = all_rows_.gram();
     if (options.reuse) reuse_ = FactorReuse::make(work, S);
   }
-  PlanSummary plan;
-  describe(&plan);
-  is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
+  constexpr double solves = 2.0, flops_a_nonzero = 4.0;  // of one solve
+  is_cheap_ = summary().flops <= solves * flops_a_nonzero * static_cast<double>(summary().factor_nonzeros);
 }
 
 // ---- making a factor ----
@@ -50,14 +49,33 @@ void StandingFactor::note_sparse() {
   if (reuse_ != nullptr) reuse_->note_factor();
 }
 
+Outcome StandingFactor::linearise(double t, const double* r, const PointSource* source) {
+  bring_free_points(source);
+  if (may_be_of_composite()) {
+    if (linearise_by_composite(r, source)) return {};
+  } else {
+    bring(model_.parallel, source, 0, model_.num_constrained());
+  }
+  {
+    const Stopwatch watch(&work_.times.evaluate);
+    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+  }
+  if (Outcome outcome = work_.check_contacts(t); !outcome.ok()) return outcome;
+  return factorize(t, r);
+}
+
+/// Evaluates K at r and factorizes S. Returns false if S looks singular, so that the factor of all rows must decide.
 bool StandingFactor::linearise_by_composite(const double* r, const PointSource* source) {
   const Stopwatch watch(&work_.times.factor);
   ++work_.counters.factorizations;
   return note_composite(composite_.linearise(model_.parallel, r, source, blocks_.data()).reciprocal_condition);
 }
 
+/// Does the same and computes lambda and w. `use` may be Keep if the present factor is the composite's. Returns nothing
+/// if S looks singular.
 std::optional<Elimination> StandingFactor::solve_by_composite(const FreeMotion& motion, FactorUse use, double* b,
                                                               double* lambda, double* w) {
+  bring_free_points(motion.source);
   const Stopwatch watch(&work_.times.solve);
   const bool renews = use == FactorUse::Renew;
   if (renews && is_needed()) ++work_.counters.factorizations;
@@ -115,22 +133,17 @@ bool StandingFactor::solve_with_old_factor(double t, const double* b, std::vecto
 // ---- costs ----
 
 void StandingFactor::describe(PlanSummary* plan) const {
-  if (composite_.is_empty()) return describe_factor(all_rows_.summary(), plan);
-  const SchurSolver::Summary& summary = composite_.summary();
-  plan->linear_solvers = summary.solvers;
-  plan->linear_solver_reason = summary.reason;
-  plan->orderings = summary.orderings;
-  plan->parts = summary.parts;
-  plan->pattern_nonzeros = summary.pattern_nonzeros;
-  plan->factor_nonzeros = summary.factor_nonzeros;
-  plan->factor_flops = summary.flops;
+  describe_factor(summary(), plan);
+  if (composite_.is_empty()) return;
+  plan->linear_solvers = composite_.summary().solvers;
+  plan->linear_solver_reason = composite_.summary().reason;
 }
 
 double StandingFactor::estimate_reciprocal_condition() {
   const auto estimate = [&](SchurFactor& factor) {
     return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), factor);
   };
-  if (is_of_composite()) return estimate(composite_);
+  if (state_ == State::Composite) return estimate(composite_);
   // The factor of S does not contain the rows that QR solves.
   return all_rows_.redundancy().uses_qr() ? estimate(all_rows_) : all_rows_.gram().estimate_reciprocal_condition();
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dynamics/factor_reuse.hpp"
+#include "dynamics/instant.hpp"
 #include "dynamics/rank_revealing_factor.hpp"
 #include "dynamics/workspace.hpp"
 #include "schur/composite_solver.hpp"
@@ -22,21 +23,23 @@ class StandingFactor {
   bool is_fresh() const { return state_ == State::Composite || state_ == State::Sparse; }
   /// Returns true if there is no factor yet, or K changes.
   bool is_needed() const { return state_ == State::None || !work_.constraints.gradients_are_constant(); }
-  /// Tell if the present factor was made by the composite, and if the next one may be.
-  bool is_of_composite() const { return state_ == State::Composite; }
-  bool may_be_of_composite() const { return !composite_.is_empty() && !all_rows_.redundancy().is_found(); }
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
   double reciprocal_condition() const { return reciprocal_condition_; }
 
   // ---- making a factor ----
 
-  /// Evaluates K at r and factorizes S by the composite, see `may_be_of_composite`. Returns false if S looks singular,
-  /// so that the factor of all rows must decide.
-  bool linearise_by_composite(const double* r, const PointSource* source);
-  /// Does the same and computes lambda and w, see SchurSolver::solve. `use` may be Keep if the present factor is the
-  /// composite's. Returns nothing if S looks singular.
-  std::optional<Elimination> solve_by_composite(const FreeMotion& motion, FactorUse use, double* b, double* lambda,
-                                                double* w);
+  /// Evaluates K at (t, r) and factorizes its S. `source` brings r, and what else it has; it is null if r is there.
+  Outcome linearise(double t, const double* r, const PointSource* source);
+  /// Computes K, the factor of its S, b = phi + K'w0 [d], lambda = -S^-1 b [d] and w = w0 + M^-1 K lambda [3n] in one
+  /// pass over the memory (see SchurSolver), or b, lambda and w with the present K and factor. Calls
+  /// `find_motion`() -> FreeMotion at most once. Returns nothing if the factor of all rows must be used, step by step.
+  template <class FindMotion>
+  std::optional<Elimination> solve_at_once(Gradients gradients, const FindMotion& find_motion, double* b,
+                                           double* lambda, double* w) {
+    const bool keeps = gradients == Gradients::Keep;
+    if (!(keeps ? state_ == State::Composite : may_be_of_composite())) return std::nullopt;
+    return solve_by_composite(find_motion(), keeps ? FactorUse::Keep : FactorUse::Renew, b, lambda, w);
+  }
   /// Factorizes S of the K at (t, r) for all rows together.
   Outcome factorize(double t, const double* r);
   /// Factorizes S of the present K if the present factor is that of another K.
@@ -47,8 +50,10 @@ class StandingFactor {
   // ---- using the factor ----
 
   /// The present factor, which must be fresh.
-  SchurFactor& operator*() { return is_of_composite() ? static_cast<SchurFactor&>(composite_) : all_rows_; }
+  SchurFactor& operator*() { return state_ == State::Composite ? static_cast<SchurFactor&>(composite_) : all_rows_; }
   SchurFactor* operator->() { return &**this; }
+  /// The solver whose islands iterate by themselves with the present factor; null if that is the factor of all rows.
+  SchurSolver* solver_by_islands() { return state_ == State::Composite ? &composite_ : nullptr; }
   /// The fastest evaluator of values and rates; it needs no factor.
   SchurFactor& evaluator() { return composite_.is_empty() ? all_rows_ : static_cast<SchurFactor&>(composite_); }
   /// Null if every configuration has its own factor.
@@ -78,6 +83,9 @@ class StandingFactor {
 
   // ---- costs ----
 
+  const FactorSummary& summary() const {
+    return composite_.is_empty() ? all_rows_.summary().factor : composite_.summary().factor;
+  }
   void describe(PlanSummary* plan) const;
   /// Returns true if a factorization costs no more than two solves.
   bool is_cheap() const { return is_cheap_; }
@@ -94,6 +102,14 @@ class StandingFactor {
     Sparse,     ///< of the present K, for all rows together
     Stale       ///< for all rows together, of another K
   };
+  /// Returns true if the composite may make the next factor.
+  bool may_be_of_composite() const { return !composite_.is_empty() && !all_rows_.redundancy().is_found(); }
+  bool linearise_by_composite(const double* r, const PointSource* source);
+  std::optional<Elimination> solve_by_composite(const FreeMotion& motion, FactorUse use, double* b, double* lambda,
+                                                double* w);
+  void bring_free_points(const PointSource* source) const {
+    bring(model_.parallel, source, model_.num_constrained(), model_.num_points());
+  }
   bool note_composite(double reciprocal_condition);
   void note_sparse();
 

@@ -46,14 +46,14 @@ void StepProjection::exchange_memory(Memory& memory) {
 Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
   if (friction_ != nullptr) {
     // M^-1 (f + tau) = w - M^-1 eta, since the friction of sticking contacts is a force like the others.
-    if (Outcome outcome = dynamics_.solve(at, request, w); !outcome.ok()) return outcome;
+    if (Outcome outcome = dynamics_.solve(at, request, {w, nullptr, nullptr, &found_}); !outcome.ok()) return outcome;
     eta_.resize(3 * model_.num_points());
-    dynamics_.write_reactions(dynamics_.multipliers(), eta_.data());
+    dynamics_.write_reactions(found_.lambda, eta_.data());
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * eta_[i];
     return {};
   }
   const Stopwatch watch(&work_.times.evaluate);
-  if (linearization_.uniform_free() != nullptr) {
+  if (model_.uniform_free() != nullptr) {
     work_.write_uniform(w);
     return {};
   }

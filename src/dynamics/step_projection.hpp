@@ -22,11 +22,9 @@ class StepProjection final : public StepProjector {
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
   bool is_constant() const override {
-    return friction_ == nullptr && linearization_.uniform_free() != nullptr && !model_.has_moving_supports();
+    return friction_ == nullptr && model_.uniform_free() != nullptr && !model_.has_moving_supports();
   }
-  const Vec3* uniform_acceleration() const override {
-    return friction_ == nullptr ? linearization_.uniform_free() : nullptr;
-  }
+  const Vec3* uniform_acceleration() const override { return friction_ == nullptr ? model_.uniform_free() : nullptr; }
   std::size_t num_moving() const override { return model_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   ProjectionReport project_step(double t, double h, const PointSource& source, double* r,
@@ -69,6 +67,7 @@ class StepProjection final : public StepProjector {
   StepMultipliers step_;
   std::vector<double> lambda_;      // [d] of the step, scratch
   std::vector<double> step_start_;  // [3n] used if rows depend
+  Reactions found_;                 // with friction, scratch
   std::vector<double> eta_;         // [3n] scratch
 };
 

@@ -44,8 +44,10 @@ class TangentForm final : public EquationsOfMotion {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
-  SeriesExpansion* series() override { return nullptr; }
-  std::string why_no_series() const override { return "the motion in coordinates is not expanded in time"; }
+  SeriesExpansion* series(std::string* why_not) override {
+    if (why_not != nullptr) *why_not = "the motion in coordinates is not expanded in time";
+    return nullptr;
+  }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

@@ -90,9 +90,10 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
 }
 
 double TangentLinearization::predicted_flops() const {
-  const GramSolver::Summary& summary = solver_.summary();
+  const FactorSummary& factor = solver_.summary().factor;
   constexpr double flops_a_product = 6.0, flops_a_point = 60.0;
-  return summary.flops + 4.0 * summary.factor_nonzeros + flops_a_product * static_cast<double>(num_products_) +
+  return factor.flops + 4.0 * static_cast<double>(factor.factor_nonzeros) +
+         flops_a_product * static_cast<double>(num_products_) +
          flops_a_point * static_cast<double>(model_.num_moving());
 }
 

@@ -54,7 +54,7 @@ class TangentLinearization {
   /// coordinates.
   void find_reactions(const double* force, double* eta);
 
-  void describe(PlanSummary* plan) const { describe_factor(solver_.summary(), plan); }
+  void describe(PlanSummary* plan) const { describe_factor(solver_.summary().factor, plan); }
   /// Returns the predicted flops of one evaluation and solve.
   double predicted_flops() const;
 

@@ -111,13 +111,13 @@ double largest_ratio_of_few(const double* error, const double* from, const doubl
 
 }  // namespace
 
-void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
-  plan->parts = summary.parts;
-  plan->pattern_nonzeros = summary.pattern_nonzeros;
-  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
-  plan->factor_flops = summary.flops;
-  plan->orderings = summary.orderings;
-  plan->factorizations = summary.factorizations;
+void describe_factor(const FactorSummary& factor, PlanSummary* plan) {
+  plan->parts = factor.parts;
+  plan->pattern_nonzeros = factor.pattern_nonzeros;
+  plan->factor_nonzeros = factor.factor_nonzeros;
+  plan->factor_flops = factor.flops;
+  plan->orderings = factor.orderings;
+  plan->factorizations = factor.factorizations;
 }
 
 Workspace::Workspace(System given, const SolverOptions& options, double t)

@@ -11,12 +11,13 @@
 #include "dynamics/mechanics.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/scales.hpp"
+#include "schur/factor_summary.hpp"
 #include "schur/gram_solver.hpp"
 
 namespace tanor {
 
 /// Writes the cost of a form's factorization into the plan.
-void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan);
+void describe_factor(const FactorSummary& factor, PlanSummary* plan);
 
 /// A model and all data that changes with it: its families, which are at one time; the last forces, prescribed motion
 /// and scales; the rank of K, the work done and the time it took.

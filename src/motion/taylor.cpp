@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <string>
 #include <type_traits>
 
 #include "base/eight.hpp"
@@ -160,9 +161,9 @@ void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>*
 }
 
 SeriesExpansion& series_of(Mechanics& mechanics) {
-  if (SeriesExpansion* const series = mechanics.series()) return *series;
-  throw InputError("/motion/method",
-                   "taylor: " + mechanics.why_no_series() + "; take dop853, which needs no series, or auto");
+  std::string why_not;
+  if (SeriesExpansion* const series = mechanics.series(&why_not)) return *series;
+  throw InputError("/motion/method", "taylor: " + why_not + "; take dop853, which needs no series, or auto");
 }
 
 }  // namespace

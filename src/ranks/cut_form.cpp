@@ -35,13 +35,10 @@ Roles CutForm::roles() {
   return roles;
 }
 
-SeriesExpansion* CutForm::series() {
+SeriesExpansion* CutForm::series(std::string* why_not) {
   if (series_ == nullptr) series_ = std::make_unique<CutSeries>(work_, linearization_, energies_, neighbourhoods_);
+  if (why_not != nullptr) *why_not = series_->obstacle();
   return series_->obstacle().empty() ? series_.get() : nullptr;
-}
-
-std::string CutForm::why_no_series() const {
-  return series_ != nullptr ? series_->obstacle() : MotionSeries(work_).obstacle();
 }
 
 // ---- accelerations ----

@@ -42,8 +42,7 @@ class CutForm final : public PointForm {
   double potential(double t, const double* r) override { return energies_.potential(t, r); }
 
   Roles roles() override;
-  SeriesExpansion* series() override;
-  std::string why_no_series() const override;
+  SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;

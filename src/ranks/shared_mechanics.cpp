@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "ranks/shared_roles.hpp"
 
@@ -29,7 +30,6 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
   if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);
   if (somebody_has(own.drives())) drives_ = std::make_unique<Drives>(own.drives(), *this);
   if (somebody_has(own.events())) events_ = std::make_unique<Events>(own.events(), *this);
-  why_no_series_ = agreement_.first_text(own.why_no_series());
 }
 
 SharedMechanics::~SharedMechanics() = default;
@@ -44,8 +44,14 @@ Roles SharedMechanics::roles() {
           .events = events_.get()};
 }
 
-SeriesExpansion* SharedMechanics::series() {
-  if (series_ == nullptr && why_no_series_.empty()) series_ = std::make_unique<Series>(*own_.series(), *this);
+SeriesExpansion* SharedMechanics::series(std::string* why_not) {
+  if (!std::exchange(looked_for_series_, true)) {
+    std::string why_not_here;
+    SeriesExpansion* const own = own_.series(&why_not_here);
+    why_no_series_ = agreement_.first_text(why_not_here);
+    if (why_no_series_.empty()) series_ = std::make_unique<Series>(*own, *this);
+  }
+  if (why_not != nullptr) *why_not = why_no_series_;
   return series_.get();
 }
 

@@ -42,8 +42,7 @@ class SharedMechanics final : public EquationsOfMotion {
   void exchange_memory(Memory& memory) override { own_.exchange_memory(memory); }
 
   Roles roles() override;
-  SeriesExpansion* series() override;
-  std::string why_no_series() const override { return why_no_series_; }
+  SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
@@ -104,7 +103,8 @@ class SharedMechanics final : public EquationsOfMotion {
   std::unique_ptr<Series> series_;
   std::unique_ptr<Drives> drives_;
   std::unique_ptr<Events> events_;
-  std::string why_no_series_;
+  std::string why_no_series_;  // of the first rank that has none, once the ranks have looked
+  bool looked_for_series_ = false;
 };
 
 /// Returns the powers of all ranks together.

@@ -20,10 +20,10 @@ std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int 
   for (EqualIslands& each : result->equal_islands_) {
     const IslandSchedule& schedule = each.schedule;
     const std::size_t entries = each.num_islands * static_cast<std::size_t>(schedule.num_slots);
-    summary.parts += each.num_islands;
-    summary.factor_nonzeros += entries;
-    summary.pattern_nonzeros += entries - each.num_islands * schedule.num_fill_slots;
-    summary.flops += static_cast<double>(each.num_islands) * schedule.flops();
+    summary.factor.parts += each.num_islands;
+    summary.factor.factor_nonzeros += entries;
+    summary.factor.pattern_nonzeros += entries - each.num_islands * schedule.num_fill_slots;
+    summary.factor.flops += static_cast<double>(each.num_islands) * schedule.flops();
     const Batch batch = each.batch(0);
     for (Workspace& work : result->workspaces_) {
       const auto enlarge = [](auto* list, std::size_t size) { list->resize(std::max(list->size(), size)); };
@@ -33,7 +33,7 @@ std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int 
     }
   }
   summary.solvers = {LinearSolver::Batches};
-  summary.reason = std::to_string(summary.parts) + " islands of rods have " +
+  summary.reason = std::to_string(summary.factor.parts) + " islands of rods have " +
                    std::to_string(result->equal_islands_.size()) +
                    (result->equal_islands_.size() == 1 ? " structure" : " structures");
   return result;

@@ -9,12 +9,9 @@ CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solve
     const Summary& each = solver->summary();
     summary_.solvers.insert(summary_.solvers.end(), each.solvers.begin(), each.solvers.end());
     summary_.reason += (summary_.reason.empty() ? "" : "; ") + each.reason;
-    if (each.orderings != Summary().orderings) summary_.orderings = each.orderings;
-    summary_.parts += each.parts;
-    summary_.pattern_nonzeros += each.pattern_nonzeros;
-    summary_.factor_nonzeros += each.factor_nonzeros;
-    summary_.flops += each.flops;
+    summary_.factor.include(each.factor);
   }
+  if (summary_.factor.orderings.empty()) summary_.factor.orderings = {Ordering::Natural};
 }
 
 template <class Each>

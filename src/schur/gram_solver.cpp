@@ -11,11 +11,6 @@ namespace tanor {
 
 namespace {
 
-template <class Value>
-void add_new(Value value, std::vector<Value>* list) {
-  if (std::find(list->begin(), list->end(), value) == list->end()) list->push_back(value);
-}
-
 /// Returns the incidences that make products, grouped by point and split into the parts of their rows.
 std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidence> incidences,
                                                         std::span<const double> weights,
@@ -95,21 +90,20 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   auto factor = is_simple ? std::variant<ClosedForm, Cholesky>(ClosedForm(pattern))
                           : std::variant<ClosedForm, Cholesky>(Cholesky(pattern, analysis.supernodal));
 
-  summary_.pattern_nonzeros += plan.rows().size();
-  summary_.factor_nonzeros += analysis.factor_nonzeros;
-  summary_.flops += analysis.flops;
   // Dense fronts do ten multiplications in the time of one, measured on nets of 24 to 300 and lattices of 6 to 20
   // points a side.
   const double products_a_flop = analysis.supernodal ? 0.1 : 1.0;
   const double part_products = 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
                                6.0 * analysis.factor_nonzeros;
   summary_.products += part_products;
-  ++summary_.parts;
-  add_new(analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering, &summary_.orderings);
-  add_new(is_simple             ? Factorization::ClosedForm
-          : analysis.supernodal ? Factorization::Multifrontal
-                                : Factorization::Simplicial,
-          &summary_.factorizations);
+  summary_.factor.include({.parts = 1,
+                           .pattern_nonzeros = plan.rows().size(),
+                           .factor_nonzeros = static_cast<std::size_t>(analysis.factor_nonzeros),
+                           .flops = analysis.flops,
+                           .orderings = {analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering},
+                           .factorizations = {is_simple             ? Factorization::ClosedForm
+                                              : analysis.supernodal ? Factorization::Multifrontal
+                                                                    : Factorization::Simplicial}});
   parts_.push_back({first_row,
                     std::move(analysis.permutation),
                     std::move(plan),

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "factor/cholesky.hpp"
 #include "factor/closed_form.hpp"
+#include "schur/factor_summary.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -75,12 +76,9 @@ class GramSolver {
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
   struct Summary {
-    std::size_t parts = 0, pattern_nonzeros = 0;
-    double factor_nonzeros = 0.0, flops = 0.0;
+    FactorSummary factor;
     /// The multiplications, done one by one, that take as long as assembly, factorization and a solve.
     double products = 0.0;
-    std::vector<Ordering> orderings;  ///< orderings of its parts, each once
-    std::vector<Factorization> factorizations;
   };
   const Summary& summary() const { return summary_; }
 

@@ -43,12 +43,12 @@ void PathSolver::summarize() {
   summary_ = {.solvers = {LinearSolver::Paths},
               .reason = (num_open > 0 ? count(num_open, "path") : "") + (num_open * num_rings > 0 ? ", " : "") +
                         (num_rings > 0 ? count(num_rings, "ring") : ""),
-              .parts = rows_.paths.size()};
+              .factor = {.parts = rows_.paths.size()}};
   for (const RodPath& path : rows_.paths) {
     const std::size_t rows = path.num_rows(), in_spike = path.is_ring ? rows - 3 : 0;  // the others are couplings
-    summary_.pattern_nonzeros += path.is_ring ? 2 * rows : 2 * rows - 1;
-    summary_.factor_nonzeros += (path.is_ring ? 2 * rows : 2 * rows - 1) + in_spike;
-    summary_.flops += flops_a_row * static_cast<double>(rows) + flops_a_spike * static_cast<double>(in_spike);
+    summary_.factor.pattern_nonzeros += path.is_ring ? 2 * rows : 2 * rows - 1;
+    summary_.factor.factor_nonzeros += (path.is_ring ? 2 * rows : 2 * rows - 1) + in_spike;
+    summary_.factor.flops += flops_a_row * static_cast<double>(rows) + flops_a_spike * static_cast<double>(in_spike);
   }
 }
 

@@ -81,17 +81,17 @@ std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std:
     const std::span members = std::span(rows).subspan(static_cast<std::size_t>(first), count);
     if (count > most_rows || !result->append_point(members, first)) return false;
     has_factors = has_factors || count > 1;
-    ++summary.parts;
+    ++summary.factor.parts;
     return true;
   });
   if (result->runs_.empty()) return nullptr;
   if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
   for (const Run& run : result->runs_) {
     const auto num_rows = static_cast<std::size_t>(run.num_rows);
-    summary.pattern_nonzeros += static_cast<std::size_t>(run.end - run.first) * num_rows * (num_rows + 1) / 2;
+    summary.factor.pattern_nonzeros += static_cast<std::size_t>(run.end - run.first) * num_rows * (num_rows + 1) / 2;
   }
-  summary.factor_nonzeros = summary.pattern_nonzeros;
-  summary.flops = 2.0 * static_cast<double>(summary.factor_nonzeros);
+  summary.factor.factor_nonzeros = summary.factor.pattern_nonzeros;
+  summary.factor.flops = 2.0 * static_cast<double>(summary.factor.factor_nonzeros);
   result->serve(problem, before, *islands);
   return result;
 }

@@ -34,14 +34,13 @@ Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramS
       correction_(S.constraints.num_rows()) {
   const double others = iteration_products(S.num_rows, incidences.size());
   candidates_[Incomplete].products = others + incomplete_.solve_products();
-  candidates_[Kept].products = others + 2.0 * kept.summary().factor_nonzeros;
+  candidates_[Kept].products = others + 2.0 * static_cast<double>(kept.summary().factor.factor_nonzeros);
   forget();
 }
 
-bool Reuse::pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
-  const double incomplete = 2.0 * static_cast<double>(factor.pattern_nonzeros);
-  return plan::first_guess_of_iterations * (iteration_products(num_rows, num_incidences) + incomplete) <
-         factor.products;
+bool Reuse::pays(const GramSolver::Summary& kept, std::size_t num_rows, std::size_t num_incidences) {
+  const double incomplete = 2.0 * static_cast<double>(kept.factor.pattern_nonzeros);
+  return plan::first_guess_of_iterations * (iteration_products(num_rows, num_incidences) + incomplete) < kept.products;
 }
 
 void Reuse::forget() {

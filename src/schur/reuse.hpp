@@ -24,7 +24,7 @@ class Reuse {
   Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept);
 
   /// Returns true if a few iterations cost less than a factor of S.
-  static bool pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences);
+  static bool pays(const GramSolver::Summary& kept, std::size_t num_rows, std::size_t num_incidences);
 
   /// Makes the incomplete factor anew when it is next needed. One factor serves equally well all over a step.
   void renew() { is_renewed_ = false; }

@@ -13,6 +13,7 @@
 #include "base/parallel.hpp"
 #include "base/point_source.hpp"
 #include "evaluate/constraints.hpp"
+#include "schur/factor_summary.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -104,17 +105,6 @@ class SchurFactor {
   virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
   /// Evaluates K'v + xi_t [d] with K at r. Returns the largest one, m/s, or NaN if any number is.
   virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
-
-  /// Adds the reactions of `sum` [d] to r as the first guess, then iterates along the chord until |xi|/length <=
-  /// target, or as far as that leads. `sum` becomes the sum of all multipliers. If it is null, there is no guess and no
-  /// sum is wanted. A factor whose islands do not iterate by themselves returns an infinite violation. `source` is as
-  /// in FreeMotion.
-  virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                       const PointSource* source, double* sum) = 0;
-  /// Does the same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess. All multipliers are
-  /// added to `sum` [d], unless it is null.
-  virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                        double* v, double* sum) = 0;
 };
 
 /// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K
@@ -137,12 +127,20 @@ class SchurSolver : public SchurFactor {
   virtual Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                 double* blocks) = 0;
 
+  /// Adds the reactions of `sum` [d] to r as the first guess, then iterates along the chord, each island by itself,
+  /// until |xi|/length <= target, or as far as that leads. `sum` becomes the sum of all multipliers. If it is null,
+  /// there is no guess and no sum is wanted. `source` is as in FreeMotion.
+  virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                       const PointSource* source, double* sum) = 0;
+  /// Does the same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess. All multipliers are
+  /// added to `sum` [d], unless it is null.
+  virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                        double* v, double* sum) = 0;
+
   struct Summary {
-    std::vector<LinearSolver> solvers;                   ///< as in PlanSummary::linear_solvers
-    std::string reason;                                  ///< "every island is a path of rods"
-    std::vector<Ordering> orderings{Ordering::Natural};  ///< orderings of S
-    std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
-    double flops = 0.0;  ///< flops of one factorization
+    std::vector<LinearSolver> solvers;  ///< as in PlanSummary::linear_solvers
+    std::string reason;                 ///< "every island is a path of rods"
+    FactorSummary factor;
   };
   virtual const Summary& summary() const = 0;
 };

@@ -35,17 +35,12 @@ SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> inciden
       own_rows_(group().rows.size()),
       rows_(group().constraints.num_rows()),
       dw_(3 * group().inverse_mass.size()) {
-  const GramSolver::Summary& of_solver = solver_.summary();
   const std::size_t count = group().num_islands();
   summary_ = {.solvers = {LinearSolver::General},
               .reason = std::to_string(count) + (count == 1 ? " island of " : " islands of ") +
                         std::to_string(group().rows.size()) + (count == 1 ? " rows is" : " rows are") +
                         " left to sparse factors",
-              .orderings = of_solver.orderings,
-              .parts = of_solver.parts,
-              .pattern_nonzeros = of_solver.pattern_nonzeros,
-              .factor_nonzeros = static_cast<std::size_t>(of_solver.factor_nonzeros),
-              .flops = of_solver.flops};
+              .factor = solver_.summary().factor};
 }
 
 /// Evaluates b = phi + K'w0 with w0 in w, and K unless `blocks` is null.

@@ -62,10 +62,10 @@ void TreeSolver::summarize() {
   summary_ = {.solvers = {LinearSolver::Trees},
               .reason = (trunks_.size() == 1 ? "one tree" : std::to_string(trunks_.size()) + " trees") + " of rods, " +
                         std::to_string(in_lanes) + " of " + std::to_string(num_rods) + " rods in equal branches",
-              .parts = trunks_.size(),
-              .pattern_nonzeros = 4 * num_rods,
-              .factor_nonzeros = 4 * num_rods,
-              .flops = flops_a_rod * static_cast<double>(num_rods)};
+              .factor = {.parts = trunks_.size(),
+                         .pattern_nonzeros = 4 * num_rods,
+                         .factor_nonzeros = 4 * num_rods,
+                         .flops = flops_a_rod * static_cast<double>(num_rods)}};
 }
 
 // ---- grove by grove ----

@@ -147,7 +147,9 @@ std::size_t Dynamics::num_equations() const {
   return live(implementation_, "Dynamics").numbering().num_user_rows;
 }
 std::string Dynamics::series_obstacle() const {
-  return live(implementation_, "Dynamics").forms.main->why_no_series();
+  std::string why_not;
+  (void)live(implementation_, "Dynamics").forms.main->series(&why_not);
+  return why_not;
 }
 
 const PlanSummary& Dynamics::plan() const {

@@ -97,8 +97,11 @@ ChosenMethod choose(const MotionOptions& options, const System& system, bool in_
 
 ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
                            bool in_coordinates) {
-  return choose(options, system, in_coordinates, mechanics.implicit_formulation() != nullptr,
-                [&] { return mechanics.series() != nullptr ? std::string{} : mechanics.why_no_series(); });
+  return choose(options, system, in_coordinates, mechanics.implicit_formulation() != nullptr, [&] {
+    std::string why_not;
+    (void)mechanics.series(&why_not);
+    return why_not;
+  });
 }
 
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {

@@ -11,8 +11,8 @@ std::string PlanSummary::ordering() const {
 }
 
 std::string PlanSummary::factorization() const {
-  if (!factorizations.empty()) return names_of(factorizations);
-  return linear_solvers == std::vector{LinearSolver::General} ? "none" : linear_solver();
+  if (linear_solvers != std::vector{LinearSolver::General}) return linear_solver();
+  return factorizations.empty() ? "none" : names_of(factorizations);
 }
 
 }  // namespace tanor

@@ -33,7 +33,7 @@ struct Tampering {
   /// the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
     StandingFactor& factor = forms.normal->linearization_.factor_;
-    if (!factor.is_of_composite()) return false;
+    if (factor.solver_by_islands() == nullptr) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
     (void)factor.composite_.factorize(Parallel(1), blocks.data());

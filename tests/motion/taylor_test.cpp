@@ -98,8 +98,7 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
     ++num_error_ratios;
     return Toy::error_ratios(t, errors, atol, rtol);
   }
-  SeriesExpansion* series() override { return this; }
-  std::string why_no_series() const override { return ""; }
+  SeriesExpansion* series(std::string*) override { return this; }
   Power power_along(const Kinematics&, int) override { return {}; }
   bool has_cheap_terms() const override { return false; }
   std::span<const Index> neighbourhoods() const override { return {}; }

@@ -54,8 +54,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   double compare_gradients() override { return 1.0; }
 
   Roles roles() override { return {.step_projector = this, .rank_monitor = this}; }
-  SeriesExpansion* series() override { return nullptr; }
-  std::string why_no_series() const override { return "toys have none"; }
+  SeriesExpansion* series(std::string*) override { return nullptr; }
   /// Moves nothing, but fails if the last linearisation is not at the step's beginning, as every mechanics requires.
   ProjectionReport project_step(double t, double h, const PointSource&, double*, double*) override {
     ProjectionReport report;

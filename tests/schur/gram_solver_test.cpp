@@ -82,11 +82,11 @@ TEST(GramSolver, ManyIslandsAreSolvedPartByPart) {
   ASSERT_TRUE(solver.factorize(parallel).positive_definite);
   solver.solve_negative(parallel, b.data(), x.data());
 
-  EXPECT_EQ(solver.summary().parts, 2U);
-  EXPECT_EQ(solver.summary().pattern_nonzeros, 40U * 59U);
-  EXPECT_EQ(solver.summary().factor_nonzeros, 40.0 * 59.0);
-  EXPECT_EQ(solver.summary().orderings, std::vector{Ordering::Natural});
-  EXPECT_EQ(solver.summary().factorizations, std::vector{Factorization::Simplicial});
+  EXPECT_EQ(solver.summary().factor.parts, 2U);
+  EXPECT_EQ(solver.summary().factor.pattern_nonzeros, 40U * 59U);
+  EXPECT_EQ(solver.summary().factor.factor_nonzeros, 40U * 59U);
+  EXPECT_EQ(solver.summary().factor.orderings, std::vector{Ordering::Natural});
+  EXPECT_EQ(solver.summary().factor.factorizations, std::vector{Factorization::Simplicial});
   const Eigen::VectorXd residual = inner.S() * reference::vector(x) + reference::vector(b);
   EXPECT_LE(residual.norm(), 1e-12 * reference::vector(b).norm());
 }
@@ -162,8 +162,8 @@ TEST(GramSolver, SystemWithoutRowsNeedsNothing) {
 
   EXPECT_TRUE(quality.positive_definite);
   EXPECT_EQ(quality.reciprocal_condition, 1.0);
-  EXPECT_EQ(solver.summary().parts, 0U);
-  EXPECT_TRUE(solver.summary().factorizations.empty());
+  EXPECT_EQ(solver.summary().factor.parts, 0U);
+  EXPECT_TRUE(solver.summary().factor.factorizations.empty());
 }
 
 TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
@@ -197,7 +197,7 @@ TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
   const GramSolver::Quality quality = solver.factorize(parallel);
   solver.solve_negative(parallel, b.data(), x.data());
 
-  EXPECT_EQ(solver.summary().factorizations, std::vector{Factorization::Multifrontal});
+  EXPECT_EQ(solver.summary().factor.factorizations, std::vector{Factorization::Multifrontal});
   ASSERT_TRUE(quality.positive_definite);
   // The product S x = K' M^-1 (K x) is computed without a dense matrix.
   std::vector<double> Kx(inner.r.size(), 0.0), Sx(d);

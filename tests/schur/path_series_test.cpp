@@ -90,7 +90,7 @@ struct Expanded {
     const Kinematics at{0.0, r.data(), v.data()};
     Reactions found;
     if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep}, {pointers[2], nullptr, nullptr, &found});
-    if (outcome.ok()) outcome = form.series()->expand(at, pointers[2], found, pointers, &smooth_until);
+    if (outcome.ok()) outcome = form.series(nullptr)->expand(at, pointers[2], found, pointers, &smooth_until);
   }
 };
 
