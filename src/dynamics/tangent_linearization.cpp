@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "plan/thresholds.hpp"
 #include "schur/refinement.hpp"
 
 namespace tanor {
@@ -91,9 +92,9 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
 
 double TangentLinearization::predicted_flops() const {
   const GramSolver::Summary& summary = solver_.summary();
-  constexpr double flops_a_product = 6.0, flops_a_point = 60.0;
-  return summary.flops + 4.0 * summary.factor_nonzeros + flops_a_product * static_cast<double>(num_products_) +
-         flops_a_point * static_cast<double>(model_.num_moving());
+  return summary.flops + 4.0 * summary.factor_nonzeros +
+         plan::flops_of_tangent_product * static_cast<double>(num_products_) +
+         plan::flops_of_tangent_point * static_cast<double>(model_.num_moving());
 }
 
 }  // namespace tanor
