@@ -219,8 +219,7 @@ void NewtonDescent::solve_consistent_step(Step* step, double share) {
 void NewtonDescent::disturb(StaticState* state) {
   constexpr double part = 0.01;
   ++disturbances_;
-  for (std::size_t i = 0; i < equations_.size(); ++i)
-    state->r[i] += part * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  equations_.disturb(part * model_.smallest_length, state->r.data());
   std::fill(state->lambda.begin(), state->lambda.end(), 0.0);
   std::fill(penalties_.begin(), penalties_.end(), 0.0);
   residual_ = measure(*state);
