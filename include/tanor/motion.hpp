@@ -101,7 +101,7 @@ struct TANOR_API EnergyReport {
 };
 
 /// Friction at all instants at which it was found. Laws that read no reaction (viscous) take no iteration.
-struct FrictionSummary {
+struct [[nodiscard]] FrictionSummary {
   std::size_t solves = 0;  ///< instants at which friction that depends on reactions was found
   double iterations_mean = 0.0;
   int iterations_max = 0;
