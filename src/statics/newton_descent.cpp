@@ -157,8 +157,8 @@ bool NewtonDescent::rests(const StaticState& state) {
 }
 
 /// Takes Newton's step with the current factor if `is_better` accepts its residual; otherwise the state stays.
-template <class Judge>
-bool NewtonDescent::take_full_step(StaticState* state, const Judge& is_better) {
+template <class Accepts>
+bool NewtonDescent::take_full_step(StaticState* state, const Accepts& is_better) {
   Step step;
   solve_step(&step);
   StaticState next = *state;
