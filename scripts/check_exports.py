@@ -51,7 +51,7 @@ def self_test() -> int:
                       "tanor::InputError::~InputError()", "tn_system_create", "tanor::Certificate::passed() const"]
     wrong = ["std::vector<tanor::System, std::allocator<tanor::System> >::~vector()", "typeinfo for std::exception",
              "tanor::validate(tanor::System const&)", "tanor::System::Inner::f()", "vtable for tanor::System::Inner",
-             "cholmod_start", "typeinfo for tanor::InternalError", "tanor::Certificate::judge() const"]
+             "cholmod_start", "typeinfo for tanor::InternalError", "tanor::Certificate::verify() const"]
     missed = [symbol for symbol in wrong if len(complaints(right + [symbol], marked)) != 1]
     missed += complaints(right, marked)
     missed += [] if len(complaints(right[1:], marked)) == 1 else ["a missing typeinfo"]

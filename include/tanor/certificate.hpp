@@ -9,7 +9,7 @@
 namespace tanor {
 
 /// One identity checked on an answer, with its relative error and the error that rounding may explain.
-struct CertificateCheck {
+struct [[nodiscard]] CertificateCheck {
   std::string identity;  ///< in the paper's symbols, "K'w + phi = 0"
   double error = 0.0;
   double allowed = 0.0;  ///< at most `Certificate::fewest_digits`

@@ -66,7 +66,7 @@ enum class Uniqueness {
 };
 
 /// Friction at one instant.
-struct FrictionReport {
+struct [[nodiscard]] FrictionReport {
   std::size_t contacts = 0, sticking = 0;
   /// Evaluations of the law, each with one solve by the factor of S; steps for Newton's method.
   int iterations = 0;

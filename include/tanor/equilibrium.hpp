@@ -60,7 +60,7 @@ struct EquilibriumOptions {
 };
 
 /// Effect of a small perturbation on a system at rest, in the moves Z that the constraints leave free.
-struct StabilityReport {
+struct [[nodiscard]] StabilityReport {
   Stability status = Stability::None;
   std::size_t unstable_directions = 0, zero_modes = 0, rigid_zero_modes = 0;  ///< rigid ones are among zero modes
   /// Lowest omega^2 of Z'WZ q = omega^2 Z'MZ q that is no zero mode, 1/s^2, and its shape, 3n, q'Mq = 1. They are NaN

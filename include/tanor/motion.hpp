@@ -101,7 +101,7 @@ struct TANOR_API EnergyReport {
 };
 
 /// Friction at all instants at which it was found. Laws that read no reaction (viscous) take no iteration.
-struct FrictionSummary {
+struct [[nodiscard]] FrictionSummary {
   std::size_t solves = 0;  ///< instants at which friction that depends on reactions was found
   double iterations_mean = 0.0;
   int iterations_max = 0;
@@ -141,8 +141,8 @@ struct [[nodiscard]] MotionReport {
   /// Why the motion may be less accurate than asked for although nothing failed, and when that was first seen: the
   /// absolute tolerance is coarse, one fixed step turns the motion by more than 0.4 rad, steps may miss a short event,
   /// the energy drifts by more of its scale than the method should allow (1e-2 for fixed steps; 1e4 rtol, between 1e-4
-  /// and 1e-2, for a tolerance), or the tolerance is below the rounding of the forces. The drift is judged relative to
-  /// all energy flows, so the warning is withdrawn if much more flows later. Empty if there is no warning.
+  /// and 1e-2, for a tolerance), or the tolerance is below the rounding of the forces. The drift is measured relative
+  /// to all energy flows, so the warning is withdrawn if much more flows later. Empty if there is no warning.
   std::string accuracy_warning{};
   std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
   double last_event = 0.0;  ///< time of the last of them, s

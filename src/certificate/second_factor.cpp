@@ -168,7 +168,7 @@ void SecondFactor::solve_negative(double* rows) {
 
 double SecondFactor::estimate_reciprocal_condition() {
   constexpr int iterations = 3;
-  const double inverse = estimate_norm_of_inverse(&packed_, iterations, [&] { solve(); });
+  const double inverse = estimate_norm(&packed_, iterations, [&] { solve(); });
   return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
 }
 

@@ -102,7 +102,8 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
   return {};
 }
 
-Outcome Forms::reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta) {
+Outcome Forms::reactions(const Configuration& at, const Request& request, const Reactions& found, double* lambda,
+                         double* eta) {
   if (eta != nullptr) main->write_reactions(at.own, found, eta);
   if (given != nullptr) {
     std::copy(found.lambda.begin(), found.lambda.end(), lambda);

@@ -42,12 +42,13 @@ class Forms {
                   double* disagreement);
 
   /// `main`'s own variables, and the kinematics of the points.
-  struct Place {
+  struct Configuration {
     Kinematics own, points;
   };
   /// Writes lambda [d] (of least norm if not unique) and eta [3n], which may be null, of the reactions that `main`
   /// found with its accelerations there. The tangent form knows eta; lambda then costs a solve of the normal form.
-  Outcome reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta);
+  Outcome reactions(const Configuration& at, const Request& request, const Reactions& found, double* lambda,
+                    double* eta);
   /// Computes w and eta [3n] at (t, r, v) by the form that does not step. Both forms must be there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 

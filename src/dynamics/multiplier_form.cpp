@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/consistent_start.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -36,11 +37,10 @@ std::string MultiplierForm::find_undetermined_reaction() const {
 }
 
 double MultiplierForm::predicted_flops() const {
-  constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
   const FactorSummary& factor = linearization_.factor().summary();
   return factor.flops + 4.0 * static_cast<double>(factor.factor_nonzeros) +
-         flops_an_entry * static_cast<double>(factor.pattern_nonzeros) +
-         flops_a_row * static_cast<double>(model_.num_rows());
+         plan::flops_of_normal_entry * static_cast<double>(factor.pattern_nonzeros) +
+         plan::flops_of_normal_row * static_cast<double>(model_.num_rows());
 }
 
 std::vector<Ordering> MultiplierForm::orderings() const {

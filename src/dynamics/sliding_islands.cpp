@@ -176,7 +176,7 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
     if (!are_coulomb(island))
       leave_open(&island, "solutions of laws other than Coulomb's are not counted");
     else if (island.members.size() > most_verified)
-      leave_open(&island, "so many contacts that slide and change each other's reactions are not judged");
+      leave_open(&island, "so many contacts that slide and change each other's reactions are not checked");
   }
   reduce();
   *amplification = is_proven ? 1.0 : std::numeric_limits<double>::quiet_NaN();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "plan/thresholds.hpp"
 #include "schur/refinement.hpp"
 
 namespace tanor {
@@ -91,10 +92,9 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
 
 double TangentLinearization::predicted_flops() const {
   const FactorSummary& factor = solver_.summary().factor;
-  constexpr double flops_a_product = 6.0, flops_a_point = 60.0;
   return factor.flops + 4.0 * static_cast<double>(factor.factor_nonzeros) +
-         flops_a_product * static_cast<double>(num_products_) +
-         flops_a_point * static_cast<double>(model_.num_moving());
+         plan::flops_of_tangent_product * static_cast<double>(num_products_) +
+         plan::flops_of_tangent_point * static_cast<double>(model_.num_moving());
 }
 
 }  // namespace tanor

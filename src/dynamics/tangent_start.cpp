@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "dynamics/tangent_form.hpp"
 
@@ -10,6 +11,8 @@ namespace tanor {
 namespace {
 
 constexpr double allowed = 1e-3;  // largest correction by `check`, over the scene's size and its velocity scale
+
+constexpr double step_of_irregular = 0.7548776662;
 
 /// Returns the point whose numbers in both arrays differ most.
 std::size_t worst_point(const std::vector<double>& a, const std::vector<double>& b) {
@@ -23,11 +26,6 @@ std::size_t worst_point(const std::vector<double>& a, const std::vector<double>&
     }
   }
   return worst;
-}
-
-/// Returns a number in [-1, 1], irregular in j, so that no identity holds by accident.
-double any_number(std::size_t j) {
-  return std::sin(1.0 + static_cast<double>(j) * 0.7548776662);
 }
 
 /// Throws InputError naming the point whose given position or velocity is farthest from that of its coordinates.
@@ -91,7 +89,8 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
       x(work.coordinates.num_coordinates()), points(at.r().size(), 0.0);
   work.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());
   for (int attempt = 0; attempt < 3; ++attempt) {
-    for (std::size_t j = 0; j < x.size(); ++j) x[j] = any_number(j * static_cast<std::size_t>(attempt + 1));
+    for (std::size_t j = 0; j < x.size(); ++j)
+      x[j] = irregular(j * static_cast<std::size_t>(attempt + 1), step_of_irregular);
     at.apply(x.data(), points.data());
     const double size_of_Ax = model.largest_norm(points.data());
     const double worst =
@@ -150,7 +149,7 @@ Outcome TangentForm::stand_beside(double t, double distance, double* r) {
   std::vector<double> q = q_, at_rest(size(), 0.0);
   if (distance > 0.0) {
     std::vector<double> x(size()), Ax(linearization_.r().size(), 0.0);
-    for (std::size_t j = 0; j < size(); ++j) x[j] = any_number(j);
+    for (std::size_t j = 0; j < size(); ++j) x[j] = irregular(j, step_of_irregular);
     linearization_.apply(x.data(), Ax.data());
     const double unit = model_.largest_norm(Ax.data());
     for (std::size_t j = 0; j < size(); ++j) q[j] += distance / unit * x[j];

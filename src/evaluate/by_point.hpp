@@ -1,11 +1,12 @@
 #pragma once
 
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include <tanor/system.hpp>
+
+#include "base/groups.hpp"
 
 namespace tanor {
 
@@ -16,23 +17,19 @@ class ByPoint {
   ByPoint() = default;
   ByPoint(std::size_t num_points, const std::vector<std::pair<Index, Entry>>& entries) {
     if (entries.empty()) return;
-    start_.assign(num_points + 1, 0);
-    for (const auto& [point, entry] : entries) ++start_[point + 1];
-    std::partial_sum(start_.begin(), start_.end(), start_.begin());
-    entries_.resize(entries.size());
-    std::vector<Index> next(start_.begin(), start_.end() - 1);
-    for (const auto& [point, entry] : entries) entries_[next[point]++] = entry;
+    groups_ = {num_points, [&](const auto& add) {
+                 for (const auto& [point, entry] : entries) add(point, entry);
+               }};
   }
 
-  bool empty() const { return entries_.empty(); }
+  bool empty() const { return groups_.empty(); }
   std::span<const Entry> operator[](std::size_t point) const {
     if (empty()) return {};
-    return {entries_.begin() + start_[point], entries_.begin() + start_[point + 1]};
+    return groups_[point];
   }
 
  private:
-  std::vector<Index> start_;  // [point + 1]
-  std::vector<Entry> entries_;
+  Groups<Entry> groups_;  // [point]; without groups if there are no entries
 };
 
 }  // namespace tanor

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <variant>
 
+#include "base/groups.hpp"
 #include "base/text.hpp"
 #include "evaluate/definitions.hpp"
 #include "system/members.hpp"
@@ -19,23 +19,19 @@ namespace {
 class BlockPlaces {
  public:
   BlockPlaces(std::span<const Incidence> incidences, std::size_t num_rows)
-      : start_(num_rows + 1, 0), entries_(incidences.size()) {
-    for (const Incidence& incidence : incidences) ++start_[static_cast<std::size_t>(incidence.row) + 1];
-    std::partial_sum(start_.begin(), start_.end(), start_.begin());
-    std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
-    for (const Incidence& incidence : incidences)
-      entries_[next[static_cast<std::size_t>(incidence.row)]++] = {incidence.point, incidence.block};
-  }
+      : blocks_(num_rows, [&](const auto& add) {
+          for (const Incidence& incidence : incidences) add(incidence.row, {incidence.point, incidence.block});
+        }) {}
   /// Returns the block of this row and point.
   Index find(Index row, Index point) const {
-    std::size_t k = start_[static_cast<std::size_t>(row)];
-    while (entries_[k].first != point) ++k;
-    return entries_[k].second;
+    return std::ranges::find(blocks_[static_cast<std::size_t>(row)], point, &PointBlock::point)->block;
   }
 
  private:
-  std::vector<std::size_t> start_;                // [row]
-  std::vector<std::pair<Index, Index>> entries_;  // point, block
+  struct PointBlock {
+    Index point, block;
+  };
+  Groups<PointBlock> blocks_;  // [row]
 };
 
 /// Returns the slot of a member's parameter: one for all members if they share it, else one each.

@@ -6,13 +6,11 @@
 #include <numeric>
 #include <utility>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor {
 
 namespace {
-
-constexpr std::size_t most_points_of_leaf = 4;
-/// Cuts across an axis are seldom the better ones if the points reach less far along it than this.
-constexpr double least_extent = 0.75;
 
 /// Cuts the points recursively and numbers the nodes of the tree of cuts, children before parents.
 class AxisCuts {
@@ -64,7 +62,7 @@ class AxisCuts {
 
   /// Orders the points [begin, end) and the rows that no cut has parted so far.
   void dissect(std::size_t begin, std::size_t end) {
-    if (end - begin <= most_points_of_leaf) {
+    if (end - begin <= plan::most_points_of_leaf) {
       for (std::size_t k = begin; k < end; ++k) {
         for (const int row : rows_of(k)) {
           if (open_[static_cast<std::size_t>(row)].points > 0) node_of_row_[static_cast<std::size_t>(row)] = num_nodes_;
@@ -89,7 +87,7 @@ class AxisCuts {
     const double longest = std::ranges::max(extent);
     Cut best;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (extent[axis] >= least_extent * longest) sweep(begin, end, axis, &best);
+      if (extent[axis] >= plan::least_extent * longest) sweep(begin, end, axis, &best);
     return best;
   }
 

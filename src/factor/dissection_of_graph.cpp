@@ -6,14 +6,11 @@
 
 #include "base/check.hpp"
 #include "factor/dissection.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
 namespace {
-
-constexpr std::size_t most_points_of_part = 8;
-/// A half may have this many thousandths more of the points than its share, so that cuts with fewer rows are found.
-constexpr int imbalance = 100;
 
 /// Returns for each point the points that a row joins it to.
 Groups<int> list_neighbours(const RowsInSpace& rows) {
@@ -40,7 +37,7 @@ std::vector<int> bisect(const RowsInSpace& rows, int depth) {
   idx_t num_points = static_cast<idx_t>(rows.num_points()), weights = 1, num_parts = 1 << depth, num_cut = 0;
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
-  options[METIS_OPTION_UFACTOR] = imbalance;
+  options[METIS_OPTION_UFACTOR] = plan::imbalance_of_halves;
   const int status =
       METIS_PartGraphRecursive(&num_points, &weights, neighbours.start.data(), neighbours.entries.data(), nullptr,
                                nullptr, nullptr, &num_parts, nullptr, nullptr, options, &num_cut, part.data());
@@ -79,7 +76,7 @@ double first_cut(const RowsInSpace& rows, const std::vector<int>& part, int dept
 
 Dissection dissect_graph(const RowsInSpace& rows) {
   int depth = 0;
-  while ((rows.num_points() >> depth) > most_points_of_part) ++depth;
+  while ((rows.num_points() >> depth) > plan::most_points_of_part) ++depth;
   const std::vector<int> part = bisect(rows, depth);
   const Groups<int> by_part(std::size_t{1} << depth, [&](const auto& add) {
     for (std::size_t point = 0; point < part.size(); ++point) add(part[point], static_cast<int>(point));
@@ -94,7 +91,7 @@ Dissection dissect_graph(const RowsInSpace& rows) {
 }
 
 double first_cut_of_graph(const RowsInSpace& rows) {
-  const int depth = rows.num_points() > most_points_of_part ? 1 : 0;
+  const int depth = rows.num_points() > plan::most_points_of_part ? 1 : 0;
   return first_cut(rows, bisect(rows, depth), depth);
 }
 

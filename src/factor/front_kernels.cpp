@@ -4,15 +4,13 @@
 
 #include "base/instruction_sets.hpp"
 #include "factor/front_lanes.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor::kernels {
 
 namespace {
 
-constexpr std::size_t depth = 64;    // terms of a product whose factors stay in the second cache
-constexpr std::size_t height = 512;  // rows of such a product
-
-constexpr std::size_t long_column = 48;  // rows from which a search for whole lanes pays when they are added
+constexpr std::size_t depth = plan::terms_of_product, height = plan::rows_of_product;
 
 /// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
 /// sums stay in registers; if there are too few, the tile is split and its parts are done one after the other.
@@ -128,7 +126,7 @@ template <class Lanes>
 [[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
                                               const double* column, double* sum) {
   const std::size_t low = std::max(part.low, j);
-  if (part.high < low + long_column) {
+  if (part.high < low + plan::long_column) {
     for (std::size_t i = low; i < part.high; ++i) sum[in_parent.rows[i]] += column[i];
     return;
   }

@@ -11,8 +11,6 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_panels_tried = 16;  // an update that finds no room in this many seldom finds any
-
 std::size_t round_up(std::size_t count) {
   constexpr std::size_t width = kernels::front_width;
   return (count + width - 1) / width * width;
@@ -217,7 +215,7 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
     const std::size_t size = front.update_size();
     const auto meets = [&](std::size_t other) { return !is_far_above(s, other) && !is_far_above(other, s); };
     int above = fronts[static_cast<std::size_t>(front.parent)].parent;
-    for (std::size_t k = 0; k < most_panels_tried && above >= 0 && front.home == Front::Home::Arena; ++k) {
+    for (std::size_t k = 0; k < plan::most_panels_tried && above >= 0 && front.home == Front::Home::Arena; ++k) {
       const Front& upper = fronts[static_cast<std::size_t>(above)];
       Room& panel = panels[static_cast<std::size_t>(above)];
       const std::size_t capacity = upper.stride * upper.columns;

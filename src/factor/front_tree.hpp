@@ -6,6 +6,7 @@
 #include "base/task_graph.hpp"
 #include "factor/front_kernels.hpp"
 #include "factor/supernodes.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -45,7 +46,7 @@ struct FrontTask {
 /// pass from task to task stand in panels that are not written yet: the update of a front may stand in the panel of any
 /// front from its grandparent on upwards. Updates that find no room there stand in the arena.
 struct FrontTree {
-  static constexpr std::size_t tile = 192;  ///< rows and columns; a multiple of the kernels' 24 rows and 8 columns
+  static constexpr std::size_t tile = plan::rows_of_tile;  ///< rows and columns
 
   explicit FrontTree(const Supernodes& supernodes);
 

@@ -50,7 +50,7 @@ bool has_answered = false;
 
 /// Handles a library that calls exit when it gives up, as libgomp does if it cannot start a thread. The exit code is
 /// that of a machine failure.
-void judge_exit() {
+void end_as_machine_failure() {
   if (has_answered) return;
   std::fflush(nullptr);
   _exit(machine_failure);
@@ -98,7 +98,7 @@ extern "C" __attribute__((visibility("default"))) void* mmap(void* address, std:
 int main(int argc, char** argv) {
   occupy_closed_descriptors();
   turn_signals_into_failed_writes();
-  std::atexit(judge_exit);
+  std::atexit(end_as_machine_failure);
   try {
     RunProgram* const run_program = load_program();
     const int code = run_program(argc, argv);

@@ -89,11 +89,12 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       passes_(passes),
       free_(mechanics.size()),
       middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {
-  const Vec3* const uniform = projector_.uniform_acceleration();
-  is_uniform_ = uniform != nullptr;
-  for (std::size_t k = 0; is_uniform_ && k < uniform_.size() / 3; ++k) store(uniform_.data(), k, *uniform);
-  // A motion that is saved here may go on where the accelerations are read from the array.
-  for (std::size_t i = 0; is_uniform_ && i < projector_.num_moving(); ++i) store(free_.data(), i, *uniform);
+  if (const Vec3* const uniform = projector_.uniform_acceleration()) {
+    is_uniform_ = true;
+    for (std::size_t k = 0; k < uniform_.size() / 3; ++k) store(uniform_.data(), k, *uniform);
+    // A motion that is saved here may go on where the accelerations are read from the array.
+    for (std::size_t i = 0; i < projector_.num_moving(); ++i) store(free_.data(), i, *uniform);
+  }
 }
 
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.

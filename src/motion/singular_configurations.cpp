@@ -94,8 +94,7 @@ void SingularConfigurations::remember(double t) {
 void SingularConfigurations::find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated) {
   const double largest = std::max(memory_.forecast.reciprocal_condition(), mechanics_.reciprocal_condition());
   // A step that is near all the way is short, so that K turns little in it.
-  constexpr int pieces_of_long_step = 8;
-  const int pieces = largest < singular::near * regular_ ? 1 : pieces_of_long_step;
+  const int pieces = largest < singular::near * regular_ ? 1 : singular::pieces_of_long_step;
   const double begin = memory_.remembered < from.t ? -0.5 : 0.0;
   const double h = to.t - from.t;
   finder_.find(*monitor_, DenseOutput(scheme, from, to, !is_interpolated), to, {begin, pieces, regular_},

@@ -16,6 +16,10 @@ constexpr double reached = 1e-9;
 /// A step met the configuration unforeseen if it left less than this part of the reciprocal condition.
 constexpr double surprise = 1e-3;
 
+/// Pieces in which a step is looked through for a sign that has changed. One piece is enough if the step is near all
+/// the way.
+constexpr int pieces_of_long_step = 8;
+
 // Lengths, in steps.
 
 /// K is unreliable for stages and ends of a step that come nearer than this.

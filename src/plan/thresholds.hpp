@@ -2,9 +2,14 @@
 
 #include <cstddef>
 
-/// \file All thresholds that decide how S lambda = -b is solved. Each names the
-/// program under bench/ that found it; run that program again before you change one. They are read by
-/// make_composite_solver, take_equal_islands, partition_islands, analyze and Reuse.
+/// \file The thresholds that choose how S lambda = -b is solved: the solver, the order of elimination, the sizes of
+/// tiles and chunks, the threads, and whether the tangent form is taken instead. Each names the program under bench/
+/// that found it; run that program again before you change one. Where none is named, the words "argued, not measured"
+/// and the argument stand instead.
+///
+/// These numbers stand elsewhere, each beside its only reader: tolerances of arithmetic (what counts as singular, when
+/// a refinement or an iteration ends), the shapes of kernels that follow from the registers (`front_width`, `tile` of
+/// columns), and the counts of operations that the thresholds are compared with.
 namespace tanor::plan {
 
 // ---- which islands a solver takes ----
@@ -47,6 +52,16 @@ inline constexpr int most_parts = 16, least_rows_of_part = 512;
 /// Flops per nonzero of L from which dense fronts, and nested dissection, repay their overhead (bench/phases: nets).
 inline constexpr double flops_for_fronts = 8.0, flops_for_dissection = 50.0;
 
+/// Cuts along an axis end at parts of this many points, cuts of the graph at parts of so many. Argued, not measured:
+/// the rows between so few points fill their block of S anyway, whatever their order.
+inline constexpr std::size_t most_points_of_leaf = 4, most_points_of_part = 8;
+/// Cuts across an axis are tried only if the points reach this far along it, relative to the longest axis. Argued, not
+/// measured: a cut across a shorter axis is longer, and so it parts more rows.
+inline constexpr double least_extent = 0.75;
+/// A half of a cut by METIS may have this many thousandths more of the points than its share. Argued, not measured: a
+/// tenth lets METIS find cuts with fewer rows, and the halves stay comparable.
+inline constexpr int imbalance_of_halves = 100;
+
 /// Flops per nonzero of S from which METIS may repay its time, on the points and on the rows. METIS takes as long as
 /// 1e4 and 4e4 flops per nonzero; a hundred factorizations are expected, and a gain of half and of a tenth
 /// (bench/orderings).
@@ -56,6 +71,20 @@ inline constexpr double flops_worth_metis = 500.0, flops_worth_metis_on_rows = 5
 /// needs half the flops; it is 1 and more in nets, tubes and lattices, also with holes, where METIS needs more flops
 /// (bench/orderings).
 inline constexpr double clearly_better_cut = 0.9;
+
+/// Terms and rows of a product of dense blocks that are worked on at once. Argued, not measured: the factors, 64 x 512
+/// numbers or 256 KiB, stay in the second cache.
+inline constexpr std::size_t terms_of_product = 64, rows_of_product = 512;
+/// Length from which a column of an update is added to the parent in whole lanes. Argued, not measured: in shorter
+/// columns few rows follow each other, and the search for those that do takes longer than the additions.
+inline constexpr std::size_t long_column = 48;
+/// Rows and columns of a tile of a front; a multiple of the 24 rows and 8 columns of the kernels. Argued, not measured:
+/// two factors of 192 x 64 numbers stay in the second cache, and a front above `products_of_tiled_front` has several
+/// tiles.
+inline constexpr std::size_t rows_of_tile = 192;
+/// Panels in which an update looks for room, from its grandparent's on upwards. Argued, not measured: an update that
+/// finds no room in this many seldom finds any.
+inline constexpr std::size_t most_panels_tried = 16;
 
 /// Size, rows^2 columns, from which the tiles of a front are separate tasks (bench/fronts: lattices).
 inline constexpr double products_of_tiled_front = 2e7;
@@ -67,6 +96,23 @@ inline constexpr double flops_worth_threads = 1e8, numbers_worth_threads = 2e6;
 
 /// Iterations that conjugate gradients are expected to take before the first solve (bench/reuse).
 inline constexpr double first_guess_of_iterations = 4.0;
+/// The choice between the two preconditioners goes by a mean of the iterations of earlier solves. `weight_of_mean` is
+/// the weight of the mean so far beside the latest solve. `fading_of_mean` is the factor by which the mean of the
+/// preconditioner that is not used falls at each solve. Argued, not measured: the mean follows a change within some
+/// four solves, and a preconditioner that cost twice as much is tried again after some 350 solves.
+inline constexpr double weight_of_mean = 0.75, fading_of_mean = 0.998;
+/// Largest number of iterations, however much the factor costs. Argued, not measured: solves take some four iterations,
+/// and one that has taken so many does not get on.
+inline constexpr double most_iterations_of_reuse = 100.0;
+
+// ---- which form of the equations is solved ----
+
+/// Operations of both forms beside those of their factors: of the normal form for each nonzero of S and for each row of
+/// K, of the tangent form for each product of H and for each moving point. The form with fewer operations is taken.
+/// Argued, not measured: three multiplications and three additions assemble a product, and a row or a point costs some
+/// 60 operations in K and phi, or in A and psi, and in the accelerations.
+inline constexpr double flops_of_normal_entry = 6.0, flops_of_normal_row = 60.0;
+inline constexpr double flops_of_tangent_product = 6.0, flops_of_tangent_point = 60.0;
 
 // ---- threads and caches (bench/linear_solvers --threads) ----
 
@@ -74,15 +120,27 @@ inline constexpr std::size_t rows_worth_a_thread = 4096, rows_of_batches_worth_a
                              groups_of_points_worth_a_thread = 256;
 /// Largest number of groups of islands that are handed out to threads.
 inline constexpr std::size_t most_groups_of_islands = 64;
+/// Largest number of ranges that the points on guides are handed out in. Argued, not measured: it bounds an array on
+/// the stack, and is more than the threads of most machines.
+inline constexpr std::size_t most_ranges_of_points = 64;
 /// At most this many paths are split into halves if there is more than one thread.
 inline constexpr std::size_t few_paths = 8;
+/// Rods of a path that are worked on at once. Argued, not measured: few enough that their numbers stay in the first
+/// cache, many enough for the loops over neighbours to run in whole lanes.
+inline constexpr std::size_t rods_of_chunk = 128;
+/// Method `taylor` cuts a path into pieces for the lanes if the pieces have this many rods or more. Argued, not
+/// measured: the rods between the pieces are solved one after the other, which is little beside pieces longer than
+/// their number.
+inline constexpr std::size_t fewest_rods_of_piece = 8;
 /// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
 /// rattle, 10 rods).
 inline constexpr std::size_t fewest_points_in_lanes = 16;
 /// With fewer rows, the data stay in the second cache of all machines and need no prefetching (about 140 bytes a row).
 inline constexpr std::size_t rows_beyond_cache = 16384;
-/// With fewer numbers of L, a megabyte, solves need no prefetching either (not searched for). Solves of larger factors
-/// prefetch numbers of L this far ahead (bench/fronts: nets).
-inline constexpr std::size_t numbers_beyond_cache = 1 << 17, numbers_fetched_ahead = 4096;
+/// With fewer numbers of L, solves need no prefetching either. Argued, not measured: a megabyte fits the second cache
+/// of most machines.
+inline constexpr std::size_t numbers_beyond_cache = 1 << 17;
+/// Solves of larger factors prefetch numbers of L this far ahead (bench/fronts: nets).
+inline constexpr std::size_t numbers_fetched_ahead = 4096;
 
 }  // namespace tanor::plan

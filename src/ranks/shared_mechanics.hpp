@@ -79,11 +79,7 @@ class SharedMechanics final : public EquationsOfMotion {
 
   /// Runs work() -> Outcome, which may linearise, and returns what all ranks say of it.
   template <class Work>
-  Outcome conclude(const Work& work, const AccelerationOutput& to);
-  template <class Work>
-  Outcome conclude(const Work& work) {
-    return conclude(work, AccelerationOutput(nullptr));
-  }
+  Outcome conclude(const Work& work, const AccelerationOutput& to = nullptr);
   /// Does the same for work() -> ProjectionReport.
   template <class Work>
   ProjectionReport conclude_projection(const Work& work);

@@ -1,10 +1,7 @@
 #include "schur/condition.hpp"
 
 #include <cmath>
-#include <numeric>
 #include <vector>
-
-#include "base/numbers.hpp"
 
 namespace tanor {
 
@@ -18,24 +15,14 @@ double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel
     scale[static_cast<std::size_t>(row)] += problem.inverse_mass[static_cast<std::size_t>(point)] * dot(g, g);
   }
   for (double& each : scale) each = each > 0.0 ? std::sqrt(each) : 1.0;  // 1 for rows that move nothing
-  const auto find_largest = [&](const auto& apply) {
-    double eigenvalue = 1.0;
-    for (std::size_t a = 0; a < x.size(); ++a) x[a] = irregular(a);
-    for (int k = 0; k <= iterations; ++k) {
-      eigenvalue = std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
-      for (double& each : x) each /= eigenvalue;
-      apply();
-    }
-    return eigenvalue;
-  };
-  const double largest = find_largest([&] {
+  const double largest = estimate_norm(&x, iterations, [&] {
     for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
     problem.gather.write_scaled(parallel, blocks, x.data(), problem.inverse_mass.data(), problem.numbering.num_moving,
                                 dw.data());
     problem.constraints.apply_transposed(parallel, blocks, dw.data(), nullptr, x.data());
     for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
   });
-  const double largest_of_inverse = find_largest([&] {
+  const double largest_of_inverse = estimate_norm(&x, iterations, [&] {
     for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
     factor.solve_negative(parallel, x.data(), x.data());
     for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];

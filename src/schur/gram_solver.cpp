@@ -211,7 +211,7 @@ double GramSolver::estimate_reciprocal_condition() {
         if (row != column) column_sum[row] += std::abs(values[k]);
       }
     }
-    const double inverse = estimate_norm_of_inverse(&part.x, iterations, [&] { part.solve(part.x.data(), 1); });
+    const double inverse = estimate_norm(&part.x, iterations, [&] { part.solve(part.x.data(), 1); });
     const double largest = *std::max_element(column_sum.begin(), column_sum.end());
     worst = std::min(worst, 1.0 / (largest * inverse));
   }

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "base/vec3.hpp"
+#include "plan/thresholds.hpp"
 
 /// \file Arithmetic of PathSolver on a few consecutive rods at a time: loops over neighbours in memory, compiled for
 /// each instruction set, and the recurrences along the path, which are scalar.
@@ -10,8 +11,8 @@
 /// Directions g point along the path, whatever the signs of the blocks of K: block = sign g.
 namespace tanor::paths {
 
-/// Number of rods that are worked on at once: few enough for the first cache, many enough for the loops.
-inline constexpr std::size_t chunk_size = 128;
+/// Number of rods that are worked on at once.
+inline constexpr std::size_t chunk_size = plan::rods_of_chunk;
 
 /// Consecutive rows of S during the elimination. Row k is joined to row k - 1 at its left point and to row k + 1 at its
 /// right one. Slot k + 1 belongs to row k; slots 0 and count + 1 belong to the rows next to the chunk.

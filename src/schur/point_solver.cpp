@@ -181,7 +181,7 @@ struct PointSolver::Chunk {
 /// Calls work(chunk) for all chunks, many at once.
 template <class Work>
 Elimination PointSolver::for_each_chunk(const Parallel& parallel, const Work& work) const {
-  constexpr std::size_t most_shares = 64;
+  constexpr std::size_t most_shares = plan::most_ranges_of_points;
   std::array<Elimination, most_shares> found{};
   const std::size_t num_groups = runs_.back().first_group + runs_.back().num_groups();
   const auto threads = static_cast<std::size_t>(parallel.threads());

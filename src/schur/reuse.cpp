@@ -50,7 +50,7 @@ void Reuse::forget() {
 
 /// Returns the limit of iterations; more would cost more than the factor.
 int Reuse::most_iterations(const Candidate& candidate) const {
-  return 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
+  return 1 + static_cast<int>(std::min(plan::most_iterations_of_reuse, factor_products_ / candidate.products));
 }
 
 bool Reuse::make_incomplete(const double* blocks) {
@@ -61,15 +61,13 @@ bool Reuse::make_incomplete(const double* blocks) {
 
 bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
                   std::vector<double>* lambda, double* dw) {
-  constexpr double kept_part = 0.75;  // weight of the mean beside the new solve
-  constexpr double shrink = 0.998;    // for one that is not used, so that in time it is tried again
   const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
   num_iterations_ = 0;
   const Preconditioner cheaper = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
-  candidates_[cheaper == Incomplete ? Kept : Incomplete].iterations *= shrink;
+  candidates_[cheaper == Incomplete ? Kept : Incomplete].iterations *= plan::fading_of_mean;
   Candidate& candidate = candidates_[cheaper];
   if (cost(cheaper) >= factor_products_) {
-    candidate.iterations *= shrink;
+    candidate.iterations *= plan::fading_of_mean;
     return false;
   }
   const auto not_again_soon = [&] { candidate.iterations = 2.0 * factor_products_ / candidate.products; };
@@ -82,7 +80,8 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
   const ConjugateGradients::Result result =
       iterate(parallel, blocks, b, {allowed, 0.0, most_iterations(candidate)}, lambda->data(), dw);
   if (result.has_converged) {
-    candidate.iterations = kept_part * candidate.iterations + (1.0 - kept_part) * std::max(1, result.iterations);
+    constexpr double kept = plan::weight_of_mean;
+    candidate.iterations = kept * candidate.iterations + (1.0 - kept) * std::max(1, result.iterations);
   } else {
     not_again_soon();
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "plan/thresholds.hpp"
 #include "schur/rod_rows.hpp"
 
 namespace tanor {
@@ -50,7 +51,7 @@ std::optional<std::vector<RodLanes>> lay_rods(const System& system, const Number
     paths.push_back(*path);
   }
 
-  constexpr std::size_t width = RodLanes::most, worth_a_cut = 8 * width;
+  constexpr std::size_t width = RodLanes::most, worth_a_cut = plan::fewest_rods_of_piece * width;
   std::vector<RodLanes> result;
   const auto short_ones = std::stable_partition(paths.begin(), paths.end(),
                                                 [](const RodPath& path) { return path.num_rows() >= worth_a_cut; });

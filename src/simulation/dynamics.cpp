@@ -10,7 +10,7 @@
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "simulation/acceleration_split.hpp"
-#include "simulation/causes.hpp"
+#include "simulation/reaction_decomposition.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
@@ -46,7 +46,7 @@ struct Dynamics::Implementation {
   std::vector<double> y, z, before;
   // Both are made when first asked for.
   std::unique_ptr<AccelerationSplit> parts;
-  std::unique_ptr<Causes> causes;
+  std::unique_ptr<ReactionDecomposition> reaction_decomposition;
 
   Implementation(System system, const SolverOptions& options)
       : forms(std::move(system), options), form_wanted(options.form) {
@@ -286,8 +286,9 @@ ReactionsByCause Dynamics::reactions_by_cause(const StateView& at) {
   Implementation& self = live(implementation_, "Dynamics");
   ReactionsByCause result{self.stand_at(at), {}};
   if (!result.outcome.ok()) return result;
-  if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
-  result.parts = self.causes->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(), self.x_dot.data());
+  if (!self.reaction_decomposition) self.reaction_decomposition = std::make_unique<ReactionDecomposition>(self.forms);
+  result.parts = self.reaction_decomposition->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(),
+                                                   self.x_dot.data());
   return result;
 }
 

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "base/dense.hpp"
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "statics/damping_matrix.hpp"
 
@@ -92,7 +93,7 @@ double DampedModeFinder::extend_basis(Columns wanted, double tolerance) {
   Vector start(operation.rows()), other(operation.rows());
   for (Columns i = 0; i < start.size(); ++i)
     start[i] =
-        std::sin(1.0 + 2.3 * static_cast<double>(i + 7 * basis_.cols())) / std::sqrt(1.0 + static_cast<double>(i));
+        irregular(static_cast<std::size_t>(i + 7 * basis_.cols()), 2.3) / std::sqrt(1.0 + static_cast<double>(i));
   // After two applications the start vector breaks no constraint.
   operation.perform_op(start.data(), other.data());
   operation.perform_op(other.data(), start.data());

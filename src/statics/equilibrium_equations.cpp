@@ -4,7 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "base/numbers.hpp"
+
 namespace tanor {
+
+namespace {
+
+constexpr double step_of_irregular = 2.3;
+
+}  // namespace
 
 EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
     : work_(work),
@@ -45,6 +53,10 @@ void EquilibriumEquations::linearise(const double* r, const double* lambda, Stif
   work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   stiffness_.evaluate(t_, r, lambda, curvature);
   for (std::size_t i = 0; i < stiffest_.size(); ++i) stiffest_[i] = stiffness_.largest_of(i);
+}
+
+void EquilibriumEquations::disturb(double by, double* r) const {
+  for (std::size_t i = 0; i < size(); ++i) r[i] += by * irregular(i, step_of_irregular);
 }
 
 double EquilibriumEquations::rounding_of_forces(std::size_t point) const {

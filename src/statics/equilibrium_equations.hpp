@@ -33,6 +33,10 @@ class EquilibriumEquations {
   /// Evaluates K and W at r and lambda.
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
 
+  /// Moves each coordinate of the moving points in r [3 points] by at most `by`, m, without any symmetry and always in
+  /// the same way.
+  void disturb(double by, double* r) const;
+
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
   /// Returns the rounding error, N, of forces that cancel at a moving point. Rounding of the positions causes it,
   /// multiplied by the point's rows of W of the last `linearise`.

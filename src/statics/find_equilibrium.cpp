@@ -35,8 +35,8 @@ class Search {
   /// Returns the points that K alone would let move, but that rods under tension hold.
   std::vector<Index> find_rigid_points();
   void start_at(const std::vector<double>& positions, const std::vector<double>* multipliers);
-  /// Finds an equilibrium; if `is_judged`, its stability decides whether it is accepted.
-  Outcome run(bool is_judged);
+  /// Finds an equilibrium; if `assesses_stability`, its stability decides whether it is accepted.
+  Outcome run(bool assesses_stability);
   /// Describes the equilibrium: residuals, multipliers, energy and stability.
   void describe();
   void write();
@@ -299,7 +299,7 @@ std::string Search::name_points_that_move() const {
   return names;
 }
 
-Outcome Search::run(bool is_judged) {
+Outcome Search::run(bool assesses_stability) {
   Stability& status = result_.stability.status;
   result_.stability = {};
   if (model_.num_moving() == 0) {
@@ -309,7 +309,7 @@ Outcome Search::run(bool is_judged) {
   if (std::string load = find_unbalanced_load(equations_, state_.r); !load.empty())
     return {Status::NoSolution, "there is no equilibrium: " + load};
   const bool may_leave = options_.method != EquilibriumMethod::Newton && options_.accept != AcceptedEquilibria::Any;
-  if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !is_judged) return outcome;
+  if (Outcome outcome = search_from_smallest(search()); !outcome.ok() || !assesses_stability) return outcome;
   // Residual forces give a little stiffness to motions that cost nothing, so Newton's method removes those forces
   // first.
   if (equations_.size() <= most_dense_unknowns) {
@@ -343,8 +343,8 @@ void Search::describe() {
     result_.self_stress_states = count_self_stress();
     note_useless_prestress(prestress_, result_.self_stress_states, &result_.left_out);
     const Stability status = result_.stability.status;
-    const bool is_judged = status != Stability::None && status != Stability::NotConservative;
-    if (result_.self_stress_states > 0 && is_judged && options_.prestress.empty())
+    const bool stability_is_known = status != Stability::None && status != Stability::NotConservative;
+    if (result_.self_stress_states > 0 && stability_is_known && options_.prestress.empty())
       result_.left_out.push_back(
           "stability: that with the multipliers that this result tells, since the load does not determine how rods "
           "pull against "
@@ -414,7 +414,8 @@ std::unique_ptr<Search> start_search(const System& system, const EquilibriumOpti
 }  // namespace
 
 EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
-                            const std::vector<double>& prestress, const std::vector<double>& start, bool is_judged) {
+                            const std::vector<double>& prestress, const std::vector<double>& start,
+                            bool assesses_stability) {
   EquilibriumResult result;
   std::unique_ptr<Search> search;
   for (int step = 1; step <= options.load_steps; ++step) {
@@ -429,7 +430,7 @@ EquilibriumResult rest_from(const System& system, const EquilibriumOptions& opti
       search = std::make_unique<Search>(std::move(loaded), options, prestress, &result);
       search->start_at(positions, &before.lambda);
     }
-    result.outcome = search->run(is_judged);
+    result.outcome = search->run(assesses_stability);
     if (!result.outcome.ok() && result.stability.status == Stability::None) break;
   }
   search->describe();

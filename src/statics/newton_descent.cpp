@@ -157,8 +157,8 @@ bool NewtonDescent::rests(const StaticState& state) {
 }
 
 /// Takes Newton's step with the current factor if `is_better` accepts its residual; otherwise the state stays.
-template <class Judge>
-bool NewtonDescent::take_full_step(StaticState* state, const Judge& is_better) {
+template <class Accepts>
+bool NewtonDescent::take_full_step(StaticState* state, const Accepts& is_better) {
   Step step;
   solve_step(&step);
   StaticState next = *state;
@@ -219,8 +219,7 @@ void NewtonDescent::solve_consistent_step(Step* step, double share) {
 void NewtonDescent::disturb(StaticState* state) {
   constexpr double part = 0.01;
   ++disturbances_;
-  for (std::size_t i = 0; i < equations_.size(); ++i)
-    state->r[i] += part * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  equations_.disturb(part * model_.smallest_length, state->r.data());
   std::fill(state->lambda.begin(), state->lambda.end(), 0.0);
   std::fill(penalties_.begin(), penalties_.end(), 0.0);
   residual_ = measure(*state);

@@ -73,8 +73,8 @@ class NewtonDescent {
   bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   StiffnessMatrix::Curvature choose_curvature(const StaticState& state);
-  template <class Judge>
-  bool take_full_step(StaticState* state, const Judge& is_better);
+  template <class Accepts>
+  bool take_full_step(StaticState* state, const Accepts& is_better);
   bool halves(StaticState* state);
   bool try_descent(StaticState* state);
   Outcome explain(const char* why) const;

@@ -16,13 +16,13 @@ bool contradicts(const EquilibriumResult& found) {
 
 /// Searches from the last equilibrium. If that fails, as for a chain that hung through the floor, it searches from the
 /// start.
-EquilibriumResult OneSidedSearch::rest(bool is_judged) {
+EquilibriumResult OneSidedSearch::rest(bool assesses_stability) {
   EquilibriumOptions options = options_;
   if (has_rested_) options.load_steps = 1;
   const System closed = without_open_constraints(input_.system, rows_.open());
   const std::vector<double> prestress = rows_.keep(input_.prestress);
   const auto rest_at = [&](const std::vector<double>& start) {
-    EquilibriumResult found = rest_from(closed, options, prestress, start, is_judged);
+    EquilibriumResult found = rest_from(closed, options, prestress, start, assesses_stability);
     search_.iterations += found.search.iterations;
     search_.factorizations += found.search.factorizations;
     search_.residuals.insert(search_.residuals.end(), found.search.residuals.begin(), found.search.residuals.end());
@@ -56,11 +56,11 @@ OneSidedRows::Rows OneSidedSearch::take_part_of_change() {
 }
 
 EquilibriumResult OneSidedSearch::run() {
-  bool is_judged = false;
+  bool assesses_stability = false;
   for (int round = 0;; ++round) {
-    EquilibriumResult found = rest(is_judged);
+    EquilibriumResult found = rest(assesses_stability);
     const bool rests = found.outcome.ok() || found.stability.status != Stability::None;
-    const bool is_final = is_judged && !rests;
+    const bool is_final = assesses_stability && !rests;
     if (rests) {
       changed_ = wanted_ = exchange_.choose(rows_.find_wrong(found), rows_.open());
       positions_ = found.positions;
@@ -68,7 +68,7 @@ EquilibriumResult OneSidedSearch::run() {
     } else if (!is_final) {
       changed_ = change_after(found);
     }
-    if (is_final || (changed_.empty() && (is_judged || !rests))) return write(std::move(found));
+    if (is_final || (changed_.empty() && (assesses_stability || !rests))) return write(std::move(found));
     if (exchange_.is_stuck() || round == options_.max_iterations) {
       found.stability.status = Stability::None;
       found.outcome = {Status::NotConverged, "one-sided constraints do not settle after " +
@@ -76,7 +76,7 @@ EquilibriumResult OneSidedSearch::run() {
                                                  rows_.name(changed_) + " would close and open in turn"};
       return write(std::move(found));
     }
-    is_judged = changed_.empty();
+    assesses_stability = changed_.empty();
     rows_.change(changed_);
   }
 }

@@ -7,14 +7,15 @@
 
 namespace tanor {
 
-/// Finds the equilibrium of a system whose constraints all act both ways, from `start` [3n]. If not `is_judged`, any
-/// equilibrium is accepted and its stability is not computed.
+/// Finds the equilibrium of a system whose constraints all act both ways, from `start` [3n]. If `assesses_stability` is
+/// false, any equilibrium is accepted and its stability is not computed.
 EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
-                            const std::vector<double>& prestress, const std::vector<double>& start, bool is_judged);
+                            const std::vector<double>& prestress, const std::vector<double>& start,
+                            bool assesses_stability);
 
 /// Alternates between equilibria with the closed one-sided constraints and changes of this set, until no closed one
 /// pulls and no open one is broken (the primal-dual active sets of Hintermueller, Ito & Kunisch 2002). Only then is the
-/// stability judged; if that leads away from an unstable equilibrium, rounds continue from there.
+/// stability computed; if that leads away from an unstable equilibrium, rounds continue from there.
 class OneSidedSearch {
  public:
   OneSidedSearch(const StaticsInput& input, const EquilibriumOptions& options)
@@ -23,7 +24,7 @@ class OneSidedSearch {
   EquilibriumResult run();
 
  private:
-  EquilibriumResult rest(bool is_judged);
+  EquilibriumResult rest(bool assesses_stability);
   OneSidedRows::Rows change_after(const EquilibriumResult& failed);
   OneSidedRows::Rows take_part_of_change();
   EquilibriumResult write(EquilibriumResult found);

@@ -25,8 +25,8 @@ Outcome ProjectedDescent::find_start(Projector& projector, std::vector<double>* 
   const std::vector<double> given = *r;
   ProjectionReport start = nearest.find(equations_.time(), r->data());
   if (start.outcome.ok()) return {};
-  for (std::size_t i = 0; i < equations_.size(); ++i)
-    (*r)[i] = given[i] + 0.1 * model_.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  std::copy_n(given.begin(), equations_.size(), r->begin());
+  equations_.disturb(0.1 * model_.smallest_length, r->data());
   return nearest.find(equations_.time(), r->data()).outcome;
 }
 

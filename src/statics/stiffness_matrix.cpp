@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/groups.hpp"
+
 namespace tanor {
 
 StiffnessMatrix::StiffnessMatrix(Workspace& work)
@@ -51,15 +53,7 @@ void StiffnessMatrix::make_pattern(const double* r) {
       entries.push_back({j, i});
     });
   }
-  std::sort(entries.begin(), entries.end());
-  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
-  start_.assign(static_cast<std::size_t>(n) + 1, 0);
-  columns_.clear();
-  for (const auto& [i, j] : entries) {
-    ++start_[static_cast<std::size_t>(i) + 1];
-    columns_.push_back(j);
-  }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) start_[i + 1] += start_[i];
+  compress_pairs(static_cast<std::size_t>(n), std::move(entries), &start_, &columns_);
   blocks_.resize(columns_.size());
 
   diagonal_.clear();

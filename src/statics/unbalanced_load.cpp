@@ -153,8 +153,7 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   // The equations are linearised at a disturbed configuration with arbitrary multipliers, so that no answer vanishes by
   // accident.
   std::vector<double> elsewhere = r, lambda(model.num_rows()), g(equations.size()), xi(model.num_rows());
-  for (std::size_t i = 0; i < equations.size(); ++i)
-    elsewhere[i] += 0.03 * model.smallest_length * std::sin(1.0 + 2.3 * static_cast<double>(i));
+  equations.disturb(0.03 * model.smallest_length, elsewhere.data());
   for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] = 1.5 + std::cos(1.0 + 1.7 * static_cast<double>(a));
   equations.linearise(elsewhere.data(), lambda.data());
   (void)equations.evaluate(elsewhere.data(), lambda.data(), g.data(), xi.data());

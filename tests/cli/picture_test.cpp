@@ -52,6 +52,25 @@ TEST(PictureCommandTest, DrawsAnInstantAndSaysBetweenWhichFrames) {
   EXPECT_EQ(read_size(read_text(folder / "swing.out/picture.png")), (std::array{1600, 1000}));
 }
 
+/// Runs the lines of README.md that make a picture as they stand there.
+TEST(PictureCommandTest, TheLinesOfTheReadmeMakeAPicture) {
+  const Folder folder;
+  const std::filesystem::path project = std::filesystem::path(TANOR_DOCS).parent_path();
+  std::filesystem::create_directory_symlink(project / "examples", folder / "examples");
+  std::istringstream readme(read_text(project / "README.md"));
+  const std::string program = "build/src/cli/tanor ";
+  std::size_t num_lines = 0;
+  for (std::string line; std::getline(readme, line);) {
+    if (!line.starts_with(program)) continue;
+    std::istringstream rest(line.substr(program.size()));
+    const Ended ended = run_program(folder, Words{std::istream_iterator<std::string>(rest), {}});
+    EXPECT_EQ(ended.code, 0) << line << "\n" << ended.err;
+    ++num_lines;
+  }
+  EXPECT_EQ(num_lines, 2u);
+  EXPECT_EQ(read_size(read_text(folder / "build/net/picture.png")), (std::array{1600, 1000}));
+}
+
 TEST(PictureCommandTest, DrawsTheLastFrameWithoutATime) {
   const Folder folder;
   simulate(folder, {"--out", "o"});

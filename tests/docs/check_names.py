@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file, and
 where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart, where a source asks
-for a kind that the table of such places in contributing.md leaves out, and where README.md lacks a kind or a method.
+for a kind that the table of such places in contributing.md leaves out, where README.md lacks a kind or a method, and
+where methods.md and src/motion/singular_thresholds.hpp differ in a threshold.
 
 Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
 a name that a file follows (`function`, `src/…`) is in that file.
@@ -9,6 +10,7 @@ a name that a file follows (`function`, `src/…`) is in that file.
 import pathlib
 import re
 import sys
+from fractions import Fraction
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -71,6 +73,29 @@ def find_kinds_missing_in_readme():
     return result
 
 
+def find_thresholds_that_differ():
+    """Thresholds of singular configurations whose value in methods.md is not that of the source, as phrases."""
+    source = (ROOT / "src/motion/singular_thresholds.hpp").read_text()
+    in_source = {
+        name: float(value)
+        for declaration in re.findall(r"^(?:inline )?constexpr \w+ ([^;]+);", source, flags=re.M)
+        for name, value in re.findall(r"(\w+) = ([^,]+)", declaration)
+    }
+    page = (ROOT / "docs/methods.md").read_text().split("**Thresholds.**")[1]
+    table = re.search(r"^\| name \| value \|.*?\n\|[-|]+\n(.*?)\n\n", page, flags=re.M | re.S)[1]
+    in_table = {}
+    for row in table.splitlines():
+        names, values = row.split(" | ")[:2]
+        numbers = [float(Fraction(value.split()[0])) for value in values.split(", ")]  # a unit may follow
+        in_table |= dict(zip(re.findall(r"`(\w+)`", names), numbers, strict=True))
+    assert in_source, "no threshold was read"
+    return [
+        f"the threshold {name}: {in_source.get(name, 'none')} in the source, {in_table.get(name, 'none')} in the table"
+        for name in sorted(in_source.keys() | in_table.keys())
+        if in_source.get(name) != in_table.get(name)
+    ]
+
+
 def main():
     tests = {
         (suite, name)
@@ -104,7 +129,10 @@ def main():
     missing += [("README.md", f"{name} of the {row}") for row, name in find_kinds_missing_in_readme()]
     for page, word in missing:
         print(f"{page}: {word} is not there")
-    return 1 if missing else 0
+    different = find_thresholds_that_differ()
+    for phrase in different:
+        print(f"methods.md: {phrase}")
+    return 1 if missing or different else 0
 
 
 if __name__ == "__main__":

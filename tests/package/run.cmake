@@ -18,6 +18,7 @@ run(${CMAKE_COMMAND} -G ${generator} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work_dir}
   "-DCMAKE_CXX_FLAGS=${flags}" "-DCMAKE_C_FLAGS=${flags}")
 run(${CMAKE_COMMAND} --build ${work_dir}/build --config ${build_type})
 run(${work_dir}/build/chain_host)
+run(${work_dir}/build/host)
 run(${work_dir}/build/pendulum_host)
 
 if(program)

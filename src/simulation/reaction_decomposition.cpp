@@ -1,4 +1,4 @@
-#include "simulation/causes.hpp"
+#include "simulation/reaction_decomposition.hpp"
 
 #include <algorithm>
 #include <string>
@@ -28,7 +28,7 @@ std::vector<double> negative(const double* x, std::size_t size) {
 
 }  // namespace
 
-Causes::Causes(Forms& forms) : forms_(forms), work_(forms.work), model_(forms.model) {
+ReactionDecomposition::ReactionDecomposition(Forms& forms) : forms_(forms), work_(forms.work), model_(forms.model) {
   System alone = model_.system;
   for (const Force& force : model_.system.forces) {
     alone.forces = {force};
@@ -37,7 +37,7 @@ Causes::Causes(Forms& forms) : forms_(forms), work_(forms.work), model_(forms.mo
 }
 
 template <class Use>
-void Causes::for_each_force(double t, const double* r, const double* v, const Use& use) {
+void ReactionDecomposition::for_each_force(double t, const double* r, const double* v, const Use& use) {
   std::vector<double> f(3 * model_.num_points());
   for (std::size_t k = 0; k < forces_.size(); ++k) {
     forces_[k]->evaluate(model_.parallel, t, r, v, f.data());
@@ -45,12 +45,12 @@ void Causes::for_each_force(double t, const double* r, const double* v, const Us
   }
 }
 
-std::vector<ReactionPart> Causes::find(double t, const double* r, const double* v, const double* q,
-                                       const double* q_dot) {
+std::vector<ReactionPart> ReactionDecomposition::find(double t, const double* r, const double* v, const double* q,
+                                                      const double* q_dot) {
   return forms_.normal != nullptr ? find_by_constraints(t, r, v) : find_by_coordinates(t, r, v, q, q_dot);
 }
 
-std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r, const double* v) {
+std::vector<ReactionPart> ReactionDecomposition::find_by_constraints(double t, const double* r, const double* v) {
   std::vector<ReactionPart> result;
   const auto add_force = [&](const std::string& name, const std::vector<double>& f) {
     result.push_back(find_part(name, r, apply_transposed_to_forces(f)));
@@ -66,7 +66,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
 }
 
 /// Solves S lambda = -b for one part of the reaction.
-ReactionPart Causes::find_part(std::string cause, const double* r, const std::vector<double>& b) {
+ReactionPart ReactionDecomposition::find_part(std::string cause, const double* r, const std::vector<double>& b) {
   Linearization& linearization = forms_.normal->linearization();
   const std::size_t size = 3 * model_.num_points();
   std::vector<double> lambda(model_.num_rows()), dw(size), eta(size);
@@ -83,14 +83,14 @@ ReactionPart Causes::find_part(std::string cause, const double* r, const std::ve
 }
 
 /// Returns b = K'M^-1 f.
-std::vector<double> Causes::apply_transposed_to_forces(const std::vector<double>& f) {
+std::vector<double> ReactionDecomposition::apply_transposed_to_forces(const std::vector<double>& f) {
   std::vector<double> w0(f.size(), 0.0);
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
   return apply_transposed(w0, nullptr);
 }
 
 /// Returns K'w + rest, or K'w if `rest` is null.
-std::vector<double> Causes::apply_transposed(const std::vector<double>& w, const double* rest) {
+std::vector<double> ReactionDecomposition::apply_transposed(const std::vector<double>& w, const double* rest) {
   std::vector<double> b(model_.num_rows());
   if (!b.empty()) {
     work_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), w.data(), rest,
@@ -99,7 +99,7 @@ std::vector<double> Causes::apply_transposed(const std::vector<double>& w, const
   return b;
 }
 
-void Causes::add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result) {
+void ReactionDecomposition::add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result) {
   const std::size_t size = 3 * model_.num_points();
   const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
   const auto phi = [&](const double* velocities) {
@@ -121,8 +121,8 @@ void Causes::add_inertia_and_drive(const double* r, const double* v, std::vector
   result->push_back(find_part("drive", r, apply_transposed(given, terms.rest.data())));
 }
 
-std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r, const double* v, const double* q,
-                                                      const double* q_dot) {
+std::vector<ReactionPart> ReactionDecomposition::find_by_coordinates(double t, const double* r, const double* v,
+                                                                     const double* q, const double* q_dot) {
   const std::size_t size = 3 * model_.num_points(), moving = 3 * model_.num_moving();
   std::vector<ReactionPart> result;
   std::vector<double> eta(size), force(size, 0.0);

@@ -14,9 +14,9 @@ namespace tanor {
 /// phi = v'Hess(xi) v + 2 v'grad(xi_t) + xi_tt row by row. *Inertia* is the first term, which is quadratic in v and
 /// found as (phi(v) + phi(-v))/2 - phi(0). *Drive* is the rest of phi, with the prescribed accelerations of supports.
 /// With coordinates alone, psi takes the place of phi, q_dot that of v, and eta follows from (24).
-class Causes {
+class ReactionDecomposition {
  public:
-  explicit Causes(Forms& forms);
+  explicit ReactionDecomposition(Forms& forms);
 
   /// Returns the parts in the user's order at (t, r, v) [3n], for which the forms must be current. q and q_dot are the
   /// tangent form's own variables (without constraints).
