@@ -73,7 +73,8 @@ std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std:
   result->inverse_mass_ = problem.inverse_mass;
   bool has_factors = false;
   Summary& summary = result->summary_;
-  summary = {.solvers = {LinearSolver::ClosedForm}, .reason = "nothing joins points on guides of their own"};
+  summary.solvers = {LinearSolver::ClosedForm};
+  summary.reason = "nothing joins points on guides of their own";
   std::erase_if(*islands, [&](Index island) {
     const Index first = numbering.island_start[static_cast<std::size_t>(island)];
     const auto count = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(island) + 1] - first);
