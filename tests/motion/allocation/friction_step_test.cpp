@@ -171,6 +171,7 @@ TEST_P(StepWithFrictionTest, AllocatesNothing) {
   EXPECT_EQ(simulation.report().events, 0u) << "a scene that changes no mode";
 }
 
+// Method `dop853` is left out, since it runs the loops of `dopri5`.
 INSTANTIATE_TEST_SUITE_P(Scenes, StepWithFrictionTest,
                          testing::Combine(testing::ValuesIn(scenes_with_friction),
                                           testing::Values(Method::Auto, Method::Rk4, Method::Dopri5, Method::Rattle,
