@@ -18,11 +18,10 @@ namespace {
 
 enum class Hold { OppositeCorners, AdjacentCorners, OneCorner };
 
-System make_flat_net(Index side, Hold hold) {
-  std::vector<Index> corners{0};
-  if (hold == Hold::OppositeCorners) corners.push_back(side * side - 1);
-  if (hold == Hold::AdjacentCorners) corners.push_back(side - 1);
-  return scenes::hang(scenes::make_grid({side, side, 1}), corners);
+System make_flat_net(int side, Hold hold) {
+  if (hold == Hold::OppositeCorners) return scenes::make_net(side, side);
+  if (hold == Hold::AdjacentCorners) return scenes::make_hung_net(side);
+  return scenes::hang(scenes::make_grid({side, side, 1}), {0});
 }
 
 struct Way {
