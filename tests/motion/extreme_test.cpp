@@ -162,9 +162,9 @@ TEST(HeavyTip, IsNotTakenForASingularPlace) {
 }
 
 /// Such a motion neither fails nor is silent. It warns that its steps may be too long; shorter steps are not warned of.
-class DoubtedSteps : public testing::TestWithParam<Method> {};
+class LongFixedSteps : public testing::TestWithParam<Method> {};
 
-TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
+TEST_P(LongFixedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
   for (const double angle : {0.1, 0.5, 1.0, 2.0}) {
     SCOPED_TRACE(angle);
     const Case scene = extreme::turn_fast(angle);
@@ -179,7 +179,7 @@ TEST_P(DoubtedSteps, AreWarnedOfWhereTheyLoseTheMotion) {
   }
 }
 
-TEST_P(DoubtedSteps, AreNotWarnedOfInAChainThatFallsFromRest) {
+TEST_P(LongFixedSteps, AreNotWarnedOfInAChainThatFallsFromRest) {
   const Case scene = extreme::drop_scaled_chain(0.1);
   Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
 
@@ -188,7 +188,7 @@ TEST_P(DoubtedSteps, AreNotWarnedOfInAChainThatFallsFromRest) {
   EXPECT_EQ(simulation.report().accuracy_warning, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps, testing::ValuesIn(list_methods_that(&MethodTraits::has_fixed_steps)));
+INSTANTIATE_TEST_SUITE_P(Motion, LongFixedSteps, testing::ValuesIn(list_methods_that(&MethodTraits::has_fixed_steps)));
 
 /// Light beads vibrate faster than the steps can follow.
 class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};
