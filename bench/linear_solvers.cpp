@@ -157,6 +157,15 @@ void compare(const std::string& name, const std::vector<double>& w, const double
     throw std::runtime_error(fmt::format("{}: the two solutions differ by {:.1e}", name, difference / largest));
 }
 
+/// Returns how many times as fast the threads are, by their number, from the best of each.
+ordered_json list_speedups(const Times& times, const std::vector<int>& thread_counts) {
+  const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
+  ordered_json result = ordered_json::object();
+  for (std::size_t k = 0; k < thread_counts.size(); ++k)
+    result[std::to_string(thread_counts[k])] = with_decimals(2, best(times.ours) / best(times.threads[k]));
+  return result;
+}
+
 /// Returns one line of the table, as JSON. `dense` is flops a second of dgemm.
 ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
@@ -188,14 +197,9 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
       plan.linear_solvers == std::vector{LinearSolver::General}
           ? 0.0
           : measure_passes(solver == LinearSolver::Paths ? Passes::InAndOut : Passes::Once, num_points);
-  const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
+  const ordered_json speedups = list_speedups(times, thread_counts);
   std::string columns;
-  ordered_json speedups = ordered_json::object();
-  for (std::size_t k = 0; k < together.size(); ++k) {
-    const double speedup = best(times.ours) / best(times.threads[k]);
-    columns += fmt::format("{:8.2f}", speedup);
-    speedups[std::to_string(thread_counts[k])] = with_decimals(2, speedup);
-  }
+  for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
   fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
              scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
