@@ -56,7 +56,7 @@ Result compare(Simulation* simulation, double end, double x, double v, double x_
   return result;
 }
 
-/// What the scenes of all kinds draw first: how long they last, what acts, and the method.
+/// The first draws of each scene: how long it lasts, what acts, and the method.
 struct Drawn {
   unsigned seed;
   Draw draw;

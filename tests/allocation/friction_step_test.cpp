@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "motion/allocation/steady_steps.hpp"
+#include "allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 /// \file Steps with friction take no memory while no contact changes its mode.

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "motion/allocation/steady_steps.hpp"
+#include "allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 namespace tanor {

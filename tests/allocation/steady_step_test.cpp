@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "allocation/steady_steps.hpp"
 #include "beside.hpp"
 #include "long_tests.hpp"
-#include "motion/allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 namespace tanor {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "motion/allocation/counting_allocator.hpp"
+#include "allocation/counting_allocator.hpp"
 #include "motion/extreme_scenes.hpp"
 #include "motion/toys.hpp"
 
