@@ -19,6 +19,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tanor/constrainer.hpp>
@@ -116,146 +117,229 @@ void expect(const Outcome& outcome) {
   std::exit(1);
 }
 
-void measure(std::size_t num_rods, std::size_t length, bool shuffled, int threads) {
-  const double h = 1e-3;
-  Chains host = make_chains(num_rods, length, shuffled);
-  const std::size_t d = host.rods.pairs.size();
-  const SolverOptions options{.threads = threads};
-  Constrainer constrainer(host.masses, {host.rods}, host.r, options);
-  std::vector<double> w(host.r.size()), lambda(d), r(host.r.size()), v(host.r.size());
-  std::vector<double> other = host.r;  // another place, so that every call factorizes
-  for (double& x : other) x = -x;
-  const std::vector<double>* places[2]{&host.r, &other};
+constexpr double h = 1e-3;  // s
+
+/// Copies arrays by the threads that compute.
+void copy(const Parallel& parallel, const std::vector<double>& from, std::vector<double>* to) {
+  parallel.for_ranges(from.size(), [&](std::size_t begin, std::size_t end) {
+    std::copy(from.begin() + static_cast<std::ptrdiff_t>(begin), from.begin() + static_cast<std::ptrdiff_t>(end),
+              to->begin() + static_cast<std::ptrdiff_t>(begin));
+  });
+}
+
+System make_system(const Chains& chains) {
+  System system;
+  system.masses = chains.masses;
+  system.positions = chains.r;
+  system.constraints = {chains.rods};
+  system.forces = {Gravity{}};
+  return system;
+}
+
+/// The arrays of a host, in its order: its state, and what the calls write.
+struct Host {
+  Chains chains;
+  std::vector<double> other, free_r;  ///< another place, and the places after a step without rods
+  std::vector<double> w, lambda, r, v;
   int turn = 0;
 
-  // The kernels inside work on arrays in the inner order.
-  System system;
-  system.masses = host.masses;
-  system.positions = host.r;
-  system.constraints = {host.rods};
-  system.forces = {Gravity{}};
-  Forms forms(system, options);
-  const Model& model = forms.model;
-  MultiplierForm& form = *forms.normal;
-  std::vector<double> inner_place(r.size()), inner_v(r.size()), inner_f(r.size()), inner_r(r.size());
-  model.numbering.gather_points(host.r, inner_place);
-  model.numbering.gather_points(host.v, inner_v);
-  model.numbering.gather_points(host.f, inner_f);
-  std::vector<double> free_place = inner_place, free_v = inner_v;
-  for (std::size_t k = 0; k < r.size(); ++k) free_place[k] += h * inner_v[k];
-  const auto copy = [&](const std::vector<double>& from, std::vector<double>* to) {
-    model.parallel.for_ranges(from.size(), [&](std::size_t begin, std::size_t end) {
-      std::copy(from.begin() + static_cast<std::ptrdiff_t>(begin), from.begin() + static_cast<std::ptrdiff_t>(end),
-                to->begin() + static_cast<std::ptrdiff_t>(begin));
-    });
-  };
-  std::vector<double> free_r = host.r;
-  for (std::size_t k = 0; k < r.size(); ++k) free_r[k] += h * host.v[k];
+  explicit Host(Chains given)
+      : chains(std::move(given)),
+        other(chains.r),
+        free_r(chains.r),
+        w(chains.r.size()),
+        lambda(chains.rods.pairs.size()),
+        r(chains.r.size()),
+        v(chains.r.size()) {
+    for (double& x : other) x = -x;
+    for (std::size_t k = 0; k < r.size(); ++k) free_r[k] += h * chains.v[k];
+  }
+  /// Returns one of two places in turn, so that every call factorizes.
+  const std::vector<double>& next_place() { return (turn ^= 1) == 0 ? chains.r : other; }
+};
 
-  const auto solve = [&] {
-    expect(constrainer
-               .solve({.positions = *places[turn ^= 1],
-                       .velocities = host.v,
-                       .forces = host.f,
-                       .accelerations = w,
-                       .wanted = {.multipliers = lambda},
-                       .measures = false})
-               .outcome);
-  };
-  const auto solve_inside = [&] {
-    const InnerForces forces(model, inner_f.data(), w.data());
-    expect(
-        form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true, .given = &forces}, w.data()));
-  };
-  std::vector<double> moved[3]{r, r, r};
-  const auto move = [&](const std::vector<const std::vector<double>*>& read,
-                        const std::vector<std::vector<double>*>& written) {
-    model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
-      const Index* const user_point = model.numbering.user_point.data();
+/// The kernels inside, which work on arrays in the inner order.
+class Kernels {
+ public:
+  Kernels(const System& system, const SolverOptions& options, const Chains& host)
+      : forms_(system, options),
+        place_(host.r.size()),
+        v_(host.r.size()),
+        f_(host.r.size()),
+        r_(host.r.size()),
+        w_(host.r.size()) {
+    model().numbering.gather_points(host.r, place_);
+    model().numbering.gather_points(host.v, v_);
+    model().numbering.gather_points(host.f, f_);
+    free_place_ = place_;
+    free_v_ = v_;
+    for (std::size_t k = 0; k < place_.size(); ++k) free_place_[k] += h * v_[k];
+  }
+
+  const Model& model() const { return forms_.model; }
+  MultiplierForm& form() { return *forms_.normal; }
+
+  /// Solves for the accelerations under the host's forces.
+  void solve() {
+    const InnerForces forces(model(), f_.data(), w_.data());
+    expect(form().dynamics().solve({0.0, place_.data(), v_.data()}, {.exact = true, .given = &forces}, w_.data()));
+  }
+  /// Solves for the accelerations under the system's forces.
+  void solve_with_own_forces() {
+    expect(form().dynamics().solve({0.0, place_.data(), v_.data()}, {.exact = true}, w_.data()));
+  }
+  /// Brings the positions and the velocities after a step back to the rods.
+  void step() {
+    copy(model().parallel, free_place_, &r_);
+    copy(model().parallel, v_, &free_v_);
+    expect(form().linearization().update(0.0, place_.data()));
+    expect(form().steps().project_step(0.0, h, r_.data(), nullptr, free_v_.data(), 0.0).outcome);
+    expect(form().linearization().update(0.0, r_.data()));
+    expect(form().projector().project_velocities(0.0, r_.data(), free_v_.data(), nullptr, 1.0).outcome);
+  }
+
+ private:
+  Forms forms_;
+  std::vector<double> place_, v_, f_, free_place_, free_v_, r_, w_;
+};
+
+/// The moves alone: plain loops over the numbers that a call reads and writes in the host's arrays.
+class Moves {
+ public:
+  Moves(const Model& model, std::size_t size)
+      : model_(model), moved_{std::vector<double>(size), std::vector<double>(size), std::vector<double>(size)} {}
+
+  void move(const std::vector<const std::vector<double>*>& read, const std::vector<std::vector<double>*>& written) {
+    model_.parallel.for_ranges(model_.num_points(), [&](std::size_t begin, std::size_t end) {
+      const Index* const user_point = model_.numbering.user_point.data();
       for (std::size_t k = 0; k < read.size(); ++k) {
-        for (std::size_t i = begin; i < end; ++i) store(moved[k].data(), i, load(read[k]->data(), user_point[i]));
+        for (std::size_t i = begin; i < end; ++i) store(moved_[k].data(), i, load(read[k]->data(), user_point[i]));
       }
       for (std::size_t k = 0; k < written.size(); ++k) {
-        for (std::size_t i = begin; i < end; ++i) store(written[k]->data(), user_point[i], load(moved[k].data(), i));
+        for (std::size_t i = begin; i < end; ++i) store(written[k]->data(), user_point[i], load(moved_[k].data(), i));
       }
     });
-  };
-  const auto moves_of_solve = [&] { move({places[turn ^= 1], &host.v, &host.f}, {&w}); };
-  const auto moves_of_step = [&] {
-    move({&host.r, &r, &v}, {&r, &v});
-    move({&r, &v}, {&v});
-  };
-  const auto moves_of_dynamics = [&] { move({places[turn ^= 1], &host.v}, {&w}); };
-  const auto step = [&] {
-    copy(free_r, &r);
-    copy(host.v, &v);
-    expect(constrainer
-               .constrain_positions({.step = h,
-                                     .old_positions = host.r,
-                                     .positions = r,
-                                     .velocities = v,
-                                     .wanted = {.multipliers = lambda},
-                                     .measures = false})
-               .outcome);
-    expect(constrainer.constrain_velocities({.step = h, .positions = r, .velocities = v, .measures = false}).outcome);
-  };
-  const auto step_inside = [&] {
-    copy(free_place, &inner_r);
-    copy(inner_v, &free_v);
-    expect(form.linearization().update(0.0, inner_place.data()));
-    expect(form.steps().project_step(0.0, h, inner_r.data(), nullptr, free_v.data(), 0.0).outcome);
-    expect(form.linearization().update(0.0, inner_r.data()));
-    expect(form.projector().project_velocities(0.0, inner_r.data(), free_v.data(), nullptr, 1.0).outcome);
-  };
-  Dynamics dynamics(system, options);
-  const auto call_dynamics = [&] {
-    expect(
-        dynamics
-            .solve({.positions = *places[turn ^= 1], .velocities = host.v}, {.accelerations = w, .multipliers = lambda})
-            .outcome);
-  };
-  const auto solve_own = [&] {
-    expect(form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true}, w.data()));
-  };
+  }
 
-  const std::size_t steps = std::max<std::size_t>(20, 200'000 / d);
-  Simulation simulation(system, {.method = Method::Rattle, .step = h}, options);
-  const auto advance = [&] { expect(simulation.advance_to(simulation.time() + h * static_cast<double>(steps))); };
-  std::vector<double> bare_r(r.size()), bare_v(r.size());
-  model.numbering.gather_points(simulation.positions(), bare_r);
-  model.numbering.gather_points(simulation.velocities(), bare_v);
-  expect(form.linearization().update(0.0, bare_r.data()));
-  form.steps().forget_steps();
-  const Vec3 kick = 0.5 * h * *model.uniform_free();
-  const auto advance_bare = [&] {
+ private:
+  const Model& model_;
+  std::vector<double> moved_[3];
+};
+
+/// Calls Constrainer::solve as a host does.
+void solve(Constrainer* constrainer, Host* host) {
+  expect(constrainer
+             ->solve({.positions = host->next_place(),
+                      .velocities = host->chains.v,
+                      .forces = host->chains.f,
+                      .accelerations = host->w,
+                      .wanted = {.multipliers = host->lambda},
+                      .measures = false})
+             .outcome);
+}
+
+/// Constrains the positions and the velocities after a step as a host does.
+void step(Constrainer* constrainer, const Parallel& parallel, Host* host) {
+  copy(parallel, host->free_r, &host->r);
+  copy(parallel, host->chains.v, &host->v);
+  expect(constrainer
+             ->constrain_positions({.step = h,
+                                    .old_positions = host->chains.r,
+                                    .positions = host->r,
+                                    .velocities = host->v,
+                                    .wanted = {.multipliers = host->lambda},
+                                    .measures = false})
+             .outcome);
+  expect(constrainer->constrain_velocities({.step = h, .positions = host->r, .velocities = host->v, .measures = false})
+             .outcome);
+}
+
+/// Steps of `rattle` on bare arrays in the inner order.
+class BareSteps {
+ public:
+  BareSteps(Kernels* kernels, const Simulation& start)
+      : model_(kernels->model()),
+        form_(kernels->form()),
+        kick_(0.5 * h * *model_.uniform_free()),
+        r_(start.positions().size()),
+        v_(start.positions().size()) {
+    model_.numbering.gather_points(start.positions(), r_);
+    model_.numbering.gather_points(start.velocities(), v_);
+    expect(form_.linearization().update(0.0, r_.data()));
+    form_.steps().forget_steps();
+  }
+
+  void advance(std::size_t steps) {
     for (std::size_t k = 0; k < steps; ++k) {
-      model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
+      model_.parallel.for_ranges(model_.num_points(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-          const Vec3 middle = load(bare_v.data(), i) + kick;
-          store(bare_v.data(), i, middle);
-          store(bare_r.data(), i, load(bare_r.data(), i) + h * middle);
+          const Vec3 middle = load(v_.data(), i) + kick_;
+          store(v_.data(), i, middle);
+          store(r_.data(), i, load(r_.data(), i) + h * middle);
         }
       });
-      expect(form.steps().project_step(0.0, h, bare_r.data(), nullptr, bare_v.data(), 0.0).outcome);
-      expect(form.linearization().update(0.0, bare_r.data()));
-      model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) store(bare_v.data(), i, load(bare_v.data(), i) + kick);
+      expect(form_.steps().project_step(0.0, h, r_.data(), nullptr, v_.data(), 0.0).outcome);
+      expect(form_.linearization().update(0.0, r_.data()));
+      model_.parallel.for_ranges(model_.num_points(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) store(v_.data(), i, load(v_.data(), i) + kick_);
       });
-      expect(form.steps().project_step_velocities(0.0, h, bare_r.data(), bare_v.data()).outcome);
+      expect(form_.steps().project_step_velocities(0.0, h, r_.data(), v_.data()).outcome);
     }
-  };
+  }
+
+ private:
+  const Model& model_;
+  MultiplierForm& form_;
+  Vec3 kick_;
+  std::vector<double> r_, v_;
+};
+
+void print(const Times& times) {
+  std::printf(" | %.1f / %.1f = %.2f", times.call, times.kernels, times.ratio);
+  if (times.moves > 0.5) std::printf("; %.1f: %.2f", times.moves, times.bound_ratio);
+  std::fflush(stdout);
+}
+
+void measure(std::size_t num_rods, std::size_t length, bool shuffled, int threads) {
+  const SolverOptions options{.threads = threads};
+  Host host(make_chains(num_rods, length, shuffled));
+  const Chains& chains = host.chains;
+  const std::size_t d = chains.rods.pairs.size(), steps = std::max<std::size_t>(20, 200'000 / d);
+  const System system = make_system(chains);
+  Constrainer constrainer(chains.masses, {chains.rods}, chains.r, options);
+  Kernels kernels(system, options, chains);
+  Moves moves(kernels.model(), chains.r.size());
+  Dynamics dynamics(system, options);
+  Simulation simulation(system, {.method = Method::Rattle, .step = h}, options);
+  BareSteps bare(&kernels, simulation);
 
   std::printf("| %zu | %zu | %s | %d", d, length, shuffled ? "shuffled" : "natural", threads);
-  const auto print = [](const Times& times) {
-    std::printf(" | %.1f / %.1f = %.2f", times.call, times.kernels, times.ratio);
-    if (times.moves > 0.5) std::printf("; %.1f: %.2f", times.moves, times.bound_ratio);
-    std::fflush(stdout);
+  const auto advance = [&] { expect(simulation.advance_to(simulation.time() + h * static_cast<double>(steps))); };
+  print(time_in_turns(
+      advance, [&] { bare.advance(steps); }, [] {}, steps * d));
+  print(time_in_turns([&] { solve(&constrainer, &host); }, [&] { kernels.solve(); },
+                      [&] {
+                        moves.move({&host.next_place(), &chains.v, &chains.f}, {&host.w});
+                      },
+                      d));
+  const auto move_step = [&] {
+    moves.move({&chains.r, &host.r, &host.v}, {&host.r, &host.v});
+    moves.move({&host.r, &host.v}, {&host.v});
+  };
+  print(time_in_turns([&] { step(&constrainer, kernels.model().parallel, &host); }, [&] { kernels.step(); }, move_step,
+                      d));
+  const auto call_dynamics = [&] {
+    expect(dynamics
+               .solve({.positions = host.next_place(), .velocities = chains.v},
+                      {.accelerations = host.w, .multipliers = host.lambda})
+               .outcome);
   };
   print(time_in_turns(
-      advance, advance_bare, [] {}, steps * d));
-  print(time_in_turns(solve, solve_inside, moves_of_solve, d));
-  print(time_in_turns(step, step_inside, moves_of_step, d));
-  print(time_in_turns(call_dynamics, solve_own, moves_of_dynamics, d));
+      call_dynamics, [&] { kernels.solve_with_own_forces(); },
+      [&] {
+        moves.move({&host.next_place(), &chains.v}, {&host.w});
+      },
+      d));
   std::puts(" |");
 }
 

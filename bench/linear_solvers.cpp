@@ -23,6 +23,7 @@
 #include <thread>
 #include <vector>
 
+#include <nlohmann/json.hpp>
 #include <tanor/motion.hpp>
 
 #include "bench_scenes.hpp"
@@ -35,6 +36,18 @@
 namespace {
 
 using namespace tanor;
+using nlohmann::ordered_json;
+
+/// Rounds to so many decimals.
+double with_decimals(int count, double value) {
+  const double unit = std::pow(10.0, count);
+  return std::round(value * unit) / unit;
+}
+
+/// Rounds to so many significant digits.
+double with_digits(int count, double value) {
+  return std::stod(fmt::format("{:.{}g}", value, count));
+}
 
 /// Makes the yardstick for the constraints of a system.
 EigenBaseline make_baseline(const System& system) {
@@ -144,8 +157,17 @@ void compare(const std::string& name, const std::vector<double>& w, const double
     throw std::runtime_error(fmt::format("{}: the two solutions differ by {:.1e}", name, difference / largest));
 }
 
+/// Returns how many times as fast the threads are, by their number, from the best of each.
+ordered_json list_speedups(const Times& times, const std::vector<int>& thread_counts) {
+  const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
+  ordered_json result = ordered_json::object();
+  for (std::size_t k = 0; k < thread_counts.size(); ++k)
+    result[std::to_string(thread_counts[k])] = with_decimals(2, best(times.ours) / best(times.threads[k]));
+  return result;
+}
+
 /// Returns one line of the table, as JSON. `dense` is flops a second of dgemm.
-std::string measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
+ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
   Ours ours(system, {.threads = 1}), general(system, {.linear_solver = LinearSolver::General, .threads = 1});
   std::vector<std::unique_ptr<Ours>> together;
@@ -175,28 +197,34 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
       plan.linear_solvers == std::vector{LinearSolver::General}
           ? 0.0
           : measure_passes(solver == LinearSolver::Paths ? Passes::InAndOut : Passes::Once, num_points);
-  const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
-  std::string speedups, columns;
-  for (std::size_t k = 0; k < together.size(); ++k) {
-    const double speedup = best(times.ours) / best(times.threads[k]);
-    columns += fmt::format("{:8.2f}", speedup);
-    speedups += fmt::format(R"({}"{}": {:.2f})", k == 0 ? "" : ", ", thread_counts[k], speedup);
-  }
+  const ordered_json speedups = list_speedups(times, thread_counts);
+  std::string columns;
+  for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
   fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
              scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
              base / of_call, scene.bar, theirs / mine, of_memory, of_product, columns);
   std::fflush(stdout);
-  return fmt::format(
-      R"({{"scene": "{}", "linear_solver": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
-      R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "called_ns": {:.2f}, "ratio": {:.2f}, "noise": {:.3f}, "bar": {:.1f}, "bytes": {:.1f}, )"
-      R"("working_set": {:.0f}, "bandwidth": {:.4g}, "passes_ns": {:.2f}, "flops": {:.4g}, )"
-      R"("factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
-      R"("speedups": {{{}}}}})",
-      scene.name, plan.linear_solver(), num_members, unit * base, scene.listed, unit * theirs, unit * mine,
-      unit * of_call, base / mine, noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members,
-      traffic.working_set, bandwidth, unit * passes, plan.factor_flops / num_members,
-      static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
+  return {{"scene", scene.name},
+          {"linear_solver", plan.linear_solver()},
+          {"members", std::llround(num_members)},
+          {"eigen_ns", with_decimals(2, unit * base)},
+          {"listed_eigen_ns", std::llround(scene.listed)},
+          {"general_ns", with_decimals(2, unit * theirs)},
+          {"ours_ns", with_decimals(2, unit * mine)},
+          {"called_ns", with_decimals(2, unit * of_call)},
+          {"ratio", with_decimals(2, base / mine)},
+          {"noise", with_decimals(3, noise_of_ratio(times.baseline, times.ours))},
+          {"bar", with_decimals(1, scene.bar)},
+          {"bytes", with_decimals(1, traffic.bytes / num_members)},
+          {"working_set", std::llround(traffic.working_set)},
+          {"bandwidth", with_digits(4, bandwidth)},
+          {"passes_ns", with_decimals(2, unit * passes)},
+          {"flops", with_digits(4, plan.factor_flops / num_members)},
+          {"factor_nonzeros", with_digits(4, static_cast<double>(plan.factor_nonzeros) / num_members)},
+          {"of_bandwidth", with_decimals(3, of_memory)},
+          {"of_dense", with_decimals(3, of_product)},
+          {"speedups", speedups}};
 }
 
 /// Evaluates a scene for about so many seconds and does nothing else but make it; prints the number and ns a rod.
@@ -236,19 +264,26 @@ void repeat_series(double seconds, double rtol) {
   fmt::print("{} {:.3f}\n", steps, 1e9 * spent / (static_cast<double>(steps) * num_rods));
 }
 
-/// Returns the machine's speed as JSON: dgemm, and the triad over arrays of the sizes of its caches and far beyond
-/// them.
-std::string describe_machine(double dense, int most_threads) {
+/// Describes the machine's speed: dgemm, and the triad over arrays of the sizes of its caches and far beyond them.
+ordered_json describe_machine(double dense, int most_threads) {
   constexpr double far_beyond = 1e9;
-  std::vector<std::string> levels;
+  ordered_json levels = ordered_json::array(), shared = ordered_json::array();
   for (const double size : {2.4e4, 4e5, 1e7, far_beyond})
-    levels.push_back(fmt::format("[{:g}, {:.4g}]", size, measure_bandwidth(size, 1)));
-  std::vector<std::string> shared;
+    levels.push_back(ordered_json::array({size, with_digits(4, measure_bandwidth(size, 1))}));
   for (int threads = 1; threads <= most_threads; threads *= 2)
-    shared.push_back(fmt::format("[{}, {:.4g}]", threads, measure_bandwidth(far_beyond, threads)));
-  return fmt::format(
-      R"({{"cores": {}, "dense_flops": {:.4g}, "bandwidth_by_bytes": [{}], "bandwidth_by_threads": [{}]}})",
-      std::thread::hardware_concurrency(), dense, fmt::join(levels, ", "), fmt::join(shared, ", "));
+    shared.push_back(ordered_json::array({threads, with_digits(4, measure_bandwidth(far_beyond, threads))}));
+  return {{"cores", std::thread::hardware_concurrency()},
+          {"dense_flops", with_digits(4, dense)},
+          {"bandwidth_by_bytes", levels},
+          {"bandwidth_by_threads", shared}};
+}
+
+/// Writes the machine and each row on a line of its own.
+void write_json(const std::string& file, const ordered_json& machine, const std::vector<ordered_json>& rows) {
+  std::vector<std::string> lines;
+  for (const ordered_json& row : rows) lines.push_back(row.dump());
+  std::ofstream(file) << fmt::format("{{\"machine\": {},\n\"rows\": [\n{}\n]}}\n", machine.dump(),
+                                     fmt::join(lines, ",\n"));
 }
 
 }  // namespace
@@ -257,7 +292,8 @@ int main(int argc, char** argv) try {
   int most_threads = 1;
   double seconds = 0.0, rtol = 0.0;
   std::string file;
-  std::vector<std::string> wanted, lines;
+  std::vector<std::string> wanted;
+  std::vector<ordered_json> rows;
   for (int k = 1; k < argc; ++k) {
     const std::string word = argv[k];
     if (word == "--threads" && k + 1 < argc) {
@@ -297,12 +333,9 @@ int main(int argc, char** argv) try {
   fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "solver",
              "Eigen", "general", "ours", "called", "ratio", "/called", "bar", "/general", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
-    if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));
+    if (is_wanted(scene)) rows.push_back(measure(scene, thread_counts, dense));
   }
-  if (!file.empty()) {
-    std::ofstream(file) << fmt::format("{{\"machine\": {},\n\"rows\": [\n{}\n]}}\n",
-                                       describe_machine(dense, most_threads), fmt::join(lines, ",\n"));
-  }
+  if (!file.empty()) write_json(file, describe_machine(dense, most_threads), rows);
 } catch (const std::exception& error) {
   fmt::print(stderr, "linear_solvers: {}\n", error.what());
   return 1;

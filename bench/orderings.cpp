@@ -61,10 +61,10 @@ void measure(const std::string& kind, int size) {
   const TrianglePattern lower = pattern_of(rods);
   const RowsInSpace points = points_of(rods, kind == "cloud" ? 0.0 : 0.1);
   const double before = processor_seconds();
-  const double of_graph = first_cut_of_graph(points), compared = processor_seconds();
+  const double of_graph = first_cut_of_graph(points), measured = processor_seconds();
   std::printf("%s %d: %zu rods, %zu nonzeros of S; METIS cuts %.2f of what the first axis does (%.3f s)\n",
               kind.c_str(), size, lower.size(), lower.rows.size(), of_graph / dissect_along_axes(points).first_cut,
-              compared - before);
+              measured - before);
   for (const auto& [wanted, name] : names) {
     const double start = processor_seconds();
     const SymbolicAnalysis analysis = analyze(lower, wanted, [&] { return points; });

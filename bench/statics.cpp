@@ -18,7 +18,7 @@ namespace {
 using namespace tanor;
 
 /// Makes a chain of unit length between supports 0.7 apart, from a sine.
-System make_chain(int count) {
+System make_slack_chain(int count) {
   System system;
   Rods rods{.name = "rods"};
   rods.length.constants = {1.0 / count};
@@ -53,6 +53,6 @@ int main(int argc, char** argv) {
     return 0;
   }
   measure("net of 100 x 100", tanor::scenes::make_hung_net(100));
-  measure("chain of 10^4 rods", make_chain(10'000));
-  measure("chain of 10^5 rods", make_chain(100'000));
+  measure("chain of 10^4 rods", make_slack_chain(10'000));
+  measure("chain of 10^5 rods", make_slack_chain(100'000));
 }

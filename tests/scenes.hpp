@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <ostream>
 #include <random>
 #include <span>
 #include <string>
@@ -14,27 +13,9 @@
 #include <tanor/motion.hpp>
 
 #include "measures.hpp"
+#include "methods.hpp"
 
 /// Systems for tests and measurements, in which z is up, rods are 0.1 m, beads 0.1 kg, and g is 9.81 m/s^2.
-namespace tanor {
-
-/// Prints methods in the names of tests.
-inline void PrintTo(Method method, std::ostream* out) {
-  *out << name_of(method);
-}
-
-/// Returns the methods whose traits suit, in the order of the table, without `auto`, which stands for one of the
-/// others.
-template <class Suits>
-std::vector<Method> list_methods_that(Suits suits) {
-  std::vector<Method> result;
-  for (const MethodTraits& each : methods())
-    if (each.method != Method::Auto && suits(each)) result.push_back(each.method);
-  return result;
-}
-
-}  // namespace tanor
-
 namespace tanor::scenes {
 
 constexpr double spacing = 0.1, mass = 0.1, g = 9.81;

@@ -5,16 +5,11 @@
 #include <complex>
 #include <cstddef>
 
-/// Andrews' squeezing mechanism in its bodies' seven angles q with six equations (Hairer & Wanner II, VII.7; Test Set
-/// for
-/// IVP Solvers), in the stabilised form of index 2 by Gear, Gupta and Leimkuhler:
-///
-///   q' = v - G'mu,   M(q) v' = f(q, v) - G'lambda,   G v = 0,   g(q) = 0
 namespace rivals {
 
-struct AndrewsForm {
+/// The numbers of the mechanism (kg, kg m^2, m, N/m, N m), its loops and its spring.
+struct AndrewsMechanism {
   using Complex = std::complex<double>;
-  static constexpr std::size_t n = 7, m = 6, unknowns = 2 * n + 2 * m;
   enum Angle : std::size_t { beta, theta, gamma, phi, delta, omega, epsilon };
 
   static constexpr double m1 = .04325, m2 = .00365, m3 = .02373, m4 = .00706, m5 = .07050, m6 = .00706, m7 = .05498;
@@ -44,6 +39,25 @@ struct AndrewsForm {
                                              {2, {-zf, 0}, omega, epsilon},
                                              {2, {0, u}, epsilon, epsilon}}};
   static constexpr std::array<Complex, 3> ends{b, a, a};
+
+  struct Spring {
+    double stretch, by_angle, curvature;  // L - l0, L', L''
+  };
+  static Spring spring(double angle) {
+    const Complex arm = Complex(sd, -sc) * std::polar(1.0, angle), reach = b - c + arm, turn = Complex(0.0, 1.0) * arm;
+    const double length = std::abs(reach), by_angle = (std::conj(reach) * turn).real() / length;
+    return {length - l0, by_angle, (std::norm(turn) - (std::conj(reach) * arm).real() - by_angle * by_angle) / length};
+  }
+
+  static constexpr double k2 = m2 * da * rr, k4 = m4 * zt * (e - ea), k6 = m6 * u * (zf - fa);
+};
+
+/// Andrews' squeezing mechanism in its bodies' seven angles q with six equations (Hairer & Wanner II, VII.7; Test Set
+/// for IVP Solvers), in the stabilised form of index 2 by Gear, Gupta and Leimkuhler:
+///
+///   q' = v - G'mu,   M(q) v' = f(q, v) - G'lambda,   G v = 0,   g(q) = 0
+struct AndrewsForm : AndrewsMechanism {
+  static constexpr std::size_t n = 7, m = 6, unknowns = 2 * n + 2 * m;
 
   std::array<Complex, arms.size()> turned{};     // A exp(i psi)
   std::array<std::array<double, n>, m> slope{};  // G
@@ -161,17 +175,6 @@ struct AndrewsForm {
     mass[5][6] = mass[6][5] = m6 * ((zf - fa) * (zf - fa) - u * (zf - fa) * so) + i6;
     mass[6][6] = m6 * ((zf - fa) * (zf - fa) - 2.0 * u * (zf - fa) * so + u * u) + m7 * (ua * ua + ub * ub) + i6 + i7;
   }
-
-  struct Spring {
-    double stretch, by_angle, curvature;  // L - l0, L', L''
-  };
-  static Spring spring(double angle) {
-    const Complex arm = Complex(sd, -sc) * std::polar(1.0, angle), way = b - c + arm, turn = Complex(0.0, 1.0) * arm;
-    const double length = std::abs(way), by_angle = (std::conj(way) * turn).real() / length;
-    return {length - l0, by_angle, (std::norm(turn) - (std::conj(way) * arm).real() - by_angle * by_angle) / length};
-  }
-
-  static constexpr double k2 = m2 * da * rr, k4 = m4 * zt * (e - ea), k6 = m6 * u * (zf - fa);
 
   void evaluate_force(const double* q, const double* v) {
     const Spring s = spring(q[gamma]);

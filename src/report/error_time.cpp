@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <vector>
 
 #include "report/checkpoint.hpp"
 
@@ -26,10 +27,24 @@ constexpr int most_refinements = 4;
 constexpr double reference_share = 0.1;     // of the smallest error that it measures
 constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 
-/// The methods that may make the reference for another method, the best first. No method is its own reference.
-std::array<Method, 2> reference_methods(Method method) {
-  if (method == Method::Taylor) return {Method::Dop853, Method::Dopri5};
-  return {Method::Taylor, method == Method::Dop853 ? Method::Dopri5 : Method::Dop853};
+/// Returns the methods that may make the reference for another method, the best first: explicit adaptive ones of the
+/// highest orders. No method is its own reference.
+std::vector<Method> reference_methods(Method method) {
+  constexpr std::size_t most_references = 2;
+  std::vector<MethodTraits> found;
+  for (const MethodTraits& each : methods()) {
+    const bool suits = each.method != Method::Auto && !each.has_fixed_steps && !each.is_implicit;
+    if (suits && each.method != method) found.push_back(each);
+  }
+  // An order of 0 grows as the tolerance asks and is the highest one.
+  const auto has_higher_order = [](const MethodTraits& a, const MethodTraits& b) {
+    return a.order != b.order && (a.order == 0 || (b.order != 0 && a.order > b.order));
+  };
+  std::stable_sort(found.begin(), found.end(), has_higher_order);
+  std::vector<Method> result;
+  for (const MethodTraits& each : found)
+    if (result.size() < most_references) result.push_back(each.method);
+  return result;
 }
 
 /// The coarsest step: the step of the scene, else a hundredth of the time.

@@ -79,7 +79,7 @@ TEST(Certificate, AFastBystanderHidesNoWrongMultiplier) {
   }
 }
 
-TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
+TEST(Certificate, SecondFactorizationVerifiesMultipliersByItself) {
   for (const SecondFactorization by : {SecondFactorization::Qr, SecondFactorization::Cholesky}) {
     for (std::size_t a = 0; a < 4; ++a) {
       Case solved(make_driven_chain());
@@ -99,7 +99,7 @@ TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
   }
 }
 
-TEST(Certificate, MultipliersThatAreNotUniqueAreJudgedByWhatTheyDo) {
+TEST(Certificate, MultipliersThatAreNotUniqueAreVerifiedByTheirReactions) {
   // The first rod is there twice. Its load may be shared out at will, but its sum may not change.
   System system = make_driven_chain();
   std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
@@ -160,7 +160,7 @@ TEST(Certificate, SaysWhatItLeavesOut) {
   EXPECT_TRUE(certificate.passed()) << certificate.line();
 }
 
-TEST(Certificate, DirectProblemFindsEtaAndNoControlForce) {
+TEST(Certificate, InverseDynamicsFindsEtaAndNoControlForce) {
   for (const bool is_one_mass : {false, true}) {
     System system = make_driven_chain();
     if (is_one_mass) system.masses.assign(4, 0.5);

@@ -53,9 +53,9 @@ System make_tree() {
 
 /// Every linear solver has a factor of its own (but the closed form, which reads K itself), and each number of K takes
 /// part in it.
-TEST(TamperedCertificate, FindsEveryCorruptedEliminationOfEachWay) {
+TEST(TamperedCertificate, FindsEveryCorruptedEliminationOfEachLinearSolver) {
   struct Eliminated {
-    const char* way;
+    const char* solver;
     System system;
     LinearSolver wanted = LinearSolver::Auto;
   };
@@ -63,20 +63,20 @@ TEST(TamperedCertificate, FindsEveryCorruptedEliminationOfEachWay) {
                             {"paths", make_pieces(1, 9, true), LinearSolver::Paths},
                             {"batches", make_pieces(3, 3, true), LinearSolver::Batches},
                             {"trees", make_tree(), LinearSolver::Trees}};
-  for (const auto& [way, system, wanted] : all) {
+  for (const auto& [solver, system, wanted] : all) {
     const std::size_t numbers = Tampering::K(Case(system, {.linear_solver = wanted}).forms).size();
     std::size_t moving = 0;
     for (std::size_t number = 0; number < numbers; ++number) {
       Case solved(system, {.linear_solver = wanted});
-      ASSERT_EQ(solved.forms.plan.linear_solver(), way);
-      EXPECT_TRUE(solved.certify().passed()) << way;
+      ASSERT_EQ(solved.forms.plan.linear_solver(), solver);
+      EXPECT_TRUE(solved.certify().passed()) << solver;
       // A change of a number that is 0 shows only in its square.
       const double by = std::abs(Tampering::K(solved.forms)[number]) < 1e-9 ? 1e-2 : 1e-6;
       ASSERT_TRUE(Tampering::corrupt_elimination(solved.forms, number, by));
-      EXPECT_FALSE(solved.certify().passed()) << way << ", number " << number;
+      EXPECT_FALSE(solved.certify().passed()) << solver << ", number " << number;
       ++moving;
     }
-    EXPECT_GT(moving, 2u) << way;
+    EXPECT_GT(moving, 2u) << solver;
   }
 }
 

@@ -1,8 +1,12 @@
 #!/usr/bin/python3
 """Fails where a comment of the sources is no sentence: it begins with a preposition or a bare value. Comments that stand
-behind code, beside what they are about, may be short."""
+behind code, beside what they are about, may be short.
+
+It also fails where a source has more than 500 lines. The stubs of the Python module are exempt, since
+src/python/write_stubs.py writes them and Python wants one file for the whole module."""
 import pathlib
 import re
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -24,8 +28,27 @@ def find_blocks(text):
         kind, first = (found[1], number) if found else ("", 0)
 
 
+def list_sources():
+    """Returns the paths of all sources that are under version control, or of all that are there without git."""
+    folders = ["src", "include", "tests", "bench", "scripts", "examples"]
+    command = ["git", "ls-files", "--", *folders]
+    try:
+        names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+        paths = [ROOT / name for name in names]
+    except (OSError, subprocess.CalledProcessError):
+        paths = [path for folder in folders for path in (ROOT / folder).rglob("*")]
+    return [path for path in paths if path.suffix in {".hpp", ".cpp", ".h", ".py", ".ts", ".mjs"} and path.exists()]
+
+
+def find_long_files(most_lines=500):
+    """Returns a finding for each source of more lines than these."""
+    lengths = {str(path.relative_to(ROOT)): len(path.read_text().splitlines()) for path in sorted(list_sources())}
+    assert len(lengths) > 500, "the sources are not where they are looked for"
+    return [f"{name}: {lines} lines; split it by subject" for name, lines in lengths.items() if lines > most_lines]
+
+
 def main():
-    wrong = []
+    wrong = find_long_files()
     folders = ["src", "tests", "bench"]
     sources = [path for folder in folders for path in (ROOT / folder).rglob("*.[ch]pp")]
     for path in sorted([*(ROOT / "include").rglob("*.h*"), *sources]):

@@ -153,7 +153,7 @@ RC_GTEST_PROP(ForwardDynamics, ForcesThatMakeAMotionGiveBackItsAccelerationsAndM
   const VectorXd w = any_admissible(dense, generator);
   VectorXd mu(dense.K.cols());
   for (double& x : mu) x = normal(generator);
-  // The direct problem gives f = M w - K mu.
+  // Inverse dynamics gives f = M w - K mu.
   const VectorXd f = dense.M.cwiseProduct(w) - dense.K * mu;
   for (Eigen::Index c = 0; c < f.size(); c += 3) {
     const auto point = static_cast<Index>(dense.coordinates[static_cast<std::size_t>(c)] / 3);

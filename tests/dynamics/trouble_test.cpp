@@ -92,7 +92,7 @@ TEST(Trouble, TautChainBetweenTwoSupportsIsTold) {
 }
 
 /// Makes a flat square net of unit meshes whose border is held.
-System make_flat_net(Index side) {
+System make_framed_net(Index side) {
   System system;
   Rods rods;
   Support border;
@@ -113,7 +113,7 @@ System make_flat_net(Index side) {
 }
 
 TEST(Trouble, FlatNetInAStiffFrameIsTautEverywhere) {
-  System system = make_flat_net(6);
+  System system = make_framed_net(6);
   std::vector<double> r = system.positions, v(r.size(), 0.0);
   Dynamics dynamics(system);
 

@@ -120,9 +120,9 @@ TEST(FrictionBlocks, Equation43_ThreeBlocksFindWhatTheSmallestFormFinds) {
   EXPECT_GT(tried, 20);
 }
 
-// ---- the direct problem ------------------------------------------------------------------------------------------
+// ---- inverse dynamics -------------------------------------------------------------------------------------------
 
-TEST(DirectProblemWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
+TEST(InverseDynamicsWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
   int slid = 0;
   for (const System& system : scenes()) {
     Solved solved(system);
@@ -143,7 +143,7 @@ TEST(DirectProblemWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
 }
 
 /// At rest the law bounds friction but does not determine it.
-TEST(DirectProblemWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl) {
+TEST(InverseDynamicsWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl) {
   System system = make_rough_lines(3, 1, 5.0, false);
   system.velocities.assign(3, 0.0);
   Solved solved(system);
@@ -157,7 +157,7 @@ TEST(DirectProblemWithFriction, FrictionThatHoldsAPointAtRestIsPartOfTheControl)
   }
 }
 
-TEST(DirectProblemWithFriction, RoundTripOfASlidingMotionNeedsNoControl) {
+TEST(InverseDynamicsWithFriction, RoundTripOfASlidingMotionNeedsNoControl) {
   // Two beads lie on crossing rough rails with a rod between them.
   System system;
   system.positions = {1.0, 0.0, 0.0, 0.0, -2.0, 0.0};

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "methods.hpp"
+
 namespace tanor {
 namespace {
 
@@ -23,7 +25,7 @@ System make_bent_rods(double angle) {
 
 TEST(BentAngle, IsHeldDownToATenMillionth) {
   for (const double angle : {1e-2, 1e-4, 1e-5, 1e-6, 1e-7}) {
-    for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
+    for (const Method method : list_explicit_adaptive_methods()) {
       const System system = make_bent_rods(angle);
       Simulation simulation(system, {.method = method, .rtol = 1e-9, .atol = 1e-11});
       ASSERT_TRUE(simulation.outcome().ok()) << angle << ": " << simulation.outcome().what;

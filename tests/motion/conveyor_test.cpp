@@ -16,7 +16,7 @@ using scenes::g;
 TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
   // The speed grows as v = v0 + mu g t up to u; from then on r = r1 + u (t - t1).
   const double mu = 0.35, u = 2.0, v0 = -0.7, t1 = (u - v0) / (mu * g), r1 = 0.5 * (u + v0) * t1;
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     System system;
     system.positions = {0.0, 0.0, 0.0};
     system.velocities = {v0, 0.0, 0.0};
@@ -25,7 +25,7 @@ TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
     system.forces = {Gravity{"", {0.0, 0.0, -g}}};
     system.friction = {Coulomb{.name = "", .at = {"belt"}, .coefficient = mu, .velocity = Vector3{u, 0.0, 0.0}}};
     MotionOptions options{.method = method};
-    if (method != Method::Dopri5) options.step = 0.01;
+    if (has_fixed_steps(method)) options.step = 0.01;
     Simulation simulation(system, options);
     const std::vector<double> events = advance_and_list_events(&simulation, 100.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
@@ -50,9 +50,9 @@ TEST(Conveyor, AVelocityThatChangesCarriesAlongAsFarAsFrictionReaches) {
   const VectorFunction velocity{ScalarFunction::formula("1.5*t^2*0.6"), ScalarFunction::formula("1.5*t^2*0.8"), 0.0};
   system.friction = {
       Coulomb{.name = "", .at = {"belt"}, .coefficient = mu, .static_coefficient = mu_s, .velocity = velocity}};
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     MotionOptions options{.method = method, .rtol = 1e-10, .atol = 1e-12};
-    if (method != Method::Dopri5) options.step = 0.005;
+    if (has_fixed_steps(method)) options.step = 0.005;
     Simulation simulation(system, options);
     const std::vector<double> events = advance_and_list_events(&simulation, 2.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
@@ -78,9 +78,9 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
   system.constraints = {Planes{"plane", {0}, normal, 0.0}};
   system.forces = {Gravity{"", {0.0, 0.0, -g}}};
   system.friction = {Coulomb{.name = "", .at = {"plane"}, .coefficient = mu}};
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
-    if (method != Method::Dopri5) options.step = 0.005;
+    if (has_fixed_steps(method)) options.step = 0.005;
     Simulation simulation(system, options);
     std::vector<double> events = advance_and_list_events(&simulation, 0.9 * instant);
     EXPECT_TRUE(events.empty());
@@ -102,7 +102,7 @@ TEST(Conveyor, StickingBeadKeepsItsPlaceOnTheBelt) {
   system.forces = {Gravity{"", {0.0, 0.0, -g}}};
   system.friction = {Coulomb{
       .name = "", .at = {"belt"}, .coefficient = 0.5, .velocity = {ScalarFunction::formula("sin(t)"), 0.0, 0.0}}};
-  for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : with_auto(sampled_methods)) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.02;
     Simulation simulation(system, options);
@@ -126,9 +126,9 @@ TEST(StickSlipOscillator, PeriodIsTheClosedForm) {
   system.forces = {Gravity{"", {0.0, -g, 0.0}}, Springs{"spring", {{0, 1}}, k, 0.0, 1.0}};
   system.friction = {Coulomb{
       .name = "", .at = {"belt"}, .coefficient = mu, .static_coefficient = mu_s, .velocity = Vector3{u, 0.0, 0.0}}};
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
-    if (method != Method::Dopri5) options.step = 1e-3;
+    if (has_fixed_steps(method)) options.step = 1e-3;
     Simulation simulation(system, options);
     const double first = mu_s * m * g / (k * u);  // it rides with the belt until then
     const std::vector<double> events = advance_and_list_events(&simulation, first + 5.0 * (sticks + slides) + 0.01);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "base/parallel.hpp"
+#include "methods.hpp"
 #include "motion/root_bracket.hpp"
 #include "motion/toys.hpp"
 
@@ -175,7 +176,7 @@ TEST_P(DrawnBlockTest, SticksAndSlipsWhenTheClosedFormDoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, DrawnBlockTest, testing::Values(Method::Dopri5, Method::Rk4, Method::Rattle),
+INSTANTIATE_TEST_SUITE_P(Methods, DrawnBlockTest, testing::ValuesIn(sampled_methods),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 // ---- where in a step ----
@@ -282,7 +283,7 @@ TEST(EventPlaceTest, AFunctionThatFallsAtTheStartIsMetAtTheStart) {
 
 /// A force pushes from x = 0.53 on. Its power begins there at once and grows with v.
 TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
-  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     Free toy(0.0, {[](double, double x, double) { return 0.53 - x; }});
     Travel run(toy, method, tenth, {0.0}, {1.0});
     toy.on_switch = [&](double*) { toy.forget_events(), toy.push_with(2.0); };
@@ -322,7 +323,7 @@ TEST(EventPlaceTest, FunctionsFarFromZeroAreNotSearchedInsideSteps) {
 // ---- trouble ----
 
 TEST(EndlessSwitchingTest, IsReportedWithItsTime) {
-  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     Free toy(0.0, {[](double, double x, double) { return 0.25 - x; }});
     Travel run(toy, method, {.step = 0.1, .rtol = 1e-8, .atol = 1e-10}, {0.0}, {1.0});
 
@@ -394,7 +395,7 @@ TEST_P(EventSnapshotTest, ARestoredRunGoesOnBitByBitAcrossEvents) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, EventSnapshotTest, testing::Values(Method::Dopri5, Method::Rk4, Method::Rattle),
+INSTANTIATE_TEST_SUITE_P(Methods, EventSnapshotTest, testing::ValuesIn(sampled_methods),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 // ---- the parts ----

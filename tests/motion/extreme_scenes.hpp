@@ -42,15 +42,9 @@ inline Case bounded(double rate, double extra, Case scene) {
 
 /// Returns tolerances that decide the steps, or the scene's step, with which they only stop Newton's iterations.
 inline MotionOptions options_of(const Case& scene, Method method) {
-  switch (method) {
-    case Method::Taylor:
-    case Method::Dop853:
-    case Method::Dopri5:
-    case Method::Radau5:
-      return {.method = method, .rtol = 1e-10, .atol = scene.atol, .start = scene.start};
-    default:
-      return {.method = method, .step = scene.step, .rtol = 1e-8, .atol = 100.0 * scene.atol, .start = scene.start};
-  }
+  if (has_fixed_steps(method))
+    return {.method = method, .step = scene.step, .rtol = 1e-8, .atol = 100.0 * scene.atol, .start = scene.start};
+  return {.method = method, .rtol = 1e-10, .atol = scene.atol, .start = scene.start};
 }
 
 /// Returns how large the error of a scene may be; a larger one without a warning is a silent failure. A tolerance
@@ -62,9 +56,8 @@ inline double largest_error_of(const Case& scene, Method method) {
   if (scene.rate == 0.0) return scene.extra;
   const double radians = scene.rate * scene.t_end;
   if (!has_fixed_steps(method)) return scene.extra + 100.0 * options.rtol * std::max(1.0, radians / (2.0 * pi));
-  const int order = method == Method::Rattle6 ? 6 : method == Method::Rk4 || method == Method::Rattle4 ? 4 : 2;
   constexpr double visible = 0.02;
-  const double of_steps = std::pow(scene.rate * options.step, order) * radians;
+  const double of_steps = std::pow(scene.rate * options.step, traits_of(method).order) * radians;
   return std::min(visible, scene.extra + scene.extra_of_fixed_steps + of_steps);
 }
 

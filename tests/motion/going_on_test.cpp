@@ -140,34 +140,27 @@ TEST_P(GoingOnTest, GoesOnBitByBitThoughAnObserverLooksAtTheSolution) {
   EXPECT_EQ(count_work(watched), count_work(alone));
 }
 
+/// Returns the step of a method with fixed steps, s. The compositions divide theirs into 5 and 9.
+double step_of(Method method) {
+  if (!has_fixed_steps(method)) return 0.0;
+  return method == Method::Rattle4 ? 0.01 : method == Method::Rattle6 ? 0.02 : 0.003;
+}
+
 std::vector<Case> list_cases() {
-  const std::vector<MotionOptions> all{{.method = Method::Auto},
-                                       {.method = Method::Rk4, .step = 0.003},
-                                       {.method = Method::Dopri5},
-                                       {.method = Method::Dop853},
-                                       {.method = Method::Taylor},
-                                       {.method = Method::Rattle, .step = 0.003},
-                                       {.method = Method::Rattle4, .step = 0.01},
-                                       {.method = Method::Rattle6, .step = 0.02},
-                                       {.method = Method::Radau5},
-                                       {.method = Method::GeneralizedAlpha, .step = 0.003}};
-  const auto is_one_of = [](Method method, std::initializer_list<Method> methods) {
-    return std::find(methods.begin(), methods.end(), method) != methods.end();
-  };
   std::vector<Case> cases;
-  for (const MotionOptions& options : all) {
-    const Method method = options.method;
+  for (const MethodTraits& traits : methods()) {
+    const MotionOptions options{.method = traits.method, .step = step_of(traits.method)};
     cases.push_back({"chain", [] { return scenes::make_shaken_chain_in_air(0.3); }, options});
     cases.push_back({"breathing_chain", [] { return scenes::make_breathing_chain(); }, options});
     cases.push_back({"beads", [] { return scenes::make_beads(2); }, options});
     cases.push_back({"four_bar", [] { return scenes::make_four_bar(-0.7, 1.0); }, options, {}, 0.69, 1.0});
     cases.push_back({"redundant_cranks", make_redundant_cranks, options});
     cases.push_back({"net", [] { return scenes::make_net(6, 7); }, options, {}, 0.1, 0.2});
-    if (!is_one_of(method, {Method::Taylor, Method::Radau5, Method::GeneralizedAlpha})) {
+    if (traits.serves_friction) {
       cases.push_back({"rough_beads", [] { return scenes::make_rough_beads(2); }, options});
       cases.push_back({"rough_wire", make_rough_wire, options});
     }
-    if (is_one_of(method, {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853})) {
+    if (traits.steps_in_coordinates) {
       cases.push_back({"coordinates", [] { return scenes::make_coordinates(); }, options});
       cases.back().options.start = StartMode::Project;
       cases.push_back({"rough_hoop", make_bead_on_hoop, options, {.form = Form::Tangent}});

@@ -8,10 +8,10 @@ namespace tanor {
 inline MotionOptions with(Method method, double step) {
   MotionOptions options;
   options.method = method;
-  if (method == Method::Dopri5) {
-    options.rtol = options.atol = 1e-12;
-  } else {
+  if (has_fixed_steps(method)) {
     options.step = step;
+  } else {
+    options.rtol = options.atol = 1e-12;
   }
   return options;
 }

@@ -7,6 +7,8 @@
 #include <tanor/motion.hpp>
 #include <tanor/user_kernel.hpp>
 
+#include "methods.hpp"
+
 namespace tanor {
 namespace {
 
@@ -89,7 +91,7 @@ TEST(WorkOfPotentials, IsTheIntegralOfTheExplicitRate) {
   system.velocities = {0.2, 0, 0};
   system.masses = {2.0};
   system.forces = {Potential{"well", {{0}}, formula_potential("(1 + 0.5*t + 0.2*sin(3*t))*x1^2/2", 1), {}}};
-  for (const Method method : {Method::Taylor, Method::Dop853, Method::Radau5, Method::Dopri5}) {
+  for (const Method method : list_adaptive_methods()) {
     Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-13});
 
     ASSERT_TRUE(simulation.advance_to(3.0).ok());
@@ -156,8 +158,6 @@ TEST(ForcesOnTuples, AllKindsOfMethodsAgree) {
 
 // ---- angles at which a law has no force, where the points are in line ----
 
-constexpr Method adaptive[] = {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5};
-
 /// Makes four free points, the last of which crosses the line of the two before it at the distance `beside`.
 System make_torsion(double beside) {
   System system;
@@ -179,7 +179,7 @@ System make_bending(double rest, double beside = 0.0) {
 }
 
 void expect_end(const System& system, double at, const std::string& wanted) {
-  for (const Method method : adaptive) {
+  for (const Method method : list_adaptive_methods()) {
     Simulation simulation(system, {.method = method});
     const Outcome outcome = simulation.advance_to(1.0);
     EXPECT_FALSE(outcome.ok()) << name_of(method);
@@ -199,7 +199,7 @@ TEST(AngleEnds, TheTipOfABendingStopsTheMotion) {
 
 /// The energy has no tip where all angles rest straight.
 TEST(AngleEnds, AChainThatRestsStraightPassesTheLine) {
-  for (const Method method : adaptive) {
+  for (const Method method : list_adaptive_methods()) {
     Simulation simulation(make_bending(std::acos(-1.0)), {.method = method, .rtol = 1e-9});
     ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
     EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-7) << name_of(method);

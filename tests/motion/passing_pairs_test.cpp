@@ -7,6 +7,7 @@ namespace tanor::passing {
 namespace {
 
 class PassingPairsByMethod : public testing::TestWithParam<Method> {};
+// The sample has the adaptive methods without series.
 INSTANTIATE_TEST_SUITE_P(, PassingPairsByMethod,
                          testing::Values(Method::Auto, Method::Dop853, Method::Dopri5, Method::Radau5),
                          [](const auto& of) { return std::string(name_of(of.param)); });

@@ -133,6 +133,7 @@ Well draw_well(Random& random) {
 }
 
 class PassingByMethod : public testing::TestWithParam<Method> {};
+// The sample has the adaptive methods without series.
 INSTANTIATE_TEST_SUITE_P(, PassingByMethod,
                          testing::Values(Method::Auto, Method::Dop853, Method::Dopri5, Method::Radau5),
                          [](const auto& of) { return std::string(name_of(of.param)); });

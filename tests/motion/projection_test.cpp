@@ -55,11 +55,11 @@ TEST(ProjectionTest, ConstraintsDriftWithoutProjectionAndTheReportSaysSo) {
 }
 
 TEST(ProjectionTest, HoldsTheConstraintsOfEveryKindOverALongRun) {
-  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     for (System (*build)() : {+[] { return scenes::make_beads(3); }, +[] { return scenes::make_shaken_chain(); },
                               +[] { return scenes::make_breathing_chain(); }}) {
       MotionOptions options{.method = method, .start = StartMode::Project};
-      if (method != Method::Dopri5) options.step = 1e-3;
+      if (has_fixed_steps(method)) options.step = 1e-3;
       Simulation simulation(build(), options);
 
       ASSERT_TRUE(simulation.advance_to(3.0).ok());

@@ -6,6 +6,7 @@
 #include <tanor/tanor.hpp>
 
 #include "base/parallel.hpp"
+#include "methods.hpp"
 #include "motion/rough_guides.hpp"
 
 /// \file Three beads on rough lines, joined by springs, stop and leave many times. They are compared with a reference
@@ -191,9 +192,9 @@ TEST(RoughSprings, HalfTheStepDividesTheErrorAsTheOrderSays) {
 }
 
 TEST(RoughSprings, ARestoredMotionGoesOnBitByBit) {
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     MotionOptions options{.method = method, .rtol = 1e-9, .atol = 1e-11};
-    if (method != Method::Dopri5) options.step = 0.002;
+    if (has_fixed_steps(method)) options.step = 0.002;
     Simulation whole(make_beads(), options), other(make_beads(), options);
     for (const double t : {0.3, 0.7, 1.1, 1.5}) {
       if (whole.time() < t) {

@@ -17,7 +17,7 @@ using scenes::g;
 /// stop. The direction turns faster at a stop than fixed steps can follow, so that its instant lies within one of them.
 template <class Expect>
 void expect_stop(const System& system, double stop, const Expect& expect) {
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : sampled_methods) {
     MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
     if (has_fixed_steps(method)) options.step = 1e-3;
     Simulation simulation(system, options);

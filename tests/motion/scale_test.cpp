@@ -109,7 +109,7 @@ TEST(AccuracyWarning, IsGivenForALooseToleranceThatLosesEnergy) {
 }
 
 TEST(AccuracyWarning, IsNotGivenForATightTolerance) {
-  for (const Method method : {Method::Taylor, Method::Dopri5, Method::Dop853, Method::Radau5}) {
+  for (const Method method : list_adaptive_methods()) {
     Simulation simulation(make_pendulum(0.5, true), {.method = method});
     ASSERT_TRUE(simulation.advance_to(20.0).ok());
     EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);
@@ -132,7 +132,7 @@ System make_stick_slip(double u) {
 
 TEST(AccuracyWarning, IsNotGivenForStickSlip) {
   for (const double u : {0.3, 0.03, 0.003}) {
-    for (const Method method : {Method::Rk4, Method::Rattle, Method::Dopri5, Method::Auto}) {
+    for (const Method method : with_auto(sampled_methods)) {
       MotionOptions options{.method = method};
       if (has_fixed_steps(method)) options.step = 1e-2;
       Simulation simulation(make_stick_slip(u), options);
@@ -193,7 +193,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
 /// Nothing flows in a chain that hangs at rest, and rounding is no drift.
 TEST(AccuracyWarning, IsNotGivenForAChainAtRest) {
   const System system = scenes::hang(scenes::make_chain_along(20, {0.0, 0.0, -0.1}), {0});
-  for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
+  for (const Method method : with_auto(sampled_methods)) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 1e-2;
     Simulation simulation(system, options);

@@ -222,7 +222,7 @@ TEST(Singular, Dop853ArrivesHoweverNearAnAdvanceEndedToTheFlatPlace) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle));
+INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::ValuesIn(sampled_methods));
 
 /// Makes N + 1 uniform links on the ground and N uniform couplers between them, each 1 m and 1 kg, upright and on their
 /// way with 1 m/s (IFToMM benchmark A02). A uniform rod is two end masses of 1/6 and one of 4/6 in its middle.

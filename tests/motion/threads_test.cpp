@@ -29,10 +29,8 @@ bool is_explicit(const MethodTraits& method) {
 const std::vector<Method> explicit_ones = list_methods_that(is_explicit);
 const std::vector<Method> without_series = list_methods_that(
     [](const MethodTraits& method) { return is_explicit(method) && method.method != Method::Taylor; });
-const std::vector<Method> implicit_ones =
-    list_methods_that([](const MethodTraits& method) { return method.is_implicit; });
-const std::vector<Method> in_coordinates =
-    list_methods_that([](const MethodTraits& method) { return method.steps_in_coordinates; });
+const std::vector<Method> implicit_ones = list_methods_that(&MethodTraits::is_implicit);
+const std::vector<Method> in_coordinates = list_methods_that(&MethodTraits::steps_in_coordinates);
 
 /// Makes beads whose guides are coordinates, without friction.
 System make_beads_in_coordinates() {

@@ -7,6 +7,8 @@
 
 #include <tanor/tanor.hpp>
 
+#include "methods.hpp"
+
 namespace tanor {
 namespace {
 
@@ -49,7 +51,7 @@ System make_rotor() {
 TEST(TorsionJump, IsPassedInTheMotionThatItsClosedFormHas) {
   constexpr double end = 10.0;  // seven jumps
   const Turning truth(end);
-  for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5}) {
+  for (const Method method : with_auto(list_adaptive_methods())) {
     for (const double rtol : {1e-6, 1e-9}) {
       Simulation simulation(make_rotor(), {.method = method, .rtol = rtol});
 

@@ -29,29 +29,30 @@ System make_turning_wire(bool with_coordinates) {
   return system;
 }
 
-struct Way {
+/// A method and how exact its multipliers are.
+struct KnownAccuracy {
   MotionOptions motion;
   double error;  // of a multiplier, over the largest one
 };
 
-const Way ways[] = {{{.method = Method::Taylor, .rtol = 1e-11, .atol = 1e-12}, 1e-8},
-                    {{.method = Method::Dop853, .rtol = 1e-11, .atol = 1e-12}, 1e-8},
-                    {{.method = Method::Dopri5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
-                    {{.method = Method::Rk4, .step = 0.005}, 1e-6},
-                    {{.method = Method::Radau5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
-                    {{.method = Method::Rattle, .step = 0.001}, 1e-3},
-                    {{.method = Method::GeneralizedAlpha, .step = 0.001}, 1e-3}};
+const KnownAccuracy methods_to_compare[] = {{{.method = Method::Taylor, .rtol = 1e-11, .atol = 1e-12}, 1e-8},
+                                            {{.method = Method::Dop853, .rtol = 1e-11, .atol = 1e-12}, 1e-8},
+                                            {{.method = Method::Dopri5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
+                                            {{.method = Method::Rk4, .step = 0.005}, 1e-6},
+                                            {{.method = Method::Radau5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
+                                            {{.method = Method::Rattle, .step = 0.001}, 1e-3},
+                                            {{.method = Method::GeneralizedAlpha, .step = 0.001}, 1e-3}};
 
 TEST(TurningLine, MultipliersAreThoseOfTheClosedFormByEveryMethod) {
-  for (const Way& way : ways) {
-    Simulation simulation(make_turning_wire(false), way.motion);
+  for (const KnownAccuracy& each : methods_to_compare) {
+    Simulation simulation(make_turning_wire(false), each.motion);
     for (const double t : {0.5, 1.0, 1.5, 2.0, 3.0}) {
       ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
 
       const double scale = bead_mass * (gravity + 2.0 * std::sinh(t));
-      EXPECT_NEAR(simulation.multipliers()[0], bead_mass * gravity, way.error * scale) << name_of(way.motion.method);
-      EXPECT_NEAR(simulation.multipliers()[1], -2.0 * bead_mass * std::sinh(t), way.error * scale)
-          << name_of(way.motion.method) << " at " << t;
+      EXPECT_NEAR(simulation.multipliers()[0], bead_mass * gravity, each.error * scale) << name_of(each.motion.method);
+      EXPECT_NEAR(simulation.multipliers()[1], -2.0 * bead_mass * std::sinh(t), each.error * scale)
+          << name_of(each.motion.method) << " at " << t;
       EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
     }
   }
@@ -81,15 +82,15 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
   system.forces = {Gravity{"", {1.0, 0.5, -gravity}}};
   Simulation reference(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-13});
   std::vector<Simulation> others;
-  for (const Way& way : ways) others.emplace_back(system, way.motion);
+  for (const KnownAccuracy& each : methods_to_compare) others.emplace_back(system, each.motion);
   for (int k = 1; k <= 20; ++k) {
     ASSERT_TRUE(reference.advance_to(0.1 * k).ok());
-    for (std::size_t w = 0; w < std::size(ways); ++w) {
+    for (std::size_t w = 0; w < std::size(methods_to_compare); ++w) {
       if (k % 5 != 0 && w % 2 == 0) continue;  // some of them in fewer, longer advances
       ASSERT_TRUE(others[w].advance_to(0.1 * k).ok()) << others[w].outcome().what;
       for (std::size_t a = 0; a < 3; ++a) {
-        EXPECT_NEAR(others[w].multipliers()[a], reference.multipliers()[a], 1e3 * ways[w].error)
-            << name_of(ways[w].motion.method) << " at " << 0.1 * k;
+        EXPECT_NEAR(others[w].multipliers()[a], reference.multipliers()[a], 1e3 * methods_to_compare[w].error)
+            << name_of(methods_to_compare[w].motion.method) << " at " << 0.1 * k;
       }
     }
   }

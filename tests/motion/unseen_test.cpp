@@ -11,6 +11,7 @@
 
 #include <tanor/tanor.hpp>
 
+#include "methods.hpp"
 #include "motion/unseen_scenes.hpp"
 
 namespace tanor {
@@ -125,7 +126,7 @@ System make_pair() {
 TEST(Unseen, PulseOfAnEnergyAndOfAForceOnTwoPointsIsSeen) {
   for (const Shape shape : {Shape::Pulse, Shape::Triangle, Shape::Window}) {
     const Unseen g(shape, 20.0, 5.3, 0.01);
-    for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5}) {
+    for (const Method method : with_auto(list_adaptive_methods())) {
       for (const bool is_energy : {true, false}) {
         System system = make_pair();
         if (is_energy) {
@@ -323,7 +324,7 @@ TEST(Unseen, FixedStepsTellWhatTheyPassedOver) {
 // ---- snapshots ----
 
 TEST(Unseen, ARestoredRunGoesOnBitByBit) {
-  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
+  for (const Method method : list_explicit_adaptive_methods()) {
     System system = make_free_point();
     const ScalarFunction f = ScalarFunction::formula("4*exp(-((t-5)/0.05)^2) + sin(t)");
     system.forces = {ConstantForce{.points = {0}, .force = along_x(f)}};

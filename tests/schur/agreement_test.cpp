@@ -115,7 +115,7 @@ TEST(LinearSolvers, HangingPathCarriesTheWeightBelow) {
 }
 
 /// Makes a chain with lengths that move, an offset, a support that moves, and different forces at the points.
-System make_driven_chain(std::mt19937* random) {
+System make_random_driven_chain(std::mt19937* random) {
   System system = make_random_chain(500, Ends::First, 1e1, random);
   Rods& all = std::get<Rods>(system.constraints[0]);
   Rods breathing{"breathing", {}, {}, {}}, across{"across", {}, {}, {}};
@@ -143,7 +143,7 @@ System make_driven_chain(std::mt19937* random) {
 TEST(LinearSolvers, PathsTakeMovingLengthsOffsetsAndForces) {
   std::mt19937 random(8);
   for (int repetition = 0; repetition < 3; ++repetition) {
-    const System system = make_driven_chain(&random);
+    const System system = make_random_driven_chain(&random);
 
     const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.4),
                  paths = solve(system, {.linear_solver = LinearSolver::Paths}, 0.4);

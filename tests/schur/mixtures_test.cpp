@@ -133,7 +133,7 @@ bool has_part_of(const std::string& solver, const std::string& part) {
   return ("+" + solver + "+").find("+" + part + "+") != std::string::npos;
 }
 
-TEST(Mixtures, GiveShortIslandsTheirWaysBesideOthers) {
+TEST(Mixtures, SolveShortIslandsByTheirOwnLinearSolvers) {
   AnyNumbers any(21);
   int refinements = 0;
   for (const bool is_uniform : {true, false}) {

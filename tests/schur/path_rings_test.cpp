@@ -20,7 +20,7 @@ constexpr double ring_rounding = 1e-13;
 
 /// Makes rings of these sizes, numbered at random, with rods in any order and direction. Every other rod crosses into
 /// the next cell of a lattice where offsets are wanted.
-System make_rings(const std::vector<Index>& sizes, bool with_offsets, std::mt19937* random) {
+System make_random_rings(const std::vector<Index>& sizes, bool with_offsets, std::mt19937* random) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   System system;
   Rods rods{"rods", {}, {}, {}};
@@ -147,7 +147,7 @@ TEST(PathRings, AllCallsAgreeWithKAndM) {
   for (const Index size : {3, 4, 5, 6, 7, 8, 9, 16, 17, 100, 129, 255, 256, 257, 258, 259, 300}) {
     for (const bool with_offsets : {false, true}) {
       SCOPED_TRACE(testing::Message() << size << " rods" << (with_offsets ? " with offsets" : ""));
-      expect_right_numbers(make_rings({size}, with_offsets, &random), &random);
+      expect_right_numbers(make_random_rings({size}, with_offsets, &random), &random);
     }
   }
 }
@@ -156,13 +156,13 @@ TEST(PathRings, AllCallsAgreeForRingsSideBySide) {
   std::mt19937 random(32);
   std::vector<Index> sizes;
   for (int k = 0; k < 40; ++k) sizes.push_back(std::uniform_int_distribution<Index>(3, 400)(random));
-  expect_right_numbers(make_rings(sizes, false, &random), &random);
+  expect_right_numbers(make_random_rings(sizes, false, &random), &random);
 }
 
 TEST(PathRings, ThreadsGiveTheSameBits) {
   std::mt19937 random(33);
   for (const std::vector<Index>& sizes : {std::vector<Index>{9001}, {5000, 3, 7001}}) {
-    Numbers numbers(make_rings(sizes, false, &random), &random);
+    Numbers numbers(make_random_rings(sizes, false, &random), &random);
     const Solved one = solve(&numbers, 1), two = solve(&numbers, 2);
     EXPECT_EQ(one.lambda, two.lambda);
     EXPECT_EQ(one.w, two.w);

@@ -14,7 +14,7 @@ namespace {
 
 /// Makes rods of random lengths and directions that come back to where they began, numbered at random, in any order and
 /// direction. Points lie up to `height` above and below a circle.
-System make_ring(Index num_points, double height, AnyNumbers* any) {
+System make_random_ring(Index num_points, double height, AnyNumbers* any) {
   const auto count = static_cast<std::size_t>(num_points);
   std::vector<Index> place(count);
   std::iota(place.begin(), place.end(), 0);
@@ -38,7 +38,7 @@ System make_ring(Index num_points, double height, AnyNumbers* any) {
 
 /// Makes a ring with lengths that move, offsets, and different forces at some points.
 System make_driven_ring(Index num_points, AnyNumbers* any) {
-  System system = make_ring(num_points, 0.5, any);
+  System system = make_random_ring(num_points, 0.5, any);
   const Rods all = std::get<Rods>(system.constraints[0]);
   Rods plain{"plain", {}, {}, {}}, breathing{"breathing", {}, {}, {}}, across{"across", {}, {}, {}};
   breathing.length.functions = {ScalarFunction::formula("1+0.1*sin(3*t)")};
@@ -86,7 +86,7 @@ TEST(Rings, AgreeWithTheGeneralSolver) {
   AnyNumbers any(21);
   for (const Index num_points : {3, 4, 5, 6, 7, 17, 63, 64, 65, 128, 129, 130, 131, 256, 257, 258, 259, 260, 700}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
-    expect_agreement_on_ring(make_ring(num_points, 0.5, &any));
+    expect_agreement_on_ring(make_random_ring(num_points, 0.5, &any));
     expect_agreement_on_ring(make_driven_ring(num_points, &any));
   }
 }
@@ -96,15 +96,15 @@ TEST(Rings, AgreeWithTheGeneralSolverWhenNearlyFlat) {
   AnyNumbers any(22);
   for (const Index num_points : {5, 40, 300}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
-    expect_agreement_on_ring(make_ring(num_points, 0.02, &any));
+    expect_agreement_on_ring(make_random_ring(num_points, 0.02, &any));
   }
 }
 
 TEST(Rings, AgreeWithTheGeneralSolverBesidePaths) {
   AnyNumbers any(23);
-  System system = make_ring(90, 0.5, &any);
+  System system = make_random_ring(90, 0.5, &any);
   for (int k = 0; k < 60; ++k) {
-    System one = make_ring(3 + any.up_to(40), 0.5, &any);
+    System one = make_random_ring(3 + any.up_to(40), 0.5, &any);
     if (k % 2 == 0) std::get<Rods>(one.constraints[0]).pairs.pop_back();
     append(one, &system);
   }
@@ -141,13 +141,13 @@ TEST(Rings, PullByTheClosedFormWhenTurning) {
 
 TEST(Rings, ThreadsChangeNoBit) {
   AnyNumbers any(24);
-  expect_the_same_bits_with_threads(make_ring(20011, 0.5, &any), LinearSolver::Paths);
+  expect_the_same_bits_with_threads(make_random_ring(20011, 0.5, &any), LinearSolver::Paths);
 }
 
 /// Projections and corrections are further right sides with a factor.
 TEST(Rings, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(25);
-  const System system = make_ring(150, 0.5, &any);
+  const System system = make_random_ring(150, 0.5, &any);
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
     MotionOptions motion{.method = method, .rtol = 1e-10, .atol = 1e-10, .start = StartMode::Project};
     if (method == Method::Rattle) motion.step = 1e-3;
@@ -177,7 +177,7 @@ TEST(Rings, AreLeftToTheGeneralSolverWhenSingular) {
 /// A further point hangs on a rod of its own.
 TEST(Rings, AreLeftToTheGeneralSolverWithABranch) {
   AnyNumbers any(26);
-  System system = make_ring(200, 0.5, &any);
+  System system = make_random_ring(200, 0.5, &any);
   EXPECT_EQ(Dynamics(system).plan().linear_solver(), "paths");
   const Index mate = add_point({0.0, 0.0, 3.0}, &any, &system);
   std::get<Rods>(system.constraints[0]).pairs.push_back({7, mate});

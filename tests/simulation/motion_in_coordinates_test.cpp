@@ -276,7 +276,7 @@ TEST(RefusalTest, DependentRowsDoNotCountAsALackOfCoordinates) {
   for (const Form form : {Form::Normal, Form::Tangent}) EXPECT_EQ(complaint_at_start(bar, form), "no error");
 }
 
-TEST(RefusalTest, APlaceWhereKLosesRankIsJudgedByItsNeighbours) {
+TEST(RefusalTest, ASingularConfigurationIsAcceptedForItsRegularNeighbours) {
   // A parallelogram lies flat: K lacks a rank there but not nearby, and its crank's angle leads on.
   System flat;
   flat.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0, 2, 0, 0};

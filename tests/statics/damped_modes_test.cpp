@@ -160,7 +160,7 @@ TEST(DampedModes, AreThoseOfTheirPartsBeyond300Freedoms) {
 
 /// One system, a chain of unequal beads in air with a follower force, is solved by its full dense matrix and by
 /// Arnoldi's method on the sparse one.
-TEST(DampedModes, AreTheSameByTheDenseAndTheSparseWay) {
+TEST(DampedModes, AreTheSameFromDenseAndFromSparseMatrices) {
   constexpr int rods = 120, wanted = 30;
   System system = make_held_chain(rods, {0.0, 0.0, -0.1});
   for (std::size_t i = 0; i < system.num_points(); ++i)

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "motion/allocation/steady_steps.hpp"
+#include "allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 /// \file Steps with friction take no memory while no contact changes its mode.
@@ -171,6 +171,7 @@ TEST_P(StepWithFrictionTest, AllocatesNothing) {
   EXPECT_EQ(simulation.report().events, 0u) << "a scene that changes no mode";
 }
 
+// Method `dop853` is left out, since it runs the loops of `dopri5`.
 INSTANTIATE_TEST_SUITE_P(Scenes, StepWithFrictionTest,
                          testing::Combine(testing::ValuesIn(scenes_with_friction),
                                           testing::Values(Method::Auto, Method::Rk4, Method::Dopri5, Method::Rattle,

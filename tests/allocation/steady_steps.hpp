@@ -10,8 +10,8 @@
 
 #include <tanor/motion.hpp>
 
+#include "allocation/counting_allocator.hpp"
 #include "beside.hpp"
-#include "motion/allocation/counting_allocator.hpp"
 #include "scenes.hpp"
 
 namespace tanor::allocation {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <tanor/constrainer.hpp>
 
+#include "allocation/steady_steps.hpp"
 #include "beside.hpp"
-#include "motion/allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 namespace tanor {

@@ -1,4 +1,4 @@
-#include "motion/allocation/counting_allocator.hpp"
+#include "allocation/counting_allocator.hpp"
 
 #include <atomic>
 #include <cerrno>

@@ -5,7 +5,7 @@
 
 #include <tanor/tanor.hpp>
 
-#include "motion/allocation/counting_allocator.hpp"
+#include "allocation/counting_allocator.hpp"
 #include "scenes.hpp"
 
 namespace tanor {

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "allocation/steady_steps.hpp"
 #include "beside.hpp"
 #include "long_tests.hpp"
-#include "motion/allocation/steady_steps.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -67,6 +67,7 @@ TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
   EXPECT_EQ(count, 0u);
 }
 
+// The compositions take steps of `rattle` and run the scenes of the next list alone.
 INSTANTIATE_TEST_SUITE_P(Scenes, SteadyStepTest,
                          testing::Combine(testing::ValuesIn(steady_scenes),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor,
@@ -84,10 +85,9 @@ INSTANTIATE_TEST_SUITE_P(Pairs, SteadyStepTest,
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Rattle),
                                           testing::Values(1, 2)),
                          allocation::name_steps);
-// Methods `taylor` and `rattle` are left out, since they cannot step in coordinates.
 INSTANTIATE_TEST_SUITE_P(Coordinates, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"coordinates", scenes::make_coordinates}),
-                                          testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853),
+                                          testing::ValuesIn(list_methods_that(&MethodTraits::steps_in_coordinates)),
                                           testing::Values(1, 2)),
                          allocation::name_steps);
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "motion/allocation/counting_allocator.hpp"
+#include "allocation/counting_allocator.hpp"
 #include "motion/extreme_scenes.hpp"
 #include "motion/toys.hpp"
 
@@ -67,11 +67,12 @@ TEST_P(StepPastSingularConfigurationsTest, AllocatesNothing) {
   EXPECT_EQ(allocations, 0u);
 }
 
+// The sample leaves out the compositions, which take steps of `rattle`, and the implicit methods.
 INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularConfigurationsTest,
                          testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
-INSTANTIATE_TEST_SUITE_P(Methods, StepWithEventsTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
+INSTANTIATE_TEST_SUITE_P(Methods, StepWithEventsTest, testing::ValuesIn(sampled_methods),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 }  // namespace
