@@ -19,7 +19,7 @@ FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
             "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"],
             "Points on spheres": ["spheres 1e3", "spheres 1e4", "spheres 1e5", "spheres 1e6"],
             "Rings of one island": ["ring 1e3", "ring 1e5"]}
-REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_inwards`, `substitute_outwards`) are not side by side, a third of the time
+REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_forward`, `substitute_backward`) are not side by side, a third of the time
 in the caches. Eight pieces of a path in lanes would save most of that, and bring r, v, w, K and lambda in and out of lanes at
 each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (`linear_solvers.md`).
 Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`solve/path_lanes.hpp`).
@@ -73,7 +73,7 @@ def main() -> None:
           "a time).")
     print("Those that grow touch the scene's arrays first, or call for them ahead: `evaluate` (r, v; block, b), "
           "`find_pivots` and")
-    print("`substitute_outwards` (which call for the next rods' numbers) and `accelerate` (block, lambda; w) along paths; "
+    print("`substitute_backward` (which call for the next rods' numbers) and `accelerate` (block, lambda; w) along paths; "
           "of bundles")
     print("what gathers, scatters and calls for sequences, and `eliminate` (factors). `linear_solvers.md` has the passes alone "
           "beside: beyond")

@@ -22,7 +22,7 @@ void ReactionGather::add_scaled(const Parallel& parallel, const double* blocks, 
 }
 
 void ReactionGather::add_scaled(const Parallel& parallel, const double* blocks, const double* lambda,
-                                const double* scale, const Runs& points, double* out) const {
+                                const double* scale, const IndexRanges& points, double* out) const {
   points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) store(out, i, load(out, i) + scale[i] * reaction(i, blocks, lambda));
   });
@@ -36,7 +36,7 @@ void ReactionGather::write_scaled(const Parallel& parallel, const double* blocks
 }
 
 void ReactionGather::write_scaled(const Parallel& parallel, const double* blocks, const double* lambda,
-                                  const double* scale, const Runs& points, double* out) const {
+                                  const double* scale, const IndexRanges& points, double* out) const {
   points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) store(out, i, scale[i] * reaction(i, blocks, lambda));
   });

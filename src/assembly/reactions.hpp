@@ -3,8 +3,8 @@
 #include <span>
 
 #include "base/groups.hpp"
+#include "base/index_ranges.hpp"
 #include "base/parallel.hpp"
-#include "base/runs.hpp"
 #include "evaluate/family.hpp"
 
 namespace tanor {
@@ -22,12 +22,12 @@ class ReactionGather {
                   std::size_t count, double* out) const;
   /// Adds the same for the given points.
   void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
-                  const Runs& points, double* out) const;
+                  const IndexRanges& points, double* out) const;
   /// Writes the same terms over what was there.
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                     std::size_t count, double* out) const;
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
-                    const Runs& points, double* out) const;
+                    const IndexRanges& points, double* out) const;
 
  private:
   struct Entry {

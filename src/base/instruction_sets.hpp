@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <type_traits>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 
 /// \file Compiles the body of a hot loop once for each instruction set and chooses one at run time. Packaged binaries
 /// are built for the baseline of their architecture, which is too slow for hot loops.
@@ -27,10 +27,10 @@ inline InstructionSet instruction_set() {
 /// Returns "baseline", "avx2" or "avx512", or "none yet" for Unchosen.
 const char* name_of(InstructionSet set);
 
-/// Runs the body. A body that takes a type argument gets EightIn<width>.
+/// Runs the body. A body that takes a type argument gets PackIn<width>.
 template <std::size_t width, class Body>
 auto run_in(Body& body) {
-  using Lanes = std::type_identity<EightIn<width>>;
+  using Lanes = std::type_identity<PackIn<width>>;
   if constexpr (std::is_invocable_v<Body&, Lanes>) {
     return body(Lanes{});
   } else {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <variant>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 #include "evaluate/point_sums.hpp"
@@ -43,12 +43,12 @@ std::vector<Coupling> list_joints(const Forces& forces) {
 }
 
 /// Returns x² + y² + z² of 8 points.
-[[gnu::always_inline]] inline Eight add_triples(const Eight& a, const Eight& b, const Eight& c) {
-  const Eight x =
+[[gnu::always_inline]] inline Pack<> add_triples(const Pack<>& a, const Pack<>& b, const Pack<>& c) {
+  const Pack<> x =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0), c, 0, 1, 2, 3, 4, 5, 10, 13);
-  const Eight y =
+  const Pack<> y =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0), c, 0, 1, 2, 3, 4, 8, 11, 14);
-  const Eight z =
+  const Pack<> z =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0), c, 0, 1, 2, 3, 4, 9, 12, 15);
   return x + y + z;
 }
@@ -67,25 +67,25 @@ double largest_ratio(const double* error, const double* from, const double* to, 
   return dispatch([=] {
     constexpr std::size_t width = 8;
     // The largest square. Since (atol + rtol |.|)^2 >= atol^2 + rtol^2 |.|^2, most points need no root and no quotient.
-    Eight worst{};
+    Pack<> worst{};
     auto is_unordered = worst != worst;
     for (std::size_t next = begin; next < end; next += width) {
       const std::size_t first = 3 * std::min(next, end - width);
-      Eight square[3], size[3];
+      Pack<> square[3], size[3];
       for (std::size_t part = 0; part < 3; ++part) {
         const std::size_t at = first + width * part;
-        const Eight e = eight_at(error + at), a = eight_at(from + at), b = eight_at(to + at);
+        const Pack<> e = pack_at(error + at), a = pack_at(from + at), b = pack_at(to + at);
         square[part] = e * e;
         size[part] = a * a > b * b ? a * a : b * b;
       }
-      const Eight atol = own_atol != nullptr ? eight_at(own_atol + first / 3) : Eight{} + same_atol;
-      const Eight squares = add_triples(square[0], square[1], square[2]);
-      const Eight sizes = add_triples(size[0], size[1], size[2]);
+      const Pack<> atol = own_atol != nullptr ? pack_at(own_atol + first / 3) : Pack<>{} + same_atol;
+      const Pack<> squares = add_triples(square[0], square[1], square[2]);
+      const Pack<> sizes = add_triples(size[0], size[1], size[2]);
       if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
       std::array<double, width> roots;
       std::memcpy(roots.data(), &sizes, sizeof(sizes));
       for (double& x : roots) x = std::sqrt(x);
-      const Eight allowed = atol + rtol * eight_at(roots.data()), ratio = squares / (allowed * allowed);
+      const Pack<> allowed = atol + rtol * pack_at(roots.data()), ratio = squares / (allowed * allowed);
       is_unordered |= ratio != ratio;
       worst = ratio > worst ? ratio : worst;
     }

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 #include "base/sine_cosine.hpp"
 
 namespace tanor::circles {
@@ -66,9 +66,9 @@ double accelerate(const Circles& given, std::size_t count, const double* __restr
       z[k] = psi.z + along * t.z;
     }
     std::size_t k = 0;
-    Eight lost_lanes{};
+    Pack<> lost_lanes{};
     for (; k + num_lanes <= count; k += num_lanes) {
-      const Eight wx = eight_at(x.data() + k), wy = eight_at(y.data() + k), wz = eight_at(z.data() + k);
+      const Pack<> wx = pack_at(x.data() + k), wy = pack_at(y.data() + k), wz = pack_at(z.data() + k);
       store_points(wx, wy, wz, &w[k].x);
       lost_lanes += 0.0 * (wx + wy + wz);
     }

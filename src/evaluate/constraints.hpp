@@ -91,7 +91,7 @@ class Constraints {
                           double* y) const;
 
   /// The members of each family that take part.
-  using Selection = std::array<Runs, std::tuple_size_v<Families>>;
+  using Selection = std::array<IndexRanges, std::tuple_size_v<Families>>;
   /// Returns the members whose first row has a `takes_part` [row] that is not 0.
   Selection select(std::span<const char> takes_part) const;
   /// These evaluate some members. Rows and blocks of the others stay as they are, and contacts take no part.
@@ -150,7 +150,7 @@ class Constraints {
   template <class Visit>
   void for_each_family(const Selection& some, const Visit& visit) const {
     std::size_t number = 0;
-    const auto visit_one = [&](const auto& family, const Runs& members) {
+    const auto visit_one = [&](const auto& family, const IndexRanges& members) {
       if (members.size() > 0) visit(family, members);
     };
     std::apply([&](const auto&... family) { (visit_one(family, some[number++]), ...); }, families_);

@@ -5,8 +5,8 @@
 
 #include <tanor/system.hpp>
 
+#include "base/index_ranges.hpp"
 #include "base/parallel.hpp"
-#include "base/runs.hpp"
 #include "kinds/kernel.hpp"
 
 namespace tanor {
@@ -32,7 +32,7 @@ class Family {
   std::size_t size() const { return rows.size(); }
 
   /// Evaluates xi; returns the largest relative violation |xi|/|gradient|/length.
-  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+  double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
@@ -47,7 +47,7 @@ class Family {
   }
 
   /// Evaluates rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
-  double evaluate_rates(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+  double evaluate_rates(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
                         double* rate) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
@@ -63,7 +63,7 @@ class Family {
   }
 
   /// Writes the blocks of K.
-  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double* r, double* blocks) const {
+  void evaluate_gradients(const Parallel& parallel, const IndexRanges& members, const double* r, double* blocks) const {
     members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) store_gradient(k, kernel(k, r, r), blocks);
     });
@@ -72,7 +72,7 @@ class Family {
   /// Evaluates phi + K'w0, minus the right-hand side of S lambda, and writes the blocks of K if they are wanted.
   /// Returns the largest |.|/|gradient|, m/s^2.
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+  double evaluate_right_side(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
                              const double* w0, double* phi, double* blocks) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
@@ -90,7 +90,7 @@ class Family {
   }
 
   /// Computes y = K'x + shift from stored blocks; returns the largest |y|/|gradient|. A null `shift` is 0.
-  double apply_transposed(const Parallel& parallel, const Runs& members, const double* blocks, const double* x,
+  double apply_transposed(const Parallel& parallel, const IndexRanges& members, const double* blocks, const double* x,
                           const double* shift, double* y) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;

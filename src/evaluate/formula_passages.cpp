@@ -58,24 +58,24 @@ std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double 
 /// Numbers between two instants that are `length` H apart. With the chord e and the rates u and v at both ends, a cubic
 /// leaves its chord by at most 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by
 /// 3/2 |e/H - (u + v)/2|.
-struct Ways {
-  Eight from, to, rate_from, rate_to;
+struct Segments {
+  Pack<> from, to, rate_from, rate_to;
 };
-[[gnu::always_inline]] inline Eight size_of(const Eight& x) {
+[[gnu::always_inline]] inline Pack<> size_of(const Pack<>& x) {
   return x < 0.0 ? -x : x;
 }
-[[gnu::always_inline]] inline Intervals around(const Eight& x, const Eight& y, const Eight& leaves) {
+[[gnu::always_inline]] inline Intervals around(const Pack<>& x, const Pack<>& y, const Pack<>& leaves) {
   return {(x < y ? x : y) - leaves, (x < y ? y : x) + leaves};
 }
 /// Encloses the numbers and, unless `rate` is null, their rates.
-void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* rate) {
-  dispatch([=, &way] {
-    const Eight e = way.to - way.from;
-    const Eight leaves = size_of(length * way.rate_from - e) + size_of(length * way.rate_to - e);
-    *place = around(way.from, way.to, 4.0 / 27.0 * leaves);
+void enclose_segments(const Segments& segments, double length, Intervals* place, Intervals* rate) {
+  dispatch([=, &segments] {
+    const Pack<> e = segments.to - segments.from;
+    const Pack<> leaves = size_of(length * segments.rate_from - e) + size_of(length * segments.rate_to - e);
+    *place = around(segments.from, segments.to, 4.0 / 27.0 * leaves);
     if (rate == nullptr) return;
-    const Eight missed = size_of((1.0 / length) * e - 0.5 * (way.rate_from + way.rate_to));
-    *rate = around(way.rate_from, way.rate_to, 1.5 * missed);
+    const Pack<> missed = size_of((1.0 / length) * e - 0.5 * (segments.rate_from + segments.rate_to));
+    *rate = around(segments.rate_from, segments.rate_to, 1.5 * missed);
   });
 }
 
@@ -153,23 +153,23 @@ void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::siz
   const double length = path.h / static_cast<double>(path.num_pieces()), t = path.t + path.knot(piece) * path.h;
   const std::size_t first = num_lanes * group, last = num_members() - 1;
   for (std::size_t i = 0; i < num_numbers_; ++i) {
-    Ways ways;
+    Segments segments;
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
       const auto k = static_cast<std::size_t>(numbers_[std::min(first + lane, last) * num_numbers_ + i]);
-      ways.from[lane] = places[piece][k];
-      ways.to[lane] = places[piece + 1][k];
-      ways.rate_from[lane] = rates[piece][k];
-      ways.rate_to[lane] = rates[piece + 1][k];
+      segments.from[lane] = places[piece][k];
+      segments.to[lane] = places[piece + 1][k];
+      segments.rate_from[lane] = rates[piece][k];
+      segments.rate_to[lane] = rates[piece + 1][k];
     }
-    enclose_ways(ways, length, to + i, asks_for_rates_ ? to + num_numbers_ + i : nullptr);
+    enclose_segments(segments, length, to + i, asks_for_rates_ ? to + num_numbers_ + i : nullptr);
   }
   const std::size_t before_constants = narrowness_.num_variables() - 1 - num_constants_;
   for (std::size_t i = 0; i < num_constants_; ++i) {
-    Eight constant;
+    Pack<> constant;
     for (std::size_t lane = 0; lane < num_lanes; ++lane) constant[lane] = constants(std::min(first + lane, last))[i];
     to[before_constants + i] = {constant, constant};
   }
-  const Eight zero{};
+  const Pack<> zero{};
   to[narrowness_.num_variables() - 1] = {zero + t, zero + (t + length)};
 }
 
@@ -212,7 +212,7 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
   if (box.is_known && holds_path() && serves()) return {};
   for (;;) {
     for (std::size_t i = 0; i < width; ++i) {
-      const Eight more = box.margin * (hull[i].high - hull[i].low);
+      const Pack<> more = box.margin * (hull[i].high - hull[i].low);
       sides[i] = {hull[i].low - more, hull[i].high + more};
     }
     box.counts = narrowness_.count(sides);
@@ -244,21 +244,21 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
   const bool of_mechanics = variables_ == Variables::OfMechanics;
   const std::span<const Index> own = numbers(member);
   for (std::size_t i = 0; i < own.size(); ++i) {
-    Ways ways;
+    Segments segments;
     PointPath::Number from = path.number(own[i], begin, of_mechanics);
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
       const PointPath::Number to = path.number(own[i], begin + static_cast<double>(lane + 1) * part, of_mechanics);
-      ways.from[lane] = from.x;
-      ways.to[lane] = to.x;
-      ways.rate_from[lane] = from.rate;
-      ways.rate_to[lane] = to.rate;
+      segments.from[lane] = from.x;
+      segments.to[lane] = to.x;
+      segments.rate_from[lane] = from.rate;
+      segments.rate_to[lane] = to.rate;
       from = to;
     }
-    enclose_ways(ways, length, &variables[i], asks_for_rates_ ? &variables[own.size() + i] : nullptr);
+    enclose_segments(segments, length, &variables[i], asks_for_rates_ ? &variables[own.size() + i] : nullptr);
   }
   const std::size_t before_constants = narrowness_.num_variables() - 1 - num_constants_;
   for (std::size_t i = 0; i < num_constants_; ++i) {
-    const Eight constant = Eight{} + constants(member)[i];
+    const Pack<> constant = Pack<>{} + constants(member)[i];
     variables[before_constants + i] = {constant, constant};
   }
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {

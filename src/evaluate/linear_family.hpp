@@ -17,19 +17,19 @@ class LinearFamily {
 
   std::size_t size() const { return rows.size(); }
 
-  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+  double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
     return fill(
         parallel, members, xi, [&](std::size_t k) { return kernel.transposed(k, r) - kernel.value[k].value; },
         [&](std::size_t k) { return kernel.size[k]; });
   }
 
-  double evaluate_rates(const Parallel& parallel, const Runs& members, const double*, const double* v,
+  double evaluate_rates(const Parallel& parallel, const IndexRanges& members, const double*, const double* v,
                         double* rate) const {
     return fill(parallel, members, rate,
                 [&](std::size_t k) { return kernel.transposed(k, v) - kernel.value[k].first; });
   }
 
-  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double*, double* blocks) const {
+  void evaluate_gradients(const Parallel& parallel, const IndexRanges& members, const double*, double* blocks) const {
     members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (Index i = kernel.start[begin]; i < kernel.start[end]; ++i)
         store(blocks, first_block + i, kernel.coefficients[i]);
@@ -37,14 +37,14 @@ class LinearFamily {
   }
 
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double*,
+  double evaluate_right_side(const Parallel& parallel, const IndexRanges& members, const double* r, const double*,
                              const double* w0, double* phi, double* blocks) const {
     if constexpr (WithGradients) evaluate_gradients(parallel, members, r, blocks);
     return fill(parallel, members, phi,
                 [&](std::size_t k) { return kernel.transposed(k, w0) - kernel.value[k].second; });
   }
 
-  double apply_transposed(const Parallel& parallel, const Runs& members, const double*, const double* x,
+  double apply_transposed(const Parallel& parallel, const IndexRanges& members, const double*, const double* x,
                           const double* shift, double* y) const {
     return fill(parallel, members, y,
                 [&](std::size_t k) { return kernel.transposed(k, x) + (shift != nullptr ? shift[rows[k]] : 0.0); });
@@ -77,7 +77,7 @@ class LinearFamily {
   };
   /// Writes y[row] = value(k) of each member k; returns the largest |y|/|gradient|/length.
   template <class RowValue, class Length = One>
-  double fill(const Parallel& parallel, const Runs& members, double* y, const RowValue& value,
+  double fill(const Parallel& parallel, const IndexRanges& members, double* y, const RowValue& value,
               const Length& length = {}) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;

@@ -62,24 +62,24 @@ constexpr double most_exponent = 104.0;  // e^104 = 1e45
 // These functions work on lanes. The loops that call them are compiled for each instruction set.
 #define TANOR_LANES [[gnu::always_inline]] inline
 
-TANOR_LANES Eight smaller_of(const Eight& a, const Eight& b) {
+TANOR_LANES Pack<> smaller_of(const Pack<>& a, const Pack<>& b) {
   return a < b ? a : b;
 }
-TANOR_LANES Eight larger_of(const Eight& a, const Eight& b) {
+TANOR_LANES Pack<> larger_of(const Pack<>& a, const Pack<>& b) {
   return a > b ? a : b;
 }
 TANOR_LANES Intervals product(const Intervals& a, const Intervals& b) {
-  const Eight p = a.low * b.low, q = a.low * b.high, r = a.high * b.low, s = a.high * b.high;
+  const Pack<> p = a.low * b.low, q = a.low * b.high, r = a.high * b.low, s = a.high * b.high;
   return {smaller_of(smaller_of(p, q), smaller_of(r, s)), larger_of(larger_of(p, q), larger_of(r, s))};
 }
 TANOR_LANES Intervals absolute(const Intervals& a) {
-  const Eight p = larger_of(a.low, -a.low), q = larger_of(a.high, -a.high);
-  const Eight least = smaller_of(p, q), zero{};
+  const Pack<> p = larger_of(a.low, -a.low), q = larger_of(a.high, -a.high);
+  const Pack<> least = smaller_of(p, q), zero{};
   return {((a.low <= 0.0) & (a.high >= 0.0)) ? zero : least, larger_of(p, q)};
 }
 template <class Function>
-TANOR_LANES Eight map(const Eight& a, const Function& function) {
-  Eight result{};
+TANOR_LANES Pack<> map(const Pack<>& a, const Function& function) {
+  Pack<> result{};
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = function(a[lane]);
   return result;
 }
@@ -90,26 +90,26 @@ TANOR_LANES Intervals rising(const Intervals& a, const Function& function) {
 }
 
 /// Returns how far an argument runs between a and b, where it counts.
-TANOR_LANES Eight run_within(const Intervals& x, double a, double b) {
-  const Eight zero{}, from = x.low > a ? x.low : zero + a, to = x.high < b ? x.high : zero + b;
+TANOR_LANES Pack<> run_within(const Intervals& x, double a, double b) {
+  const Pack<> zero{}, from = x.low > a ? x.low : zero + a, to = x.high < b ? x.high : zero + b;
   return larger_of(to - from, zero);
 }
 /// Returns how many times x changes by a factor sqrt(e). 1/(1 + x^2) rises within two such changes and falls within
 /// two.
-TANOR_LANES Eight count_factors(const Intervals& x) {
+TANOR_LANES Pack<> count_factors(const Intervals& x) {
   constexpr double nothing_beyond = 1e45;  // a quotient by it is negligible beside any other number
   const Intervals size = absolute(x);
-  const Eight zero{}, most = zero + nothing_beyond;
-  const Eight ratio = smaller_of(size.high, most) / smaller_of(size.low, most);
-  Eight result = 2.0 * (ratio - 1.0);  // >= 2 log(ratio)
+  const Pack<> zero{}, most = zero + nothing_beyond;
+  const Pack<> ratio = smaller_of(size.high, most) / smaller_of(size.low, most);
+  Pack<> result = 2.0 * (ratio - 1.0);  // >= 2 log(ratio)
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     if (!(result[lane] < 0.5)) result[lane] = 2.0 * std::log(ratio[lane]);
   }
-  const Eight bound = size.low > 0.0 ? result : zero + infinity;
+  const Pack<> bound = size.low > 0.0 ? result : zero + infinity;
   return x.low == x.high ? zero : bound;
 }
-TANOR_LANES Eight count_at_kink(const Intervals& x) {
-  const Eight zero{};
+TANOR_LANES Pack<> count_at_kink(const Intervals& x) {
+  const Pack<> zero{};
   return ((x.low < 0.0) & (x.high > 0.0)) ? zero + infinity : zero;
 }
 
@@ -145,13 +145,13 @@ Intervals angle(const Intervals& y, const Intervals& x) {
 /// The range of an instruction's value, and how often it may change its course.
 struct Course {
   Intervals value;
-  Eight passes;
+  Pack<> passes;
 };
 
 /// Follows sums and products of smooth numbers, and choices. Returns false if the instruction is another function.
 TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Intervals& a, const Intervals& b,
                                    Course* course) {
-  const Eight zero{};
+  const Pack<> zero{};
   const double constant = instruction.constant;
   Intervals& value = course->value;
   switch (instruction.operation) {
@@ -201,7 +201,7 @@ TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, c
                                  const Intervals* values, bool asked, Course* course) {
   const Intervals& a = values[instruction.a];
   const Intervals& b = values[instruction.b];
-  const Eight none = Eight{} + infinity;
+  const Pack<> none = Pack<>{} + infinity;
   if (instruction.c > 0) {
     if (asked) course->value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
     return;
@@ -219,8 +219,8 @@ TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, c
 }
 
 /// Returns how often a function of one number changes its course.
-TANOR_LANES Eight count_function(Operation operation, const Intervals& a) {
-  const Eight zero{}, none = zero + infinity;
+TANOR_LANES Pack<> count_function(Operation operation, const Intervals& a) {
+  const Pack<> zero{}, none = zero + infinity;
   switch (operation) {
     case Operation::Sqrt:
       return count_factors(a);
@@ -246,7 +246,7 @@ TANOR_LANES Eight count_function(Operation operation, const Intervals& a) {
 }
 
 TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a) {
-  const Eight none = Eight{} + infinity;
+  const Pack<> none = Pack<>{} + infinity;
   // clang-format off
   switch (operation) {
     case Operation::Sqrt: return rising(a, [](double x) { return std::sqrt(std::max(x, 0.0)); });
@@ -266,10 +266,10 @@ TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a)
 /// Computes `values` [instruction] of what is asked for; those of variables are given. Writes the largest count to
 /// `result`.
 void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
-               Intervals* values, Eight* result) {
+               Intervals* values, Pack<>* result) {
   dispatch([=, &instructions] {
-    const Eight zero{}, none = zero + infinity;
-    Eight most = zero;
+    const Pack<> zero{}, none = zero + infinity;
+    Pack<> most = zero;
     for (std::size_t i = 0; i < instructions.size(); ++i) {
       const Instruction& instruction = instructions[i];
       const Operation operation = instruction.operation;
@@ -290,7 +290,7 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
       const Intervals& value = course.value;
       const auto is_known = value.low <= value.high;
       values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
-      const Eight bound = course.passes < infinity ? course.passes : none;  // NaN is no bound
+      const Pack<> bound = course.passes < infinity ? course.passes : none;  // NaN is no bound
       most = larger_of(most, bound);
     }
     *result = most;
@@ -351,7 +351,7 @@ std::array<double, num_lanes> Narrowness::count(const Intervals* variables) cons
   thread_local std::vector<Intervals> values;
   values.resize(instructions_.size());
   for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
-  Eight most;
+  Pack<> most;
   count_all(instructions_, counts_.data(), is_asked_.data(), values.data(), &most);
   std::array<double, num_lanes> result;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = most[lane];

@@ -6,14 +6,14 @@
 
 #include <tanor/expression.hpp>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 
 namespace tanor {
 
 /// All numbers from `low` to `high`, in eight lanes. A computed interval holds every result of numbers from the
 /// operands, up to rounding, which is not directed.
 struct Intervals {
-  Eight low, high;
+  Pack<> low, high;
 };
 
 /// Counts how often an expression may change its course while its variables run through intervals.

@@ -4,8 +4,8 @@
 #include <array>
 #include <numeric>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 
 namespace tanor {
 
@@ -20,18 +20,18 @@ constexpr std::size_t fewest_in_lanes = 32;
   return end - begin < fewest_in_lanes ? begin : end - (end - begin) % num_lanes;
 }
 
-[[gnu::always_inline]] inline double add_lanes(const Eight& lanes) {
+[[gnu::always_inline]] inline double add_lanes(const Pack<>& lanes) {
   return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
 }
 
 [[gnu::always_inline]] inline double sum_squares(const double* mass, const double* v, std::size_t begin,
                                                  std::size_t end) {
-  Eight sums{};
+  Pack<> sums{};
   const std::size_t packs_end = end_of_packs(begin, end);
   for (std::size_t i = begin; i < packs_end; i += num_lanes) {
-    Eight x, y, z;
+    Pack<> x, y, z;
     load_points(v + 3 * i, &x, &y, &z);
-    sums += eight_at(mass + i) * (x * x + y * y + z * z);
+    sums += pack_at(mass + i) * (x * x + y * y + z * z);
   }
   double result = add_lanes(sums);
   for (std::size_t i = packs_end; i < end; ++i) result += mass[i] * dot(load(v, i), load(v, i));
@@ -40,12 +40,12 @@ constexpr std::size_t fewest_in_lanes = 32;
 
 [[gnu::always_inline]] inline Vec3 sum_moments(const double* mass, const double* r, std::size_t begin,
                                                std::size_t end) {
-  Eight sum_x{}, sum_y{}, sum_z{};
+  Pack<> sum_x{}, sum_y{}, sum_z{};
   const std::size_t packs_end = end_of_packs(begin, end);
   for (std::size_t i = begin; i < packs_end; i += num_lanes) {
-    Eight x, y, z;
+    Pack<> x, y, z;
     load_points(r + 3 * i, &x, &y, &z);
-    const Eight m = eight_at(mass + i);
+    const Pack<> m = pack_at(mass + i);
     sum_x += m * x;
     sum_y += m * y;
     sum_z += m * z;

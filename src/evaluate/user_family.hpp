@@ -22,14 +22,14 @@ class UserFamily {
     return result;
   }
 
-  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+  double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
     return evaluate(parallel, members, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
       xi[group.rows[k]] = member.xi;
       return std::abs(member.xi) / (member.norm() * group.lengths[k]);
     });
   }
 
-  double evaluate_rates(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+  double evaluate_rates(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
                         double* rate) const {
     return evaluate(parallel, members, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
       rate[group.rows[k]] = member.rate;
@@ -37,7 +37,7 @@ class UserFamily {
     });
   }
 
-  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double* r, double* blocks) const {
+  void evaluate_gradients(const Parallel& parallel, const IndexRanges& members, const double* r, double* blocks) const {
     (void)evaluate(parallel, members, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
       store_gradient(group, k, member, blocks);
       return 0.0;
@@ -46,7 +46,7 @@ class UserFamily {
 
   /// Evaluates phi + K'w0, and the blocks of K if they are wanted.
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+  double evaluate_right_side(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
                              const double* w0, double* phi, double* blocks) const {
     return evaluate(parallel, members, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
       const double value = member.phi + transposed(group, k, member.gradient, w0);
@@ -56,7 +56,7 @@ class UserFamily {
     });
   }
 
-  double apply_transposed(const Parallel& parallel, const Runs& members, const double* blocks, const double* x,
+  double apply_transposed(const Parallel& parallel, const IndexRanges& members, const double* blocks, const double* x,
                           const double* shift, double* y) const {
     return max_over_groups(members, [&](const UserGroup& group, const auto& max_over_members) {
       const std::size_t p = group.points_per_member();
@@ -74,11 +74,12 @@ class UserFamily {
   }
 
   void measure(const double* r, const double* v, double* position, double* velocity) const {
-    (void)evaluate(Parallel(1), Runs(size()), r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
-      position[group.rows[k]] = std::abs(member.xi) / (member.norm() * group.lengths[k]);
-      velocity[group.rows[k]] = std::abs(member.rate) / member.norm();
-      return 0.0;
-    });
+    (void)evaluate(Parallel(1), IndexRanges(size()), r, v,
+                   [&](const UserGroup& group, std::size_t k, const Member& member) {
+                     position[group.rows[k]] = std::abs(member.xi) / (member.norm() * group.lengths[k]);
+                     velocity[group.rows[k]] = std::abs(member.rate) / member.norm();
+                     return 0.0;
+                   });
   }
 
   void write_lengths(double* lengths) const {
@@ -118,7 +119,7 @@ class UserFamily {
 
   /// Calls of_group(group, max_over_members), which returns a number, for each group; returns the largest one.
   template <class OfGroup>
-  double max_over_groups(const Runs& members, const OfGroup& of_group) const {
+  double max_over_groups(const IndexRanges& members, const OfGroup& of_group) const {
     double worst = 0.0;
     std::size_t first = 0;  // number of the group's first member in the family
     for (const UserGroup& group : kernel.groups) {
@@ -135,7 +136,7 @@ class UserFamily {
 
   /// Calls take(group, member, its numbers), which returns a number, for all `members`; returns the largest one.
   template <class Take>
-  double evaluate(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+  double evaluate(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
                   const Take& take) const {
     return max_over_groups(members, [&](const UserGroup& group, const auto& max_over_members) {
       return max_over_members(

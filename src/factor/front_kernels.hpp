@@ -99,9 +99,9 @@ void find_products(std::size_t columns, std::size_t rows, std::size_t stride, co
                    double* sums);
 
 /// Does both substitutions for eight right-hand sides at once. Those of row i stand side by side at x[8 numbers[i]].
-void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                              const double* inverse_pivots, const int* numbers, double* x);
+void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                const double* inverse_pivots, const int* numbers, double* x);
-void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                                const double* inverse_pivots, const int* numbers, double* x);
 
 }  // namespace tanor::kernels

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <type_traits>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "factor/front_kernels.hpp"
 
 /// \file The kernels of a factorization and those of a substitution share these functions.

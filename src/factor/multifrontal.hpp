@@ -42,7 +42,7 @@ class Multifrontal {
   }
   /// Solves for many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]. Each number of L
   /// is fetched once for all of them. Different threads may do this at the same time.
-  void solve_eights(double* x, std::size_t groups) const;
+  void solve_packs(double* x, std::size_t groups) const;
   /// The two halves of a solve, called one after the other. `eliminate` solves L y = x from the leaves to the roots and
   /// leaves the reduced right side in the kept rows of x. `substitute` solves L' x = y back, from the kept rows of x.
   void eliminate(double* x, int threads = 1);

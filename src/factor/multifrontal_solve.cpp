@@ -181,7 +181,7 @@ void Multifrontal::substitute(double* x, int threads) {
   });
 }
 
-void Multifrontal::solve_eights(double* x, std::size_t groups) const {
+void Multifrontal::solve_packs(double* x, std::size_t groups) const {
   // Columns stand in the order of elimination, children before parents.
   const std::size_t size = kernels::front_width * pivots_.size();
   const auto for_groups = [&](const auto& substitute, std::size_t s) {
@@ -190,8 +190,8 @@ void Multifrontal::solve_eights(double* x, std::size_t groups) const {
       substitute(front.columns, front.rows, front.stride, panels_.data() + front.panel,
                  inverse_pivots_.data() + front.first_column, rows_of(s), own);
   };
-  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(kernels::substitute_eight_forwards, s);
-  for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_eight_backwards, s);
+  for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(kernels::substitute_pack_forwards, s);
+  for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_pack_backwards, s);
 }
 
 }  // namespace tanor

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 
 namespace tanor::kernels {
 

@@ -27,7 +27,7 @@ template <class Lanes, std::size_t columns>
 
 /// Returns the first or the second half of eight numbers.
 template <std::size_t width>
-[[gnu::always_inline]] inline Four half_of(const EightIn<width>& all, std::size_t half) {
+[[gnu::always_inline]] inline Four half_of(const PackIn<width>& all, std::size_t half) {
   if constexpr (width == 8)
     return half == 0 ? __builtin_shufflevector(all.parts[0], all.parts[0], 0, 1, 2, 3)
                      : __builtin_shufflevector(all.parts[0], all.parts[0], 4, 5, 6, 7);
@@ -37,7 +37,7 @@ template <std::size_t width>
     return __builtin_shufflevector(all.parts[2 * half], all.parts[2 * half + 1], 0, 1, 2, 3);
 }
 
-/// Returns the sums of the lanes of four packs, added in the order of EightIn::sum.
+/// Returns the sums of the lanes of four packs, added in the order of PackIn::sum.
 template <class Lanes>
 [[gnu::always_inline]] inline Four add_lanes(const Lanes (&all)[4]) {
   const auto add_neighbours = [](const Four& a, const Four& b) __attribute__((always_inline)) {
@@ -148,8 +148,8 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
   });
 }
 
-void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, const int* numbers, double* x) {
+void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                              const double* inverse_pivots, const int* numbers, double* x) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
       return x + front_width * static_cast<std::size_t>(numbers[i]);
@@ -175,8 +175,8 @@ void substitute_eight_forwards(std::size_t columns, std::size_t rows, std::size_
   });
 }
 
-void substitute_eight_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                                const double* inverse_pivots, const int* numbers, double* x) {
+void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
+                               const double* inverse_pivots, const int* numbers, double* x) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
       return x + front_width * static_cast<std::size_t>(numbers[i]);

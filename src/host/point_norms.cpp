@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 
 namespace tanor {
 
@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t numbers = 3 * num_lanes;  // numbers of eight points
 
-[[gnu::always_inline]] inline Eight3 load_eight(const double* from) {
-  Eight3 points;
+[[gnu::always_inline]] inline Pack3<> load_pack(const double* from) {
+  Pack3<> points;
   load_points(from, &points.x, &points.y, &points.z);
   return points;
 }
@@ -24,12 +24,12 @@ double largest_square(const double* x, std::size_t count) {
     Largest seen;
     std::size_t k = 0;
     for (; k + numbers <= 3 * count; k += numbers) {
-      const Eight3 points = load_eight(x + k);
+      const Pack3<> points = load_pack(x + k);
       seen.see(dot(points, points));
     }
     double rest[numbers] = {};
     std::copy(x + k, x + 3 * count, rest);
-    const Eight3 points = load_eight(rest);
+    const Pack3<> points = load_pack(rest);
     seen.see(dot(points, points));
     return seen.read();
   });
@@ -40,13 +40,13 @@ double largest_squared_distance(const double* x, const double* y, std::size_t co
     Largest seen;
     std::size_t k = 0;
     for (; k + numbers <= 3 * count; k += numbers) {
-      const Eight3 change = load_eight(x + k) - load_eight(y + k);
+      const Pack3<> change = load_pack(x + k) - load_pack(y + k);
       seen.see(dot(change, change));
     }
     double rest[2][numbers] = {};
     std::copy(x + k, x + 3 * count, rest[0]);
     std::copy(y + k, y + 3 * count, rest[1]);
-    const Eight3 change = load_eight(rest[0]) - load_eight(rest[1]);
+    const Pack3<> change = load_pack(rest[0]) - load_pack(rest[1]);
     seen.see(dot(change, change));
     return seen.read();
   });
@@ -55,18 +55,18 @@ double largest_squared_distance(const double* x, const double* y, std::size_t co
 double scale(const double* x, const double* factors, std::size_t count, double* y) {
   return dispatch([=] {
     Largest seen;
-    const auto scale_eight = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
-      const Eight factor = eight_at(by);
-      const Eight3 points = factor * load_eight(from);
+    const auto scale_pack = [&](const double* from, const double* by, double* to) __attribute__((always_inline)) {
+      const Pack<> factor = pack_at(by);
+      const Pack3<> points = factor * load_pack(from);
       seen.see(dot(points, points));
       store_points(points.x, points.y, points.z, to);
     };
     std::size_t i = 0;
-    for (; i + num_lanes <= count; i += num_lanes) scale_eight(x + 3 * i, factors + i, y + 3 * i);
+    for (; i + num_lanes <= count; i += num_lanes) scale_pack(x + 3 * i, factors + i, y + 3 * i);
     double rest[numbers] = {}, of_rest[num_lanes] = {};
     std::copy(x + 3 * i, x + 3 * count, rest);
     std::copy(factors + i, factors + count, of_rest);
-    scale_eight(rest, of_rest, rest);
+    scale_pack(rest, of_rest, rest);
     std::copy(rest, rest + 3 * (count - i), y + 3 * i);
     return seen.read();
   });

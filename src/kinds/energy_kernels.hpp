@@ -7,7 +7,7 @@
 
 #include <tanor/kinds.hpp>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 
 /// \file The built-in energies by hand: U and its gradient, eight members side by side.
 ///
@@ -20,31 +20,31 @@ inline constexpr double end_of_law = 0.99 * least_sine;
 
 /// Returns f of each lane.
 template <class Function>
-[[gnu::always_inline]] inline Eight map_lanes(const Function& f, const Eight& x) {
-  Eight result;
+[[gnu::always_inline]] inline Pack<> map_lanes(const Function& f, const Pack<>& x) {
+  Pack<> result;
 #pragma GCC unroll 1
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = f(x[lane]);
   return result;
 }
-[[gnu::always_inline]] inline Eight roots_of(const Eight& squares) {
-  Eight roots = squares;
+[[gnu::always_inline]] inline Pack<> roots_of(const Pack<>& squares) {
+  Pack<> roots = squares;
   take_roots(&roots);
   return roots;
 }
-[[gnu::always_inline]] inline Eight3 cross(const Eight3& a, const Eight3& b) {
+[[gnu::always_inline]] inline Pack3<> cross(const Pack3<>& a, const Pack3<>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 /// Returns x in lanes where `holds` is true, else NaN.
 template <class Mask>
-[[gnu::always_inline]] inline Eight defined_where(const Mask& holds, const Eight& x) {
-  return holds ? x : Eight{} + std::numeric_limits<double>::quiet_NaN();
+[[gnu::always_inline]] inline Pack<> defined_where(const Mask& holds, const Pack<>& x) {
+  return holds ? x : Pack<>{} + std::numeric_limits<double>::quiet_NaN();
 }
 
 /// U, J, and its gradient, N.
 template <std::size_t p>
 struct EnergyAndGradient {
-  Eight energy;
-  std::array<Eight3, p> gradient;
+  Pack<> energy;
+  std::array<Pack3<>, p> gradient;
 };
 
 /// The kernel of a kind. `prepare` makes a member's numbers as the kernel reads them, and `run<with_energy>(r,
@@ -61,25 +61,25 @@ struct EnergyKernel<Bonds> {
   static std::array<double, num_numbers> prepare(const Bonds&, const std::array<double, 3>& given) { return given; }
 
   template <bool with_energy>
-  [[gnu::always_inline]] EnergyAndGradient<2> run(const Eight3* r, const Eight* numbers) const {
-    const Eight3 a = r[1] - r[0];
-    const Eight square = dot(a, a);
-    Eight energy{}, slope;  // (dU/dr)/r
+  [[gnu::always_inline]] EnergyAndGradient<2> run(const Pack3<>* r, const Pack<>* numbers) const {
+    const Pack3<> a = r[1] - r[0];
+    const Pack<> square = dot(a, a);
+    Pack<> energy{}, slope;  // (dU/dr)/r
     if (law == BondLaw::Fene) {
       // U = -k R^2/2 ln(1 - r^2/R^2), dU/dr = k r/(1 - r^2/R^2)
-      const Eight limit2 = numbers[1] * numbers[1], left = 1.0 - square / limit2;
+      const Pack<> limit2 = numbers[1] * numbers[1], left = 1.0 - square / limit2;
       slope = defined_where(left > 0.0, numbers[0] / left);
       if constexpr (with_energy)
         energy = -0.5 * numbers[0] * limit2 * map_lanes([](double x) { return std::log(x); }, left);
     } else if (law == BondLaw::Morse) {
       // U = D (1 - e)^2, dU/dr = 2 D a e (1 - e), e = exp(-a (r - r0))
-      const Eight length = roots_of(square);
-      const Eight e = map_lanes([](double x) { return std::exp(x); }, -numbers[1] * (length - numbers[2]));
-      const Eight part = 1.0 - e;
+      const Pack<> length = roots_of(square);
+      const Pack<> e = map_lanes([](double x) { return std::exp(x); }, -numbers[1] * (length - numbers[2]));
+      const Pack<> part = 1.0 - e;
       slope = 2.0 * numbers[0] * numbers[1] * e * part / length;
       energy = numbers[0] * part * part;
     } else {
-      const Eight length = roots_of(square), stretch = length - numbers[1];
+      const Pack<> length = roots_of(square), stretch = length - numbers[1];
       slope = numbers[0] * stretch / length;
       energy = 0.5 * numbers[0] * stretch * stretch;
     }
@@ -101,11 +101,11 @@ struct EnergyKernel<Bendings> {
 
   /// Uses c = cos theta = a.b/(|a||b|), with dc/da = b/(|a||b|) - c a/|a|^2 and dc/db alike.
   template <bool with_energy>
-  [[gnu::always_inline]] EnergyAndGradient<3> run(const Eight3* r, const Eight* numbers) const {
-    const Eight3 a = r[0] - r[1], b = r[2] - r[1];
-    const Eight aa = dot(a, a), bb = dot(b, b), inverse = 1.0 / roots_of(aa * bb);
-    const Eight c = dot(a, b) * inverse;
-    Eight energy{}, slope;  // dU/dc
+  [[gnu::always_inline]] EnergyAndGradient<3> run(const Pack3<>* r, const Pack<>* numbers) const {
+    const Pack3<> a = r[0] - r[1], b = r[2] - r[1];
+    const Pack<> aa = dot(a, a), bb = dot(b, b), inverse = 1.0 / roots_of(aa * bb);
+    const Pack<> c = dot(a, b) * inverse;
+    Pack<> energy{}, slope;  // dU/dc
     if (law == BendingLaw::Cosine) {
       slope = numbers[0];
       if constexpr (with_energy) energy = 0.5 * numbers[0] * squared_sum(a, b, aa, bb);
@@ -113,34 +113,35 @@ struct EnergyKernel<Bendings> {
       slope = numbers[0] * (c - numbers[1]);
       energy = 0.5 * slope * (c - numbers[1]);
     } else {
-      const Eight3 normal = cross(a, b);
-      const Eight sine = roots_of(dot(normal, normal)) * inverse;
-      const Eight bend = is_straight ? bend_of(sine, c, squared_sum(a, b, aa, bb)) : angle_of(sine, c) - numbers[1];
+      const Pack3<> normal = cross(a, b);
+      const Pack<> sine = roots_of(dot(normal, normal)) * inverse;
+      const Pack<> bend = is_straight ? bend_of(sine, c, squared_sum(a, b, aa, bb)) : angle_of(sine, c) - numbers[1];
       energy = 0.5 * numbers[0] * bend * bend;
       // U depends on x = pi - theta with dc = sin x dx, or on theta with dc = -sin theta dtheta.
       slope = is_straight ? defined_where((c < 0.0) | (sine >= end_of_law), numbers[0] * over_sine(bend, sine))
                           : defined_where(sine >= end_of_law, -numbers[0] * bend / sine);
     }
-    const Eight along = slope * inverse;
-    const Eight3 of_a = along * b - (slope * c / aa) * a, of_b = along * a - (slope * c / bb) * b;
-    return {energy, {of_a, Eight3{} - of_a - of_b, of_b}};
+    const Pack<> along = slope * inverse;
+    const Pack3<> of_a = along * b - (slope * c / aa) * a, of_b = along * a - (slope * c / bb) * b;
+    return {energy, {of_a, Pack3<>{} - of_a - of_b, of_b}};
   }
 
  private:
   /// Returns |a/|a| + b/|b||^2 = 2 (1 + c), without cancellation where it is small.
-  [[gnu::always_inline]] static Eight squared_sum(const Eight3& a, const Eight3& b, const Eight& aa, const Eight& bb) {
-    const Eight3 sum = (1.0 / roots_of(aa)) * a + (1.0 / roots_of(bb)) * b;
+  [[gnu::always_inline]] static Pack<> squared_sum(const Pack3<>& a, const Pack3<>& b, const Pack<>& aa,
+                                                   const Pack<>& bb) {
+    const Pack3<> sum = (1.0 / roots_of(aa)) * a + (1.0 / roots_of(bb)) * b;
     return dot(sum, sum);
   }
-  [[gnu::always_inline]] static Eight angle_of(const Eight& sine, const Eight& cosine) {
-    Eight angle;
+  [[gnu::always_inline]] static Pack<> angle_of(const Pack<>& sine, const Pack<>& cosine) {
+    Pack<> angle;
 #pragma GCC unroll 1
     for (std::size_t lane = 0; lane < num_lanes; ++lane) angle[lane] = std::atan2(sine[lane], cosine[lane]);
     return angle;
   }
   /// Returns x = pi - theta, by 4 sin^2(x/2) where it is small.
-  [[gnu::always_inline]] static Eight bend_of(const Eight& sine, const Eight& cosine, const Eight& squared_sum) {
-    Eight x;
+  [[gnu::always_inline]] static Pack<> bend_of(const Pack<>& sine, const Pack<>& cosine, const Pack<>& squared_sum) {
+    Pack<> x;
 #pragma GCC unroll 1
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       x[lane] = cosine[lane] < -0.5 ? 2.0 * std::asin(0.5 * std::sqrt(squared_sum[lane]))
@@ -148,9 +149,9 @@ struct EnergyKernel<Bendings> {
     return x;
   }
   /// Returns x/sin x, near 0 by its series.
-  [[gnu::always_inline]] static Eight over_sine(const Eight& x, const Eight& sine) {
-    const Eight x2 = x * x;
-    const Eight series = 1.0 + x2 * (1.0 / 6.0 + x2 * (7.0 / 360.0 + x2 * (31.0 / 15120.0)));
+  [[gnu::always_inline]] static Pack<> over_sine(const Pack<>& x, const Pack<>& sine) {
+    const Pack<> x2 = x * x;
+    const Pack<> series = 1.0 + x2 * (1.0 / 6.0 + x2 * (7.0 / 360.0 + x2 * (31.0 / 15120.0)));
     return x2 < 1e-4 ? series : x / sine;
   }
 };
@@ -171,37 +172,37 @@ struct EnergyKernel<Torsions> {
   }
 
   template <bool with_energy>
-  [[gnu::always_inline]] EnergyAndGradient<4> run(const Eight3* r, const Eight* numbers) const {
-    const Eight3 b1 = r[1] - r[0], b2 = r[2] - r[1], b3 = r[3] - r[2];
-    const Eight3 a = cross(b1, b2), b = cross(b2, b3);
-    const Eight aa = dot(a, a), bb = dot(b, b), middle2 = dot(b2, b2), middle = roots_of(middle2);
-    const Eight inverse = 1.0 / roots_of(aa * bb);
+  [[gnu::always_inline]] EnergyAndGradient<4> run(const Pack3<>* r, const Pack<>* numbers) const {
+    const Pack3<> b1 = r[1] - r[0], b2 = r[2] - r[1], b3 = r[3] - r[2];
+    const Pack3<> a = cross(b1, b2), b = cross(b2, b3);
+    const Pack<> aa = dot(a, a), bb = dot(b, b), middle2 = dot(b2, b2), middle = roots_of(middle2);
+    const Pack<> inverse = 1.0 / roots_of(aa * bb);
     // The sine uses |b2| b1.(b2 x b3) = (A x B).b2/|b2|, which keeps more digits if three points are nearly in line.
-    const Eight c = dot(a, b) * inverse, s = dot(cross(a, b), b2) / middle * inverse;
-    Eight energy, slope;  // dU/dphi
+    const Pack<> c = dot(a, b) * inverse, s = dot(cross(a, b), b2) / middle * inverse;
+    Pack<> energy, slope;  // dU/dphi
     measure(c, s, numbers, &energy, &slope);
     constexpr double least2 = end_of_law * end_of_law;
     slope = defined_where((aa >= least2 * dot(b1, b1) * middle2) & (bb >= least2 * dot(b3, b3) * middle2), slope);
     // dphi/dr_1 = -|b2|/A^2 A, dphi/dr_4 = |b2|/B^2 B,
     // dphi/dr_2 = -dphi/dr_1 + u, dphi/dr_3 = -dphi/dr_4 - u, u = b1.b2/(|b2| A^2) A + b3.b2/(|b2| B^2) B
-    const Eight by_a = slope / aa, by_b = slope / bb;
-    const Eight3 first = (-(by_a * middle)) * a, last = (by_b * middle) * b;
-    const Eight3 u = (dot(b1, b2) / middle * by_a) * a + (dot(b3, b2) / middle * by_b) * b;
-    return {energy, {first, u - first, Eight3{} - u - last, last}};
+    const Pack<> by_a = slope / aa, by_b = slope / bb;
+    const Pack3<> first = (-(by_a * middle)) * a, last = (by_b * middle) * b;
+    const Pack3<> u = (dot(b1, b2) / middle * by_a) * a + (dot(b3, b2) / middle * by_b) * b;
+    return {energy, {first, u - first, Pack3<>{} - u - last, last}};
   }
 
  private:
   /// Evaluates U and dU/dphi of the angle with this cosine and sine.
-  [[gnu::always_inline]] void measure(const Eight& c, const Eight& s, const Eight* numbers, Eight* energy,
-                                      Eight* slope) const {
+  [[gnu::always_inline]] void measure(const Pack<>& c, const Pack<>& s, const Pack<>* numbers, Pack<>* energy,
+                                      Pack<>* slope) const {
     if (law == TorsionLaw::Opls) {
       const double k1 = coefficients[0], k2 = coefficients[1], k3 = coefficients[2], k4 = coefficients[3];
-      const Eight c2 = c * c;
+      const Pack<> c2 = c * c;
       *energy =
           0.5 * k1 * (1.0 + c) + k2 * (1.0 - c2) + 0.5 * k3 * (1.0 + c * (4.0 * c2 - 3.0)) + 4.0 * k4 * c2 * (1.0 - c2);
       *slope = -s * (0.5 * k1 - 2.0 * k2 * c + 0.5 * k3 * (12.0 * c2 - 3.0) + k4 * c * (8.0 - 16.0 * c2));
     } else if (law == TorsionLaw::Multi) {
-      Eight sum{}, derivative{};  // in x = cos psi = -c
+      Pack<> sum{}, derivative{};  // in x = cos psi = -c
       for (std::size_t n = coefficients.size(); n-- > 0;) {
         derivative = sum - c * derivative;
         sum = coefficients[n] - c * sum;
@@ -209,16 +210,16 @@ struct EnergyKernel<Torsions> {
       *energy = sum;
       *slope = s * derivative;
     } else if (law == TorsionLaw::Harmonic) {
-      const Eight sine = s * numbers[1] - c * numbers[2], cosine = c * numbers[1] + s * numbers[2];
-      Eight angle;
+      const Pack<> sine = s * numbers[1] - c * numbers[2], cosine = c * numbers[1] + s * numbers[2];
+      Pack<> angle;
 #pragma GCC unroll 1
       for (std::size_t lane = 0; lane < num_lanes; ++lane) angle[lane] = std::atan2(sine[lane], cosine[lane]);
       *slope = numbers[0] * angle;
       *energy = 0.5 * *slope * angle;
     } else {
-      Eight real = Eight{} + 1.0, imaginary{};  // (c + i s)^n
+      Pack<> real = Pack<>{} + 1.0, imaginary{};  // (c + i s)^n
       for (int n = 0; n < multiplicity; ++n) {
-        const Eight next = real * c - imaginary * s;
+        const Pack<> next = real * c - imaginary * s;
         imaginary = real * s + imaginary * c;
         real = next;
       }

@@ -9,9 +9,9 @@ namespace tanor {
 namespace {
 
 /// Loads column i of eight members' points.
-[[gnu::always_inline]] inline Eight3 load_column(const EnergyRange& range, std::size_t i, std::size_t first) {
+[[gnu::always_inline]] inline Pack3<> load_column(const EnergyRange& range, std::size_t i, std::size_t first) {
   const Index* const points = range.points + i * range.stride + first;
-  Eight3 column;
+  Pack3<> column;
   if (range.in_a_row[(i * range.stride + first) / num_lanes] != 0) {
     load_points(range.r + 3 * static_cast<std::size_t>(points[0]), &column.x, &column.y, &column.z);
   } else {
@@ -20,7 +20,7 @@ namespace {
   return column;
 }
 
-[[gnu::always_inline]] inline void write_forces(const Eight3& gradient, const EnergyRange& range, std::size_t i,
+[[gnu::always_inline]] inline void write_forces(const Pack3<>& gradient, const EnergyRange& range, std::size_t i,
                                                 std::size_t first) {
   double* const to = range.forces + 3 * (i * range.size + first);
   if (first + num_lanes <= range.last) {
@@ -36,11 +36,11 @@ template <bool with_energy, class Kernel>
 [[gnu::always_inline]] inline void run_lanes(const Kernel& kernel, const EnergyRange& range) {
   constexpr std::size_t p = Kernel::num_points;
   for (std::size_t first = range.first; first < range.last; first += num_lanes) {
-    Eight3 r[p];
-    Eight numbers[Kernel::num_numbers];
+    Pack3<> r[p];
+    Pack<> numbers[Kernel::num_numbers];
     for (std::size_t i = 0; i < p; ++i) r[i] = load_column(range, i, first);
     for (std::size_t i = 0; i < Kernel::num_numbers; ++i)
-      numbers[i] = eight_at(range.numbers + i * range.stride + first);
+      numbers[i] = pack_at(range.numbers + i * range.stride + first);
     const EnergyAndGradient<p> found = kernel.template run<with_energy>(r, numbers);
     for (std::size_t i = 0; i < p && range.forces != nullptr; ++i) write_forces(found.gradient[i], range, i, first);
     for (std::size_t lane = 0; with_energy && lane < num_lanes && first + lane < range.last; ++lane)

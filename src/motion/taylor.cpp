@@ -9,8 +9,8 @@
 #include <string>
 #include <type_traits>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 #include "motion/runge_kutta.hpp"
 
 namespace tanor {
@@ -31,7 +31,7 @@ int choose_order(double tolerance, double n, bool has_cheap_terms) {
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
-// Eight loses its alignment as a template argument; copies by memcpy do not need it.
+// Pack<> loses its alignment as a template argument; copies by memcpy do not need it.
 #pragma GCC diagnostic ignored "-Wignored-attributes"
 
 /// Sums x, x' and x'' (unless `a` is null) of some numbers at h, with q = c_2 + c_3 h + … and its derivatives by
@@ -41,7 +41,7 @@ int choose_order(double tolerance, double n, bool has_cheap_terms) {
 template <class Number>
 [[gnu::always_inline]] inline void sum_series(std::span<double* const> coefficients, double h, std::size_t at,
                                               double* x, double* v, double* a) {
-  constexpr std::size_t count = std::is_same_v<Number, Eight> ? 4 : 1;  // number of lanes that stay in registers
+  constexpr std::size_t count = std::is_same_v<Number, Pack<>> ? 4 : 1;  // number of lanes that stay in registers
   constexpr std::size_t width = sizeof(Number) / sizeof(double);
   const auto load = [at](const double* from, std::size_t i) {
     Number number;
@@ -78,7 +78,7 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
       return;
     }
     for (std::size_t next = begin; next < end; next += width)
-      sum_series<Eight>(coefficients, h, std::min(next, end - width), x, v, a);
+      sum_series<Pack<>>(coefficients, h, std::min(next, end - width), x, v, a);
   });
 }
 
@@ -89,14 +89,14 @@ struct Comparison {
 Comparison compare(const double* a, const double* b, std::size_t n) {
   return dispatch([=] {
     constexpr std::size_t width = num_lanes;
-    const auto take_larger = [](const Eight& x, Eight* largest) __attribute__((always_inline)) {
-      const Eight size = x < 0.0 ? -x : x;
+    const auto take_larger = [](const Pack<>& x, Pack<>* largest) __attribute__((always_inline)) {
+      const Pack<> size = x < 0.0 ? -x : x;
       *largest = size > *largest ? size : *largest;
     };
-    Eight sizes{}, differences{};
+    Pack<> sizes{}, differences{};
     std::size_t i = 0;
     for (; i + width <= n; i += width) {
-      const Eight a_i = eight_at(a + i), b_i = eight_at(b + i);
+      const Pack<> a_i = pack_at(a + i), b_i = pack_at(b + i);
       take_larger(a_i, &sizes);
       take_larger(a_i - b_i, &differences);
     }

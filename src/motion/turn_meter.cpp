@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 
 namespace tanor {
 

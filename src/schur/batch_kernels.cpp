@@ -23,7 +23,7 @@ double* at(double* array, Index k) {
 
 }  // namespace
 
-void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to) {
+void gather_points(const double* from, const Index* points, std::size_t count, Pack3<>* to) {
   for (std::size_t lane = 0; lane < num_lanes; lane += 2) {
     double* lanes = reinterpret_cast<double*>(to) + lane;
     const Index* point = points + lane;
@@ -37,7 +37,7 @@ void gather_points(const double* from, const Index* points, std::size_t count, E
   }
 }
 
-void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to) {
+void scatter_points(const Pack3<>* from, const Index* points, std::size_t count, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double* lanes = reinterpret_cast<const double*>(from) + lane;
     const Index* point = points + lane;
@@ -49,7 +49,7 @@ void scatter_points(const Eight3* from, const Index* points, std::size_t count, 
   }
 }
 
-void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u) {
+void gather_blocks(const double* from, const Index* blocks, std::size_t count, Pack3<>* u) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     double* lanes = reinterpret_cast<double*>(u) + lane;
     const Index* block = blocks + lane;
@@ -61,7 +61,7 @@ void gather_blocks(const double* from, const Index* blocks, std::size_t count, E
   }
 }
 
-void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to) {
+void scatter_blocks(const Pack3<>* u, const Index* blocks, std::size_t count, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double* lanes = reinterpret_cast<const double*>(u) + lane;
     const Index* block = blocks + lane;
@@ -74,12 +74,12 @@ void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, dou
   }
 }
 
-void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to) {
+void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to) {
   auto* const lanes = reinterpret_cast<double*>(to);
   for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = from[rows[k]];
 }
 
-void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to) {
+void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to) {
   const auto* const lanes = reinterpret_cast<const double*>(from);
   for (std::size_t k = 0; k < count * num_lanes; ++k) to[rows[k]] = lanes[k];
 }
@@ -114,7 +114,7 @@ template <class Tile>
 /// A pack is written as a whole, since a load of it would wait for two halves to reach the cache.
 template <class Place, class Sign>
 [[gnu::always_inline]] inline void gather_placed(const double* from, const Index* first, std::size_t width,
-                                                 std::size_t count, const Place& place, const Sign& sign, Eight* to) {
+                                                 std::size_t count, const Place& place, const Sign& sign, Pack<>* to) {
   const FourSequences<const double> low(from, first, width), high(from, first + 4, width);
   const auto put = [&](std::size_t k, const Four& left, const Four& right) __attribute__((always_inline)) {
     to[place(k)] = sign(k) * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
@@ -139,7 +139,7 @@ template <class Place, class Sign>
 }
 
 template <class Place, class Sign>
-[[gnu::always_inline]] inline void scatter_placed(const Eight* from, const Index* first, std::size_t width,
+[[gnu::always_inline]] inline void scatter_placed(const Pack<>* from, const Index* first, std::size_t width,
                                                   std::size_t count, const Place& place, const Sign& sign, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
     const double* const lanes = reinterpret_cast<const double*>(from) + lane;
@@ -176,7 +176,7 @@ constexpr auto same_place = [](std::size_t k) __attribute__((always_inline)) {
 }  // namespace
 
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
-                      Eight* to) {
+                      Pack<>* to) {
   dispatch([=] {
     gather_placed(
         from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
@@ -184,9 +184,9 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
 }
 
 void gather_following_points(const std::array<const double*, 2>& from, const Index* first, std::size_t count,
-                             const std::array<Eight3*, 2>& to) {
+                             const std::array<Pack3<>*, 2>& to) {
   const double *const a = from[0], *const b = from[1];
-  Eight3 *const to_a = to[0], *const to_b = to[1];
+  Pack3<>*const to_a = to[0], *const to_b = to[1];
   dispatch([=] {
     const auto one = [](std::size_t) { return 1.0; };
     gather_placed(a, first, 3, 3 * count, same_place, one, &to_a->x);
@@ -194,7 +194,7 @@ void gather_following_points(const std::array<const double*, 2>& from, const Ind
   });
 }
 
-void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
+void scatter_sequences(const Pack<>* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to) {
   dispatch([=] {
     scatter_placed(
@@ -203,7 +203,7 @@ void scatter_sequences(const Eight* from, const Index* first, std::size_t width,
 }
 
 void gather_sequences(const double* from, const Index* first, std::size_t width, const SequencePlaces& places,
-                      Eight* to) {
+                      Pack<>* to) {
   const int* const place = places.place.data();
   dispatch([=, sign = places.sign.data(), count = places.place.size()] {
     gather_placed(
@@ -212,7 +212,7 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
   });
 }
 
-void scatter_sequences(const Eight* from, const Index* first, std::size_t width, const SequencePlaces& places,
+void scatter_sequences(const Pack<>* from, const Index* first, std::size_t width, const SequencePlaces& places,
                        double* to) {
   const int* const place = places.place.data();
   dispatch([=, sign = places.sign.data(), count = places.place.size()] {
@@ -222,21 +222,21 @@ void scatter_sequences(const Eight* from, const Index* first, std::size_t width,
   });
 }
 
-void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
+void scatter_neighbours(const Pack3<>* from, std::size_t count, double* to) {
   dispatch([=] {
     for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
   });
 }
 
-void fill(Eight3* points, std::size_t count, Vec3 value) {
+void fill(Pack3<>* points, std::size_t count, Vec3 value) {
   dispatch([=] {
-    const Eight nothing{};
-    const Eight3 everywhere{nothing + value.x, nothing + value.y, nothing + value.z};
+    const Pack<> nothing{};
+    const Pack3<> everywhere{nothing + value.x, nothing + value.y, nothing + value.z};
     for (std::size_t p = 0; p < count; ++p) everywhere.write(&points[p]);
   });
 }
 
-void add(const Eight3* from, std::size_t count, Eight3* to) {
+void add(const Pack3<>* from, std::size_t count, Pack3<>* to) {
   dispatch([=] {
     for (std::size_t p = 0; p < count; ++p) {
       to[p].x += from[p].x;
@@ -246,7 +246,7 @@ void add(const Eight3* from, std::size_t count, Eight3* to) {
   });
 }
 
-void add(Vec3 value, std::size_t count, Eight3* to) {
+void add(Vec3 value, std::size_t count, Pack3<>* to) {
   dispatch([=] {
     for (std::size_t p = 0; p < count; ++p) {
       to[p].x += value.x;
@@ -259,27 +259,27 @@ void add(Vec3 value, std::size_t count, Eight3* to) {
 namespace {
 
 /// Returns r_j - r_i + offset of rod a.
-[[gnu::always_inline]] inline Eight3 distance(const IslandTopology& topology, std::size_t a, const Eight3* r,
-                                              const Eight3* offsets) {
+[[gnu::always_inline]] inline Pack3<> distance(const IslandTopology& topology, std::size_t a, const Pack3<>* r,
+                                               const Pack3<>* offsets) {
   const auto [i, j] = topology.rods[a];
-  const Eight3 result = r[j] - r[i];
+  const Pack3<> result = r[j] - r[i];
   return offsets != nullptr ? result + offsets[a] : result;
 }
 
 }  // namespace
 
-void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
-                   const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
+void evaluate_rods(const IslandTopology& topology, const Pack3<>* r, const Pack3<>* v, const Pack3<>* w0,
+                   const Pack3<>* offsets, const Pack<>* second_derivatives, Pack3<>* u, Pack<>* b, Largest* largest) {
   dispatch([=, &topology] {
     Largest seen = *largest;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
-      const Eight3 velocity = v[j] - v[i];
+      const Pack3<> velocity = v[j] - v[i];
       // rho = |a|, u = a/rho
-      Eight3 unit = distance(topology, a, r, offsets);
-      Eight inverse;
+      Pack3<> unit = distance(topology, a, r, offsets);
+      Pack<> inverse;
       normalise(&unit.x, &unit.y, &unit.z, &inverse);
-      Eight right = second_derivative_of_distance(unit, velocity, inverse);
+      Pack<> right = second_derivative_of_distance(unit, velocity, inverse);
       if (w0 != nullptr) right += dot(unit, w0[j] - w0[i]);
       if (second_derivatives != nullptr) right -= second_derivatives[a];
       seen.see(right < 0.0 ? -right : right);
@@ -290,24 +290,24 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
   });
 }
 
-void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
+void evaluate_directions(const IslandTopology& topology, const Pack3<>* r, const Pack3<>* offsets, Pack3<>* u) {
   dispatch([=, &topology] {
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-      Eight3 unit = distance(topology, a, r, offsets);
-      Eight inverse;
+      Pack3<> unit = distance(topology, a, r, offsets);
+      Pack<> inverse;
       normalise(&unit.x, &unit.y, &unit.z, &inverse);
       unit.write(&u[a]);
     }
   });
 }
 
-void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
-                     Eight* xi, Largest* largest) {
+void evaluate_values(const IslandTopology& topology, const Pack3<>* r, const Pack3<>* offsets, const Pack<>* lengths,
+                     Pack<>* xi, Largest* largest) {
   dispatch([=, &topology] {
     Largest seen = *largest;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-      const Eight3 along = distance(topology, a, r, offsets);
-      Eight rho = dot(along, along);
+      const Pack3<> along = distance(topology, a, r, offsets);
+      Pack<> rho = dot(along, along);
       take_roots(&rho);
       xi[a] = rho - lengths[a];
       seen.see((xi[a] < 0.0 ? -xi[a] : xi[a]) / lengths[a]);
@@ -316,13 +316,13 @@ void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eigh
   });
 }
 
-void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
-                    Eight* rates, Largest* largest) {
+void evaluate_rates(const IslandTopology& topology, const Pack3<>* u, const Pack3<>* v, const Pack<>* first_derivatives,
+                    Pack<>* rates, Largest* largest) {
   dispatch([=, &topology] {
     Largest seen = *largest;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
-      Eight rate = dot(u[a], v[j] - v[i]);
+      Pack<> rate = dot(u[a], v[j] - v[i]);
       if (first_derivatives != nullptr) rate -= first_derivatives[a];
       seen.see(rate < 0.0 ? -rate : rate);
       rates[a] = rate;
@@ -331,12 +331,12 @@ void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight
   });
 }
 
-void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
-          Eight3* points) {
+void move(const IslandTopology& topology, const Pack<>* inverse_mass, const Pack3<>* u, const Pack<>* rows,
+          Pack3<>* points) {
   dispatch([=, &topology] {
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
-      const Eight3 impulse = rows[a] * u[a];
+      const Pack3<> impulse = rows[a] * u[a];
       (points[i] - inverse_mass[i] * impulse).write(&points[i]);
       (points[j] + inverse_mass[j] * impulse).write(&points[j]);
     }
@@ -346,26 +346,26 @@ void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight
 namespace {
 
 /// Factorizes S = L D L' and returns the least pivot over its diagonal, at most 1, or 0 if S is not positive definite.
-[[gnu::always_inline]] inline Eight eliminate_columns(const IslandTopology& topology, const IslandSchedule& schedule,
-                                                      const Eight* inverse_mass, const Eight3* u, Eight* factor) {
-  const Eight nothing{};
+[[gnu::always_inline]] inline Pack<> eliminate_columns(const IslandTopology& topology, const IslandSchedule& schedule,
+                                                       const Pack<>* inverse_mass, const Pack3<>* u, Pack<>* factor) {
+  const Pack<> nothing{};
   for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
   for (const auto& [slot, a, b, point, sign] : schedule.products)
     factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
-  Eight largest_inverse = nothing + 1.0;  // largest inverse of a scaled pivot
+  Pack<> largest_inverse = nothing + 1.0;  // largest inverse of a scaled pivot
   for (const auto& [row, first, end, first_target] : schedule.columns) {
     const auto [i, j] = topology.rods[row];
     // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
     // subtracted.
-    const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
-    const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
+    const Pack<> diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
+    const Pack<> pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
     // A pivot that is 0, negative or NaN makes the smallest one 0.
-    const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
+    const Pack<> checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
     largest_inverse = checked > largest_inverse ? checked : largest_inverse;
     factor[first] = inverse;
     const int* target = schedule.targets.data() + first_target;
     for (int f = first + 1; f < end; ++f) {
-      const Eight l = factor[f] * inverse;
+      const Pack<> l = factor[f] * inverse;
       for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
       factor[f] = l;
     }
@@ -373,15 +373,15 @@ namespace {
   return 1.0 / largest_inverse;
 }
 
-[[gnu::always_inline]] inline void substitute(const IslandSchedule& schedule, const Eight* factor, const Eight* b,
-                                              Eight* x) {
+[[gnu::always_inline]] inline void substitute(const IslandSchedule& schedule, const Pack<>* factor, const Pack<>* b,
+                                              Pack<>* x) {
   for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
   for (const auto& [row, first, end, targets] : schedule.columns) {
-    const Eight known = x[row];
+    const Pack<> known = x[row];
     for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
   }
   for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
-    Eight sum = x[column->row] * factor[column->first];
+    Pack<> sum = x[column->row] * factor[column->first];
     for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
     x[column->row] = sum;
   }
@@ -389,38 +389,38 @@ namespace {
 
 }  // namespace
 
-void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
-               const Eight3* u, Eight* factor, Eight* smallest) {
+void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Pack<>* inverse_mass,
+               const Pack3<>* u, Pack<>* factor, Pack<>* smallest) {
   dispatch([=, &topology, &schedule] {
-    const Eight found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
+    const Pack<> found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
     *smallest = found < *smallest ? found : *smallest;
   });
 }
 
-void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x) {
+void solve_negative(const IslandSchedule& schedule, const Pack<>* factor, const Pack<>* b, Pack<>* x) {
   dispatch([=, &schedule] { substitute(schedule, factor, b, x); });
 }
 
-void eliminate_and_solve(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
-                         const Eight3* u, const Eight* b, Eight* factor, Eight* x, Eight* smallest) {
+void eliminate_and_solve(const IslandTopology& topology, const IslandSchedule& schedule, const Pack<>* inverse_mass,
+                         const Pack3<>* u, const Pack<>* b, Pack<>* factor, Pack<>* x, Pack<>* smallest) {
   dispatch([=, &topology, &schedule] {
-    const Eight found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
+    const Pack<> found = eliminate_columns(topology, schedule, inverse_mass, u, factor);
     *smallest = found < *smallest ? found : *smallest;
     substitute(schedule, factor, b, x);
   });
 }
 
-void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
-           const Eight* lambda, const Largest& right_side, const Eight3* w0, Vec3 uniform, Eight3* w,
+void apply(const IslandTopology& topology, const Pack<>* inverse_mass, const Pack3<>* u, const Pack<>* b,
+           const Pack<>* lambda, const Largest& right_side, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
            LargestResiduals* found) {
   dispatch([=, &topology, &right_side] {
-    Eight3* const dw = w;  // until w0 is added
-    const Eight nothing{};
+    Pack3<>* const dw = w;  // until w0 is added
+    const Pack<> nothing{};
     const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
     for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
-      const Eight3 force = lambda[a] * u[a];
+      const Pack3<> force = lambda[a] * u[a];
       (dw[i] - force).write(&dw[i]);
       (dw[j] + force).write(&dw[j]);
     }
@@ -432,7 +432,7 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
     Largest seen;
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       const auto [i, j] = topology.rods[a];
-      const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
+      const Pack<> left = dot(u[a], dw[j] - dw[i]) + b[a];
       seen.see(left < 0.0 ? -left : left);
     }
     for (int p = 0; w0 != nullptr && p < num_points; ++p) (w0[p] + dw[p]).write(&w[p]);
@@ -441,7 +441,7 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
       w[p].y += uniform.y;
       w[p].z += uniform.z;
     }
-    const Eight largest_b = right_side.value + right_side.zero, largest_left = seen.value + seen.zero;
+    const Pack<> largest_b = right_side.value + right_side.zero, largest_left = seen.value + seen.zero;
     found->right_side.see(largest_b);
     found->residual.see(largest_left);
     found->own_residual.see(largest_left / (largest_b + std::numeric_limits<double>::min()));

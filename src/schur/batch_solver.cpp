@@ -45,10 +45,10 @@ namespace {
 
 using Batch = EqualIslands::Batch;
 
-Eight* numbers_of(Eight3* points) {
+Pack<>* numbers_of(Pack3<>* points) {
   return &points->x;
 }
-const Eight* numbers_of(const Eight3* points) {
+const Pack<>* numbers_of(const Pack3<>* points) {
   return &points->x;
 }
 
@@ -56,32 +56,32 @@ void bring_batch(const Batch& batch, const PointSource* source) {
   for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
     source->bring(static_cast<std::size_t>(batch.first_point[lane]), batch.num_points);
 }
-void read_points(const Batch& batch, const double* from, Eight3* to) {
+void read_points(const Batch& batch, const double* from, Pack3<>* to) {
   gather_sequences(from, batch.first_point, 3, 3 * batch.num_points, 1.0, numbers_of(to));
 }
-void read_supports(const Batch& batch, const double* from, Eight3* to) {
+void read_supports(const Batch& batch, const double* from, Pack3<>* to) {
   gather_points(from, batch.supports, batch.num_supports, to + batch.num_points);
 }
-void write_points(const Batch& batch, const Eight3* from, double* to) {
+void write_points(const Batch& batch, const Pack3<>* from, double* to) {
   scatter_sequences(numbers_of(from), batch.first_point, 3, 3 * batch.num_points, 1.0, to);
 }
-void read_blocks(const Batch& batch, const double* from, Eight3* u) {
+void read_blocks(const Batch& batch, const double* from, Pack3<>* u) {
   const EqualIslands::RodNumbers& blocks = batch.of.blocks;
   if (!blocks.follow) return gather_blocks(from, batch.blocks, batch.num_rods, u);
   if (!blocks.places.place.empty()) return gather_sequences(from, batch.blocks, 3, blocks.places, numbers_of(u));
   gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, blocks.sign, numbers_of(u));
 }
-void write_blocks(const Batch& batch, const Eight3* u, double* to) {
+void write_blocks(const Batch& batch, const Pack3<>* u, double* to) {
   const EqualIslands::RodNumbers& blocks = batch.of.blocks;
   if (!blocks.follow) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
   if (!blocks.places.place.empty()) return scatter_sequences(numbers_of(u), batch.blocks, 3, blocks.places, to);
   scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, blocks.sign, to);
 }
-void read_rows(const Batch& batch, const double* from, Eight* to) {
+void read_rows(const Batch& batch, const double* from, Pack<>* to) {
   if (!batch.of.rows.follow) return gather_rows(from, batch.rows, batch.num_rods, to);
   gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
-void write_rows(const Batch& batch, const Eight* from, double* to) {
+void write_rows(const Batch& batch, const Pack<>* from, double* to) {
   if (!batch.of.rows.follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
@@ -105,7 +105,7 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
 template <class Visit>
 void BatchSolver::for_each_batch(const Parallel& parallel, const Visit& visit) {
   for (Workspace& work : workspaces_) {
-    work.smallest = Eight{} + 1.0;
+    work.smallest = Pack<>{} + 1.0;
     work.found = {};
     work.projection = {};
   }
@@ -142,9 +142,9 @@ Projection BatchSolver::reached() const {
 }
 
 /// Returns `number` of the lengths that move, and 0 for the others; null if no length moves.
-const Eight* BatchSolver::moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work) {
+const Pack<>* BatchSolver::moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work) {
   if (batch.moving_lengths == nullptr) return nullptr;
-  Eight* const result = work->lengths.data();
+  Pack<>* const result = work->lengths.data();
   for (std::size_t k = 0; k < batch.num_rods * num_lanes; ++k) {
     const MovingScalar* const length = batch.moving_lengths[k];
     result[k / num_lanes][k % num_lanes] = length != nullptr ? length->*number : 0.0;
@@ -162,7 +162,7 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
     read_supports(batch, motion.r, work.r.data());
     read_supports(batch, motion.v, work.v.data());
     const bool is_same_for_all = motion.uniform != nullptr && batch.num_supports == 0;
-    Eight3* const w0 = is_same_for_all ? nullptr : work.w.data();
+    Pack3<>* const w0 = is_same_for_all ? nullptr : work.w.data();
     if (w0 != nullptr) {
       motion.uniform != nullptr ? fill(w0, batch.num_points, *motion.uniform) : read_points(batch, motion.w0, w0);
       read_supports(batch, motion.w0, w0);
@@ -265,17 +265,17 @@ Projection BatchSolver::project_positions(const Parallel& parallel, const double
     read_blocks(batch, blocks, work.u.data());
     call_for_points(batch, r);
     call_for_blocks(batch, blocks);
-    const auto move_along = [&, &topology = topology](const Eight* rows) {
+    const auto move_along = [&, &topology = topology](const Pack<>* rows) {
       move(topology, batch.inverse_mass, work.u.data(), rows, work.r.data());
     };
     if (sum != nullptr) {
       read_rows(batch, sum, work.sum.data());
       move_along(work.sum.data());
     }
-    const Eight* lengths = batch.lengths;
-    if (const Eight* const moving = moving_lengths(batch, &MovingScalar::value, &work)) {
+    const Pack<>* lengths = batch.lengths;
+    if (const Pack<>* const moving = moving_lengths(batch, &MovingScalar::value, &work)) {
       for (std::size_t a = 0; a < batch.num_rods; ++a) {
-        const Eight constant = batch.lengths[a];
+        const Pack<> constant = batch.lengths[a];
         work.lengths.data()[a] = moving[a] == 0.0 ? constant : moving[a];
       }
       lengths = work.lengths.data();
@@ -309,7 +309,7 @@ Projection BatchSolver::project_velocities(const Parallel& parallel, const doubl
     call_for_blocks(batch, blocks);
     if (sum != nullptr) read_rows(batch, sum, work.sum.data());
     evaluate_directions(topology, work.r.data(), batch.offsets, work.directions.data());
-    const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &work);
+    const Pack<>* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &work);
     iterate(
         batch, target, &work,
         [&, &topology = topology](Largest* largest) {

@@ -33,9 +33,9 @@ class BatchSolver final : public IslandSolver {
   using Batch = EqualIslands::Batch;
   /// The arrays of one thread, and its findings.
   struct Workspace {
-    std::vector<Eight3> r, v, w, dw, u, directions;
-    Eights b, x, sum, lengths;
-    Eight smallest;
+    std::vector<Pack3<>> r, v, w, dw, u, directions;
+    Packs b, x, sum, lengths;
+    Pack<> smallest;
     LargestResiduals found;  // in all batches that this thread has solved
     Projection projection;
   };
@@ -45,7 +45,7 @@ class BatchSolver final : public IslandSolver {
   void for_each_batch(const Parallel& parallel, const Visit& visit);
   Elimination found() const;
   Projection reached() const;
-  static const Eight* moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work);
+  static const Pack<>* moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work);
   template <class Evaluate, class Move>
   static void iterate(const Batch& batch, double target, Workspace* work, const Evaluate& evaluate, const Move& move);
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/constraints.hpp"
 #include "schur/rod_rows.hpp"

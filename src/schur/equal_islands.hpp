@@ -33,11 +33,11 @@ struct EqualIslands {
     const EqualIslands& of;
     std::size_t num_points, num_supports, num_rods;
     const Index *first_point, *supports, *rows, *blocks;
-    const Eight* inverse_mass;
-    const Eight3* offsets;                      // null if there are none
-    const Eight* lengths;                       // the constant ones
+    const Pack<>* inverse_mass;
+    const Pack3<>* offsets;                     // null if there are none
+    const Pack<>* lengths;                      // the constant ones
     const MovingScalar* const* moving_lengths;  // null if there are none
-    Eight* factor;
+    Pack<>* factor;
 
     Structure structure() const { return {of.topology, of.schedule}; }
   };
@@ -51,11 +51,11 @@ struct EqualIslands {
   std::vector<Index> first_point;  // [batch][lane], and one batch more; the moving points of an island follow it
   std::vector<Index> supports;     // [batch][support][lane]
   RodNumbers rows, blocks;
-  Eights inverse_mass;          // [batch][place]: moving points, then supports; likewise one batch more
-  std::vector<Eight3> offsets;  // [batch][rod]; empty if there are none
-  Eights lengths;               // [batch][rod]
+  Packs inverse_mass;            // [batch][place]: moving points, then supports; likewise one batch more
+  std::vector<Pack3<>> offsets;  // [batch][rod]; empty if there are none
+  Packs lengths;                 // [batch][rod]
   std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null if constant; empty if all are
-  Eights factor;                                    // [batch][slot]
+  Packs factor;                                     // [batch][slot]
 };
 
 /// Takes islands of rods out of `islands` and groups them by their topologies. It takes islands of at most

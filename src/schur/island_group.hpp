@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "assembly/reactions.hpp"
-#include "base/runs.hpp"
+#include "base/index_ranges.hpp"
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
 
@@ -21,7 +21,7 @@ struct IslandGroup {
   const Constraints& constraints;
   const ReactionGather& gather;
   std::span<const double> inverse_mass;  ///< [point]
-  Runs rows, points;
+  IndexRanges rows, points;
   std::vector<Index> island_start;  ///< first row of each island, counted in `rows`, then their number
   Constraints::Selection members;
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "base/vec3.hpp"
 #include "schur/path_lanes.hpp"
 #include "system/numbering.hpp"
@@ -98,7 +98,7 @@ class LanePoints {
   [[gnu::always_inline]] void store_block(const Block& block, double* to, const At& at) const {
     std::array<Numbers, eight> apart;  // NOLINT: filled where needed
     for (std::size_t part = 0; part < 3; ++part) {
-      Eight rows[eight];
+      Pack<> rows[eight];
       for (std::size_t k = 0; k < eight; ++k) {
         const Vector& r = at(block.first + (eight * part + k) / 3);
         rows[k] = (eight * part + k) % 3 == 0 ? r.x : (eight * part + k) % 3 == 1 ? r.y : r.z;
@@ -106,7 +106,7 @@ class LanePoints {
       transpose(rows);
       for (std::size_t lane = 0; lane < eight; ++lane) {
         double* const begin = block.start[lane] >= 0 ? to + 3 * block.start[lane] : apart[lane].data();
-        eight_to(begin + eight * part) = rows[lane];
+        pack_to(begin + eight * part) = rows[lane];
       }
     }
     for (std::size_t lane = 0; lane < eight; ++lane) {
@@ -124,10 +124,10 @@ class LanePoints {
         store(apart[lane].data(), i, point(block, i, lane) >= 0 ? load(from, point(block, i, lane)) : Vec3{});
     }
     for (std::size_t part = 0; part < 3; ++part) {
-      Eight rows[eight];
+      Pack<> rows[eight];
       for (std::size_t lane = 0; lane < eight; ++lane) {
         const double* const begin = block.start[lane] >= 0 ? from + 3 * block.start[lane] : apart[lane].data();
-        rows[lane] = eight_at(begin + eight * part);
+        rows[lane] = pack_at(begin + eight * part);
       }
       transpose(rows);
       for (std::size_t k = 0; k < eight; ++k) {

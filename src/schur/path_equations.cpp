@@ -70,11 +70,11 @@ void PathEquations::bring_rows(const RodPath& path, const paths::Half& half) con
   source->bring(begin, end - begin);
 }
 
-void PathEquations::bring_middle(const RodPath& path, paths::Halves halves) const {
+void PathEquations::bring_middle(const RodPath& path, paths::Sides sides) const {
   const std::size_t middle = path.middle();
-  if (includes(halves, paths::Halves::Left) && middle == path.first && !path.begins_at_support(middle))
+  if (includes(sides, paths::Sides::Left) && middle == path.first && !path.begins_at_support(middle))
     source->bring(path.left_point(middle), 1);
-  if (includes(halves, paths::Halves::Right) && middle + 1 == path.end && !path.ends_at_support(middle))
+  if (includes(sides, paths::Sides::Right) && middle + 1 == path.end && !path.ends_at_support(middle))
     source->bring(path.right_point(middle), 1);
 }
 

@@ -23,7 +23,7 @@ struct PathEquations {
   /// Brings those points of the chunk that earlier chunks have not brought.
   void bring_rows(const RodPath& path, const paths::Half& half) const;
   /// Brings the end points of a path beside its middle row if no half has rows that would bring them.
-  void bring_middle(const RodPath& path, paths::Halves halves) const;
+  void bring_middle(const RodPath& path, paths::Sides sides) const;
 };
 
 }  // namespace tanor

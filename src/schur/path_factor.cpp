@@ -52,14 +52,14 @@ void PathFactor::list_upcoming(const RodPath& path, const PathReactions& reactio
 
 // ---- the factor ----
 
-void PathFactor::eliminate_halves(std::size_t p, const PathEquations& equations, paths::Halves halves,
-                                  paths::PathWork* work) {
+void PathFactor::eliminate_from_ends(std::size_t p, const PathEquations& equations, paths::Sides sides,
+                                     paths::PathWork* work) {
   const RodPath& path = rows_.paths[p];
   const std::size_t middle = path.middle();
-  paths::Half left(Towards::Right, path.first, includes(halves, paths::Halves::Left) ? middle - path.first : 0);
-  paths::Half right(Towards::Left, path.end, includes(halves, paths::Halves::Right) ? path.end - middle - 1 : 0);
+  paths::Half left(Towards::Right, path.first, includes(sides, paths::Sides::Left) ? middle - path.first : 0);
+  paths::Half right(Towards::Left, path.end, includes(sides, paths::Sides::Right) ? path.end - middle - 1 : 0);
   const bool brings = equations.source != nullptr;
-  if (brings) equations.bring_middle(path, halves);
+  if (brings) equations.bring_middle(path, sides);
   paths::Upcoming upcoming;
   while (left.rows_left + right.rows_left > 0) {
     for (paths::Half* half : {&left, &right}) {
@@ -84,7 +84,7 @@ void PathFactor::eliminate_halves(std::size_t p, const PathEquations& equations,
                                    half.chunk.count, half.end.y};
       };
       paths::Substitution of_left = substitution(left), of_right = substitution(right);
-      paths::substitute_inwards(&of_left, &of_right);
+      paths::substitute_forward(&of_left, &of_right);
       left.end.y = of_left.last;
       right.end.y = of_right.last;
     }
@@ -92,8 +92,8 @@ void PathFactor::eliminate_halves(std::size_t p, const PathEquations& equations,
   }
   for (paths::Half* half : {&left, &right})
     half->end.findings = {half->pivots.smallest, half->pivots.largest, half->largest};
-  if (includes(halves, paths::Halves::Left)) work->left_end = left.end;
-  if (includes(halves, paths::Halves::Right)) work->right_end = right.end;
+  if (includes(sides, paths::Sides::Left)) work->left_end = left.end;
+  if (includes(sides, paths::Sides::Right)) work->right_end = right.end;
 }
 
 /// Computes the pivot d = S_aa - S_ab^2/d_b - S_ac^2/d_c of the middle row a with its neighbours b and c.
@@ -123,13 +123,13 @@ void PathFactor::eliminate_middle(std::size_t p, const PathEquations& equations,
 
 // ---- back again ----
 
-/// Goes from the middle outwards. Each step finds lambda of the next rods, w of the points between them and the rods
-/// before, and the residual K'dw + b. Row `row` of a path joins the points of dw_left and dw_right.
+/// Goes from the middle to both ends. Each step finds lambda of the next rods, w of the points between them and the
+/// rods before, and the residual K'dw + b. Row `row` of a path joins the points of dw_left and dw_right.
 void PathFactor::substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda,
-                                           paths::Halves halves, paths::PathWork* work) const {
+                                           paths::Sides sides, paths::PathWork* work) const {
   const RodPath& path = rows_.paths[p];
   const std::size_t middle = path.middle();
-  const bool goes_left = includes(halves, paths::Halves::Left), goes_right = includes(halves, paths::Halves::Right);
+  const bool goes_left = includes(sides, paths::Sides::Left), goes_right = includes(sides, paths::Sides::Right);
   const double *const d = inverse_pivot_.data(), *const f = factor_.data();
   paths::BackSubstitution to_left{{}, {}, {}, 0, f[middle], reactions.lambda[middle]};
   paths::BackSubstitution to_right{{}, {}, {}, 0, right_factor_[p], reactions.lambda[middle]};
@@ -158,7 +158,7 @@ void PathFactor::substitute_and_accelerate(std::size_t p, const PathReactions& r
     upcoming.clear();
     list_upcoming(path, reactions, begin - more_left, more_left, &upcoming);
     list_upcoming(path, reactions, after, std::min(last - after, chunk_size), &upcoming);
-    paths::substitute_outwards(&to_left, &to_right, &upcoming);
+    paths::substitute_backward(&to_left, &to_right, &upcoming);
     if (to_left.count > 0) {
       const paths::Ends points = reactions.accelerate(path, begin, to_left.count, &of_left.residual);
       if (before == middle) {
@@ -179,29 +179,28 @@ void PathFactor::substitute_and_accelerate(std::size_t p, const PathReactions& r
     }
     end += to_right.count;
   }
-  if (goes_left) work->left = reactions.accelerate_outermost(path, paths::Halves::Left, first, dw_left, of_left);
-  if (goes_right)
-    work->right = reactions.accelerate_outermost(path, paths::Halves::Right, last - 1, dw_right, of_right);
+  if (goes_left) work->left = reactions.accelerate_outermost(path, paths::Sides::Left, first, dw_left, of_left);
+  if (goes_right) work->right = reactions.accelerate_outermost(path, paths::Sides::Right, last - 1, dw_right, of_right);
 }
 
 // ---- one more right side ----
 
-void PathFactor::substitute_halves_inwards(std::size_t p, paths::Halves halves, const double* b, double* y,
-                                           paths::PathWork* work) const {
+void PathFactor::substitute_forward(std::size_t p, paths::Sides sides, const double* b, double* y,
+                                    paths::PathWork* work) const {
   const RodPath& path = rows_.paths[p];
   const double* const f = factor_.data();
   const std::size_t first = path.first, after = path.middle() + 1;
-  const std::size_t num_left = includes(halves, paths::Halves::Left) ? path.middle() - first : 0;
-  const std::size_t num_right = includes(halves, paths::Halves::Right) ? path.end - after : 0;
+  const std::size_t num_left = includes(sides, paths::Sides::Left) ? path.middle() - first : 0;
+  const std::size_t num_right = includes(sides, paths::Sides::Right) ? path.end - after : 0;
   paths::Substitution left{b + first, f + first, y + first, num_left, 0.0};
   paths::Substitution right{b + after, f + after, y + after, num_right, 0.0};
-  paths::substitute_inwards(&left, &right);
+  paths::substitute_forward(&left, &right);
   if (!path.is_ring) return;
   const auto sum = [&](std::size_t begin, std::size_t count) {
     return paths::sum_of_products(spike_.data() + begin, y + begin, inverse_pivot_.data() + begin, count);
   };
-  if (includes(halves, paths::Halves::Left)) work->left_end.closing_y = sum(first, num_left);
-  if (includes(halves, paths::Halves::Right)) work->right_end.closing_y = sum(after, num_right);
+  if (includes(sides, paths::Sides::Left)) work->left_end.closing_y = sum(first, num_left);
+  if (includes(sides, paths::Sides::Right)) work->right_end.closing_y = sum(after, num_right);
 }
 
 void PathFactor::substitute_middle(std::size_t p, const double* b, double* y, const paths::PathWork& work) const {
@@ -211,11 +210,11 @@ void PathFactor::substitute_middle(std::size_t p, const double* b, double* y, co
   if (middle + 1 < rows_.paths[p].end) y_middle -= right_factor_[p] * y[middle + 1];
   y[middle] = y_middle;
   if (rows_.paths[p].is_ring) substitute_closing_row(rows_.paths[p], b, y, work);
-  begin_outwards(p, y);
+  begin_backward(p, y);
 }
 
 /// The multiplier of the closing row is found first. The path is left with y := y + spike times this multiplier.
-void PathFactor::begin_outwards(std::size_t p, double* y) const {
+void PathFactor::begin_backward(std::size_t p, double* y) const {
   const RodPath& path = rows_.paths[p];
   const std::size_t middle = path.middle();
   if (path.is_ring) {
@@ -226,11 +225,11 @@ void PathFactor::begin_outwards(std::size_t p, double* y) const {
   y[middle] *= -inverse_pivot_[middle];
 }
 
-void PathFactor::substitute_halves_outwards(std::size_t p, paths::Halves halves, double* y) const {
+void PathFactor::substitute_backward(std::size_t p, paths::Sides sides, double* y) const {
   const double *const d = inverse_pivot_.data(), *const f = factor_.data();
   const std::size_t first = rows_.paths[p].first, middle = rows_.paths[p].middle(), after = middle + 1;
-  const std::size_t num_left = includes(halves, paths::Halves::Left) ? middle - first : 0;
-  const std::size_t num_right = includes(halves, paths::Halves::Right) ? rows_.paths[p].end - after : 0;
+  const std::size_t num_left = includes(sides, paths::Sides::Left) ? middle - first : 0;
+  const std::size_t num_right = includes(sides, paths::Sides::Right) ? rows_.paths[p].end - after : 0;
   if (rows_.paths[p].is_ring) {
     const double lambda = y[rows_.paths[p].closing_row()];
     paths::add(lambda, spike_.data() + first, num_left, y + first);
@@ -239,7 +238,7 @@ void PathFactor::substitute_halves_outwards(std::size_t p, paths::Halves halves,
   paths::BackSubstitution left{d + first, f + first, y + first, num_left, f[middle], y[middle]};
   paths::BackSubstitution right{d + after, f + after, y + after, num_right, right_factor_[p], y[middle]};
   paths::Upcoming nothing;
-  paths::substitute_outwards(&left, &right, &nothing);
+  paths::substitute_backward(&left, &right, &nothing);
 }
 
 }  // namespace tanor

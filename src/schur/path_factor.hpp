@@ -10,7 +10,7 @@ namespace tanor {
 
 /// The factor of S of paths. S is tridiagonal and is eliminated from both ends at once (a twisted factorization) up to
 /// the row in the middle. The row that closes a ring is eliminated last of all. Its couplings e with the first and the
-/// last row of the path spread inwards to a spike, L^-1 e.
+/// last row of the path spread to the middle as a spike, L^-1 e.
 ///
 /// Two threads may work on the halves of one path, each with its own side of the work.
 class PathFactor {
@@ -19,23 +19,22 @@ class PathFactor {
 
   // ---- the factor, and y = L^-1 b beside it ----
 
-  void eliminate_halves(std::size_t p, const PathEquations& equations, paths::Halves halves, paths::PathWork* work);
+  void eliminate_from_ends(std::size_t p, const PathEquations& equations, paths::Sides sides, paths::PathWork* work);
   /// Eliminates the middle row, and the row that closes a ring.
   void eliminate_middle(std::size_t p, const PathEquations& equations, paths::PathWork* work);
 
   // ---- y = L^-1 b of one more right side; y may be b ----
 
-  void substitute_halves_inwards(std::size_t p, paths::Halves halves, const double* b, double* y,
-                                 paths::PathWork* work) const;
+  void substitute_forward(std::size_t p, paths::Sides sides, const double* b, double* y, paths::PathWork* work) const;
   void substitute_middle(std::size_t p, const double* b, double* y, const paths::PathWork& work) const;
 
   // ---- lambda in y's place ----
 
   /// Finds lambda of the row that closes a ring and of the middle row.
-  void begin_outwards(std::size_t p, double* y) const;
-  void substitute_halves_outwards(std::size_t p, paths::Halves halves, double* y) const;
+  void begin_backward(std::size_t p, double* y) const;
+  void substitute_backward(std::size_t p, paths::Sides sides, double* y) const;
   /// Does the same, and applies the multipliers to the points.
-  void substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda, paths::Halves halves,
+  void substitute_and_accelerate(std::size_t p, const PathReactions& reactions, double* lambda, paths::Sides sides,
                                  paths::PathWork* work) const;
 
  private:

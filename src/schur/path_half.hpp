@@ -9,9 +9,9 @@
 namespace tanor::paths {
 
 /// The half of a path from its left end to its middle row, the half from its right end, or both.
-enum class Halves { Both, Left, Right };
-inline bool includes(Halves halves, Halves one) {
-  return halves == Halves::Both || halves == one;
+enum class Sides { Both, Left, Right };
+inline bool includes(Sides sides, Sides one) {
+  return sides == Sides::Both || sides == one;
 }
 
 /// The findings in some rows.

@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "base/distance.hpp"
-#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/pack.hpp"
 #include "plan/thresholds.hpp"
 
 namespace tanor::paths {
 
 namespace {
 
-[[gnu::always_inline]] inline double largest_of(const Eight& lane) {
+[[gnu::always_inline]] inline double largest_of(const Pack<>& lane) {
   double result = lane[0];
   for (int k = 1; k < 8; ++k) result = std::max(result, lane[k]);
   return result;
@@ -228,10 +228,10 @@ void finish_pivots(Towards towards, Chunk* chunk, double* __restrict inverse_piv
       inverse_pivots[k] = own[k];
       factors[k] = chunk->coupling[k] * before[k];
     }
-    Eight smallest = range->smallest - Eight{}, largest = range->largest - Eight{};
+    Pack<> smallest = range->smallest - Pack<>{}, largest = range->largest - Pack<>{};
     std::size_t k = 0;
     for (; k + 8 <= count; k += 8) {
-      const Eight ratio = eight_at(own + k) * eight_at(chunk->diagonal + k);
+      const Pack<> ratio = pack_at(own + k) * pack_at(chunk->diagonal + k);
       smallest = ratio < smallest ? ratio : smallest;
       largest = ratio > largest ? ratio : largest;
     }
@@ -245,7 +245,7 @@ void finish_pivots(Towards towards, Chunk* chunk, double* __restrict inverse_piv
   });
 }
 
-void substitute_inwards(Substitution* right, Substitution* left) {
+void substitute_forward(Substitution* right, Substitution* left) {
   dispatch([=] {
     const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
     double last = right->last, other = left->last;
@@ -266,7 +266,7 @@ void substitute_inwards(Substitution* right, Substitution* left) {
   });
 }
 
-void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming) {
+void substitute_backward(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming) {
   dispatch([=] {
     const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
     double last = left->last, factor = left->factor, other = right->last, other_factor = right->factor;
@@ -373,10 +373,10 @@ Ends accelerate(const Between& between, double* residual) {
 
 double sum_of_products(const double* x, const double* y, const double* d, std::size_t count) {
   return dispatch([=] {
-    Eight sums{};
+    Pack<> sums{};
     std::size_t k = 0;
     for (; k + 8 <= count; k += 8) {
-      sums += eight_at(x + k) * eight_at(y + k) * eight_at(d + k);
+      sums += pack_at(x + k) * pack_at(y + k) * pack_at(d + k);
     }
     double sum = 0.0;
     for (; k < count; ++k) sum += x[k] * y[k] * d[k];

@@ -116,7 +116,7 @@ struct Substitution {
   std::size_t count;
   double last;
 };
-void substitute_inwards(Substitution* right, Substitution* left);
+void substitute_forward(Substitution* right, Substitution* left);
 
 /// The back substitution lambda_k = -y_k/d_k - factor lambda_before, with the factor of the row before, over rows
 /// downwards (`left`) and upwards (`right`). lambda replaces y.
@@ -126,7 +126,7 @@ struct BackSubstitution {
   std::size_t count;
   double factor, last;  ///< those of the row before
 };
-void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming);
+void substitute_backward(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming);
 
 /// The points between `count` + 1 consecutive rods. `accelerate` computes dw = M^-1 K lambda of each, w := w0 + dw (w0
 /// is `uniform` unless that is null), and the largest |K'dw + b| of the rods between two of them. It returns dw of the

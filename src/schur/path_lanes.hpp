@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstring>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 
 namespace tanor {
 

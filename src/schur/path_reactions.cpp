@@ -34,9 +34,9 @@ Vec3 PathReactions::accelerate_end(const RodPath& path, std::size_t row, std::si
   return dw;
 }
 
-paths::Accelerated PathReactions::accelerate_outermost(const RodPath& path, paths::Halves half, std::size_t row,
+paths::Accelerated PathReactions::accelerate_outermost(const RodPath& path, paths::Sides half, std::size_t row,
                                                        Vec3 dw_next, paths::Accelerated found) const {
-  const bool is_left = half == paths::Halves::Left;
+  const bool is_left = half == paths::Sides::Left;
   const std::size_t point = is_left ? path.left_point(row) : path.right_point(row);
   const bool is_held = is_left ? path.begins_at_support(row) : path.ends_at_support(row);
   found.end_dw = is_held ? Vec3{} : accelerate_end(path, row, point, is_left ? -1.0 : 1.0);

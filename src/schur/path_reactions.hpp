@@ -19,7 +19,7 @@ struct PathReactions {
   /// Accelerates a free end: dw = K lambda/m of its only rod, or of that and the rod that closes the ring.
   Vec3 accelerate_end(const RodPath& path, std::size_t row, std::size_t point, double sense) const;
   /// Accelerates the outermost point of one of the halves; `dw_next` is that of the point beside it.
-  paths::Accelerated accelerate_outermost(const RodPath& path, paths::Halves half, std::size_t row, Vec3 dw_next,
+  paths::Accelerated accelerate_outermost(const RodPath& path, paths::Sides half, std::size_t row, Vec3 dw_next,
                                           paths::Accelerated found) const;
   /// Accelerates all points of a path; threads share a long one.
   void accelerate_all(const Parallel& parallel, const RodPath& path) const;

@@ -34,7 +34,7 @@ void PathFactor::spread_spikes(const RodPath& path, const PathEquations& equatio
                                half.end.spike};
   };
   paths::Substitution to_right = substitution(*left, of_left), to_left = substitution(*right, of_right);
-  paths::substitute_inwards(&to_right, &to_left);
+  paths::substitute_forward(&to_right, &to_left);
   left->end.spike = to_right.last;
   right->end.spike = to_left.last;
   for (paths::Half* half : {left, right}) {

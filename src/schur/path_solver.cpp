@@ -7,7 +7,7 @@
 /// \file The distribution of paths to threads. The passes themselves are in path_factor.cpp.
 namespace tanor {
 
-using paths::Halves, paths::PathWork;
+using paths::Sides, paths::PathWork;
 
 namespace {
 
@@ -52,25 +52,24 @@ void PathSolver::summarize() {
   }
 }
 
-// ---- what all calls have in common: inwards over both halves, the row in the middle, and outwards again ----
+// ---- what all calls have in common: forward from both ends, the row in the middle, and backward to both ends ----
 
 /// Runs the passes: groups of paths, or the halves of a few long ones, go to the threads. For each path it calls
-/// `inwards(p, halves, work)`, `middle(p, work)`, `outwards(p, halves, work)` and `finish(p, work)`, in this order.
-template <class Inwards, class Middle, class Outwards, class Finish>
-paths::Findings PathSolver::run(const Parallel& parallel, const Inwards& inwards, const Middle& middle,
-                                const Outwards& outwards, const Finish& finish) {
+/// `forward(p, sides, work)`, `middle(p, work)`, `backward(p, sides, work)` and `finish(p, work)`, in this order.
+template <class Forward, class Middle, class Backward, class Finish>
+paths::Findings PathSolver::run(const Parallel& parallel, const Forward& forward, const Middle& middle,
+                                const Backward& backward, const Finish& finish) {
   paths::Findings total;
   const bool splits = parallel.threads() > 1 && rows_.paths.size() <= plan::few_paths &&
                       rows_.num_rows() >= 2 * plan::rows_worth_a_thread;
   if (splits) {
-    const auto for_halves = [&](const auto& of_half) {
-      parallel.for_tasks(2 * rows_.paths.size(), [&](std::size_t k) {
-        of_half(k / 2, k % 2 == 0 ? Halves::Left : Halves::Right, &work_[k / 2]);
-      });
+    const auto for_ends = [&](const auto& of_end) {
+      parallel.for_tasks(2 * rows_.paths.size(),
+                         [&](std::size_t k) { of_end(k / 2, k % 2 == 0 ? Sides::Left : Sides::Right, &work_[k / 2]); });
     };
-    for_halves(inwards);
+    for_ends(forward);
     for (std::size_t p = 0; p < rows_.paths.size(); ++p) middle(p, &work_[p]);
-    for_halves(outwards);
+    for_ends(backward);
     for (std::size_t p = 0; p < rows_.paths.size(); ++p) {
       finish(p, &work_[p]);
       total.include(work_[p].findings);
@@ -82,9 +81,9 @@ paths::Findings PathSolver::run(const Parallel& parallel, const Inwards& inwards
     PathWork& work = work_[group];
     paths::Findings findings;
     for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p) {
-      inwards(p, Halves::Both, &work);
+      forward(p, Sides::Both, &work);
       middle(p, &work);
-      outwards(p, Halves::Both, &work);
+      backward(p, Sides::Both, &work);
       finish(p, &work);
       findings.include(work.findings);
     }
@@ -97,18 +96,18 @@ paths::Findings PathSolver::run(const Parallel& parallel, const Inwards& inwards
 Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double* b, double* lambda, double* w) {
   const PathReactions reactions{rows_, motion.uniform, blocks, b, lambda, w};
-  const auto substitute = [&](std::size_t p, Halves halves, PathWork* work) {
-    factor_.substitute_and_accelerate(p, reactions, lambda, halves, work);
+  const auto substitute = [&](std::size_t p, Sides sides, PathWork* work) {
+    factor_.substitute_and_accelerate(p, reactions, lambda, sides, work);
   };
   const auto finish = [&](std::size_t p, PathWork* work) { reactions.include_residual(rows_.paths[p], work); };
   if (use == FactorUse::Renew) {
     const PathEquations equations{rows_, &motion, blocks, blocks, b, lambda, source_of_halves(parallel, motion)};
     const paths::Findings found = run(
         parallel,
-        [&](std::size_t p, Halves halves, PathWork* work) { factor_.eliminate_halves(p, equations, halves, work); },
+        [&](std::size_t p, Sides sides, PathWork* work) { factor_.eliminate_from_ends(p, equations, sides, work); },
         [&](std::size_t p, PathWork* work) {
           factor_.eliminate_middle(p, equations, work);
-          factor_.begin_outwards(p, lambda);
+          factor_.begin_backward(p, lambda);
         },
         substitute, finish);
     return {found.reciprocal_condition(), found.right_side, found.residual, found.own_residual};
@@ -118,9 +117,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
       parallel, [&](std::size_t begin, std::size_t end) { return rows_.find_right_sides(begin, end, motion, b); });
   const paths::Findings found = run(
       parallel,
-      [&](std::size_t p, Halves halves, PathWork* work) {
-        factor_.substitute_halves_inwards(p, halves, b, lambda, work);
-      },
+      [&](std::size_t p, Sides sides, PathWork* work) { factor_.substitute_forward(p, sides, b, lambda, work); },
       [&](std::size_t p, PathWork* work) {
         work->findings = {};
         factor_.substitute_middle(p, b, lambda, *work);
@@ -149,30 +146,28 @@ Elimination PathSolver::linearise(const Parallel& parallel, const double* r, con
 Elimination PathSolver::eliminate(const Parallel& parallel, const PathEquations& equations) {
   const paths::Findings found = run(
       parallel,
-      [&](std::size_t p, Halves halves, PathWork* work) { factor_.eliminate_halves(p, equations, halves, work); },
+      [&](std::size_t p, Sides sides, PathWork* work) { factor_.eliminate_from_ends(p, equations, sides, work); },
       [&](std::size_t p, PathWork* work) { factor_.eliminate_middle(p, equations, work); }, [](auto...) {},
       [](auto...) {});
   return {.reciprocal_condition = found.reciprocal_condition()};
 }
 
-/// Computes x = -S^-1 b up to the middle rows, then calls `outwards(p, halves, work)`.
-template <class Outwards>
-void PathSolver::substitute(const Parallel& parallel, const double* b, double* x, const Outwards& outwards) {
+/// Computes x = -S^-1 b up to the middle rows, then calls `backward(p, sides, work)`.
+template <class Backward>
+void PathSolver::substitute(const Parallel& parallel, const double* b, double* x, const Backward& backward) {
   (void)run(
-      parallel,
-      [&](std::size_t p, Halves halves, PathWork* work) { factor_.substitute_halves_inwards(p, halves, b, x, work); },
-      [&](std::size_t p, PathWork* work) { factor_.substitute_middle(p, b, x, *work); }, outwards, [](auto...) {});
+      parallel, [&](std::size_t p, Sides sides, PathWork* work) { factor_.substitute_forward(p, sides, b, x, work); },
+      [&](std::size_t p, PathWork* work) { factor_.substitute_middle(p, b, x, *work); }, backward, [](auto...) {});
 }
 
 void PathSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  substitute(parallel, b, x,
-             [&](std::size_t p, Halves halves, PathWork*) { factor_.substitute_halves_outwards(p, halves, x); });
+  substitute(parallel, b, x, [&](std::size_t p, Sides sides, PathWork*) { factor_.substitute_backward(p, sides, x); });
 }
 
 void PathSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   const PathReactions reactions{rows_, nullptr, blocks, nullptr, rows, points};
-  substitute(parallel, rows, rows, [&](std::size_t p, Halves halves, PathWork* work) {
-    factor_.substitute_and_accelerate(p, reactions, rows, halves, work);
+  substitute(parallel, rows, rows, [&](std::size_t p, Sides sides, PathWork* work) {
+    factor_.substitute_and_accelerate(p, reactions, rows, sides, work);
   });
 }
 
@@ -202,9 +197,9 @@ Projection PathSolver::project(const Parallel& parallel, double target, const Be
   double* const rows = scratch_rows();
   const PathReactions reactions{rows_, nullptr, blocks, nullptr, rows, points};
   const auto correct_path = [&](std::size_t p, PathWork* work) {
-    factor_.substitute_halves_inwards(p, Halves::Both, rows, rows, work);
+    factor_.substitute_forward(p, Sides::Both, rows, rows, work);
     factor_.substitute_middle(p, rows, rows, *work);
-    factor_.substitute_and_accelerate(p, reactions, rows, Halves::Both, work);
+    factor_.substitute_and_accelerate(p, reactions, rows, Sides::Both, work);
   };
   const auto include = [](const Projection& found, Projection* all) {
     all->violation = larger(all->violation, found.violation);

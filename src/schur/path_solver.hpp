@@ -36,12 +36,12 @@ class PathSolver final : public IslandSolver {
   explicit PathSolver(PathRows rows);
   void summarize();
 
-  template <class Inwards, class Middle, class Outwards, class Finish>
-  paths::Findings run(const Parallel& parallel, const Inwards& inwards, const Middle& middle, const Outwards& outwards,
+  template <class Forward, class Middle, class Backward, class Finish>
+  paths::Findings run(const Parallel& parallel, const Forward& forward, const Middle& middle, const Backward& backward,
                       const Finish& finish);
   Elimination eliminate(const Parallel& parallel, const PathEquations& equations);
-  template <class Outwards>
-  void substitute(const Parallel& parallel, const double* b, double* x, const Outwards& outwards);
+  template <class Backward>
+  void substitute(const Parallel& parallel, const double* b, double* x, const Backward& backward);
   const PointSource* source_of_halves(const Parallel& parallel, const FreeMotion& motion) const;
   template <class Begin, class Evaluate>
   Projection project(const Parallel& parallel, double target, const Begin& begin, const Evaluate& evaluate,

@@ -108,11 +108,11 @@ struct PointSolver::Chunk {
   std::size_t first_group, count;  // first among all groups, number of groups
   std::size_t first_point, num_points;
   Index indices[most_points];  // scratch: rows, blocks, members
-  Eight3 place[most_groups], normal[most_groups];
-  Eight3 gradients[most_rows * most_groups];
+  Pack3<> place[most_groups], normal[most_groups];
+  Pack3<> gradients[most_rows * most_groups];
   PointFactor factors[most_groups];  // used if points have one row, since nobody needs them again
-  Eight b[most_rows * most_groups], x[most_rows * most_groups];
-  Eight smallest = Eight{} + 1.0;
+  Pack<> b[most_rows * most_groups], x[most_rows * most_groups];
+  Pack<> smallest = Pack<>{} + 1.0;
   Largest right_side, residual;
   double copies[4][3 * most_points];  // for a last group that is not full
 
@@ -162,18 +162,18 @@ struct PointSolver::Chunk {
     const Member& first = run.members[member];
     return list(first.first_block + m, run.stride[member] * first.num_rows);
   }
-  void scatter_blocks(std::size_t member, Index m, const Eight3* from, double* to) {
+  void scatter_blocks(std::size_t member, Index m, const Pack3<>* from, double* to) {
     const Member& first = run.members[member];
     if (!is_full() || run.stride[member] * first.num_rows != 1)
       return scatter_points(from, blocks(member, m), count, to);
     const auto block = static_cast<std::size_t>(first.first_block + m - run.first) + first_point;
     scatter_neighbours(from, count, to + 3 * block);
   }
-  void gather_rows_of(const double* from, Eight* to) {
+  void gather_rows_of(const double* from, Pack<>* to) {
     for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
       gather_rows(from, rows(m), count, to + m * count);
   }
-  void scatter_rows_of(const Eight* from, double* to) {
+  void scatter_rows_of(const Pack<>* from, double* to) {
     for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
       scatter_rows(from + m * count, rows(m), count, to);
   }
@@ -236,14 +236,14 @@ struct PointSolver::Guides {
 
   /// Writes vector(slot) of each point's guide to `to` [point].
   template <class Vector>
-  void gather(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
+  void gather(const std::vector<Index>& slots, Pack3<>* to, const Vector& vector) const {
     if (is_one) return fill(to, chunk.count, vector(one_slot));
     for (std::size_t k = 0; k < chunk.count * num_lanes; ++k)
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
   }
   /// Does the same with a single entry if one guide serves all points.
   template <class Vector>
-  OfGuides gather_places(const std::vector<Index>& slots, Eight3* to, const Vector& vector) const {
+  OfGuides gather_places(const std::vector<Index>& slots, Pack3<>* to, const Vector& vector) const {
     if (!is_one) {
       gather(slots, to, vector);
       return {to, 1};
@@ -274,13 +274,13 @@ void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::si
 /// Evaluates planes and lines. If they stand still, the normals are the gradients, and phi = 0.
 void PointSolver::evaluate_straight(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
                                     std::size_t row, Chunk* chunk) const {
-  Eight3* const gradients = chunk->gradients + row * chunk->count;
-  Eight* const phi = chunk->b + row * chunk->count;
+  Pack3<>* const gradients = chunk->gradients + row * chunk->count;
+  Pack<>* const phi = chunk->b + row * chunk->count;
   if (guide == Guide::Plane) {
     const auto& planes = constraints_.family<PlaneKernel>();
     if (!is_still) return evaluate_moving(planes, motion, row, chunk);
     guides.gather(planes.kernel.geometry, gradients, [&](Index slot) { return planes.kernel.normal[slot].unit.value; });
-    std::fill_n(phi, chunk->count, Eight{});
+    std::fill_n(phi, chunk->count, Pack<>{});
     return;
   }
   const auto& lines = constraints_.family<LineKernel>();
@@ -289,14 +289,14 @@ void PointSolver::evaluate_straight(Guide guide, const Guides& guides, bool is_s
   guides.gather(lines.kernel.geometry, gradients, [&](Index slot) { return normals[slot].first.value; });
   guides.gather(lines.kernel.geometry, gradients + chunk->count,
                 [&](Index slot) { return normals[slot].second.value; });
-  std::fill_n(phi, 2 * chunk->count, Eight{});
+  std::fill_n(phi, 2 * chunk->count, Pack<>{});
 }
 
 /// Evaluates spheres and circles. If they stand still, their kernels run in lanes.
 void PointSolver::evaluate_round(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion,
                                  std::size_t row, Chunk* chunk) const {
-  Eight3* const gradients = chunk->gradients + row * chunk->count;
-  Eight* const phi = chunk->b + row * chunk->count;
+  Pack3<>* const gradients = chunk->gradients + row * chunk->count;
+  Pack<>* const phi = chunk->b + row * chunk->count;
   const double* const r = chunk->read(motion.r, 3, chunk->copies[0]);
   const double* const v = chunk->read(motion.v, 3, chunk->copies[1]);
   if (guide == Guide::Sphere) {
@@ -366,7 +366,7 @@ void PointSolver::solve_negative(const Parallel& parallel, const double* b, doub
   (void)for_each_chunk(parallel, [&](Chunk& chunk) {
     chunk.gather_rows_of(b, chunk.b);
     PointFactor* const factors = factors_of(&chunk);
-    for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
+    for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Pack<>{} + 1.0;
     solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
     scale_by_mass(chunk.num_rows(), chunk.count, chunk.read_masses(inverse_mass_.data()), chunk.x);
     chunk.scatter_rows_of(chunk.x, x);

@@ -47,7 +47,7 @@ void TreeBranches::prepare_workspaces(int threads) {
   for (Workspace& work : workspaces_) {
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw, &work.u}) points->resize(most_points);
     work.mobility.resize(most_points);
-    for (Eights* rods : {&work.rows, &work.length_second}) rods->resize(most_points);
+    for (Packs* rods : {&work.rows, &work.length_second}) rods->resize(most_points);
   }
 }
 

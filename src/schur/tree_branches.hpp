@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "base/parallel.hpp"
 #include "schur/tree_groves.hpp"
 #include "schur/tree_kernels.hpp"
@@ -43,9 +43,9 @@ class TreeBranches {
  private:
   /// The arrays of one thread, [point of a branch] or [rod of a branch].
   struct Workspace {
-    std::vector<Eight3> r, v, w, s, dw, u;
-    std::vector<trees::Mobility<Eight3>> mobility;
-    Eights rows, length_second;
+    std::vector<Pack3<>> r, v, w, s, dw, u;
+    std::vector<trees::Mobility<Pack3<>>> mobility;
+    Packs rows, length_second;
     trees::LargestInverse largest_inverse;
   };
 
@@ -54,10 +54,10 @@ class TreeBranches {
 
   EqualBranches plan_;
   std::vector<Index> blocks_;                        // [rod][lane]; ~block if the rod is given the other way
-  std::vector<Eight3> offsets_;                      // [rod]; empty if there are none
-  Eights length_;                                    // [rod]
+  std::vector<Pack3<>> offsets_;                     // [rod]; empty if there are none
+  Packs length_;                                     // [rod]
   std::vector<const MovingScalar*> moving_lengths_;  // [rod][lane], null if constant; empty if all are
-  Eights inverse_mass_;                              // [point]
+  Packs inverse_mass_;                               // [point]
   std::vector<trees::BranchRod> rods_;               // [rod]
   std::vector<trees::BranchRow> rows_;               // [rod]
   std::vector<double> right_side_, residual_;        // [batch][lane] the largest ones

@@ -36,21 +36,21 @@ template <class Vector>
 
 namespace {
 
-[[gnu::always_inline]] inline Eight magnitude(const Eight& x) {
+[[gnu::always_inline]] inline Pack<> magnitude(const Pack<>& x) {
   return x < 0.0 ? -x : x;
 }
 
 /// Returns the vector from the child to the parent.
-[[gnu::always_inline]] inline Eight3 distance(const Shape& shape, const Eight3* r, const Eight3* offset,
-                                              std::size_t k) {
-  const Eight3 apart = r[static_cast<std::size_t>(shape.parent[k])] - r[k];
+[[gnu::always_inline]] inline Pack3<> distance(const Shape& shape, const Pack3<>* r, const Pack3<>* offset,
+                                               std::size_t k) {
+  const Pack3<> apart = r[static_cast<std::size_t>(shape.parent[k])] - r[k];
   return offset != nullptr ? apart + offset[k] : apart;
 }
 
 /// Returns its direction, and 1/|r_p - r_c| in `inverse`.
-[[gnu::always_inline]] inline Eight3 direction(const Shape& shape, const Eight3* r, const Eight3* offset, std::size_t k,
-                                               Eight* inverse) {
-  Eight3 u = distance(shape, r, offset, k);
+[[gnu::always_inline]] inline Pack3<> direction(const Shape& shape, const Pack3<>* r, const Pack3<>* offset,
+                                                std::size_t k, Pack<>* inverse) {
+  Pack3<> u = distance(shape, r, offset, k);
   normalise(&u.x, &u.y, &u.z, inverse);
   return u;
 }
@@ -58,10 +58,10 @@ namespace {
 [[gnu::always_inline]] inline void evaluate_rod(const Shape& shape, const BranchMotion& motion, std::size_t k,
                                                 BranchRod* rod, BranchRow* row, Largest* right_side) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  Eight inverse;
-  const Eight3 u = direction(shape, motion.r, motion.offset, k, &inverse);
-  const Eight3 rate = motion.v[parent] - motion.v[k];
-  Eight b = second_derivative_of_distance(u, rate, inverse);
+  Pack<> inverse;
+  const Pack3<> u = direction(shape, motion.r, motion.offset, k, &inverse);
+  const Pack3<> rate = motion.v[parent] - motion.v[k];
+  Pack<> b = second_derivative_of_distance(u, rate, inverse);
   if (motion.length_second != nullptr) b -= motion.length_second[k];
   if (motion.w0 != nullptr) b += dot(u, motion.w0[parent] - motion.w0[k]);
   u.write(&rod->u);
@@ -70,15 +70,15 @@ namespace {
 }
 
 [[gnu::always_inline]] inline void eliminate_rod(const Shape& shape, std::size_t k, const BranchPoints& points,
-                                                 BranchRod* rod, Eight* largest) {
+                                                 BranchRod* rod, Pack<>* largest) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  const Eight3 u = rod->u, h = times(points.mobility[parent], u);
-  const Eight pivot = dot(u, h) + dot(u, times(points.mobility[k], u));
-  const Eight diagonal = dot(u, u) * (points.inverse_mass[parent] + points.inverse_mass[k]);
-  const Eight inverse = 1.0 / pivot, ratio = diagonal * inverse;
-  const Eight checked = ratio > 0.0 ? ratio : Eight{} + HUGE_VAL;
+  const Pack3<> u = rod->u, h = times(points.mobility[parent], u);
+  const Pack<> pivot = dot(u, h) + dot(u, times(points.mobility[k], u));
+  const Pack<> diagonal = dot(u, u) * (points.inverse_mass[parent] + points.inverse_mass[k]);
+  const Pack<> inverse = 1.0 / pivot, ratio = diagonal * inverse;
+  const Pack<> checked = ratio > 0.0 ? ratio : Pack<>{} + HUGE_VAL;
   *largest = checked > *largest ? checked : *largest;
-  const Eight3 scaled = inverse * h;
+  const Pack3<> scaled = inverse * h;
   subtract(&points.mobility[parent], h, scaled);
   scaled.write(&rod->h);
   rod->inverse_pivot = inverse;
@@ -87,31 +87,31 @@ namespace {
 [[gnu::always_inline]] inline void substitute_rod(const Shape& shape, std::size_t k, const BranchPoints& points,
                                                   const BranchRod& rod, BranchRow* row) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  const Eight3 of_parent = points.s[parent];
+  const Pack3<> of_parent = points.s[parent];
   row->z = row->b + dot(rod.u, of_parent - points.s[k]);
   (of_parent - row->z * rod.h).write(&points.s[parent]);
 }
 
 [[gnu::always_inline]] inline void prepare_points(const Shape& shape, const BranchPoints& points) {
   for (std::size_t i = 0; i < shape.num_points(); ++i)
-    points.mobility[i] = Mobility<Eight3>::of_free_point(points.inverse_mass[i]);
+    points.mobility[i] = Mobility<Pack3<>>::of_free_point(points.inverse_mass[i]);
 }
 
-[[gnu::always_inline]] inline void clear(const Shape& shape, Eight3* points) {
-  const Eight3 nothing{};
+[[gnu::always_inline]] inline void clear(const Shape& shape, Pack3<>* points) {
+  const Pack3<> nothing{};
   for (std::size_t i = 0; i < shape.num_points(); ++i) nothing.write(&points[i]);
 }
 
-[[gnu::always_inline]] inline void see_lanes(const Eight& found, LargestInverse* largest) {
+[[gnu::always_inline]] inline void see_lanes(const Pack<>& found, LargestInverse* largest) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) largest->see(found[lane]);
 }
 
 }  // namespace
 
-void find_directions(const Shape& shape, const Eight3* r, const Eight3* offset, BranchRod* rods) {
+void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, BranchRod* rods) {
   dispatch([=, &shape] {
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      Eight inverse;
+      Pack<> inverse;
       direction(shape, r, offset, k, &inverse).write(&rods[k].u);
     }
   });
@@ -127,7 +127,7 @@ void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, B
 
 void eliminate(const Shape& shape, const BranchPoints& points, BranchRod* rods, LargestInverse* largest) {
   dispatch([=, &shape, &points] {
-    Eight found{};
+    Pack<> found{};
     prepare_points(shape, points);
     for (std::size_t k = 0; k < shape.num_rods; ++k) eliminate_rod(shape, k, points, &rods[k], &found);
     if (shape.num_rods > 0) see_lanes(found, largest);
@@ -144,7 +144,7 @@ void substitute_up(const Shape& shape, const BranchPoints& points, const BranchR
 void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, const BranchPoints& points, BranchRod* rods,
                             BranchRow* rows, Largest* right_side, LargestInverse* largest) {
   dispatch([=, &shape, &motion, &points] {
-    Eight found{};
+    Pack<> found{};
     Largest seen = *right_side;
     prepare_points(shape, points);
     clear(shape, points.s);
@@ -158,14 +158,15 @@ void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, cons
   });
 }
 
-void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F) {
+void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const BranchRod* rods, BranchRow* rows,
+                     Pack3<>* F) {
   dispatch([=, &shape] {
     for (std::size_t k = shape.num_rods; k-- > 0;) {
       const auto parent = static_cast<std::size_t>(shape.parent[k]);
-      const Eight3 of_parent = F[parent];
-      const Eight lambda = -rows[k].z * rods[k].inverse_pivot - dot(rods[k].h, of_parent);
+      const Pack3<> of_parent = F[parent];
+      const Pack<> lambda = -rows[k].z * rods[k].inverse_pivot - dot(rods[k].h, of_parent);
       rows[k].z = lambda;
-      const Eight3 own = lambda * rods[k].u;
+      const Pack3<> own = lambda * rods[k].u;
       (of_parent + own).write(&F[parent]);
       (F[k] - own).write(&F[k]);
     }
@@ -173,13 +174,13 @@ void substitute_down(const Shape& shape, const Eight* inverse_mass, const Branch
   });
 }
 
-void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
-                    Eight3* dw) {
+void find_reactions(const Shape& shape, const Pack<>* inverse_mass, const BranchRod* rods, const Pack<>* lambda,
+                    Pack3<>* dw) {
   dispatch([=, &shape] {
     clear(shape, dw);
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
       const auto parent = static_cast<std::size_t>(shape.parent[k]);
-      const Eight3 own = lambda[k] * rods[k].u;
+      const Pack3<> own = lambda[k] * rods[k].u;
       (dw[parent] + own).write(&dw[parent]);
       (dw[k] - own).write(&dw[k]);
     }
@@ -187,13 +188,13 @@ void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchR
   });
 }
 
-void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length, BranchRow* rows,
                      Largest* largest) {
   dispatch([=, &shape] {
     Largest seen = *largest;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      const Eight3 apart = distance(shape, r, offset, k);
-      Eight rho = dot(apart, apart);
+      const Pack3<> apart = distance(shape, r, offset, k);
+      Pack<> rho = dot(apart, apart);
       take_roots(&rho);
       rows[k].b = rho - length[k];
       seen.see(magnitude(rows[k].b) / length[k]);
@@ -202,13 +203,13 @@ void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, 
   });
 }
 
-void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset, BranchRow* rows,
                     Largest* largest) {
   dispatch([=, &shape] {
     Largest seen = *largest;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      Eight inverse;
-      const Eight3 u = direction(shape, r, offset, k, &inverse);
+      Pack<> inverse;
+      const Pack3<> u = direction(shape, r, offset, k, &inverse);
       rows[k].b = dot(u, v[static_cast<std::size_t>(shape.parent[k])] - v[k]);
       seen.see(magnitude(rows[k].b));
     }
@@ -216,12 +217,12 @@ void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const 
   });
 }
 
-void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
+void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Pack3<>* dw,
                    Largest* residual) {
   dispatch([=, &shape] {
     Largest seen = *residual;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      const Eight left = dot(rods[k].u, dw[static_cast<std::size_t>(shape.parent[k])] - dw[k]) + rows[k].b;
+      const Pack<> left = dot(rods[k].u, dw[static_cast<std::size_t>(shape.parent[k])] - dw[k]) + rows[k].b;
       seen.see(magnitude(left));
     }
     *residual = seen;

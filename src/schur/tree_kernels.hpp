@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "base/vec3.hpp"
 
 /// \file Arithmetic of TreeSolver from the leaves to the root and back: of branches of one shape, eight side by side in
@@ -46,30 +46,30 @@ struct Shape {
 /// The factor of a rod: its direction u from the child to the parent, h = W u of the parent (before the rod) over the
 /// pivot d, and 1/d.
 struct BranchRod {
-  Eight3 u, h;
-  Eight inverse_pivot;
+  Pack3<> u, h;
+  Pack<> inverse_pivot;
 };
 /// The row of a rod: b = phi + K'w0, and z = b + u.(s_p - s_c), which becomes lambda.
 struct BranchRow {
-  Eight b, z;
+  Pack<> b, z;
 };
 
 /// Positions and motion of the points of branches.
 struct BranchMotion {
-  const Eight3 *r, *v;
-  const Eight3* w0;            ///< null if all points have the same
-  const Eight3* offset;        ///< [rod] from the child to the parent; null if there are none
-  const Eight* length_second;  ///< [rod] l''; null if 0
+  const Pack3<>*r, *v;
+  const Pack3<>* w0;            ///< null if all points have the same
+  const Pack3<>* offset;        ///< [rod] from the child to the parent; null if there are none
+  const Pack<>* length_second;  ///< [rod] l''; null if 0
 };
 /// The effect of eliminated branches at each point.
 struct BranchPoints {
-  const Eight* inverse_mass;
-  Mobility<Eight3>* mobility;
-  Eight3* s;
+  const Pack<>* inverse_mass;
+  Mobility<Pack3<>>* mobility;
+  Pack3<>* s;
 };
 
 /// Evaluates u of rods at r.
-void find_directions(const Shape& shape, const Eight3* r, const Eight3* offset, BranchRod* rods);
+void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, BranchRod* rods);
 /// Evaluates u and b of rods.
 void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side);
 /// Computes h/d and pivots d = u'(W_c + W_p) u, and W_p -= h h'/d.
@@ -81,18 +81,19 @@ void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, cons
                             BranchRow* rows, Largest* right_side, LargestInverse* largest);
 /// Computes lambda = -z/d - (h/d).F_p in z's place, F_p += u lambda and F_c -= u lambda. F of the root is the force
 /// that acts there from outside. Then dw := F/m replaces F.
-void substitute_down(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, BranchRow* rows, Eight3* F);
+void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const BranchRod* rods, BranchRow* rows,
+                     Pack3<>* F);
 /// Computes dw := M^-1 K lambda from lambda [rod].
-void find_reactions(const Shape& shape, const Eight* inverse_mass, const BranchRod* rods, const Eight* lambda,
-                    Eight3* dw);
+void find_reactions(const Shape& shape, const Pack<>* inverse_mass, const BranchRod* rods, const Pack<>* lambda,
+                    Pack3<>* dw);
 /// Evaluates xi at r in b's place, and the largest |xi|/length.
-void evaluate_values(const Shape& shape, const Eight3* r, const Eight3* offset, const Eight* length, BranchRow* rows,
+void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length, BranchRow* rows,
                      Largest* largest);
 /// Evaluates the rates of constant lengths at (r, v) in b's place, and the largest one.
-void evaluate_rates(const Shape& shape, const Eight3* r, const Eight3* v, const Eight3* offset, BranchRow* rows,
+void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset, BranchRow* rows,
                     Largest* largest);
 /// Finds the largest |K'dw + b|.
-void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Eight3* dw,
+void find_residual(const Shape& shape, const BranchRod* rods, const BranchRow* rows, const Pack3<>* dw,
                    Largest* residual);
 
 // ---- rod by rod ----

@@ -41,8 +41,8 @@ class TreeBranches::Lanes {
   void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
   /// Substitutes down. The forces on the roots stand in the place of their dw and are replaced by it.
   void substitute_down() {
-    std::fill_n(work_.dw.begin(), shape_.num_points(), Eight3{});
-    Eight3& pull = work_.dw[shape_.num_rods];
+    std::fill_n(work_.dw.begin(), shape_.num_points(), Pack3<>{});
+    Pack3<>& pull = work_.dw[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane) set_lane(&pull, lane, load(joints_.dw.data(), root(lane)));
     trees::substitute_down(shape_, masses(), rods(), rows(), work_.dw.data());
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
@@ -51,7 +51,7 @@ class TreeBranches::Lanes {
   void find_residual() {
     Largest residual;
     trees::find_residual(shape_, rods(), rows(), work_.dw.data(), &residual);
-    eight_to(&all_.residual_[number_ * num_lanes]) = residual.value + residual.zero;
+    pack_to(&all_.residual_[number_ * num_lanes]) = residual.value + residual.zero;
   }
 
   /// Computes points += M^-1 K rows.
@@ -75,7 +75,7 @@ class TreeBranches::Lanes {
   }
   void read(const double* points) { read_points(points, &work_.dw); }
   void add_multipliers(double* sum) {
-    Eight* const lanes = work_.rows.data();
+    Pack<>* const lanes = work_.rows.data();
     gather_sequences(sum, batch_.first_row.data(), 1, shape_.num_rods, 1.0, lanes);
     for (std::size_t k = 0; k < shape_.num_rods; ++k) lanes[k] += rows()[k].z;
     scatter_sequences(lanes, batch_.first_row.data(), 1, shape_.num_rods, 1.0, sum);
@@ -104,12 +104,12 @@ class TreeBranches::Lanes {
   }
   /// Hands W of the roots over to the trunks; `hand_over_answers` hands over their s.
   void hand_over_mobilities() {
-    const trees::Mobility<Eight3>& W = work_.mobility[shape_.num_rods];
+    const trees::Mobility<Pack3<>>& W = work_.mobility[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       joints_.mobility[root(lane)] = {W.xx[lane], W.xy[lane], W.xz[lane], W.yy[lane], W.yz[lane], W.zz[lane]};
   }
   void hand_over_answers() {
-    const Eight3& s = work_.s[shape_.num_rods];
+    const Pack3<>& s = work_.s[shape_.num_rods];
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       store(joints_.s.data(), root(lane), {s.x[lane], s.y[lane], s.z[lane]});
   }
@@ -128,24 +128,24 @@ class TreeBranches::Lanes {
  private:
   trees::BranchRod* rods() { return &all_.rods_[batch_.first_rod]; }
   trees::BranchRow* rows() { return &all_.rows_[batch_.first_rod]; }
-  const Eight3* offsets() const { return all_.offsets_.empty() ? nullptr : &all_.offsets_[batch_.first_rod]; }
-  const Eight* masses() { return all_.inverse_mass_.data() + batch_.first_place; }
+  const Pack3<>* offsets() const { return all_.offsets_.empty() ? nullptr : &all_.offsets_[batch_.first_rod]; }
+  const Pack<>* masses() { return all_.inverse_mass_.data() + batch_.first_place; }
   const Index* block_numbers() const { return &all_.blocks_[batch_.first_rod * num_lanes]; }
   trees::BranchPoints points() { return {masses(), work_.mobility.data(), work_.s.data()}; }
   std::size_t root(std::size_t lane) const {
     return static_cast<std::size_t>(batch_.first_point[lane]) + shape_.num_rods;
   }
   void note_right_side(const Largest& found) {
-    eight_to(&all_.right_side_[number_ * num_lanes]) = found.value + found.zero;
+    pack_to(&all_.right_side_[number_ * num_lanes]) = found.value + found.zero;
   }
 
-  void read_points(const double* from, std::vector<Eight3>* to) const {
+  void read_points(const double* from, std::vector<Pack3<>>* to) const {
     gather_sequences(from, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, &to->data()->x);
   }
   void write_points(double* to) const {
     scatter_sequences(&work_.dw.data()->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
   }
-  const Eight* read_length_seconds() {
+  const Pack<>* read_length_seconds() {
     if (all_.moving_lengths_.empty()) return nullptr;
     for (std::size_t k = 0; k < shape_.num_rods; ++k) {
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {

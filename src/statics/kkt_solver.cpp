@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 #include "factor/inertia.hpp"
 
 namespace tanor {
@@ -59,7 +59,7 @@ std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, do
 /// Computes x := A^-1 x.
 void KktSolver::apply_inverse(MatrixXd* x) {
   if (x->cols() != 1) {
-    apply_inverse_by_eights(x);
+    apply_inverse_by_packs(x);
     return;
   }
   const std::size_t n = matrix_->num_points();
@@ -70,7 +70,7 @@ void KktSolver::apply_inverse(MatrixXd* x) {
 }
 
 /// Computes the same for many columns, eight at once.
-void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
+void KktSolver::apply_inverse_by_packs(MatrixXd* x) const {
   const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
   const std::size_t size = 3 * n * num_lanes;
   const auto solve_groups = [&](std::size_t begin, std::size_t end) {
@@ -86,7 +86,7 @@ void KktSolver::apply_inverse_by_eights(MatrixXd* x) const {
       }
     };
     for_numbers([](double& given, double& own) { own = given; });
-    factor_->solve_eights(lanes.data(), end - begin);
+    factor_->solve_packs(lanes.data(), end - begin);
     for_numbers([](double& found, double& own) { found = own; });
   };
   model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes, solve_groups, 1);

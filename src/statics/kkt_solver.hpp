@@ -61,7 +61,7 @@ class KktSolver {
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
-  void apply_inverse_by_eights(Eigen::MatrixXd* x) const;
+  void apply_inverse_by_packs(Eigen::MatrixXd* x) const;
   void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
   void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;
 

@@ -191,7 +191,7 @@ TEST(Multifrontal, SolvesEightColumnsAtOnceAsEachAlone) {
     ASSERT_EQ(factor.factorize(S.lower, S.values.data(), 1), n);
     const std::vector<double> given = any_vector(groups * width * n);
     std::vector<double> together = given;
-    factor.solve_eights(together.data(), groups);
+    factor.solve_packs(together.data(), groups);
     for (std::size_t group = 0; group < groups; ++group) {
       for (std::size_t lane = 0; lane < width; ++lane) {
         const auto at = [&](std::size_t i) { return group * width * n + width * i + lane; };

@@ -7,9 +7,9 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Packs of numbers, or of points, side by side in one vector register. `Eight` is the `Pack` that all kernels
-/// use, apart from those of series along few paths. Functions that use packs are compiled once for each instruction set
-/// (instruction_sets.hpp).
+/// \file Packs of numbers, or of points, side by side in one vector register. All kernels use `Pack<>`, of eight
+/// numbers, apart from those of series along few paths. Functions that use packs are compiled once for each instruction
+/// set (instruction_sets.hpp).
 namespace tanor {
 
 // All functions that take or return packs are inlined, so no binary interface has to be kept.
@@ -23,11 +23,11 @@ struct PackOf {
 };
 /// N numbers side by side in one vector register. A pack is aligned, since an unaligned load would touch two cache
 /// lines.
-template <std::size_t N>
+template <std::size_t N = num_lanes>
 using Pack = typename PackOf<N>::Type;
 
 /// N points side by side, with a pack for each component.
-template <std::size_t N>
+template <std::size_t N = num_lanes>
 struct Pack3 {
   Pack<N> x, y, z;
 
@@ -56,24 +56,21 @@ struct Pack3 {
   }
 };
 
-using Eight = Pack<num_lanes>;
-using Eight3 = Pack3<num_lanes>;
-
-/// Loads and stores eight numbers at any address. The load returns a value: if a reference to an Eight were bound to an
-/// EightAnywhere, clang would assume that its address is aligned.
-using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
-[[gnu::always_inline]] inline Eight eight_at(const double* place) {
-  return *reinterpret_cast<const EightAnywhere*>(place);
+/// Loads and stores eight numbers at any address. The load returns a value: if a reference to a Pack<> were bound to an
+/// UnalignedPack, clang would assume that its address is aligned.
+using UnalignedPack [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
+[[gnu::always_inline]] inline Pack<> pack_at(const double* place) {
+  return *reinterpret_cast<const UnalignedPack*>(place);
 }
-[[gnu::always_inline]] inline EightAnywhere& eight_to(double* place) {
-  return *reinterpret_cast<EightAnywhere*>(place);
+[[gnu::always_inline]] inline UnalignedPack& pack_to(double* place) {
+  return *reinterpret_cast<UnalignedPack*>(place);
 }
 
 /// Eight numbers in registers of `width` lanes each. `dispatch` passes this type to bodies that ask for it. gcc keeps a
 /// pack that is wider than a register in memory, so that every sum goes through memory: fronts took ten times as long
 /// with AVX2.
 template <std::size_t width>
-struct EightIn {
+struct PackIn {
   static constexpr std::size_t num_parts = num_lanes / width;
   static constexpr std::size_t num_registers = width == 8 ? 32 : 16;
   /// Number of such packs that stay in registers beside the factors of a product.
@@ -83,8 +80,8 @@ struct EightIn {
   using PartAnywhere [[gnu::vector_size(width * sizeof(double)), gnu::aligned(8), gnu::may_alias]] = double;
   Part parts[num_parts];
 
-  [[gnu::always_inline]] static EightIn at(const double* place) {
-    EightIn result;
+  [[gnu::always_inline]] static PackIn at(const double* place) {
+    PackIn result;
     for (std::size_t k = 0; k < num_parts; ++k)
       result.parts[k] = *reinterpret_cast<const PartAnywhere*>(place + width * k);
     return result;
@@ -92,34 +89,34 @@ struct EightIn {
   [[gnu::always_inline]] void write(double* place) const {
     for (std::size_t k = 0; k < num_parts; ++k) *reinterpret_cast<PartAnywhere*>(place + width * k) = parts[k];
   }
-  [[gnu::always_inline]] EightIn& operator+=(const EightIn& a) {
+  [[gnu::always_inline]] PackIn& operator+=(const PackIn& a) {
     for (std::size_t k = 0; k < num_parts; ++k) parts[k] += a.parts[k];
     return *this;
   }
-  [[gnu::always_inline]] EightIn& operator-=(const EightIn& a) {
+  [[gnu::always_inline]] PackIn& operator-=(const PackIn& a) {
     for (std::size_t k = 0; k < num_parts; ++k) parts[k] -= a.parts[k];
     return *this;
   }
-  [[gnu::always_inline]] friend EightIn operator+(const EightIn& a, const EightIn& b) {
-    EightIn result = a;
+  [[gnu::always_inline]] friend PackIn operator+(const PackIn& a, const PackIn& b) {
+    PackIn result = a;
     return result += b;
   }
-  [[gnu::always_inline]] friend EightIn operator-(const EightIn& a, const EightIn& b) {
-    EightIn result = a;
+  [[gnu::always_inline]] friend PackIn operator-(const PackIn& a, const PackIn& b) {
+    PackIn result = a;
     return result -= b;
   }
-  [[gnu::always_inline]] friend EightIn operator*(double s, const EightIn& a) {
-    EightIn result;
+  [[gnu::always_inline]] friend PackIn operator*(double s, const PackIn& a) {
+    PackIn result;
     for (std::size_t k = 0; k < num_parts; ++k) result.parts[k] = s * a.parts[k];
     return result;
   }
-  [[gnu::always_inline]] friend EightIn operator*(const EightIn& a, const EightIn& b) {
-    EightIn result;
+  [[gnu::always_inline]] friend PackIn operator*(const PackIn& a, const PackIn& b) {
+    PackIn result;
     for (std::size_t k = 0; k < num_parts; ++k) result.parts[k] = a.parts[k] * b.parts[k];
     return result;
   }
   /// Replaces each number by the magnitude of `a` where that is larger. A NaN in `a` is not seen.
-  [[gnu::always_inline]] void include_magnitudes(const EightIn& a) {
+  [[gnu::always_inline]] void include_magnitudes(const PackIn& a) {
     for (std::size_t k = 0; k < num_parts; ++k) {
       const Part size = a.parts[k] < 0.0 ? -a.parts[k] : a.parts[k];
       parts[k] = size > parts[k] ? size : parts[k];
@@ -173,7 +170,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
 }
 
 /// Loads eight consecutive points: x y z x y z …
-[[gnu::always_inline]] inline void load_points(const double* from, Eight* x, Eight* y, Eight* z) {
+[[gnu::always_inline]] inline void load_points(const double* from, Pack<>* x, Pack<>* y, Pack<>* z) {
   Four x0, y0, z0, x1, y1, z1;
   load_four_points(from, &x0, &y0, &z0);
   load_four_points(from + 12, &x1, &y1, &z1);
@@ -181,7 +178,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   *y = __builtin_shufflevector(y0, y1, 0, 1, 2, 3, 4, 5, 6, 7);
   *z = __builtin_shufflevector(z0, z1, 0, 1, 2, 3, 4, 5, 6, 7);
 }
-[[gnu::always_inline]] inline void store_points(const Eight& x, const Eight& y, const Eight& z, double* to) {
+[[gnu::always_inline]] inline void store_points(const Pack<>& x, const Pack<>& y, const Pack<>& z, double* to) {
   const Four x0 = __builtin_shufflevector(x, x, 0, 1, 2, 3), x1 = __builtin_shufflevector(x, x, 4, 5, 6, 7);
   const Four y0 = __builtin_shufflevector(y, y, 0, 1, 2, 3), y1 = __builtin_shufflevector(y, y, 4, 5, 6, 7);
   const Four z0 = __builtin_shufflevector(z, z, 0, 1, 2, 3), z1 = __builtin_shufflevector(z, z, 4, 5, 6, 7);
@@ -200,13 +197,13 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
 }
 
 /// Transposes an 8 x 8 matrix: single lanes change places, then pairs, then fours.
-[[gnu::always_inline]] inline void transpose(Eight (&a)[8]) {
-  Eight b[8];
+[[gnu::always_inline]] inline void transpose(Pack<> (&a)[8]) {
+  Pack<> b[8];
   for (std::size_t i = 0; i < 8; i += 2) {
     b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
     b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
   }
-  Eight c[8];
+  Pack<> c[8];
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t i = k + k / 2 * 2;
     c[i] = __builtin_shufflevector(b[i], b[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
@@ -218,20 +215,20 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   }
 }
 
-inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
+inline void set_lane(Pack3<>* points, std::size_t lane, Vec3 value) {
   points->x[lane] = value.x;
   points->y[lane] = value.y;
   points->z[lane] = value.z;
 }
 
-[[gnu::always_inline]] inline void take_roots(Eight* squares) {
+[[gnu::always_inline]] inline void take_roots(Pack<>* squares) {
 #pragma GCC unroll 1
   for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
 }
 
 /// Normalizes a = (x, y, z) and writes 1/|a|, with the length before, to `inverse`.
-[[gnu::always_inline]] inline void normalise(Eight* x, Eight* y, Eight* z, Eight* inverse) {
-  Eight length = *x * *x + *y * *y + *z * *z;
+[[gnu::always_inline]] inline void normalise(Pack<>* x, Pack<>* y, Pack<>* z, Pack<>* inverse) {
+  Pack<> length = *x * *x + *y * *y + *z * *z;
   take_roots(&length);
   *inverse = 1.0 / length;
   *x *= *inverse;
@@ -240,14 +237,14 @@ inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
 }
 
 /// A list of packs, aligned so that each can be loaded at once.
-class Eights {
+class Packs {
  public:
   void resize(std::size_t size) { cells_.resize(size); }
   std::size_t size() const { return cells_.size(); }
-  Eight* data() { return reinterpret_cast<Eight*>(cells_.data()); }
+  Pack<>* data() { return reinterpret_cast<Pack<>*>(cells_.data()); }
 
  private:
-  struct alignas(Eight) Cell {
+  struct alignas(Pack<>) Cell {
     double lanes[num_lanes] = {};
   };
   std::vector<Cell> cells_;
@@ -255,9 +252,9 @@ class Eights {
 
 /// The largest absolute value seen so far. A NaN stays NaN.
 struct Largest {
-  Eight value{}, zero{};  // zero adds up 0 times each number seen: NaN if one was not finite
+  Pack<> value{}, zero{};  // zero adds up 0 times each number seen: NaN if one was not finite
 
-  void see(const Eight& magnitudes) {
+  void see(const Pack<>& magnitudes) {
     value = magnitudes > value ? magnitudes : value;
     zero += 0.0 * magnitudes;
   }

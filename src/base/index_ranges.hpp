@@ -10,11 +10,11 @@ namespace tanor {
 
 /// A set of numbers 0, 1, 2, …, stored as index ranges [begin, end) in increasing order. A loop over the set is a loop
 /// over a few ranges.
-class Runs {
+class IndexRanges {
  public:
-  Runs() = default;
+  IndexRanges() = default;
   /// Makes the set of all numbers below `count`.
-  explicit Runs(std::size_t count) {
+  explicit IndexRanges(std::size_t count) {
     if (count > 0) runs_.push_back({0, count, 0});
   }
 

@@ -1,6 +1,6 @@
 /// The tests compare numbers as runs with a plain list of them.
 
-#include "base/runs.hpp"
+#include "base/index_ranges.hpp"
 
 #include <algorithm>
 #include <random>
@@ -19,17 +19,17 @@ std::vector<std::size_t> any_numbers(std::mt19937* generator) {
   return result;
 }
 
-Runs runs_of(const std::vector<std::size_t>& numbers) {
-  Runs runs;
+IndexRanges ranges_of(const std::vector<std::size_t>& numbers) {
+  IndexRanges runs;
   for (const std::size_t number : numbers) runs.append(number);
   return runs;
 }
 
-TEST(Runs, CountAndContainWhatWasAppended) {
+TEST(IndexRanges, CountAndContainWhatWasAppended) {
   std::mt19937 generator(1);
   for (int k = 0; k < 100; ++k) {
     const std::vector<std::size_t> numbers = any_numbers(&generator);
-    const Runs runs = runs_of(numbers);
+    const IndexRanges runs = ranges_of(numbers);
 
     EXPECT_EQ(runs.size(), numbers.size());
     for (std::size_t number = 0; number < 62; ++number) {
@@ -40,11 +40,11 @@ TEST(Runs, CountAndContainWhatWasAppended) {
   }
 }
 
-TEST(Runs, PiecesHoldTheNumbersBetweenTwoPlaces) {
+TEST(IndexRanges, PiecesHoldTheNumbersBetweenTwoPlaces) {
   std::mt19937 generator(2);
   for (int k = 0; k < 100; ++k) {
     const std::vector<std::size_t> numbers = any_numbers(&generator);
-    const Runs runs = runs_of(numbers);
+    const IndexRanges runs = ranges_of(numbers);
     const auto last = std::uniform_int_distribution<std::size_t>(0, numbers.size())(generator);
     const auto first = std::uniform_int_distribution<std::size_t>(0, last)(generator);
 
@@ -59,8 +59,8 @@ TEST(Runs, PiecesHoldTheNumbersBetweenTwoPlaces) {
   }
 }
 
-TEST(Runs, FindTheLargestOfManyOnAnyNumberOfThreads) {
-  Runs runs;
+TEST(IndexRanges, FindTheLargestOfManyOnAnyNumberOfThreads) {
+  IndexRanges runs;
   for (std::size_t number = 0; number < 50'000; ++number) {
     if (number % 7 < 3) runs.append(number);
   }

@@ -1,4 +1,4 @@
-#include "base/eight.hpp"
+#include "base/pack.hpp"
 
 #include <array>
 #include <cmath>
@@ -16,9 +16,9 @@ std::array<double, 24> numbers_in_turn() {
   return result;
 }
 
-TEST(Eight, LoadsPointsThatFollowOneAnother) {
+TEST(Pack, LoadsPointsThatFollowOneAnother) {
   const std::array<double, 24> numbers = numbers_in_turn();
-  Eight x, y, z;
+  Pack<> x, y, z;
   load_points(numbers.data(), &x, &y, &z);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     EXPECT_EQ(x[lane], numbers[3 * lane]);
@@ -27,9 +27,9 @@ TEST(Eight, LoadsPointsThatFollowOneAnother) {
   }
 }
 
-TEST(Eight, StoresPointsOneAfterTheOther) {
+TEST(Pack, StoresPointsOneAfterTheOther) {
   const std::array<double, 24> numbers = numbers_in_turn();
-  Eight x, y, z;
+  Pack<> x, y, z;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     x[lane] = numbers[3 * lane];
     y[lane] = numbers[3 * lane + 1];
@@ -42,7 +42,7 @@ TEST(Eight, StoresPointsOneAfterTheOther) {
   EXPECT_EQ(stored.back(), 0.0);
 }
 
-TEST(Eight, LargestIsNanWhereAnyNumberWasNan) {
+TEST(Pack, LargestIsNanWhereAnyNumberWasNan) {
   Largest largest;
   largest.value[3] = 5.0;
   EXPECT_EQ(largest.read(), 5.0);
@@ -59,7 +59,7 @@ std::array<double, 9> compute() {
     b[k] = std::exp(0.3 * static_cast<double>(k));
     c[k] = 0.0;
   }
-  using Lanes = EightIn<width>;
+  using Lanes = PackIn<width>;
   Lanes x = Lanes::at(&a[1]) + 0.5 * Lanes::at(&b[1]);
   x += Lanes::at(&a[1]) * Lanes::at(&b[1]);
   x -= Lanes::at(&b[1]);
@@ -68,7 +68,7 @@ std::array<double, 9> compute() {
   return c;
 }
 
-TEST(EightIn, GivesTheSameNumbersInRegistersOfAnyWidth) {
+TEST(PackIn, GivesTheSameNumbersInRegistersOfAnyWidth) {
   const std::array<double, 9> of_two = compute<2>();
   for (std::size_t k = 1; k < 9; ++k) {
     const double a = std::sin(1.0 + static_cast<double>(k)), b = std::exp(0.3 * static_cast<double>(k));
@@ -80,10 +80,10 @@ TEST(EightIn, GivesTheSameNumbersInRegistersOfAnyWidth) {
   EXPECT_EQ(of_two, compute<8>());
 }
 
-TEST(EightIn, LimitsItsRegistersSoThatTheFactorsOfAProductFitBeside) {
-  EXPECT_EQ(EightIn<8>::most_in_registers, 28U);
-  EXPECT_EQ(EightIn<4>::most_in_registers, 6U);
-  EXPECT_EQ(EightIn<2>::most_in_registers, 3U);
+TEST(PackIn, LimitsItsRegistersSoThatTheFactorsOfAProductFitBeside) {
+  EXPECT_EQ(PackIn<8>::most_in_registers, 28U);
+  EXPECT_EQ(PackIn<4>::most_in_registers, 6U);
+  EXPECT_EQ(PackIn<2>::most_in_registers, 3U);
 }
 
 }  // namespace
