@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -66,6 +67,14 @@ struct Reactions {
   bool knows_w0 = false;         ///< w0 has been evaluated
 
   void exchange_memory(Memory& memory) { memory.exchange(lambda, friction, refinements, w, w0, knows_w0); }
+
+  friend void swap(Reactions& one, Reactions& other) noexcept {
+    using std::swap;
+    for (auto array : {&Reactions::lambda, &Reactions::friction, &Reactions::w, &Reactions::w0})
+      (one.*array).swap(other.*array);
+    swap(one.refinements, other.refinements);
+    swap(one.knows_w0, other.knows_w0);
+  }
 };
 
 /// The outputs of one computation of accelerations; null pointers are not written.

@@ -84,7 +84,7 @@ double Integration::turn() const {
 /// Takes over an accepted attempt. Its length is 0 if equations were switched at its start.
 void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   const double h = trial_.state.t - state.t;
-  std::swap(state, trial_.state);
+  swap(state, trial_.state);
   control_.limit = std::numeric_limits<double>::infinity();
   trial_.is_before = mechanics_.keeps_variables() && !attempt.has_switched;
   if (attempt.has_switched) singular_.forget();

@@ -87,6 +87,8 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
     : mechanics_(mechanics),
       projector_(projector_of(mechanics)),
       passes_(passes),
+      has_work_(mechanics.has_work()),
+      knows_acceleration_(has_work_ || mechanics.events() != nullptr),
       free_(mechanics.size()),
       middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {
   if (const Vec3* const uniform = projector_.uniform_acceleration()) {
@@ -148,11 +150,11 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   knows_free_ = true;
   free_time_ = t;
 
-  if (knows_acceleration()) {
+  if (knows_acceleration_) {
     if (Outcome found = mechanics_.accelerations(to->at(), request, to->output()); !found.ok())
       return fail(std::move(found));
   }
-  if (mechanics_.has_work()) {
+  if (has_work_) {
     // The trapezoidal rule has the scheme's order.
     to->work.add(0.5 * h, from.power);
     to->work.add(0.5 * h, to->power);

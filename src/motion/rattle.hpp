@@ -23,7 +23,7 @@ class Rattle final : public Scheme {
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
-  bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.events() != nullptr; }
+  bool knows_acceleration() const override { return knows_acceleration_; }
   bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
@@ -38,6 +38,7 @@ class Rattle final : public Scheme {
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
+  const bool has_work_, knows_acceleration_;
   std::vector<double> free_;                // M^-1 f at the last configuration
   std::vector<double> middle_;              // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   std::array<double, tile + 3> uniform_{};  // M^-1 f if it is the same for all points, x y z x y z …

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -29,6 +30,17 @@ struct State {
   AccelerationOutput output() { return {a.data(), &power, &report, &reactions}; }
   /// Returns the same for a known power.
   AccelerationOutput output_without_power() { return {a.data(), nullptr, &report, &reactions}; }
+
+  /// Exchanges two states array by array, since moving them in a circle would cost a short step some percent.
+  friend void swap(State& one, State& other) noexcept {
+    using std::swap;
+    swap(one.t, other.t);
+    for (auto array : {&State::x, &State::v, &State::a}) (one.*array).swap(other.*array);
+    swap(one.power, other.power);
+    swap(one.work, other.work);
+    swap(one.report, other.report);
+    swap(one.reactions, other.reactions);
+  }
 };
 
 /// Returns the time below which two instants near t count as one, in an interval of length h.

@@ -84,7 +84,7 @@ StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {
   attempt.step = motion_.singular.extrapolate(*motion_.scheme, state, motion_.state, takes_least_error, &beyond_);
   attempt.error = attempt.step.error;
   if (!attempt.is_good()) return attempt;
-  std::swap(state, beyond_);
+  swap(state, beyond_);
   detect_user_events(&attempt);
   is_before = attempt.is_good();
   return attempt;
@@ -102,10 +102,10 @@ StepAttempt StepTrial::step_and_remember(double t, bool may_surprise) {
   const bool remembers = is_before && motion_.singular.may_extrapolate();
   if (!remembers) return step(t, may_surprise);
   if (beyond_.x.empty()) beyond_ = motion_.state;
-  std::swap(state, beyond_);
+  swap(state, beyond_);
   StepAttempt attempt = step(t, may_surprise);
   if (!attempt.is_good() && !attempt.has_switched) {
-    std::swap(state, beyond_);
+    swap(state, beyond_);
     is_before = true;
   }
   return attempt;
