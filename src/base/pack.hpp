@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -84,6 +86,19 @@ struct PackIn {
     PackIn result;
     for (std::size_t k = 0; k < num_parts; ++k)
       result.parts[k] = *reinterpret_cast<const PartAnywhere*>(place + width * k);
+    return result;
+  }
+  /// Puts get(0), …, get(7) side by side; get() takes compile-time constants.
+  template <class Get>
+  [[gnu::always_inline]] static PackIn of(const Get& get) {
+    PackIn result;
+    const auto put = [&]<std::size_t... lane>(auto part, std::index_sequence<lane...>) __attribute__((always_inline)) {
+      result.parts[part] = Part{get(std::integral_constant<std::size_t, part * width + lane>{})...};
+    };
+    [&]<std::size_t... part>(std::index_sequence<part...>) __attribute__((always_inline)) {
+      (put(std::integral_constant<std::size_t, part>{}, std::make_index_sequence<width>{}), ...);
+    }
+    (std::make_index_sequence<num_parts>{});
     return result;
   }
   [[gnu::always_inline]] void write(double* place) const {

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <utility>
+
 #include "base/instruction_sets.hpp"
 #include "factor/front_lanes.hpp"
 
@@ -66,6 +69,38 @@ template <class Lanes, std::size_t columns>
     for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
+/// Calls body with the number of columns, 1 … front_width, as a compile-time constant.
+template <class Body>
+[[gnu::always_inline]] inline void with_columns_of_lanes(std::size_t columns, const Body& body) {
+  if (columns >= 8) return body(std::integral_constant<std::size_t, 8>{});
+  if (columns <= tile) return with_columns(columns, body);
+  if (columns == 7) return body(std::integral_constant<std::size_t, 7>{});
+  if (columns == 6) return body(std::integral_constant<std::size_t, 6>{});
+  body(std::integral_constant<std::size_t, 5>{});
+}
+
+/// Calls body(0), body(1), … with compile-time constants below `count`, without a loop.
+template <std::size_t count, class Body>
+[[gnu::always_inline]] inline void for_constants(const Body& body) {
+  [&body]<std::size_t... k>(std::index_sequence<k...>) __attribute__((always_inline)) {
+    (body(std::integral_constant<std::size_t, k>{}), ...);
+  }
+  (std::make_index_sequence<count>{});
+}
+
+/// Writes x to the first lanes at y, as a whole, since a load of these lanes that follows soon would wait until single
+/// numbers had reached the cache.
+template <class Lanes, std::size_t columns>
+[[gnu::always_inline]] inline void write_lanes(const double (&x)[columns], double* y) {
+  const Lanes all = Lanes::of([&](auto lane) __attribute__((always_inline)) {
+    if constexpr (lane < columns)
+      return x[lane];
+    else
+      return y[lane];
+  });
+  all.write(y);
+}
+
 /// Calls work(j, count) for columns [j, j + count) of a panel, a few at a time, and prefetches those after the next.
 template <class Work>
 [[gnu::always_inline]] inline void for_columns_of(const double* panel, std::size_t columns, std::size_t rows,
@@ -103,19 +138,22 @@ void find_products(std::size_t columns, std::size_t rows, std::size_t stride, co
 void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                          const double* inverse_pivots, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t j = 0; j < columns; j += tile) {
-      with_columns(
+    for (std::size_t j = 0; j < columns; j += front_width) {
+      with_columns_of_lanes(
           columns - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
             if (ahead > 0) fetch(c + ahead, count * stride);
+            // x_q = (y_q - sum over k < q of c_qk x_k)/pivot, with one operation a row from x_k to x_q
             double x[count];
-            for (std::size_t q = 0; q < count; ++q) {
-              x[q] = y[j + q];
-              for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
-              x[q] *= inverse_pivots[j + q];
-            }
-            subtract_columns<Lanes, count>(c, stride, lanes_of(j), rows, x, y);
-            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+            for_constants<count>([&](auto q) __attribute__((always_inline)) {
+              const double inverse = inverse_pivots[j + q];
+              x[q] = y[j + q] * inverse;
+              for_constants<q>([&](auto k)
+                                   __attribute__((always_inline)) { x[q] -= c[k * stride + j + q] * inverse * x[k]; });
+            });
+            if constexpr (count < front_width) subtract_columns<Lanes, count>(c, stride, j, j + front_width, x, y);
+            write_lanes<Lanes, count>(x, y + j);
+            subtract_columns<Lanes, count>(c, stride, j + front_width, rows, x, y);
           });
     }
   });
@@ -124,24 +162,32 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
 void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                           const double* inverse_pivots, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
-      with_columns(
+    for (std::size_t end = columns, j = lanes_of(columns - 1);; end = j, j -= front_width) {
+      with_columns_of_lanes(
           end - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
             if (ahead > 0) fetch(c - ahead, count * stride);
             double x[count];
-            for (std::size_t q = 0; q < count; ++q) {
-              x[q] = y[j + q];
-              y[j + q] = 0.0;
+            for (std::size_t q = 0; q < count; ++q) x[q] = y[j + q];
+            if constexpr (count < front_width) {
+              constexpr double zeros[count]{};
+              write_lanes<Lanes, count>(zeros, y + j);
             }
-            double sums[count];
-            multiply_columns<Lanes, count>(c, stride, lanes_of(j), rows, y, sums);
-            for (std::size_t q = count; q-- > 0;) {
-              x[q] -= sums[q];
-              for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
-              x[q] *= inverse_pivots[j + q];
-            }
-            for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+            double sums[front_width];
+            const std::size_t first = count < front_width ? j : j + front_width;
+            multiply_columns<Lanes, std::min<std::size_t>(count, tile)>(c, stride, first, rows, y, sums);
+            if constexpr (count > tile)
+              multiply_columns<Lanes, count - tile>(c + tile * stride, stride, first, rows, y, sums + tile);
+            for_constants<count>([&](auto above) __attribute__((always_inline)) {
+              constexpr std::size_t q = count - 1 - above;
+              const double inverse = inverse_pivots[j + q];
+              x[q] = (x[q] - sums[q]) * inverse;
+              for_constants<above>([&](auto before) __attribute__((always_inline)) {
+                constexpr std::size_t k = count - 1 - before;
+                x[q] -= c[q * stride + j + k] * inverse * x[k];
+              });
+            });
+            write_lanes<Lanes, count>(x, y + j);
           });
       if (j == 0) return;
     }
