@@ -101,6 +101,21 @@ struct PackIn {
     (std::make_index_sequence<num_parts>{});
     return result;
   }
+  /// Returns the first `count` of these numbers, and those of `others` after them.
+  template <std::size_t count>
+  [[gnu::always_inline]] PackIn followed_by(const PackIn& others) const {
+    PackIn result = others;
+    const auto take = [&]<std::size_t... lane>(auto part, std::index_sequence<lane...>) __attribute__((always_inline)) {
+      constexpr std::size_t own = part * width;
+      result.parts[part] =
+          __builtin_shufflevector(parts[part], others.parts[part], (own + lane < count ? lane : width + lane)...);
+    };
+    [&]<std::size_t... part>(std::index_sequence<part...>) __attribute__((always_inline)) {
+      (take(std::integral_constant<std::size_t, part>{}, std::make_index_sequence<width>{}), ...);
+    }
+    (std::make_index_sequence<num_parts>{});
+    return result;
+  }
   [[gnu::always_inline]] void write(double* place) const {
     for (std::size_t k = 0; k < num_parts; ++k) *reinterpret_cast<PartAnywhere*>(place + width * k) = parts[k];
   }

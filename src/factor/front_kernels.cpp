@@ -94,20 +94,39 @@ template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
   }
 }
 
-/// Computes x := x l'^-1 for `count` rows in whole lanes.
+/// The factor L of a few columns by a few rows. Its reciprocal pivots multiply everything in advance, so that one
+/// operation leads from each x_k to the next one.
+template <std::size_t columns>
+struct TileFactor {
+  double l[columns][columns];        // [row][column]
+  double inverse[columns];           // 1/l_qq
+  double divided[columns][columns];  // l_qk/l_qq
+
+  [[gnu::always_inline]] void divide() {
+    for_constants<columns>([&](auto q) __attribute__((always_inline)) {
+      for_constants<q>([&](auto k) __attribute__((always_inline)) { divided[q][k] = l[q][k] * inverse[q]; });
+    });
+  }
+};
+
+/// Computes x := x l'^-1 for the rows at `rows`, as many as a register has lanes, in columns that stand a stride apart.
 template <class Lanes, std::size_t columns>
-[[gnu::always_inline]] inline void divide_rows(const double (&l)[columns][columns], std::size_t count,
+[[gnu::always_inline]] inline void divide_lanes(const TileFactor<columns>& by, std::size_t stride, const double* rows,
+                                                Lanes (&x)[columns]) {
+  for_constants<columns>([&](auto q) __attribute__((always_inline)) {
+    x[q] = by.inverse[q] * Lanes::at(rows + q * stride);
+    for_constants<q>([&](auto k) __attribute__((always_inline)) { x[q] -= by.divided[q][k] * x[k]; });
+  });
+}
+
+/// Does the same for the rows [first, end) in whole lanes, in place.
+template <class Lanes, std::size_t columns>
+[[gnu::always_inline]] inline void divide_rows(const TileFactor<columns>& by, std::size_t first, std::size_t end,
                                                std::size_t stride, double* rows) {
-  double inverse[columns];
-  for (std::size_t q = 0; q < columns; ++q) inverse[q] = 1.0 / l[q][q];
-  for (std::size_t i = 0; i < count; i += front_width) {
+  for (std::size_t i = first; i < end; i += front_width) {
     Lanes x[columns];
-    for (std::size_t q = 0; q < columns; ++q) {
-      x[q] = Lanes::at(rows + q * stride + i);
-      for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
-      x[q] = inverse[q] * x[q];
-      x[q].write(rows + q * stride + i);
-    }
+    divide_lanes<Lanes, columns>(by, stride, rows + i, x);
+    for_constants<columns>([&](auto q) __attribute__((always_inline)) { x[q].write(rows + q * stride + i); });
   }
 }
 
@@ -169,34 +188,68 @@ template <class Lanes>
       from, [=](std::size_t row) __attribute__((always_inline)) { return to.column(row - columns) - columns; });
 }
 
+/// Factorizes the symmetric tile at c. Returns the first column without a positive pivot, or `columns`. The pivots d
+/// come one after the other from L D L', which takes a division each; their roots are independent of each other.
+template <std::size_t columns>
+[[gnu::always_inline]] inline std::size_t factorize_square(const double* c, std::size_t stride,
+                                                           TileFactor<columns>* tile) {
+  auto& l = tile->l;
+  double reciprocal[columns];
+  std::size_t failed = columns;
+  for_constants<columns>([&](auto q) __attribute__((always_inline)) {
+    for_constants<columns - q>([&](auto below) __attribute__((always_inline)) {
+      constexpr std::size_t p = q + below;
+      l[p][q] = c[q * stride + p];
+      for_constants<q>([&](auto k) __attribute__((always_inline)) { l[p][q] -= l[p][k] * (l[q][k] * reciprocal[k]); });
+    });
+    if (!(l[q][q] > 0.0) && failed == columns) failed = q;
+    reciprocal[q] = 1.0 / l[q][q];
+  });
+  for_constants<columns>([&](auto q) __attribute__((always_inline)) {
+    const double root = std::sqrt(l[q][q]);
+    tile->inverse[q] = root * reciprocal[q];
+    l[q][q] = root;
+    for_constants<columns - q - 1>([&](auto below)
+                                       __attribute__((always_inline)) { l[q + 1 + below][q] *= tile->inverse[q]; });
+  });
+  tile->divide();
+  return failed;
+}
+
+/// Writes the lanes that hold the tile: 0 above its diagonal, L in it, and x below. The tile begins at lane `first`.
+template <class Lanes, std::size_t columns, std::size_t first>
+[[gnu::always_inline]] inline void write_tile(const TileFactor<columns>& tile, const Lanes (&x)[columns],
+                                              std::size_t stride, double* c) {
+  for_constants<columns>([&](auto q) __attribute__((always_inline)) {
+    const Lanes own = Lanes::of([&](auto lane) __attribute__((always_inline)) {
+      if constexpr (lane >= first + q && lane < first + columns)
+        return tile.l[lane - first][q];
+      else
+        return 0.0;
+    });
+    own.template followed_by<first + columns>(x[q]).write(c + q * stride);
+  });
+}
+
 /// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
 /// false if a pivot is not positive, with its column in `failed`.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
                                                   std::size_t* failed) {
-  double l[columns][columns], inverse[columns];
   double* const c = panel + j * stride;
-  for (std::size_t q = 0; q < columns; ++q) {
-    for (std::size_t p = q; p < columns; ++p) {
-      double sum = c[q * stride + j + p];
-      for (std::size_t k = 0; k < q; ++k) sum -= l[p][k] * l[q][k];
-      if (p > q) {
-        l[p][q] = sum * inverse[q];
-        continue;
-      }
-      if (!(sum > 0.0)) {
-        *failed = j + q;
-        return false;
-      }
-      l[q][q] = std::sqrt(sum);
-      inverse[q] = 1.0 / l[q][q];
-    }
+  TileFactor<columns> tile;
+  if (const std::size_t q = factorize_square<columns>(c + j, stride, &tile); q < columns) {
+    *failed = j + q;
+    return false;
   }
-  divide_rows<Lanes, columns>(l, rows - lanes_of(j), stride, c + lanes_of(j));
-  for (std::size_t q = 0; q < columns; ++q) {
-    std::fill(c + q * stride + lanes_of(j), c + q * stride + j + q, 0.0);
-    for (std::size_t p = q; p < columns; ++p) c[q * stride + j + p] = l[p][q];
-  }
+  const std::size_t begin = lanes_of(j);
+  Lanes x[columns];
+  divide_lanes<Lanes, columns>(tile, stride, c + begin, x);
+  if (begin == j)
+    write_tile<Lanes, columns, 0>(tile, x, stride, c + begin);
+  else
+    write_tile<Lanes, columns, kernels::tile>(tile, x, stride, c + begin);
+  divide_rows<Lanes, columns>(tile, begin + front_width, rows, stride, c);
   return true;
 }
 
@@ -286,11 +339,13 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
             end - j, [&](auto count) __attribute__((always_inline)) {
               subtract_rows<Lanes, count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
                                           x + j * stride, stride);
-              double l[count][count];
+              TileFactor<count> tile;
               for (std::size_t q = 0; q < count; ++q) {
-                for (std::size_t p = q; p < count; ++p) l[p][q] = diagonal[(j + q) * stride + j + p];
+                for (std::size_t p = q; p < count; ++p) tile.l[p][q] = diagonal[(j + q) * stride + j + p];
+                tile.inverse[q] = 1.0 / tile.l[q][q];
               }
-              divide_rows<Lanes, count>(l, rows, stride, x + j * stride);
+              tile.divide();
+              divide_rows<Lanes, count>(tile, 0, rows, stride, x + j * stride);
             });
       }
       if (end == columns) return;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 
 #include "base/pack.hpp"
 #include "factor/front_kernels.hpp"
@@ -25,6 +26,15 @@ template <class Body>
   if (columns == 3) return body(std::integral_constant<std::size_t, 3>{});
   if (columns == 2) return body(std::integral_constant<std::size_t, 2>{});
   body(std::integral_constant<std::size_t, 1>{});
+}
+
+/// Calls body(0), body(1), … with compile-time constants below `count`, without a loop.
+template <std::size_t count, class Body>
+[[gnu::always_inline]] inline void for_constants(const Body& body) {
+  [&body]<std::size_t... k>(std::index_sequence<k...>) __attribute__((always_inline)) {
+    (body(std::integral_constant<std::size_t, k>{}), ...);
+  }
+  (std::make_index_sequence<count>{});
 }
 
 }  // namespace tanor::kernels

@@ -79,15 +79,6 @@ template <class Body>
   body(std::integral_constant<std::size_t, 5>{});
 }
 
-/// Calls body(0), body(1), … with compile-time constants below `count`, without a loop.
-template <std::size_t count, class Body>
-[[gnu::always_inline]] inline void for_constants(const Body& body) {
-  [&body]<std::size_t... k>(std::index_sequence<k...>) __attribute__((always_inline)) {
-    (body(std::integral_constant<std::size_t, k>{}), ...);
-  }
-  (std::make_index_sequence<count>{});
-}
-
 /// Writes x to the first lanes at y, as a whole, since a load of these lanes that follows soon would wait until single
 /// numbers had reached the cache.
 template <class Lanes, std::size_t columns>
