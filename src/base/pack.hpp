@@ -101,20 +101,28 @@ struct PackIn {
     (std::make_index_sequence<num_parts>{});
     return result;
   }
-  /// Returns the first `count` of these numbers, and those of `others` after them.
-  template <std::size_t count>
-  [[gnu::always_inline]] PackIn followed_by(const PackIn& others) const {
-    PackIn result = others;
-    const auto take = [&]<std::size_t... lane>(auto part, std::index_sequence<lane...>) __attribute__((always_inline)) {
-      constexpr std::size_t own = part * width;
-      result.parts[part] =
-          __builtin_shufflevector(parts[part], others.parts[part], (own + lane < count ? lane : width + lane)...);
+  /// Returns these numbers, and those of `others` in the lanes for which from_others(lane) is true.
+  template <class FromOthers>
+  [[gnu::always_inline]] PackIn blended_with(const PackIn& others, const FromOthers&) const {
+    constexpr FromOthers from_others;
+    PackIn result;
+    const auto blend = [&]<std::size_t... lane>(auto part, std::index_sequence<lane...>)
+        __attribute__((always_inline)) {
+      result.parts[part] = __builtin_shufflevector(parts[part], others.parts[part],
+                                                   (from_others(part * width + lane) ? width + lane : lane)...);
     };
     [&]<std::size_t... part>(std::index_sequence<part...>) __attribute__((always_inline)) {
-      (take(std::integral_constant<std::size_t, part>{}, std::make_index_sequence<width>{}), ...);
+      (blend(std::integral_constant<std::size_t, part>{}, std::make_index_sequence<width>{}), ...);
     }
     (std::make_index_sequence<num_parts>{});
     return result;
+  }
+  /// Returns these numbers with x in one lane.
+  template <std::size_t lane>
+  [[gnu::always_inline]] PackIn with(double x) const {
+    PackIn all;
+    for (std::size_t k = 0; k < num_parts; ++k) all.parts[k] = Part{} + x;
+    return blended_with(all, [](std::size_t each) { return each == lane; });
   }
   [[gnu::always_inline]] void write(double* place) const {
     for (std::size_t k = 0; k < num_parts; ++k) *reinterpret_cast<PartAnywhere*>(place + width * k) = parts[k];

@@ -221,13 +221,11 @@ template <class Lanes, std::size_t columns, std::size_t first>
 [[gnu::always_inline]] inline void write_tile(const TileFactor<columns>& tile, const Lanes (&x)[columns],
                                               std::size_t stride, double* c) {
   for_constants<columns>([&](auto q) __attribute__((always_inline)) {
-    const Lanes own = Lanes::of([&](auto lane) __attribute__((always_inline)) {
-      if constexpr (lane >= first + q && lane < first + columns)
-        return tile.l[lane - first][q];
-      else
-        return 0.0;
+    Lanes own{};
+    for_constants<columns - q>([&](auto below) __attribute__((always_inline)) {
+      own = own.template with<first + q + below>(tile.l[q + below][q]);
     });
-    own.template followed_by<first + columns>(x[q]).write(c + q * stride);
+    own.blended_with(x[q], [](std::size_t lane) { return lane >= first + columns; }).write(c + q * stride);
   });
 }
 
