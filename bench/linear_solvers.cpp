@@ -2,7 +2,7 @@
 // baseline, in turn in one process:
 //   linear_solvers [--threads N] [--json FILE] [NAME …]   scenes whose name begins so; default: all of them
 //   linear_solvers --repeat SECONDS NAME                  our solver alone, one thread, for a profiler: prints the
-//                                                         evaluations made
+//                                                         evaluations made; --repeat-call: as a host calls it
 //   linear_solvers --series SECONDS RTOL                  likewise a chain of 1000 rods, released level, by power
 //                                                         series (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
@@ -228,12 +228,13 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
 }
 
 /// Evaluates a scene for about so many seconds and does nothing else but make it; prints the number and ns a rod.
-void repeat(const BenchScene& scene, double seconds) {
+void repeat(const BenchScene& scene, double seconds, bool as_called) {
   Ours ours(scene.make(), {.threads = 1});
+  Called called(scene.make(), ours.in_users_order(ours.r), ours.in_users_order(ours.v));
   const double members = static_cast<double>(std::max(ours.forms.model.num_rows(), ours.forms.model.num_points()));
   std::size_t evaluations = 0;
   double spent = 0.0;
-  for (; spent < seconds; ++evaluations) spent += seconds_of([&] { ours.evaluate(); });
+  for (; spent < seconds; ++evaluations) spent += seconds_of([&] { as_called ? called.evaluate() : ours.evaluate(); });
   fmt::print("{} {:.3f}\n", evaluations, 1e9 * spent / (static_cast<double>(evaluations) * members));
 }
 
@@ -291,6 +292,7 @@ void write_json(const std::string& file, const ordered_json& machine, const std:
 int main(int argc, char** argv) try {
   int most_threads = 1;
   double seconds = 0.0, rtol = 0.0;
+  bool as_called = false;
   std::string file;
   std::vector<std::string> wanted;
   std::vector<ordered_json> rows;
@@ -300,7 +302,8 @@ int main(int argc, char** argv) try {
       most_threads = std::stoi(argv[++k]);
     } else if (word == "--json" && k + 1 < argc) {
       file = argv[++k];
-    } else if (word == "--repeat" && k + 1 < argc) {
+    } else if ((word == "--repeat" || word == "--repeat-call") && k + 1 < argc) {
+      as_called = word == "--repeat-call";
       seconds = std::stod(argv[++k]);
     } else if (word == "--series" && k + 2 < argc) {
       seconds = std::stod(argv[++k]);
@@ -320,7 +323,7 @@ int main(int argc, char** argv) try {
   if (seconds > 0.0) {
     const auto scene = std::find_if(bench_scenes().begin(), bench_scenes().end(), is_wanted);
     if (scene == bench_scenes().end()) throw std::runtime_error("no such scene");
-    repeat(*scene, seconds);
+    repeat(*scene, seconds, as_called);
     return 0;
   }
   std::vector<int> thread_counts;
