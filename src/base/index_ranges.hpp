@@ -15,23 +15,25 @@ class IndexRanges {
   IndexRanges() = default;
   /// Makes the set of all numbers below `count`.
   explicit IndexRanges(std::size_t count) {
-    if (count > 0) runs_.push_back({0, count, 0});
+    if (count > 0) ranges_.push_back({0, count, 0});
   }
 
   /// Adds a number above all others.
   void append(std::size_t number) {
-    if (runs_.empty() || runs_.back().end != number) runs_.push_back({number, number, size()});
-    ++runs_.back().end;
+    if (ranges_.empty() || ranges_.back().end != number) ranges_.push_back({number, number, size()});
+    ++ranges_.back().end;
   }
 
   /// Returns how many numbers there are.
-  std::size_t size() const { return runs_.empty() ? 0 : runs_.back().before + runs_.back().end - runs_.back().begin; }
+  std::size_t size() const {
+    return ranges_.empty() ? 0 : ranges_.back().before + ranges_.back().end - ranges_.back().begin;
+  }
 
   /// Returns how many numbers are below `number`.
   std::size_t count_below(std::size_t number) const {
     const auto after =
-        std::partition_point(runs_.begin(), runs_.end(), [&](const Run& run) { return run.end <= number; });
-    return after == runs_.end() ? size() : after->before + (number > after->begin ? number - after->begin : 0);
+        std::partition_point(ranges_.begin(), ranges_.end(), [&](const Range& range) { return range.end <= number; });
+    return after == ranges_.end() ? size() : after->before + (number > after->begin ? number - after->begin : 0);
   }
 
   bool contains(std::size_t number) const { return count_below(number + 1) > count_below(number); }
@@ -39,10 +41,10 @@ class IndexRanges {
   /// Calls visit(begin, end) for the pieces of ranges that hold the numbers with the ranks [first, last) in the set.
   template <class Visit>
   void for_pieces(std::size_t first, std::size_t last, const Visit& visit) const {
-    const auto is_before = [&](const Run& run) { return run.before + (run.end - run.begin) <= first; };
-    for (auto run = std::partition_point(runs_.begin(), runs_.end(), is_before); first < last; ++run) {
-      const std::size_t begin = run->begin + (first - run->before);
-      const std::size_t end = std::min(run->end, run->begin + (last - run->before));
+    const auto is_before = [&](const Range& range) { return range.before + (range.end - range.begin) <= first; };
+    for (auto range = std::partition_point(ranges_.begin(), ranges_.end(), is_before); first < last; ++range) {
+      const std::size_t begin = range->begin + (first - range->before);
+      const std::size_t end = std::min(range->end, range->begin + (last - range->before));
       visit(begin, end);
       first += end - begin;
     }
@@ -51,7 +53,7 @@ class IndexRanges {
   /// Calls visit(begin, end) for each range.
   template <class Visit>
   void for_each(const Visit& visit) const {
-    for (const Run& run : runs_) visit(run.begin, run.end);
+    for (const Range& range : ranges_) visit(range.begin, range.end);
   }
 
   /// Calls Parallel::for_ranges over the numbers of this set.
@@ -70,7 +72,7 @@ class IndexRanges {
   }
 
  private:
-  struct Run {
+  struct Range {
     std::size_t begin, end, before;  // before: how many numbers are in earlier ranges
   };
 
@@ -84,7 +86,7 @@ class IndexRanges {
     });
   }
 
-  std::vector<Run> runs_;
+  std::vector<Range> ranges_;
 };
 
 }  // namespace tanor

@@ -90,7 +90,7 @@ class Mechanics {
   /// The roles stay the same during a motion.
   virtual Roles roles() = 0;
   /// Returns the motion as a power series, which the first call prepares. Returns null if there is none, and writes the
-  /// reason to `why_not` unless that is null.
+  /// reason to `why_not` unless that is null. All processes must call this.
   virtual SeriesExpansion* series(std::string* why_not) = 0;
 
   // Each role by its name.

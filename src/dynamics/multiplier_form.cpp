@@ -54,8 +54,9 @@ void MultiplierForm::describe(PlanSummary* plan) const {
     left_out.push_back("factorization: no constraints");
   else if (work_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
+  const bool is_general = plan->linear_solvers == std::vector{LinearSolver::General};
   if (plan->linear_solvers == std::vector{LinearSolver::ClosedForm} ||
-      plan->factorizations == std::vector{Factorization::ClosedForm})
+      (is_general && plan->factorizations == std::vector{Factorization::ClosedForm}))
     left_out.push_back("sparse factorization: closed form, row by row");
   if (work_.constraints.gradient_norms_are_constant())
     left_out.push_back("rescaling of the equations: their sizes do not change");

@@ -49,7 +49,7 @@ class StandingFactor {
 
   // ---- using the factor ----
 
-  /// The present factor, which must be fresh.
+  /// The present factor. It must be fresh for solutions; `add_reactions` reads K alone.
   SchurFactor& operator*() { return state_ == State::Composite ? static_cast<SchurFactor&>(composite_) : all_rows_; }
   SchurFactor* operator->() { return &**this; }
   /// The solver whose islands iterate by themselves with the present factor; null if that is the factor of all rows.

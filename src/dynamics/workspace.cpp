@@ -65,7 +65,7 @@ template <class Mask>
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
                      const double* own_atol, double same_atol, double rtol) {
   return dispatch([=] {
-    constexpr std::size_t width = 8;
+    constexpr std::size_t width = num_lanes;
     // The largest square. Since (atol + rtol |.|)^2 >= atol^2 + rtol^2 |.|^2, most points need no root and no quotient.
     Pack<> worst{};
     auto is_unordered = worst != worst;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "base/instruction_sets.hpp"
@@ -11,6 +12,8 @@ namespace tanor::kernels {
 namespace {
 
 constexpr std::size_t depth = plan::terms_of_product, height = plan::rows_of_product;
+static_assert(depth % front_width == 0 && height % front_width == 0 && front_width == 2 * tile,
+              "a tile begins at the first lane of a register or in its middle");
 
 /// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
 /// sums stay in registers; if there are too few, the tile is split and its parts are done one after the other.
@@ -192,8 +195,8 @@ template <class Lanes>
 /// come one after the other from L D L', which takes a division each; their roots are independent of each other.
 template <std::size_t columns>
 [[gnu::always_inline]] inline std::size_t factorize_square(const double* c, std::size_t stride,
-                                                           TileFactor<columns>* tile) {
-  auto& l = tile->l;
+                                                           TileFactor<columns>* factor) {
+  auto& l = factor->l;
   double reciprocal[columns];
   std::size_t failed = columns;
   for_constants<columns>([&](auto q) __attribute__((always_inline)) {
@@ -202,28 +205,29 @@ template <std::size_t columns>
       l[p][q] = c[q * stride + p];
       for_constants<q>([&](auto k) __attribute__((always_inline)) { l[p][q] -= l[p][k] * (l[q][k] * reciprocal[k]); });
     });
-    if (!(l[q][q] > 0.0) && failed == columns) failed = q;
+    // The reciprocal of a denormal number would be infinite.
+    if (!(l[q][q] >= std::numeric_limits<double>::min()) && failed == columns) failed = q;
     reciprocal[q] = 1.0 / l[q][q];
   });
   for_constants<columns>([&](auto q) __attribute__((always_inline)) {
     const double root = std::sqrt(l[q][q]);
-    tile->inverse[q] = root * reciprocal[q];
+    factor->inverse[q] = root * reciprocal[q];
     l[q][q] = root;
     for_constants<columns - q - 1>([&](auto below)
-                                       __attribute__((always_inline)) { l[q + 1 + below][q] *= tile->inverse[q]; });
+                                       __attribute__((always_inline)) { l[q + 1 + below][q] *= factor->inverse[q]; });
   });
-  tile->divide();
+  factor->divide();
   return failed;
 }
 
 /// Writes the lanes that hold the tile: 0 above its diagonal, L in it, and x below. The tile begins at lane `first`.
 template <class Lanes, std::size_t columns, std::size_t first>
-[[gnu::always_inline]] inline void write_tile(const TileFactor<columns>& tile, const Lanes (&x)[columns],
+[[gnu::always_inline]] inline void write_tile(const TileFactor<columns>& factor, const Lanes (&x)[columns],
                                               std::size_t stride, double* c) {
   for_constants<columns>([&](auto q) __attribute__((always_inline)) {
     Lanes own{};
     for_constants<columns - q>([&](auto below) __attribute__((always_inline)) {
-      own = own.template with<first + q + below>(tile.l[q + below][q]);
+      own = own.template with<first + q + below>(factor.l[q + below][q]);
     });
     own.blended_with(x[q], [](std::size_t lane) { return lane >= first + columns; }).write(c + q * stride);
   });
@@ -235,19 +239,19 @@ template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
                                                   std::size_t* failed) {
   double* const c = panel + j * stride;
-  TileFactor<columns> tile;
-  if (const std::size_t q = factorize_square<columns>(c + j, stride, &tile); q < columns) {
+  TileFactor<columns> factor;
+  if (const std::size_t q = factorize_square<columns>(c + j, stride, &factor); q < columns) {
     *failed = j + q;
     return false;
   }
   const std::size_t begin = lanes_of(j);
   Lanes x[columns];
-  divide_lanes<Lanes, columns>(tile, stride, c + begin, x);
+  divide_lanes<Lanes, columns>(factor, stride, c + begin, x);
   if (begin == j)
-    write_tile<Lanes, columns, 0>(tile, x, stride, c + begin);
+    write_tile<Lanes, columns, 0>(factor, x, stride, c + begin);
   else
-    write_tile<Lanes, columns, kernels::tile>(tile, x, stride, c + begin);
-  divide_rows<Lanes, columns>(tile, begin + front_width, rows, stride, c);
+    write_tile<Lanes, columns, tile>(factor, x, stride, c + begin);
+  divide_rows<Lanes, columns>(factor, begin + front_width, rows, stride, c);
   return true;
 }
 
@@ -337,13 +341,13 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
             end - j, [&](auto count) __attribute__((always_inline)) {
               subtract_rows<Lanes, count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
                                           x + j * stride, stride);
-              TileFactor<count> tile;
+              TileFactor<count> factor;
               for (std::size_t q = 0; q < count; ++q) {
-                for (std::size_t p = q; p < count; ++p) tile.l[p][q] = diagonal[(j + q) * stride + j + p];
-                tile.inverse[q] = 1.0 / tile.l[q][q];
+                for (std::size_t p = q; p < count; ++p) factor.l[p][q] = diagonal[(j + q) * stride + j + p];
+                factor.inverse[q] = 1.0 / factor.l[q][q];
               }
-              tile.divide();
-              divide_rows<Lanes, count>(tile, 0, rows, stride, x + j * stride);
+              factor.divide();
+              divide_rows<Lanes, count>(factor, 0, rows, stride, x + j * stride);
             });
       }
       if (end == columns) return;

@@ -31,7 +31,8 @@ struct State {
   /// Returns the same for a known power.
   AccelerationOutput output_without_power() { return {a.data(), nullptr, &report, &reactions}; }
 
-  /// Exchanges two states array by array, since moving them in a circle would cost a short step some percent.
+  /// Exchanges all members of two states, array by array, since moving them in a circle would cost a short step some
+  /// percent.
   friend void swap(State& one, State& other) noexcept {
     using std::swap;
     swap(one.t, other.t);

@@ -50,11 +50,14 @@ CutSolver::CutSolver(const Model& model, const Part& part, Order order)
       is_counted_(std::move(order.is_counted)),
       plan_(order.products, permutation_.size(), order.place, Triangle::Lower),
       factor_({plan_.column_start(), plan_.rows()}, is_counted_.size()),
+      ranks_(*part.ranks),
       shared_(part.ranks->make_shared_rows(part.num_shared_rows, order.shared_place)),
+      shared_place_(std::move(order.shared_place)),
       triangle_(factor_.complement_size()),
+      diagonals_(2 * part.num_shared_rows),
       x_(permutation_.size()) {
   if (shared_ == nullptr)
-    shared_ = std::make_unique<ReplicatedRows>(*part.ranks, part.num_shared_rows, order.shared_place, threads_);
+    shared_ = std::make_unique<ReplicatedRows>(*part.ranks, part.num_shared_rows, shared_place_, threads_);
 }
 
 void CutSolver::set_active(std::span<const char> rows) {
@@ -87,10 +90,26 @@ CutSolver::Quality CutSolver::factorize(const double* blocks) {
   for (std::size_t j = 0; j < num_shared(); ++j)
     for (std::size_t i = j; i < num_shared(); ++i) *entry++ /= scale[i] * scale[j];
   if (!own.positive_definite) std::fill(triangle_.begin(), triangle_.end(), 0.0);
-  const double shared = shared_->factorize(triangle_);
+  const double left = find_least_part_left(), shared = shared_->factorize(triangle_);
   result.shared_is_definite = shared > 0.0;
-  result.reciprocal_condition = std::min(result.reciprocal_condition, shared);
+  result.reciprocal_condition = std::min({result.reciprocal_condition, shared, left});
   return result;
+}
+
+/// Returns the least part of a shared row's diagonal of S that elimination has left in the sum of the complements. The
+/// shared rows are scaled to a unit diagonal afterwards, so that they would look fine if all of them were rounding.
+double CutSolver::find_least_part_left() {
+  const double* const scale = plan_.scale().data() + factor_.num_eliminated();
+  std::ranges::fill(diagonals_, 0.0);
+  const double* entry = triangle_.data();
+  for (std::size_t j = 0; j < num_shared(); entry += num_shared() - j, ++j) {
+    diagonals_[2 * shared_place_[j]] = *entry;
+    diagonals_[2 * shared_place_[j] + 1] = 1.0 / (scale[j] * scale[j]);
+  }
+  ranks_.sum(diagonals_);
+  double least = 1.0;
+  for (std::size_t k = 0; k < num_all_shared_; ++k) least = std::min(least, diagonals_[2 * k] / diagonals_[2 * k + 1]);
+  return least;
 }
 
 void CutSolver::solve_negative(const double* b, double* x) {

@@ -46,6 +46,7 @@ class CutSolver {
  private:
   struct Order;
   void leave_out_rows();
+  double find_least_part_left();
   CutSolver(const Model& model, const Part& part, Order order);
 
   int threads_;
@@ -55,8 +56,12 @@ class CutSolver {
   std::vector<char> is_active_;   // [place] empty if all are
   GatherPlan plan_;
   PartialCholesky factor_;
+  Ranks& ranks_;
   std::unique_ptr<SharedRows> shared_;
-  std::vector<double> triangle_, x_;
+  std::vector<std::size_t> shared_place_;  // [own shared row] its place among those of all ranks
+  std::vector<double> triangle_;
+  std::vector<double> diagonals_;  // [shared row of all ranks] of the complement, and of S
+  std::vector<double> x_;
 };
 
 }  // namespace tanor

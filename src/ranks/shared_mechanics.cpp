@@ -45,9 +45,14 @@ Roles SharedMechanics::roles() {
 }
 
 SeriesExpansion* SharedMechanics::series(std::string* why_not) {
-  if (!std::exchange(looked_for_series_, true)) {
+  if (!looked_for_series_) {
     std::string why_not_here;
-    SeriesExpansion* const own = own_.series(&why_not_here);
+    SeriesExpansion* own = nullptr;
+    (void)agreement_.together([&] {
+      own = own_.series(&why_not_here);
+      return Outcome{};
+    });
+    looked_for_series_ = true;
     why_no_series_ = agreement_.first_text(why_not_here);
     if (why_no_series_.empty()) series_ = std::make_unique<Series>(*own, *this);
   }

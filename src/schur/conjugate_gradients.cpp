@@ -16,7 +16,7 @@ void ConjugateGradients::start(const Parallel& parallel, const double* blocks, c
   S_.constraints.apply_transposed(parallel, blocks, dw, b, rho_.data());
 }
 
-/// Returns x'y. Pack<> sums run side by side, so that additions need not wait for those before.
+/// Returns x'y. Eight sums run side by side, so that additions need not wait for those before.
 double ConjugateGradients::dot(const Parallel& parallel, const std::vector<double>& x,
                                const std::vector<double>& y) const {
   constexpr std::size_t width = 8;

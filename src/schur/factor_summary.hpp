@@ -14,7 +14,7 @@ struct FactorSummary {
   std::size_t pattern_nonzeros = 0;             ///< in the lower triangle of the matrix
   std::size_t factor_nonzeros = 0;              ///< in the factor L
   double flops = 0.0;                           ///< of one factorization
-  std::vector<Ordering> orderings{};            ///< of sparse factors, each once; special solvers have none
+  std::vector<Ordering> orderings{};            ///< of sparse factors, each once
   std::vector<Factorization> factorizations{};  ///< likewise
 
   /// Adds the parts of `other`.

@@ -101,7 +101,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
   };
   const auto finish = [&](std::size_t p, PathWork* work) { reactions.include_residual(rows_.paths[p], work); };
   if (use == FactorUse::Renew) {
-    const PathEquations equations{rows_, &motion, blocks, blocks, b, lambda, source_of_halves(parallel, motion)};
+    const PathEquations equations{rows_, &motion, blocks, blocks, b, lambda, source_of_sides(parallel, motion)};
     const paths::Findings found = run(
         parallel,
         [&](std::size_t p, Sides sides, PathWork* work) { factor_.eliminate_from_ends(p, equations, sides, work); },
@@ -127,7 +127,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
 }
 
 /// Returns the source for the halves. Both see the row that closes a ring, so with rings all points are brought here.
-const PointSource* PathSolver::source_of_halves(const Parallel& parallel, const FreeMotion& motion) const {
+const PointSource* PathSolver::source_of_sides(const Parallel& parallel, const FreeMotion& motion) const {
   if (rows_.num_rings == 0) return motion.source;
   bring_points(parallel, motion.source);
   return nullptr;
@@ -140,7 +140,7 @@ Elimination PathSolver::factorize(const Parallel& parallel, const double* blocks
 Elimination PathSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                   double* blocks) {
   const FreeMotion motion{.r = r, .v = nullptr, .w0 = nullptr, .source = source};
-  return eliminate(parallel, {rows_, &motion, blocks, blocks, nullptr, nullptr, source_of_halves(parallel, motion)});
+  return eliminate(parallel, {rows_, &motion, blocks, blocks, nullptr, nullptr, source_of_sides(parallel, motion)});
 }
 
 Elimination PathSolver::eliminate(const Parallel& parallel, const PathEquations& equations) {

@@ -42,7 +42,7 @@ class PathSolver final : public IslandSolver {
   Elimination eliminate(const Parallel& parallel, const PathEquations& equations);
   template <class Backward>
   void substitute(const Parallel& parallel, const double* b, double* x, const Backward& backward);
-  const PointSource* source_of_halves(const Parallel& parallel, const FreeMotion& motion) const;
+  const PointSource* source_of_sides(const Parallel& parallel, const FreeMotion& motion) const;
   template <class Begin, class Evaluate>
   Projection project(const Parallel& parallel, double target, const Begin& begin, const Evaluate& evaluate,
                      const double* blocks, double* points, double* sum);

@@ -137,7 +137,9 @@ bool NewtonDescent::is_linear_near(const StaticState& state) {
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     // g(r + dr) = g - W dr
     const Vec3 grown = load(g_.data(), i) - load(before.data(), i), expected = load(image.data(), i);
-    if (size(load(before.data(), i)) > 0.0 && !(size(grown + expected) <= enough * size(expected))) is_linear = false;
+    const double allowed = enough * size(expected);  // says nothing where W overflows
+    const bool grows = std::isfinite(allowed) && size(grown + expected) <= allowed;
+    if (size(load(before.data(), i)) > 0.0 && !grows) is_linear = false;
   }
   residual_ = measure(state);
   return is_linear;

@@ -80,6 +80,26 @@ TEST(PackIn, GivesTheSameNumbersInRegistersOfAnyWidth) {
   EXPECT_EQ(of_two, compute<8>());
 }
 
+/// Puts numbers into lanes one by one, into one lane, and into those from the sixth on.
+template <std::size_t width>
+std::array<double, 24> put_into_lanes() {
+  using Lanes = PackIn<width>;
+  const std::array<double, 8> others{-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0};
+  std::array<double, 24> result{};
+  const Lanes counted = Lanes::of([](auto lane) { return 1.0 + static_cast<double>(lane); });
+  counted.write(&result[0]);
+  counted.template with<3>(0.5).write(&result[8]);
+  counted.blended_with(Lanes::at(others.data()), [](std::size_t lane) { return lane >= 5; }).write(&result[16]);
+  return result;
+}
+
+TEST(PackIn, PutsNumbersIntoTheirLanes) {
+  const std::array<double, 24> wanted{1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 3, 0.5, 5, 6, 7, 8, 1, 2, 3, 4, 5, -6, -7, -8};
+  EXPECT_EQ(put_into_lanes<2>(), wanted);
+  EXPECT_EQ(put_into_lanes<4>(), wanted);
+  EXPECT_EQ(put_into_lanes<8>(), wanted);
+}
+
 TEST(PackIn, LimitsItsRegistersSoThatTheFactorsOfAProductFitBeside) {
   EXPECT_EQ(PackIn<8>::most_in_registers, 28U);
   EXPECT_EQ(PackIn<4>::most_in_registers, 6U);

@@ -166,7 +166,7 @@ Matrix make_dense(int n, std::uint32_t seed) {
 
 TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
   // Sizes lie around the numbers of columns and rows that are processed at once, which are 4, 8, 16, 64 and 512.
-  for (const int n : {1, 3, 4, 5, 7, 8, 9, 15, 16, 17, 63, 64, 65, 68, 127, 129, 511, 513, 600}) {
+  for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 14, 15, 16, 17, 63, 64, 65, 68, 127, 129, 511, 513, 600}) {
     const Matrix A = make_dense(n, 7);
     const Vector b = any_vector(n, 1);
     Cholesky cholesky = make_cholesky(A, true);

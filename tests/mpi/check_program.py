@@ -116,10 +116,12 @@ def check_failures():
     flat = net(6)
     flat["supports"] = [{"points": [0, 5]}]  # a straight row of rods between two supports
     flat["motion"]["start"] = "project"
-    done = run(2, [write_scene("flat", flat), "--out", folder / "flat.2", "--quiet"])
-    expect(done.returncode == 3, f"dependent rods: {done.returncode}")
-    lines = [line for line in done.stderr.splitlines() if "stopped at" in line]
-    expect(len(lines) == 1 and ("depend" in lines[0] or "stalls" in lines[0]), f"dependent rods: {lines}")
+    path = write_scene("flat", flat)
+    for ranks in (2, 3, 4):  # what elimination leaves in the shared rows is rounding, wherever the cuts lie
+        done = run(ranks, [path, "--out", folder / f"flat.{ranks}", "--quiet"])
+        expect(done.returncode == 3, f"dependent rods on {ranks} ranks: {done.returncode}")
+        lines = [line for line in done.stderr.splitlines() if "stopped at" in line]
+        expect(len(lines) == 1 and "t = 0 s" in lines[0] and "depends on" in lines[0], f"dependent rods: {lines}")
     wrong = net(6)
     wrong["motion"]["step"] = -1.0
     done = run(2, [write_scene("wrong", wrong), "--out", folder / "wrong.2"])
@@ -167,10 +169,12 @@ def check_folder(path):
         fcntl.flock(lock, fcntl.LOCK_EX)
         done = run(2, [path, "--out", out])
         expect(done.returncode == 4 and "is in use by" in complaint(done), f"two runs: {complaint(done)}")
-    # The frame of a smaller scene that stops at once is all that is there, not the end of a longer file.
-    done = run(2, [folder / "flat.json", "--out", out, "--quiet"])
+    # The frames of a smaller scene are all that is there, not the end of a longer file.
+    small = net(6)
+    small["motion"]["t_end"] = 0.02
+    done = run(2, [write_scene("small", small), "--out", out, "--quiet"])
     size = (out / "trajectory.npy").stat().st_size
-    expect(done.returncode == 3 and size == 128 + 36 * 24, f"over the rests of another: {done.returncode}, {size}")
+    expect(done.returncode == 0 and size == 128 + 2 * 36 * 24, f"over the rests of another: {done.returncode}, {size}")
     (out / "trajectory.npy").write_bytes(b"x" * 100_000)
     expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "a run over rests of no use")
     expect((out / "trajectory.npy").stat().st_size == 128 + 3 * 64 * 24, "three frames and nothing else")
