@@ -48,7 +48,7 @@ ROOMS = {
     "system":   Sees("base", "warnings", "Eigen/"),
     "kinds":    Sees("base system", "system", ""),
     "evaluate": Sees("base system kinds", "system", "Eigen/"),
-    "assembly": Sees("base system evaluate", "system", "Eigen/"),
+    "assembly": Sees("base system evaluate plan", "system", "Eigen/"),
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),

@@ -7,6 +7,7 @@
 #include "base/check.hpp"
 #include "base/counts.hpp"
 #include "base/groups.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -123,13 +124,14 @@ void GatherPlan::assemble(const double* blocks, double* values, const Parallel& 
   const auto value = [&](const Term& term) {
     return term.weight * dot(load(blocks, term.block_a), load(blocks, term.block_b));
   };
-  parallel.for_ranges(terms_.size(), [&](std::size_t begin, std::size_t end) {
+  const auto gather = [&](std::size_t begin, std::size_t end) {
     for (std::size_t slot = begin; slot < end; ++slot) values[slot] = value(terms_[slot]);
     const auto slot_of = [](const ExtraTerm& extra) { return static_cast<std::size_t>(extra.slot); };
     for (auto extra = std::ranges::lower_bound(extras_, begin, {}, slot_of);
          extra != extras_.end() && slot_of(*extra) < end; ++extra)
       values[extra->slot] += value(extra->term);
-  });
+  };
+  parallel.for_ranges(terms_.size(), gather, plan::products_worth_a_thread);
   if (weights_are_scaled_) return;
 
   // A row without gradient keeps its zero diagonal, at which the factorization stops.

@@ -26,13 +26,17 @@ inline double larger(double a, double b) {
 /// a loop is rethrown after it.
 class Parallel {
  public:
+  /// Indices of a plain loop from which a thread pays; with fewer, waking it takes longer (bench/linear_solvers
+  /// --threads 2: sheet 60).
+  static constexpr std::size_t worth_a_thread = 4096;
+
   explicit Parallel(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
 
   int threads() const { return threads_; }
 
   /// Calls body(begin, end) for a partition of [0, count). Ranges shorter than `grain` are not worth a thread.
   template <class Body>
-  void for_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
+  void for_ranges(std::size_t count, const Body& body, std::size_t grain = worth_a_thread) const {
     const std::size_t ranges = num_ranges(count, grain);
     if (ranges <= 1) {
       body(std::size_t{0}, count);
@@ -57,7 +61,7 @@ class Parallel {
   /// must not depend on the order of the parts.
   template <class Result, class Body, class Join>
   Result join_over_ranges(std::size_t count, Result result, const Body& body, const Join& join,
-                          std::size_t grain = 2048) const {
+                          std::size_t grain = worth_a_thread) const {
     if (num_ranges(count, grain) <= 1) return join(result, body(std::size_t{0}, count));
     for_ranges(
         count,
@@ -72,14 +76,14 @@ class Parallel {
 
   /// Returns the largest body(begin, end) over the ranges, at least 0, or NaN if one of them is.
   template <class Body>
-  double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
+  double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = worth_a_thread) const {
     return join_over_ranges(count, 0.0, body, larger, grain);
   }
 
   /// Returns the sum of term(k) over [0, count). Its order does not depend on the number of threads: 64 parts are
   /// summed, then their sums.
   template <class Term>
-  double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
+  double sum(std::size_t count, const Term& term, std::size_t grain = worth_a_thread) const {
     std::array<double, num_parts> parts;  // NOLINT: each is written
     if (count <= parts.size()) {          // each part has one term at most
       double result = 0.0;
