@@ -107,9 +107,12 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   const std::size_t moving = model_.num_moving();
   gather_.write_scaled(parallel, blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
   const double factor = 1.0 / ((k + 1.0) * (k + 2.0));
-  parallel.for_ranges(3 * moving, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) next[i] *= factor;
-  });
+  parallel.for_ranges(
+      3 * moving,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) next[i] *= factor;
+      },
+      3 * Parallel::worth_a_thread);
 }
 
 /// Solves S mu = -(K_0'r_{k+2} + the lower ones), then r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu.

@@ -119,7 +119,7 @@ inline constexpr double flops_of_tangent_product = 6.0, flops_of_tangent_point =
 inline constexpr std::size_t rows_worth_a_thread = 4096, rows_of_batches_worth_a_thread = 2048,
                              groups_of_points_worth_a_thread = 256;
 /// Products of S from which its assembly is worth a thread. A thread that sleeps takes longer to wake than a net of 30
-/// points a side, with a third of that number, takes to assemble (bench/linear_solvers --threads 2: net 30, lattice 10).
+/// points a side, with a third of that number, takes to assemble (bench/linear_solvers --threads 2: net 30).
 inline constexpr std::size_t products_worth_a_thread = 16384;
 /// Largest number of groups of islands that are handed out to threads.
 inline constexpr std::size_t most_groups_of_islands = 64;
