@@ -147,6 +147,33 @@ TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
   EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
 }
 
+/// What elimination leaves of the row that is cut is rounding of either sign.
+TEST(CutIslands, StraightRowBetweenSupportsIsSingularWhereverItIsCut) {
+  constexpr Index num_points = 9;
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> mass(0.5, 2.0);
+  for (int draw = 0; draw < 20; ++draw) {
+    System row;
+    Rods rods{.name = "rods"};
+    for (Index i = 0; i < num_points; ++i) {
+      row.positions.insert(row.positions.end(), {0.3 * i, 0.0, 0.0});
+      row.masses.push_back(mass(generator));
+      if (i > 0) rods.pairs.push_back({i - 1, i});
+    }
+    row.velocities.assign(row.positions.size(), 0.0);
+    row.supports = {{"ends", {0, num_points - 1}, {}}};
+    row.constraints = {rods};
+    row.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+    std::vector<int> owner(num_points, 0);
+    std::fill(owner.begin() + 2 + draw % 5, owner.end(), 1);
+
+    const Ending ending = run_on_ranks(row, owner, 2, options_of(Method::Dop853), 0.0);
+
+    EXPECT_EQ(ending.outcome.status, Status::Singular) << draw;
+    EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
+  }
+}
+
 TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
   System held = make_chain(6);  // what the support carries would be counted twice
   held.forces.push_back(
