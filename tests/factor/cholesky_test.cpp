@@ -177,6 +177,22 @@ TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
   }
 }
 
+/// Columns after a pivot of 0 have no finite pivots either.
+TEST(Cholesky, FirstOfSeveralColumnsThatFailIsTold) {
+  constexpr int n = 12;
+  for (int k = 0; k + 1 < n; ++k) {
+    Matrix A = Matrix::Identity(n, n);
+    A(k, k) = 0.0;
+    A(k + 1, k) = A(k, k + 1) = 1.0;
+    Cholesky cholesky = make_cholesky(A, true);
+
+    const Cholesky::Quality quality = cholesky.factorize();
+
+    EXPECT_FALSE(quality.positive_definite);
+    EXPECT_EQ(quality.weakest_column, static_cast<std::size_t>(k));
+  }
+}
+
 TEST(Cholesky, ArrowWithManyArmsAddsAllTheirUpdates) {
   // There are 40 dense arms of 3, each joined to a dense head of 90 at other places, which is one front with 40
   // children.
