@@ -147,7 +147,7 @@ TEST(CutIslands, RodsThatDependEndAllRanksWithOneMessage) {
   EXPECT_NE(ending.outcome.what.find("depend"), std::string::npos) << ending.outcome.what;
 }
 
-/// What elimination leaves of the row that is cut is rounding of either sign.
+/// Elimination leaves rounding of either sign in the row that is cut.
 TEST(CutIslands, StraightRowBetweenSupportsIsSingularWhereverItIsCut) {
   constexpr Index num_points = 9;
   std::mt19937 generator(5);
