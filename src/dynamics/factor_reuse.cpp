@@ -72,12 +72,7 @@ bool FactorReuse::correct(const double* blocks, double* rows, double* points) {
   const bool is_solved = reuse_.correct(model_.parallel, blocks, rows, correction_.data());
   work_.counters.iterations += reuse_.num_iterations();
   if (!is_solved) return false;
-  model_.parallel.for_ranges(
-      3 * model_.num_moving(),
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) points[i] += correction_[i];
-      },
-      3 * Parallel::worth_a_thread);
+  model_.add_to_moving(correction_.data(), points);
   return true;
 }
 

@@ -210,12 +210,7 @@ void ForwardDynamics::refine() {
 
 /// w = w0 + M^-1 K lambda (25)
 void ForwardDynamics::add_reactions(double* w) const {
-  model_.parallel.for_ranges(
-      3 * model_.num_moving(),
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
-      },
-      3 * Parallel::worth_a_thread);
+  model_.add_to_moving(dw_.data(), w);
 }
 
 void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double* eta) {

@@ -85,12 +85,7 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
     work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
     model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
                                reactions_.data());
-    parallel.for_ranges(
-        3 * model_.num_moving(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) w[i] += reactions_[i];
-        },
-        3 * Parallel::worth_a_thread);
+    model_.add_to_moving(reactions_.data(), w);
   }
   if (power != nullptr) *power = work_.power(work_.power_of_reactions(reactions_.data(), v), r, v);
   return {};

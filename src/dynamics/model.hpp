@@ -83,6 +83,15 @@ class Model : public NumberedSystem {
   /// Return the largest |x_i|, and the largest |x_i - y_i|, over the points.
   double largest_norm(const double* x) const;
   double largest_move(const double* x, const double* y) const;
+  /// Computes y += x for moving points. The loop is so short that a thread pays later than elsewhere.
+  void add_to_moving(const double* x, double* y) const {
+    parallel.for_ranges(
+        3 * num_moving(),
+        [=](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) y[i] += x[i];
+        },
+        3 * Parallel::worth_a_thread);
+  }
 
   Outcome not_finite(double t) const;
   /// Returns the power W = sum of m a'v over the moving points, for accelerations a and velocities v [3n].
