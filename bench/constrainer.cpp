@@ -304,7 +304,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   const SolverOptions options{.threads = threads};
   Host host(make_chains(num_rods, length, shuffled));
   const Chains& chains = host.chains;
-  const std::size_t d = chains.rods.pairs.size(), steps = std::max<std::size_t>(20, 200'000 / d);
+  const std::size_t d = chains.rods.pairs.size(), steps = std::max<std::size_t>(100, 400'000 / d);
   const System system = make_system(chains);
   Constrainer constrainer(chains.masses, {chains.rods}, chains.r, options);
   Kernels kernels(system, options, chains);

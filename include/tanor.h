@@ -70,7 +70,7 @@ typedef struct tn_options {
 /** Optional output of a call; a null pointer costs nothing. */
 typedef struct tn_wanted {
   uint32_t size;       /**< sizeof(tn_wanted) */
-  int32_t measures;    /**< not 0: the report gets virial, largest_turn, work and worst_row */
+  int32_t measures;    /**< not 0: the report gets correction, worst_row, largest_turn, work and virial */
   double* multipliers; /**< [tn_num_rows] lambda; the tension of a rod is -lambda */
   tn_points forces;    /**< K lambda, the forces of the constraints on the points */
   /** Nine numbers for each point (packed if the stride is 0): r (x) F of each constraint, shared among its points. */
@@ -82,7 +82,7 @@ typedef struct tn_report {
   uint32_t size;       /**< sizeof(tn_report) */
   int32_t iterations;  /**< largest number over all islands */
   double violation;    /**< relative violation that remains */
-  double correction;   /**< largest change of a point's position, velocity or force */
+  double correction;   /**< largest change of a point's position, velocity or force; 0 if not wanted */
   int64_t worst_row;   /**< row with that violation, see tn_row_name; -1 if not wanted */
   double largest_turn; /**< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long */
   /** Work of time-dependent lengths and of moving supports in this half of the step. */

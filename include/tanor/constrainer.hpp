@@ -93,7 +93,7 @@ struct PositionStep {
   /// are its positions bit by bit, else the present cell.
   const PeriodicCell* old_cell = nullptr;
   double time = 0.0;     ///< at the end of the step, for lengths that depend on time
-  bool measures = true;  ///< true if the call finds the virial, the largest turn, the work and the worst row
+  bool measures = true;  ///< true if the call finds what comes last in ConstraintReport
   /// Largest |xi|/length at which the iterations may end. With 0 they end at rounding, below 1e-13.
   double tolerance = 0.0;
 };
@@ -122,11 +122,11 @@ struct HostState {
 struct [[nodiscard]] ConstraintReport {
   static constexpr std::size_t no_row = std::numeric_limits<std::size_t>::max();
 
-  Outcome outcome;          ///< if not ok, no array of the host was changed
-  int iterations = 0;       ///< largest number over all islands
-  double violation = 0.0;   ///< remaining |xi|/length, rates over the largest velocity, or K'w + phi likewise
-  double correction = 0.0;  ///< largest change of a point's position, velocity or force
-  // The following members are found if the call `measures`.
+  Outcome outcome;         ///< if not ok, no array of the host was changed
+  int iterations = 0;      ///< largest number over all islands
+  double violation = 0.0;  ///< remaining |xi|/length, rates over the largest velocity, or K'w + phi likewise
+  // The following members are found if the call `measures`. Calls that cannot be told to find the correction.
+  double correction = 0.0;         ///< largest change of a point's position, velocity or force
   std::size_t worst_row = no_row;  ///< row with that violation, see Constrainer::row_name; also after a failure
   double largest_turn = 0.0;       ///< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long
   double work = 0.0;               ///< work of time-dependent lengths and of moving supports in this half of the step

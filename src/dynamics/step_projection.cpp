@@ -81,10 +81,10 @@ void StepProjection::guess_step(double h) {
 /// Keeps the sum for the next guess, and divides it by h for the velocity.
 void StepProjection::keep_step(double h) {
   step_.before_h = std::exchange(step_.last_h, std::abs(h));
+  std::swap(step_.before, step_.last);
   const double scale = h * h;
   model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
-      step_.before[a] = step_.last[a];
       step_.last[a] = step_.sum[a] / scale;
       step_.sum[a] /= h;
     }

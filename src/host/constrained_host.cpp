@@ -22,8 +22,13 @@ SolverOptions without_reuse(SolverOptions options) {
 
 ConstrainedHost::ConstrainedHost(System system, const SolverOptions& options)
     : forms(std::move(system), without_reuse(options)) {
-  for (std::vector<double>* array : {&v, &f, &w}) array->resize(3 * num_points());
+  for (std::vector<double>* array : {&f, &w}) array->resize(3 * num_points());
   for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
+}
+
+bool ConstrainedHost::calls_functions(const System& system) {
+  const auto calls = [](const Constraint& group) { return std::holds_alternative<UserConstraints>(group); };
+  return std::ranges::any_of(system.constraints, calls);
 }
 
 // ---- the cell ----
@@ -69,35 +74,45 @@ Outcome ConstrainedHost::check_place(double h) {
                                     " of its length; project_positions puts them right, before the first forces"};
 }
 
-/// Reads the host's positions into `moved` and projects them onto the constraints. If rows depend on others, the step
-/// may not be along K, and the velocities are moved with it; otherwise they are moved when they are written.
+/// Takes the host's positions and projects them onto the constraints. If rows depend on others, the step may not be
+/// along K, and the velocities are moved with it; otherwise they are moved when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
-  moved.follow(step.positions, &incoming);
+  moved.follow(step.positions, may_move_in_place(), &incoming);
+  double* const v = velocities.use_copy();
   has_moved_velocities = step.velocities && linearization.factor().all_rows().redundancy().is_found();
-  if (has_moved_velocities) transfer.gather(step.velocities, v.data());
-  return form.steps().project_step(step.time, step.step, moved.r.data(), place.images ? nullptr : &incoming,
-                                   has_moved_velocities ? v.data() : nullptr, step.tolerance);
+  if (has_moved_velocities) transfer.gather(step.velocities, v);
+  ProjectionReport found =
+      form.steps().project_step(step.time, step.step, moved.r(), place.images ? nullptr : &incoming,
+                                has_moved_velocities ? v : nullptr, step.tolerance);
+  moved.points().note_moved();
+  return found;
 }
 
 /// Adds M^-1 K mu/h to the host's velocities, in place if they are packed in the inner order.
-void ConstrainedHost::write_step_velocities(const PointArray& velocities) {
+void ConstrainedHost::write_step_velocities(const PointArray& host) {
+  double* const v = velocities.data();
   if (!has_moved_velocities) {
-    double* const there = transfer.straight(velocities);
-    if (there == nullptr) transfer.gather(velocities, v.data());
-    linearization.add_reactions(multipliers, there != nullptr ? there : v.data());
+    double* const there = transfer.straight(host);
+    if (there == nullptr) transfer.gather(host, v);
+    linearization.add_reactions(multipliers, there != nullptr ? there : v);
     if (there != nullptr) return;
   }
-  transfer.write(v.data(), model.num_moving(), velocities);
+  transfer.write(v, model.num_moving(), host);
+}
+
+void ConstrainedHost::restore() {
+  moved.points().restore();
+  velocities.restore();
 }
 
 /// Returns -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of the supports in `v`. That is the work of lengths that
 /// depend on time, and of moving supports, on the points through the `multipliers`.
-double ConstrainedHost::support_work(double h) {
+double ConstrainedHost::support_work(double h, const double* v) {
   const auto moving = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::fill(w.begin(), w.begin() + moving, 0.0);
-  std::copy(v.begin() + moving, v.end(), w.begin() + moving);
+  std::copy(v + moving, v + w.size(), w.begin() + moving);
   const bool rest = std::all_of(w.begin() + moving, w.end(), [](double x) { return x == 0.0; });
   if ((rest && !work.constraints.depends_on_time()) || model.num_rows() == 0) return 0.0;
   (void)linearization.evaluate_rates(place.r.data(), w.data(), rows.data());
@@ -111,7 +126,7 @@ void ConstrainedHost::note_worst(std::size_t row, double size, PartReport* repor
 
 void ConstrainedHost::note_worst_position(PartReport* report) {
   if (rows.empty()) return;
-  (void)linearization.evaluate_values(moved.r.data(), rows.data());
+  (void)linearization.evaluate_values(moved.r(), rows.data());
   const std::size_t row = sums.worst_position_row(rows);
   note_worst(row, std::abs(rows[row]) / sums.lengths()[row], report);
 }
@@ -123,13 +138,15 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
   const double factor = 2.0 / step.step;
   const double* const blocks = linearization.blocks().data();
   report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
-  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r.data());
+  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r());
+  double* const v = velocities.data();
   if (step.velocities) {
-    transfer.gather_last(step.velocities, model.num_moving(), v.data());
+    transfer.gather_last(step.velocities, model.num_moving(), v);
   } else {
-    for (std::size_t k = 3 * model.num_moving(); k < v.size(); ++k) v[k] = (moved.r[k] - place.r[k]) / step.step;
+    for (std::size_t k = 3 * model.num_moving(); k < place.r.size(); ++k)
+      v[k] = (moved.r()[k] - place.r[k]) / step.step;
   }
-  report->work = factor * support_work(step.step);
+  report->work = factor * support_work(step.step, v);
 }
 
 }  // namespace tanor

@@ -18,9 +18,9 @@ struct PartReport : ConstraintReport {
 };
 
 /// Some islands of a host that are planned together, with all arrays in the inner order, and what is kept from call to
-/// call. A call consists of `find_…`, which writes nothing of the host's, and `write_…`, which follows once all parts
-/// have succeeded. Several parts may share a support; there `reactions.add_to_supports` adds to what the host's arrays
-/// hold.
+/// call. A call consists of `find_…`, and of `write_…` once all parts have succeeded, or else of `restore`, which
+/// undoes what `find_…` has moved in place. Several parts may share a support; there `reactions.add_to_supports` adds
+/// to what the host's arrays hold.
 struct ConstrainedHost {
   Forms forms;
   Workspace& work = forms.work;
@@ -31,13 +31,14 @@ struct ConstrainedHost {
   RowSums sums{work};
   std::vector<Index> host_row = model.numbering.user_row;  // [inner row] the host's number of the row
   HostConfiguration place{work, linearization, transfer};
-  MovedPositions moved{place};
+  MovedPositions moved{place, calls_functions(model.system)};
   ReactionWriter reactions{work, linearization, transfer, sums, host_row};
+  MovedPoints velocities{transfer, 3 * num_points(), calls_functions(model.system)};
   // Scratch: [3n] each, then [d] each.
-  std::vector<double> v, f, w;
+  std::vector<double> f, w;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
-  bool has_moved_velocities = false;              // `v` holds what the step makes of them; if false, it is not read yet
+  bool has_moved_velocities = false;              // in a step of positions; if false, velocities are not read yet
   std::unique_ptr<SchurDeterminant> determinant;  // made on first use
   std::vector<double> gradient;                   // [3n] gradient of ln det S
 
@@ -67,6 +68,8 @@ struct ConstrainedHost {
   void write_accelerations(const HostState& at);
   void find_forces(const ConstPointArray& positions, const PointArray& forces, double time, PartReport* report);
   void write_forces(const PointArray& forces, PartReport* report);
+  /// Leaves the host's arrays as they were before `find_…`.
+  void restore();
   void find_nearest(const PointArray& positions, double time, PartReport* report);
   void write_nearest(const PointArray& positions, PartReport* report);
   void find_violation(const ConstPointArray& positions, double time, PartReport* report);
@@ -77,10 +80,15 @@ struct ConstrainedHost {
 
   // ---- parts of calls ----
 
+  /// Returns true if constraints call functions of the host. These may throw in the middle of a step.
+  static bool calls_functions(const System& system);
+  /// Returns true if points may move in place. Where rows depend on others, a failing step decides the rank again, and
+  /// memory may run out.
+  bool may_move_in_place() const { return !linearization.factor().all_rows().redundancy().is_found(); }
   Outcome check_place(double h);
   ProjectionReport step_positions(const PositionStep& step);
   void write_step_velocities(const PointArray& velocities);
-  double support_work(double h);
+  double support_work(double h, const double* v);
   void measure_step(const PositionStep& step, PartReport* report);
   void note_worst(std::size_t row, double size, PartReport* report) const;
   void note_worst_position(PartReport* report);

@@ -88,7 +88,8 @@ ConstraintReport Constrainer::Implementation::sum_up() {
   return all;
 }
 
-/// Calls find(part, its report) for all parts and, if all of them have succeeded, write(part, its report).
+/// Calls find(part, its report) for all parts and, if all of them have succeeded, write(part, its report). Otherwise no
+/// array of the host has changed.
 template <class Find, class Write>
 ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write) {
   for_each([&](ConstrainedHost& part, PartReport* report) {
@@ -96,7 +97,10 @@ ConstraintReport Constrainer::Implementation::call(const Find& find, const Write
     find(part, report);
   });
   const auto is_ok = [](const PartReport& report) { return report.outcome.ok(); };
-  if (std::ranges::all_of(reports(), is_ok)) for_each(write);
+  if (std::ranges::all_of(reports(), is_ok))
+    for_each(write);
+  else
+    for_each([](ConstrainedHost& part, PartReport*) { part.restore(); });
   return sum_up();
 }
 

@@ -23,6 +23,7 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
   if (!found.outcome.ok()) {
     // The guess may have come from another motion. The second try begins without it.
     form.steps().forget_steps();
+    moved.points().restore();
     if (report->outcome = linearization.update(start, place.r.data()); report->outcome.ok())
       found = step_positions(step);
   }
@@ -42,47 +43,50 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
 
 void ConstrainedHost::write_positions(const PositionStep& step, PartReport* report) {
   reactions.write(multipliers, 2.0 / step.step, place.r.data(), step.wanted);  // the multipliers are a sum over h
-  report->correction = moved.scatter(step.positions);
+  report->correction = moved.write(step.positions, step.measures);
   if (step.velocities) write_step_velocities(step.velocities);
 }
 
 double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report) {
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
-  incoming.measure(step.velocities, v.data());
+  velocities.take(step.velocities, true, &incoming, true);
   report->outcome = place.stand_at(step.positions, step.time, place.present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
+  if (!may_move_in_place()) velocities.use_copy();
   // Rates are measured against the velocities of this call.
   const double speed = incoming.largest();
   if (!work.constraints.depends_on_time()) return speed;
   work.set_time(step.time);
-  return larger(speed, linearization.evaluate_rates(place.r.data(), v.data(), rows.data()));
+  return larger(speed, linearization.evaluate_rates(place.r.data(), velocities.data(), rows.data()));
 }
 
 void ConstrainedHost::find_velocities(const VelocityStep& step, double speed, PartReport* report) {
   const bool sums_multipliers = step.measures || wants_multipliers(step.wanted);
   if (sums_multipliers) std::fill(sum.begin(), sum.end(), 0.0);
   multipliers = sum.data();
-  ProjectionReport found = form.projector().project_velocities(step.time, place.r.data(), v.data(),
-                                                               sums_multipliers ? sum.data() : nullptr, speed);
+  double* const v = velocities.data();
+  ProjectionReport found =
+      form.projector().project_velocities(step.time, place.r.data(), v, sums_multipliers ? sum.data() : nullptr, speed);
+  velocities.note_moved();
   report->outcome = std::move(found.outcome);
   report->iterations = found.iterations;
   report->violation = found.violation;
   if (!report->outcome.ok()) place.stands = false;
   if (model.num_rows() > 0 && (step.measures || !report->outcome.ok())) {
-    (void)linearization.evaluate_rates(place.r.data(), v.data(), rows.data());
+    (void)linearization.evaluate_rates(place.r.data(), v, rows.data());
     const std::size_t row = RowSums::worst_row(rows);
     note_worst(row, std::abs(rows[row]), report);
   }
   if (!report->outcome.ok() || !step.measures) return;
   const double factor = step.step != 0.0 ? 2.0 / step.step : 1.0;
   report->virial = sums.virial(multipliers, factor, linearization.blocks().data(), place.r.data());
-  report->work = factor * support_work(step.step);
+  report->work = factor * support_work(step.step, v);
 }
 
 void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* report) {
   reactions.write(multipliers, step.step != 0.0 ? 2.0 / step.step : 1.0, place.r.data(), step.wanted);
-  report->correction = transfer.scatter(v.data(), model.num_moving(), step.velocities);
+  report->correction = velocities.give_back(step.velocities, model.num_moving(), step.measures);
 }
 
 // ---- an instant ----
@@ -91,21 +95,24 @@ void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report
   LargestSquare largest;
   IncomingPoints incoming(transfer, &largest);
   const bool stood = place.find(at.positions, at.time, place.present_cell(), &incoming);
-  const double* velocities = transfer.straight(at.velocities);
-  if (velocities == nullptr) incoming.copy(at.velocities, v.data());
-  if (velocities == nullptr) velocities = v.data();
+  const double* v = transfer.straight(at.velocities);
+  if (v == nullptr) {
+    double* const copy = velocities.use_copy();
+    incoming.copy(at.velocities, copy);
+    v = copy;
+  }
   incoming.scale(at.forces, std::span(model.inverse_mass).first(model.num_moving()), w.data());
   ForwardDynamics& dynamics = form.dynamics();
   const Request request{.gradients = stood ? Gradients::Keep : Gradients::Evaluate, .exact = true, .given = &incoming};
   SolveReport solved;
-  report->outcome = dynamics.solve({at.time, place.r.data(), velocities}, request, {w.data(), nullptr, &solved});
+  report->outcome = dynamics.solve({at.time, place.r.data(), v}, request, {w.data(), nullptr, &solved});
   place.stands = report->outcome.ok();
   report->iterations = solved.refinements;
   report->violation = solved.residual;
   if (!report->outcome.ok()) return;
   multipliers = dynamics.multipliers().data();
   if (!at.measures || model.num_rows() == 0) return;
-  (void)linearization.evaluate_right_side(place.r.data(), velocities, w.data(), false, rows.data());
+  (void)linearization.evaluate_right_side(place.r.data(), v, w.data(), false, rows.data());
   const std::size_t row = RowSums::worst_row(rows);
   note_worst(row, std::abs(rows[row]), report);
   report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
@@ -153,7 +160,7 @@ void ConstrainedHost::find_nearest(const PointArray& positions, double time, Par
   place.stands = false;
   moved.gather(positions);
   NearestPoint nearest(work, linearization, form.projector());
-  ProjectionReport found = nearest.find(time, moved.r.data());
+  ProjectionReport found = nearest.find(time, moved.r());
   report->outcome = std::move(found.outcome);
   report->iterations = found.iterations;
   report->violation = found.violation;
@@ -161,14 +168,14 @@ void ConstrainedHost::find_nearest(const PointArray& positions, double time, Par
 }
 
 void ConstrainedHost::write_nearest(const PointArray& positions, PartReport* report) {
-  report->correction = moved.scatter(positions);
+  report->correction = moved.write(positions, true);
 }
 
 // ---- questions ----
 
 void ConstrainedHost::find_violation(const ConstPointArray& positions, double time, PartReport* report) {
   moved.gather(positions);
-  report->violation = work.position_violation(time, moved.r.data());
+  report->violation = work.position_violation(time, moved.r());
   note_worst_position(report);
 }
 

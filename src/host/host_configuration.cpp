@@ -42,27 +42,30 @@ Outcome HostConfiguration::stand_at(const ConstPointArray& positions, double t, 
 }
 
 void MovedPositions::gather(const ConstPointArray& positions) {
-  if (!place.images) return place.transfer.gather(positions, r.data());
-  before.resize(r.size());
-  place.transfer.gather(positions, before.data());
-  place.images->unwrap(place.work.model().parallel, place.images->lattice(), before.data(), r.data());
-  before = r;
+  double* const r = points_.use_copy();
+  if (!place_.images) return place_.transfer.gather(positions, r);
+  before_.resize(place_.r.size());
+  place_.transfer.gather(positions, before_.data());
+  place_.images->unwrap(place_.work.model().parallel, place_.images->lattice(), before_.data(), r);
+  before_.assign(r, r + before_.size());
 }
 
-void MovedPositions::follow(const ConstPointArray& positions, IncomingPoints* incoming) {
-  if (!place.images) return incoming->copy(positions, r.data());
-  place.transfer.gather(positions, r.data());
-  place.images->follow(place.work.model().parallel, Lattice(place.cell), place.r.data(), r.data());
-  before = r;
+void MovedPositions::follow(const PointArray& positions, bool in_place, IncomingPoints* incoming) {
+  if (!place_.images) return points_.take(positions, in_place, incoming);
+  double* const r = points_.use_copy();
+  place_.transfer.gather(positions, r);
+  place_.images->follow(place_.work.model().parallel, Lattice(place_.cell), place_.r.data(), r);
+  before_.assign(r, r + place_.r.size());
 }
 
-double MovedPositions::scatter(const PointArray& positions) {
-  const Model& model = place.work.model();
-  if (!place.images) return place.transfer.scatter(r.data(), model.num_moving(), positions);
-  model.parallel.for_ranges(before.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) before[k] = r[k] - before[k];
+double MovedPositions::write(const PointArray& positions, bool measures) {
+  const Model& model = place_.work.model();
+  if (!place_.images) return points_.give_back(positions, model.num_moving(), measures);
+  const double* const r = points_.data();
+  model.parallel.for_ranges(before_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) before_[k] = r[k] - before_[k];
   });
-  return place.transfer.add(before.data(), model.num_moving(), positions);
+  return place_.transfer.add(before_.data(), model.num_moving(), positions);
 }
 
 }  // namespace tanor

@@ -7,6 +7,7 @@
 
 #include "dynamics/linearization.hpp"
 #include "host/incoming_points.hpp"
+#include "host/moved_points.hpp"
 #include "host/periodic_images.hpp"
 #include "host/point_transfer.hpp"
 
@@ -49,21 +50,28 @@ struct HostConfiguration {
 };
 
 /// Positions of a host that a call moves.
-struct MovedPositions {
-  const HostConfiguration& place;
-  std::vector<double> r;       ///< [3n]
-  std::vector<double> before;  ///< r before it moved, in a cell only
+class MovedPositions {
+ public:
+  /// The configuration outlives it. If `keeps_copy` is true, nothing is moved in place.
+  MovedPositions(const HostConfiguration& from, bool keeps_copy)
+      : place_(from), points_(from.transfer, from.r.size(), keeps_copy) {}
 
-  /// The configuration outlives it.
-  explicit MovedPositions(const HostConfiguration& from) : place(from), r(from.r.size()) {}
+  double* r() { return points_.data(); }  ///< [3n]
+  MovedPoints& points() { return points_; }
 
-  /// Sets r to the host's positions, at the images that constraints mean in the present cell.
+  /// Copies the host's positions, to the images that constraints mean in the present cell.
   void gather(const ConstPointArray& positions);
-  /// Sets r to the host's positions after a step from `place`. If there is no cell, `incoming` copies them.
-  void follow(const ConstPointArray& positions, IncomingPoints* incoming);
+  /// Takes the host's positions after a step from `place`, in place if that is allowed and there is no cell. Without a
+  /// cell `incoming` copies them.
+  void follow(const PointArray& positions, bool in_place, IncomingPoints* incoming);
   /// Moves the host's positions to r. In a cell it adds the moves, so each point stays at the host's image. Returns the
-  /// largest move.
-  double scatter(const PointArray& positions);
+  /// largest move if that is wanted, else 0.
+  double write(const PointArray& positions, bool measures);
+
+ private:
+  const HostConfiguration& place_;
+  MovedPoints points_;
+  std::vector<double> before_;  // r before it moved, in a cell only
 };
 
 }  // namespace tanor

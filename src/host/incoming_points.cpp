@@ -30,8 +30,10 @@ double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::s
     return tanor::scale(x, &array.factors[first], size, own);
   }
   const double* const x = transfer_.load(array.from, first, count, own);
-  if (x != own) std::memcpy(own, x, 3 * sizeof(double) * count);
-  return array.is_measured ? largest_square(own, count) : 0.0;
+  if (x == own) return array.is_measured ? largest_square(own, count) : 0.0;
+  if (array.is_measured) return tanor::copy(x, count, own);
+  std::memcpy(own, x, 3 * sizeof(double) * count);
+  return 0.0;
 }
 
 void LargestSquare::see(double square) {

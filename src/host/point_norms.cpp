@@ -35,6 +35,24 @@ double largest_square(const double* x, std::size_t count) {
   });
 }
 
+double copy(const double* x, std::size_t count, double* y) {
+  return dispatch([=] {
+    Largest seen;
+    const auto copy_pack = [&](const double* from, double* to) __attribute__((always_inline)) {
+      const Pack3<> points = load_pack(from);
+      seen.see(dot(points, points));
+      for (std::size_t k = 0; k < numbers; k += num_lanes) pack_to(to + k) = pack_at(from + k);
+    };
+    std::size_t k = 0;
+    for (; k + numbers <= 3 * count; k += numbers) copy_pack(x + k, y + k);
+    double rest[numbers] = {};
+    std::copy(x + k, x + 3 * count, rest);
+    copy_pack(rest, rest);
+    std::copy(rest, rest + (3 * count - k), y + k);
+    return seen.read();
+  });
+}
+
 double largest_squared_distance(const double* x, const double* y, std::size_t count) {
   return dispatch([=] {
     Largest seen;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <type_traits>
 
+#include "base/scattered.hpp"
 #include "host/point_address.hpp"
 #include "host/point_norms.hpp"
 
@@ -41,7 +42,9 @@ void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t widt
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   const Index* const host_point = host_point_.data();
   const auto go = [&](const auto& number_of) {
-    for (std::size_t i = first; i < first + count; ++i) at(i, bytes + number_of(i) * stride);
+    const auto address = [&](std::size_t i) { return bytes + number_of(i) * stride; };
+    visit_scattered(first, first + count, host_point_.size(), width * sizeof(double), address,
+                    [&](std::size_t i) { at(i, address(i)); });
   };
   if (array.index != nullptr)
     go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[host_point[i]]); });
@@ -115,6 +118,12 @@ double PointTransfer::scatter(const double* from, std::size_t count, const Point
     const double change = largest_squared_distance(own, load(to, first, size, scratch), size);
     store(own, first, size, to);
     return change;
+  }));
+}
+
+double PointTransfer::largest_change(const double* x, const double* y, std::size_t count) const {
+  return std::sqrt(largest(count, [&](std::size_t first, std::size_t size) {
+    return largest_squared_distance(x + 3 * first, y + 3 * first, size);
   }));
 }
 

@@ -37,7 +37,9 @@ class PointTransfer {
   bool differ(const ConstPointArray& from, const double* than) const;
   /// Writes `from` [3n] to the host's points, for the first `count` inner points. Returns the largest |change|.
   double scatter(const double* from, std::size_t count, const PointArray& to) const;
-  /// Does the same without measuring the change.
+  /// Returns the largest |x - y| over the first `count` inner points.
+  double largest_change(const double* x, const double* y, std::size_t count) const;
+  /// Does the same as `scatter` without measuring the change.
   void write(const double* from, std::size_t count, const PointArray& to) const;
   /// Adds `moves` [3n] to the host's points, likewise. Returns the largest |move|.
   double add(const double* moves, std::size_t count, const PointArray& to) const;

@@ -274,7 +274,7 @@ stress             float64 [n, 9], written: r (x) F of each constraint, shared a
 old_cell           the cell of old_positions where it is another one
 index              int32 [n]: the row of each point in the arrays, where they have another order or more rows
 time               at the end of the step, for lengths that depend on it
-measures           finds virial, largest turn, work and worst row; False saves that
+measures           finds correction, virial, largest turn, work and worst row; False saves that
 tolerance          a largest |xi|/length that is small enough: iterations end there; 0: at rounding, below 1e-13)doc")
       .def("constrain_velocities", &constrain_velocities, arg("step"), arg("positions"), arg("velocities"),
            py::kw_only(), arg("multipliers") = none, arg("constraint_forces") = none, arg("stress") = none,

@@ -58,11 +58,15 @@ struct Dynamics::Implementation {
   const Numbering& numbering() const { return model.numbering; }
   std::size_t num_numbers() const { return 3 * model.num_points(); }
 
-  /// Gathers positions and velocities (at rest if none are given), with the prescribed motion of supports.
-  void gather(const StateView& at, std::vector<double>* inner_r, std::vector<double>* inner_v) {
+  void check(const StateView& at) const {
     if (!std::isfinite(at.time)) throw InputError("", "t = " + text(at.time) + " is not a time");
     check_size(at.positions, num_numbers(), "positions");
     if (!at.velocities.empty()) check_size(at.velocities, num_numbers(), "velocities");
+  }
+
+  /// Gathers positions and velocities (at rest if none are given), with the prescribed motion of supports.
+  void gather(const StateView& at, std::vector<double>* inner_r, std::vector<double>* inner_v) {
+    check(at);
     inner_r->resize(num_numbers());
     inner_v->resize(num_numbers());
     numbering().gather_points(at.positions, *inner_r, model.parallel);
@@ -111,6 +115,31 @@ struct Dynamics::Implementation {
                       now.w.data());
     return {};
   }
+
+  /// Returns true if the host's arrays are those of the normal form, and accelerations and multipliers are all that is
+  /// wanted. Then nothing needs to be copied.
+  bool can_solve_in_place(const StateView& at, const SolveArrays& wanted) {
+    const bool are_arrays_of_form = numbering().is_natural && &form == forms.normal.get() && !may_move_points;
+    const bool wants_more = !wanted.reactions.empty() || !wanted.support_forces.empty() ||
+                            !wanted.active_forces.empty() || !wanted.friction_forces.empty() ||
+                            form_wanted == Form::Both;
+    return are_arrays_of_form && !at.velocities.empty() && !wanted.accelerations.empty() && !wants_more &&
+           has_prescribed_supports(at);
+  }
+  /// Prescribes the accelerations of supports. Returns true if they stand and move in the host's arrays as prescribed.
+  bool has_prescribed_supports(const StateView& at) {
+    if (model.num_moving() == model.num_points()) return true;
+    const std::size_t first = 3 * model.num_moving();
+    for (const auto& [given, own] : {std::pair(at.positions, &y), std::pair(at.velocities, &z)}) {
+      own->resize(num_numbers());
+      std::ranges::copy(given.subspan(first), own->begin() + static_cast<std::ptrdiff_t>(first));
+    }
+    work.prescribe_all(at.time, y.data(), z.data());
+    return std::ranges::equal(at.positions.subspan(first), std::span(y).subspan(first)) &&
+           std::ranges::equal(at.velocities.subspan(first), std::span(z).subspan(first));
+  }
+  /// Finds w and lambda where the host's arrays stand. What is asked later about this state is solved anew.
+  SolveReport solve_in_place(const StateView& at, const SolveArrays& wanted);
 
   /// Solves at this state, unless the forms are current for it and, if reactions are wanted, know them.
   const Outcome& stand_at(const StateView& at, bool with_reactions = false) {
@@ -187,6 +216,23 @@ void Dynamics::Implementation::write_coordinates(const SolveArrays& wanted) cons
   write(x_ddot, wanted.coordinate_accelerations);
 }
 
+SolveReport Dynamics::Implementation::solve_in_place(const StateView& at, const SolveArrays& wanted) {
+  stands_there = false;
+  SolveReport report;
+  const Kinematics points{at.time, at.positions.data(), at.velocities.data()};
+  report.outcome =
+      form.accelerations(points, demanding.evaluated_anew(), {wanted.accelerations.data(), nullptr, &report, nullptr});
+  if (!report.outcome.ok() || wanted.multipliers.empty()) return report;
+  const std::vector<double>* lambda = &forms.normal->dynamics().multipliers();
+  if (forms.normal->linearization().factor().all_rows().redundancy().is_found()) {
+    now.lambda = *lambda;
+    forms.normal->minimize_multipliers(points, now.lambda.data());
+    lambda = &now.lambda;
+  }
+  numbering().scatter_rows(*lambda, wanted.multipliers, model.parallel);
+  return report;
+}
+
 SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
@@ -203,6 +249,8 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   check_wanted(wanted.coordinates, num_coordinates, "coordinates");
   check_wanted(wanted.coordinate_rates, num_coordinates, "coordinate_rates");
   check_wanted(wanted.coordinate_accelerations, num_coordinates, "coordinate_accelerations");
+  self.check(at);
+  if (self.can_solve_in_place(at, wanted)) return self.solve_in_place(at, wanted);
   const bool with_reactions =
       !wanted.reactions.empty() || !wanted.support_forces.empty() || self.form_wanted == Form::Both;
   Outcome outcome = self.solve(at, with_reactions);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/groups.hpp"
+#include "base/scattered.hpp"
 #include "base/vec3.hpp"
 #include "system/contacts.hpp"
 #include "system/members.hpp"
@@ -339,7 +340,8 @@ void Numbering::gather_points(std::span<const double> user, std::span<double> in
       std::copy_n(user.data() + 3 * begin, 3 * (end - begin), inner.data() + 3 * begin);
       return;
     }
-    for (std::size_t i = begin; i < end; ++i) store(inner.data(), i, load(user.data(), user_point[i]));
+    visit_points(user.data(), begin, end,
+                 [&](std::size_t i, const double* point) { store(inner.data(), i, load(point, 0)); });
   });
 }
 
@@ -349,8 +351,16 @@ void Numbering::scatter_points(std::span<const double> inner, std::span<double> 
       std::copy_n(inner.data() + 3 * begin, 3 * (end - begin), user.data() + 3 * begin);
       return;
     }
-    for (std::size_t i = begin; i < end; ++i) store(user.data(), user_point[i], load(inner.data(), i));
+    visit_points(user.data(), begin, end,
+                 [&](std::size_t i, double* point) { store(point, 0, load(inner.data(), i)); });
   });
+}
+
+/// Calls visit(inner point, its place in the user's array) for the inner points [begin, end).
+template <class Number, class Visit>
+void Numbering::visit_points(Number* user, std::size_t begin, std::size_t end, const Visit& visit) const {
+  const auto place = [&](std::size_t i) { return user + 3 * static_cast<std::size_t>(user_point[i]); };
+  visit_scattered(begin, end, num_points(), 3 * sizeof(double), place, [&](std::size_t i) { visit(i, place(i)); });
 }
 
 void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by) const {

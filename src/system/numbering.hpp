@@ -41,6 +41,10 @@ struct Numbering {
   void scatter_points(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
   /// Does the same for rows; those of contacts are not the user's and are left out.
   void scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
+
+ private:
+  template <class Number, class Visit>
+  void visit_points(Number* user, std::size_t begin, std::size_t end, const Visit& visit) const;
 };
 
 /// The places of points: positions [3n] in the user's order, and [inner point] -> user's point. Both are empty if they

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -110,6 +113,51 @@ TEST_P(Arrays, GiveTheSameBitsInAnyOrderOnAnyThreads) {
       ASSERT_EQ(other.size(), straight.size());
       for (std::size_t k = 0; k < other.size(); ++k)
         EXPECT_EQ(other[k], straight[k]) << "array " << k << ", " << threads << " threads";
+    }
+  }
+}
+
+/// Returns the bits of an array, in which NaN is like NaN.
+std::vector<std::uint64_t> bits(const std::vector<double>& x) {
+  std::vector<std::uint64_t> result(x.size());
+  std::ranges::transform(x, result.begin(), [](double number) { return std::bit_cast<std::uint64_t>(number); });
+  return result;
+}
+
+/// The last chain fails when the others have moved. Points that follow one another move where the host has them.
+TEST_P(Arrays, AreWhatTheyWereAfterAFailure) {
+  const State state(GetParam());
+  const double h = 1e-3, nan = std::numeric_limits<double>::quiet_NaN();
+  Storage shuffled;
+  shuffled.index.resize(state.masses.size());
+  std::iota(shuffled.index.begin(), shuffled.index.end(), 0);
+  std::ranges::shuffle(shuffled.index, std::mt19937(5));
+  for (const Storage& storage : {Storage{}, shuffled}) {
+    for (const bool is_cut : {false, true}) {
+      std::vector<double> old = storage.put(state.r), r = state.r, v = state.v;
+      for (std::size_t k = 0; k < r.size(); ++k) r[k] += h * v[k];
+      r.back() += 1e3;
+      r = storage.put(r);
+      v = storage.put(v);
+      Constrainer constrainer(state.masses, {state.rods}, storage.array(&old));
+      if (is_cut) constrainer.expect_edits();
+      const std::vector<std::uint64_t> r_before = bits(r), v_before = bits(v);
+      const ConstraintReport moved = constrainer.constrain_positions({.step = h,
+                                                                      .old_positions = storage.array(&old),
+                                                                      .positions = storage.array(&r),
+                                                                      .velocities = storage.array(&v)});
+      EXPECT_EQ(moved.outcome.status, Status::NotConverged) << moved.outcome.what;
+      EXPECT_EQ(bits(r), r_before);
+      EXPECT_EQ(bits(v), v_before);
+
+      std::vector<double> broken = state.v;
+      broken.back() = nan;
+      broken = storage.put(broken);
+      const std::vector<std::uint64_t> broken_before = bits(broken);
+      const ConstraintReport turned = constrainer.constrain_velocities(
+          {.step = h, .positions = storage.array(&old), .velocities = storage.array(&broken)});
+      EXPECT_EQ(turned.outcome.status, Status::NotFinite) << turned.outcome.what;
+      EXPECT_EQ(bits(broken), broken_before);
     }
   }
 }

@@ -158,6 +158,38 @@ RC_GTEST_PROP(Dynamics, StatesAndMassesOfSupportsAreIgnored, ()) {
   RC_ASSERT(lambda == expected.multipliers);
 }
 
+/// Accelerations and multipliers of points in the inner order need no copies, whatever was asked before.
+TEST(Dynamics, ArraysThatAreReadInPlaceGiveTheSameBits) {
+  System system;
+  constexpr std::size_t n = 20;  // the last point is a support that is carried along
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = static_cast<double>(n - 1 - i);
+    system.positions.insert(system.positions.end(), {0.6 * x, 0.0, -0.8 * x});
+    system.velocities.insert(system.velocities.end(), {0.3, 0.1 * x, 0.0});
+    system.masses.push_back(1.0 + static_cast<double>(i % 3));
+  }
+  Rods rods{"rods", {}, {}, {}};
+  for (Index i = 0; i + 1 < static_cast<Index>(n); ++i) rods.pairs.push_back({i, i + 1});
+  system.constraints = {rods};
+  system.supports = {{"", {n - 1}, {ScalarFunction::formula("0.3*t"), 0.0, ScalarFunction::formula("0.1*t^2")}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  const StateView here{.positions = system.positions, .velocities = system.velocities};
+  std::vector<double> turned = system.velocities;
+  for (std::size_t k = 0; k + 3 < turned.size(); ++k) turned[k] = -turned[k];
+  const StateView there{.positions = system.positions, .velocities = turned};
+
+  Dynamics copies(system), dynamics(system);
+  std::vector<double> w(3 * n), eta(3 * n), lambda(n - 1), own_w(3 * n), own_lambda(n - 1);
+  for (const StateView& state : {here, there, here}) {
+    ASSERT_TRUE(copies.solve(state, {.accelerations = w, .multipliers = lambda, .reactions = eta}).outcome.ok());
+    ASSERT_TRUE(dynamics.solve(state, {.accelerations = own_w, .multipliers = own_lambda}).outcome.ok());
+    EXPECT_EQ(own_w, w);
+    EXPECT_EQ(own_lambda, lambda);
+    EXPECT_EQ(own_w[3 * n - 1], 0.2);
+    EXPECT_EQ(dynamics.solution(there).accelerations, copies.solution(there).accelerations);
+  }
+}
+
 TEST(Dynamics, EmptySpansAreNotComputed) {
   RandomSystem random = make_random_system(12, 3);
   Dynamics dynamics(random.system);
