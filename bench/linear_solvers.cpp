@@ -7,9 +7,9 @@
 //                                                         series (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers); the ratios baseline/ours,
-// baseline/called and general solver/ours on one thread, and the part of the memory's bandwidth (for as many bytes as
-// the scene has) or of dgemm's speed that is reached; then the speedup by 2, 4, … N threads (best of each, since other
-// work on the machine stops threads that wait for each other).
+// baseline/called, baseline/inexact (called without refinement) and general solver/ours on one thread, and the part of
+// the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is reached; then the speedup by
+// 2, 4, … N threads (best of each, since other work on the machine stops threads that wait for each other).
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -95,8 +95,12 @@ struct Called {
   Dynamics dynamics;
   std::vector<double> r, v, w, lambda;
 
-  Called(const System& system, const std::vector<double>& at_r, const std::vector<double>& at_v)
-      : dynamics(system, {.threads = 1}), r(at_r), v(at_v), w(at_r.size()), lambda(dynamics.num_equations()) {}
+  Called(const System& system, const std::vector<double>& at_r, const std::vector<double>& at_v, bool is_exact = true)
+      : dynamics(system, {.threads = 1, .exact = is_exact}),
+        r(at_r),
+        v(at_v),
+        w(at_r.size()),
+        lambda(dynamics.num_equations()) {}
   void evaluate() {
     Ours::check(
         dynamics.solve({.time = 0.0, .positions = r, .velocities = v}, {.accelerations = w, .multipliers = lambda})
@@ -106,11 +110,11 @@ struct Called {
 
 /// Times of one evaluation, s, of many that were taken in turn.
 struct Times {
-  std::vector<double> baseline, general, ours, called;
+  std::vector<double> baseline, general, ours, called, inexact;
   std::vector<std::vector<double>> threads;  // [number of threads in the list]
 };
 
-Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* called,
+Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* called, Called* inexact,
                  const std::vector<std::unique_ptr<Ours>>& together, const std::vector<double>& r,
                  const std::vector<double>& v, double num_members) {
   const int repeats = std::max(1, static_cast<int>(2e5 / num_members));
@@ -130,6 +134,7 @@ Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* cal
     times.baseline.push_back(evaluate_baseline());
     times.ours.push_back(evaluate(ours));
     times.called.push_back(evaluate(called));
+    times.inexact.push_back(evaluate(inexact));
     times.general.push_back(evaluate(general));
     for (std::size_t k = 0; k < together.size(); ++k) times.threads[k].push_back(evaluate(together[k].get()));
   }
@@ -180,13 +185,13 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   const double num_members = is_of_beads ? num_points : num_rows;
 
   const std::vector<double> r = ours.in_users_order(ours.r), v = ours.in_users_order(ours.v);
-  Called called(system, r, v);
-  const Times times = take_times(&baseline, &general, &ours, &called, together, r, v, num_members);
-  for (const std::vector<double>& w : {ours.in_users_order(ours.w), called.w})
+  Called called(system, r, v), inexact(system, r, v, false);
+  const Times times = take_times(&baseline, &general, &ours, &called, &inexact, together, r, v, num_members);
+  for (const std::vector<double>& w : {ours.in_users_order(ours.w), called.w, inexact.w})
     compare(scene.name, w, baseline.evaluate(r.data(), v.data()), num_members);
 
   const double base = median(times.baseline), mine = median(times.ours), theirs = median(times.general);
-  const double of_call = median(times.called);
+  const double of_call = median(times.called), of_inexact = median(times.inexact);
   const PlanSummary& plan = ours.forms.plan;
   const LinearSolver solver = plan.linear_solvers.size() == 1 ? plan.linear_solvers.front() : LinearSolver::General;
   const Traffic traffic = count_traffic({solver, num_points, num_rows, static_cast<double>(plan.pattern_nonzeros),
@@ -201,9 +206,9 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   std::string columns;
   for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
-  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
+  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
              scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
-             base / of_call, scene.bar, theirs / mine, of_memory, of_product, columns);
+             base / of_call, base / of_inexact, scene.bar, theirs / mine, of_memory, of_product, columns);
   std::fflush(stdout);
   return {{"scene", scene.name},
           {"linear_solver", plan.linear_solver()},
@@ -213,6 +218,7 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
           {"general_ns", with_decimals(2, unit * theirs)},
           {"ours_ns", with_decimals(2, unit * mine)},
           {"called_ns", with_decimals(2, unit * of_call)},
+          {"inexact_ns", with_decimals(2, unit * of_inexact)},
           {"ratio", with_decimals(2, base / mine)},
           {"noise", with_decimals(3, noise_of_ratio(times.baseline, times.ours))},
           {"bar", with_decimals(1, scene.bar)},
@@ -333,8 +339,9 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "solver",
-             "Eigen", "general", "ours", "called", "ratio", "/called", "bar", "/general", "/memory", "/dgemm", columns);
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead",
+             "solver", "Eigen", "general", "ours", "called", "ratio", "/called", "/inexact", "bar", "/general",
+             "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) rows.push_back(measure(scene, thread_counts, dense));
   }

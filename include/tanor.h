@@ -65,6 +65,8 @@ typedef struct tn_options {
   int32_t threads;
   /** Largest |xi|/length that tn_constrain_positions accepts. 0 iterates down to rounding, below 1e-13. */
   double tolerance;
+  /** Not 0: tn_solve refines only if |K'w + phi| is above 1e-12 of its largest term. 0 refines down to rounding. */
+  int32_t inexact;
 } tn_options;
 
 /** Optional output of a call; a null pointer costs nothing. */

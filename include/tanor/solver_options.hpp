@@ -63,6 +63,10 @@ struct SolverOptions {
   /// True to let the general solver use one factor of S at several configurations inside the steps of explicit methods,
   /// by conjugate gradients, if that costs less than a factor for each.
   bool reuse = true;
+  /// True to refine accelerations down to the rounding of K'w + phi where a caller of Dynamics or Constrainer asks for
+  /// them, false to refine those alone whose residual is above 1e-12 of its largest term. The first solution of a
+  /// general solver mostly is below that, and takes 0.7 to 0.9 of the time.
+  bool exact = true;
 };
 
 }  // namespace tanor

@@ -55,7 +55,8 @@ void check_solver_options(const SolverOptions& options) {
 NumberedSystem::NumberedSystem(System given, const SolverOptions& options, double t)
     : system(validated(std::move(given), t)),
       parallel((check_solver_options(options), (void)instruction_set(), options.threads)),
-      numbering(number(system)) {}
+      numbering(number(system)),
+      is_exact(options.exact) {}
 
 Model::Model(NumberedSystem numbered, const Families& families)
     : NumberedSystem(std::move(numbered)),

@@ -23,6 +23,7 @@ struct NumberedSystem {
   System system;
   Parallel parallel;
   Numbering numbering;
+  bool is_exact;  ///< SolverOptions::exact
 };
 
 /// The families of a system, each at one instant. Time, sticking contacts and charts change them.

@@ -47,7 +47,8 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, con
 Outcome TangentDynamics::find(const Kinematics& at, const Request& request, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   ++work_.counters.evaluations;
-  const bool has_closed_form = !request.exact && friction_ == nullptr && has_closed_form_;
+  const bool is_exact = request.exact && model_.is_exact;
+  const bool has_closed_form = !is_exact && friction_ == nullptr && has_closed_form_;
   if (has_closed_form && solve_in_closed_form(at, q_ddot)) {
     remember(at);
     return {};
@@ -65,7 +66,7 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
   report_.residual = 0.0;
   report_.refinements = 0;
   if (Outcome outcome = linearization_.factorize(t); !outcome.ok()) return outcome;
-  refine(scale, request.exact, q_ddot);
+  refine(scale, is_exact, q_ddot);
   remember(at);
   std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
   return std::isfinite(report_.residual) ? Outcome{} : work_.not_finite(t, linearization_.r().data());

@@ -209,6 +209,7 @@ int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const
     auto system = std::make_unique<tn_system>();
     const tn_options own = known_part(options);
     system->options.threads = own.threads;
+    system->options.exact = own.inexact == 0;
     system->tolerance = own.tolerance;
     system->masses.assign(masses, masses + num_points);
     for (std::size_t i = 0; i < num_points; ++i) {

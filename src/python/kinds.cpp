@@ -117,7 +117,8 @@ struct Description<SolverOptions> {
   static constexpr std::tuple fields{
       FieldOf("form", &SolverOptions::form),         FieldOf("linear_solver", &SolverOptions::linear_solver),
       FieldOf("ordering", &SolverOptions::ordering), FieldOf("threads", &SolverOptions::threads),
-      FieldOf("friction", &SolverOptions::friction), FieldOf("reuse", &SolverOptions::reuse)};
+      FieldOf("friction", &SolverOptions::friction), FieldOf("reuse", &SolverOptions::reuse),
+      FieldOf("exact", &SolverOptions::exact)};
 };
 template <>
 struct Description<MotionOptions> {

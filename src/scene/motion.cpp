@@ -132,12 +132,13 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "linear_solver", "ordering", "threads", "certificate", "friction", "reuse", "way"});
+  solver.object({"form", "linear_solver", "ordering", "threads", "certificate", "friction", "reuse", "exact", "way"});
   scene->solver.form = solver["form"].choice<Form>(scene->solver.form);
   scene->solver.linear_solver = read_linear_solver(solver, scene);
   scene->solver.ordering = solver["ordering"].choice<Ordering>(scene->solver.ordering);
   scene->solver.friction = solver["friction"].choice<FrictionMethod>(scene->solver.friction);
   scene->solver.reuse = solver["reuse"].boolean(scene->solver.reuse);
+  scene->solver.exact = solver["exact"].boolean(scene->solver.exact);
   const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
   scene->solver.threads = overrides.threads.value_or(threads);
   scene->certificate = read_certificate(solver["certificate"]);

@@ -200,6 +200,7 @@ TEST(SceneFormatPage, OptionsHaveTheDefaultsOfTheirStructs) {
   expect_name("solver", "friction", name_of(solver.friction));
   expect_number("solver", "threads", solver.threads);
   EXPECT_EQ(default_of(tables, "solver", "reuse"), solver.reuse ? "true" : "false");
+  EXPECT_EQ(default_of(tables, "solver", "exact"), solver.exact ? "true" : "false");
 
   const EquilibriumOptions equilibrium;
   expect_name("equilibrium", "method", name_of(equilibrium.method));

@@ -51,7 +51,7 @@ class Host {
     for (std::size_t k = 0; k < x_.size(); ++k)
       x_[k] = x_old_[k] = static_cast<double>((7 * k) % 11) + bytes_.number() / 8.0;
     for (double& v : v_) v = bytes_.below(16) / 16.0;
-    options_ = {sizeof(tn_options), 1, bytes_.below(4) == 0 ? bytes_.number() : 0.0};
+    options_ = {sizeof(tn_options), 1, bytes_.below(4) == 0 ? bytes_.number() : 0.0, bytes_.below(2)};
     tn_create(&system_, n_, masses_.data(), const_points(x_), &options_);
   }
   ~Host() { tn_destroy(system_); }

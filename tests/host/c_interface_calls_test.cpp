@@ -13,6 +13,7 @@
 
 #include "host/c_handle.hpp"
 #include "measures.hpp"
+#include "scenes.hpp"
 
 namespace tanor::host {
 namespace {
@@ -343,10 +344,34 @@ TEST(CCalls, ACellComesBeforeConstraints) {
   EXPECT_EQ(last_error(handle), "/cell: there is none; tn_set_box gives one");
 }
 
+/// `inexact` leaves out the refinement of accelerations.
+TEST(CCalls, InexactSolvesAreNotRefined) {
+  const System lattice = scenes::make_lattice(8);
+  const auto& rods = std::get<Rods>(lattice.constraints[0]);
+  std::vector<int32_t> pairs;
+  for (const auto& pair : rods.pairs) pairs.insert(pairs.end(), pair.begin(), pair.end());
+  const std::vector<double>&r = lattice.positions, &v = lattice.velocities, f(r.size());
+  int refinements[2];
+  for (const int32_t inexact : {0, 1}) {
+    const tn_options options{sizeof(tn_options), 1, 0.0, inexact};
+    tn_system* system = nullptr;
+    ASSERT_EQ(tn_create(&system, lattice.masses.size(), lattice.masses.data(), read_of(r), &options), TN_OK);
+    ASSERT_EQ(tn_add_rods(system, rods.pairs.size(), pairs.data(), nullptr, nullptr, nullptr), TN_OK);
+    tn_report report{};
+    report.size = sizeof(report);
+    EXPECT_EQ(tn_solve(system, read_of(r), read_of(v), read_of(f), {}, nullptr, &report), TN_OK);
+    EXPECT_LE(report.violation, inexact ? 1e-12 : 2e-15);
+    refinements[inexact] = report.iterations;
+    tn_destroy(system);
+  }
+  EXPECT_GE(refinements[0], 1);
+  EXPECT_EQ(refinements[1], 0);
+}
+
 /// The run begins at a time of the host's, and the constraints hold to the tolerance that its options give.
 TEST(CCalls, RunsFromAGivenTime) {
   const Tailed host;
-  const tn_options options{sizeof(tn_options), 1, 1e-4};
+  const tn_options options{sizeof(tn_options), 1, 1e-4, 0};
   const Handle handle = host.make_handle(&options);
   Constrainer constrainer = host.make_constrainer();
   std::vector<double> r = host.r, v = host.v, f(12, 0.25);

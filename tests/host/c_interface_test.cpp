@@ -105,8 +105,9 @@ TEST(CInterface, ReadsAndWritesNoFurtherThanTheSize) {
 TEST(CInterface, HasTheToleranceOfTheConstrainer) {
   const Tailed host;
   const double h = 0.2;
-  for (const tn_options options : {tn_options{sizeof(tn_options), 1, 0.0}, tn_options{sizeof(tn_options), 1, 1e-4},
-                                   tn_options{offsetof(tn_options, tolerance), 1, 1e-4}}) {
+  for (const tn_options options :
+       {tn_options{sizeof(tn_options), 1, 0.0, 0}, tn_options{sizeof(tn_options), 1, 1e-4, 0},
+        tn_options{offsetof(tn_options, tolerance), 1, 1e-4, 0}}) {
     const double tolerance = options.size == sizeof(tn_options) ? options.tolerance : 0.0;
     const Handle handle = host.make_handle(&options);
     Constrainer constrainer = host.make_constrainer();

@@ -55,6 +55,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_TRUE(scene.output_points.empty()) << "all";
   EXPECT_EQ(scene.solver.linear_solver, LinearSolver::Auto);
   EXPECT_TRUE(scene.solver.reuse);
+  EXPECT_TRUE(scene.solver.exact);
   EXPECT_EQ(scene.solver.ordering, Ordering::Auto);
   EXPECT_EQ(scene.solver.threads, 0);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Final);
@@ -74,7 +75,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   const Scene scene = parse(three_points(R"(
     "motion": {"method": "rk4", "step": 1e-3, "max_step": 0.25, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
                "output_points": {"first": 1}, "stabilisation": "none", "start": "project"},
-    "solver": {"form": "normal", "linear_solver": "general", "ordering": "metis", "reuse": false, "threads": 2,
+    "solver": {"form": "normal", "linear_solver": "general", "ordering": "metis", "reuse": false, "exact": false, "threads": 2,
                "certificate": {"every": 10}})"));
 
   EXPECT_EQ(scene.motion.method, Method::Rk4);
@@ -89,6 +90,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   EXPECT_EQ(scene.motion.start, StartMode::Project);
   EXPECT_EQ(scene.solver.linear_solver, LinearSolver::General);
   EXPECT_FALSE(scene.solver.reuse);
+  EXPECT_FALSE(scene.solver.exact);
   EXPECT_EQ(scene.solver.ordering, Ordering::Metis);
   EXPECT_EQ(scene.solver.threads, 2);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Every);

@@ -9,6 +9,7 @@
 
 #include "dynamics/solved.hpp"
 #include "measures.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -188,6 +189,24 @@ TEST(Dynamics, ArraysThatAreReadInPlaceGiveTheSameBits) {
     EXPECT_EQ(own_w[3 * n - 1], 0.2);
     EXPECT_EQ(dynamics.solution(there).accelerations, copies.solution(there).accelerations);
   }
+}
+
+/// The factor of a lattice leaves more than rounding of the residual. Refinement is left out where that is enough.
+TEST(Dynamics, InexactSolvesAreNotRefined) {
+  const System lattice = scenes::make_lattice(8);
+  const StateView start{.positions = lattice.positions, .velocities = lattice.velocities};
+  Dynamics exact(lattice), inexact(lattice, {.exact = false});
+  std::vector<double> w(start.positions.size()), inexact_w(w);
+  const SolveReport report = exact.solve(start, {.accelerations = w});
+  const SolveReport other = inexact.solve(start, {.accelerations = inexact_w});
+
+  EXPECT_LE(report.residual, 2e-15);
+  EXPECT_GE(report.refinements, 1);
+  EXPECT_GT(other.residual, report.residual);
+  EXPECT_LE(other.residual, 1e-12);
+  EXPECT_EQ(other.refinements, 0);
+  const double largest = *std::ranges::max_element(w, {}, [](double x) { return std::abs(x); });
+  for (std::size_t k = 0; k < w.size(); ++k) EXPECT_NEAR(inexact_w[k], w[k], 1e-11 * std::abs(largest));
 }
 
 TEST(Dynamics, EmptySpansAreNotComputed) {

@@ -918,7 +918,8 @@ class SolverOptions:
     threads: int
     friction: str
     reuse: bool
-    def __init__(self, *, form: str = 'auto', linear_solver: str = 'auto', ordering: str = 'auto', threads: int = 0, friction: str = 'auto', reuse: bool = True) -> None: ...
+    exact: bool
+    def __init__(self, *, form: str = 'auto', linear_solver: str = 'auto', ordering: str = 'auto', threads: int = 0, friction: str = 'auto', reuse: bool = True, exact: bool = True) -> None: ...
 
 class SphereCoordinates:
     kind: str
