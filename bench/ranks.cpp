@@ -154,7 +154,7 @@ void measure(MpiRanks& ranks, const std::string& kind, int size, bool in_strips,
     return own.equations[static_cast<std::size_t>(model.numbering.user_row[a])];
   };
   for (std::size_t a = 0; a < b.size(); ++a) b[a] = any_number(equation(a));
-  CutSolver solver(model, own.part, Ordering::Auto);
+  CutSolver solver(model, own.part, Ordering::Auto, true);
   std::vector<double> factor, solve;
   std::size_t factor_bytes = 0, solve_bytes = 0;
   for (int k = 0; k < repetitions; ++k) {

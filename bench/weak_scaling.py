@@ -16,7 +16,8 @@ import sys
 import tempfile
 import time
 
-MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n"]
+# Else two programs side by side are both bound to the first core.
+MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n"]
 
 
 def scene(count):

@@ -20,8 +20,9 @@ class TANOR_API SharedRows {
  public:
   virtual ~SharedRows();
   /// Sums the symmetric matrices of the ranks, each on its own shared rows (the lower triangle, column after column),
-  /// and factorizes the sum. Returns its 1/cond, with rows scaled to a unit diagonal, as the pivots show it; 0 if it is
-  /// not positive definite. The result is the same on every rank.
+  /// and factorizes the sum. Returns its 1/cond, with rows scaled to a unit diagonal, as the pivots show it, or the
+  /// least number on the diagonal of the sum if that is smaller; 0 if the sum is not positive definite. The numbers on
+  /// the diagonal are 1 at most: what the elimination of other rows has left. The result is the same on every rank.
   virtual double factorize(std::span<const double> triangle) = 0;
   /// Sums the right sides of the ranks, [own shared rows], and solves; `x` becomes the unknowns of these rows.
   virtual void solve(std::span<double> x) = 0;

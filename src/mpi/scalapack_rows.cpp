@@ -76,14 +76,16 @@ class ScalapackRows final : public SharedRows {
     for (std::size_t j = 0; j < own_.size(); entry += static_cast<std::ptrdiff_t>(own_.size() - j), ++j)
       scale_[own_[j]] = *entry;
     ranks_.sum(scale_);
+    double least = 1.0;
     for (double& each : scale_) {
+      least = std::min(least, each);
       if (!(each > 0.0 && std::isfinite(each))) return 0.0;
       each = 1.0 / std::sqrt(each);
     }
     spread(triangle);
     int info = 0;
     if (grid_.takes_part()) pdpotrf_("L", &n_, a_.data(), &one, &one, descriptor_.data(), &info);
-    return find_condition(info);
+    return std::min(find_condition(info), least);
   }
 
   void solve(std::span<double> x) override {

@@ -13,7 +13,7 @@ CutLinearization::CutLinearization(Workspace& work, const Part& part, Ordering o
       model_(work.model()),
       agreement_(*part.ranks),
       guests_(part, model_.numbering),
-      solver_(model_, part, ordering),
+      solver_(model_, part, ordering, agreement_.all(work.constraints.gradient_norms_are_constant())),
       rank_(work, part, agreement_),
       blocks_(3 * work.constraints.num_blocks()),
       has_constant_gradients_(agreement_.all(work.constraints.gradients_are_constant())),

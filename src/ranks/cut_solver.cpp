@@ -1,6 +1,7 @@
 #include "ranks/cut_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "evaluate/family.hpp"
@@ -40,10 +41,10 @@ struct CutSolver::Order {
   }
 };
 
-CutSolver::CutSolver(const Model& model, const Part& part, Ordering ordering)
-    : CutSolver(model, part, Order(model, part, ordering)) {}
+CutSolver::CutSolver(const Model& model, const Part& part, Ordering ordering, bool keeps_diagonal)
+    : CutSolver(model, part, Order(model, part, ordering), keeps_diagonal) {}
 
-CutSolver::CutSolver(const Model& model, const Part& part, Order order)
+CutSolver::CutSolver(const Model& model, const Part& part, Order order, bool keeps_diagonal)
     : threads_(model.parallel.threads()),
       num_all_shared_(part.num_shared_rows),
       permutation_(std::move(order.permutation)),
@@ -54,13 +55,16 @@ CutSolver::CutSolver(const Model& model, const Part& part, Order order)
       shared_(part.ranks->make_shared_rows(part.num_shared_rows, order.shared_place)),
       shared_place_(std::move(order.shared_place)),
       triangle_(factor_.complement_size()),
-      diagonals_(2 * part.num_shared_rows),
+      keeps_diagonal_(keeps_diagonal),
+      diagonal_(part.num_shared_rows),
+      shared_scale_(shared_place_.size()),
       x_(permutation_.size()) {
   if (shared_ == nullptr)
     shared_ = std::make_unique<ReplicatedRows>(*part.ranks, part.num_shared_rows, shared_place_, threads_);
 }
 
 void CutSolver::set_active(std::span<const char> rows) {
+  knows_diagonal_ = false;
   is_active_.clear();
   for (std::size_t k = 0; !rows.empty() && k < permutation_.size(); ++k)
     is_active_.push_back(rows[static_cast<std::size_t>(permutation_[k])]);
@@ -83,38 +87,38 @@ CutSolver::Quality CutSolver::factorize(const double* blocks) {
   const Cholesky::Quality own = factor_.factorize(threads_);
   Quality result{own.positive_definite, true, 0, own.reciprocal_condition};
   if (factor_.num_eliminated() > 0) result.weakest_row = static_cast<std::size_t>(permutation_[own.weakest_column]);
-  // Every rank takes part in the sum, also one that has failed. The scaling of S by each rank is undone.
+  // Every rank takes part in the sum, also one that has failed.
+  scale_shared_rows();
   factor_.write_complement(triangle_.data());
   const double* const scale = plan_.scale().data() + factor_.num_eliminated();
+  const auto rescaled = [&](std::size_t k) { return shared_scale_[k] / scale[k]; };
   double* entry = triangle_.data();
   for (std::size_t j = 0; j < num_shared(); ++j)
-    for (std::size_t i = j; i < num_shared(); ++i) *entry++ /= scale[i] * scale[j];
+    for (std::size_t i = j; i < num_shared(); ++i) *entry++ *= rescaled(i) * rescaled(j);
   if (!own.positive_definite) std::fill(triangle_.begin(), triangle_.end(), 0.0);
-  const double left = find_least_part_left(), shared = shared_->factorize(triangle_);
+  const double shared = shared_->factorize(triangle_);
   result.shared_is_definite = shared > 0.0;
-  result.reciprocal_condition = std::min({result.reciprocal_condition, shared, left});
+  result.reciprocal_condition = std::min(result.reciprocal_condition, shared);
   return result;
 }
 
-/// Returns the least part of a shared row's diagonal of S that elimination has left in the sum of the complements. The
-/// shared rows are scaled to a unit diagonal afterwards, so that they would look fine if all of them were rounding.
-double CutSolver::find_least_part_left() {
+/// Finds the scale that makes the diagonal of S one in the shared rows. On the diagonal of the complements' sum then
+/// stands the part that elimination has left, and if all of that is rounding, it shows.
+void CutSolver::scale_shared_rows() {
+  if (knows_diagonal_) return;
   const double* const scale = plan_.scale().data() + factor_.num_eliminated();
-  std::ranges::fill(diagonals_, 0.0);
-  const double* entry = triangle_.data();
-  for (std::size_t j = 0; j < num_shared(); entry += num_shared() - j, ++j) {
-    diagonals_[2 * shared_place_[j]] = *entry;
-    diagonals_[2 * shared_place_[j] + 1] = 1.0 / (scale[j] * scale[j]);
-  }
-  ranks_.sum(diagonals_);
-  double least = 1.0;
-  for (std::size_t k = 0; k < num_all_shared_; ++k) least = std::min(least, diagonals_[2 * k] / diagonals_[2 * k + 1]);
-  return least;
+  std::ranges::fill(diagonal_, 0.0);
+  for (std::size_t k = 0; k < num_shared(); ++k) diagonal_[shared_place_[k]] = 1.0 / (scale[k] * scale[k]);
+  ranks_.sum(diagonal_);
+  for (std::size_t k = 0; k < num_shared(); ++k) shared_scale_[k] = 1.0 / std::sqrt(diagonal_[shared_place_[k]]);
+  const auto is_finite = [](double x) { return std::isfinite(x); };
+  knows_diagonal_ = keeps_diagonal_ && std::ranges::all_of(diagonal_, is_finite);
 }
 
 void CutSolver::solve_negative(const double* b, double* x) {
   const std::size_t n = permutation_.size(), first_shared = factor_.num_eliminated();
   const double* const scale = plan_.scale().data();
+  const auto rescaled = [&](std::size_t k) { return shared_scale_[k - first_shared] / scale[k]; };
   const auto row = [&](std::size_t k) { return static_cast<std::size_t>(permutation_[k]); };
   // S = D^-1 (scaled S) D^-1 with D = diag(scale).
   for (std::size_t k = 0; k < n; ++k) x_[k] = -scale[k] * b[row(k)];
@@ -125,9 +129,9 @@ void CutSolver::solve_negative(const double* b, double* x) {
     if (is_active_[k] == 0) x_[k] = 0.0;
   }
   factor_.eliminate(x_.data(), threads_);
-  for (std::size_t k = first_shared; k < n; ++k) x_[k] /= scale[k];
+  for (std::size_t k = first_shared; k < n; ++k) x_[k] *= rescaled(k);
   shared_->solve(std::span(x_).subspan(first_shared));
-  for (std::size_t k = first_shared; k < n; ++k) x_[k] /= scale[k];
+  for (std::size_t k = first_shared; k < n; ++k) x_[k] *= rescaled(k);
   factor_.substitute(x_.data(), threads_);
   for (std::size_t k = 0; k < n; ++k) x[row(k)] = scale[k] * x_[k];
 }

@@ -22,9 +22,11 @@ namespace tanor {
 /// It is direct: nothing iterates. A rank's part of the shared rows may be singular; its own rows alone are not.
 class CutSolver {
  public:
-  CutSolver(const Model& model, const Part& part, Ordering ordering);
+  /// `keeps_diagonal` is true if the diagonal of S stays the same on all ranks, since gradients keep their sizes.
+  CutSolver(const Model& model, const Part& part, Ordering ordering, bool keeps_diagonal);
 
   /// Sets the rows that take part [inner row of an island]; empty for all. For the others x is 0, whatever b is.
+  /// Collective, like the functions below.
   void set_active(std::span<const char> rows);
 
   struct Quality {
@@ -32,10 +34,9 @@ class CutSolver {
     std::size_t weakest_row = 0;        ///< inner, of this rank's own rows
     double reciprocal_condition = 1.0;  ///< of this rank's own rows, and of the shared ones
   };
-  /// Assembles and factorizes S from the blocks of K. `Quality` is this rank's own. Collective.
+  /// Assembles and factorizes S from the blocks of K. `Quality` is this rank's own.
   Quality factorize(const double* blocks);
   /// Sets x to -S^-1 b [d]; x may be b. Shared rows have the same b on all ranks that have them, and get the same x.
-  /// Collective.
   void solve_negative(const double* b, double* x);
 
   std::size_t num_shared() const { return factor_.num_kept(); }
@@ -46,8 +47,8 @@ class CutSolver {
  private:
   struct Order;
   void leave_out_rows();
-  double find_least_part_left();
-  CutSolver(const Model& model, const Part& part, Order order);
+  void scale_shared_rows();
+  CutSolver(const Model& model, const Part& part, Order order, bool keeps_diagonal);
 
   int threads_;
   std::size_t num_all_shared_;
@@ -60,7 +61,10 @@ class CutSolver {
   std::unique_ptr<SharedRows> shared_;
   std::vector<std::size_t> shared_place_;  // [own shared row] its place among those of all ranks
   std::vector<double> triangle_;
-  std::vector<double> diagonals_;  // [shared row of all ranks] of the complement, and of S
+  const bool keeps_diagonal_;
+  bool knows_diagonal_ = false;       // `shared_scale_` is that of the present rows
+  std::vector<double> diagonal_;      // [shared row of all ranks] of S, scratch
+  std::vector<double> shared_scale_;  // [own shared row] 1/sqrt of the diagonal of S
   std::vector<double> x_;
 };
 

@@ -35,8 +35,10 @@ double ReplicatedRows::factorize(std::span<const double> triangle) {
   for (std::size_t j = 0; j < own_.size(); ++j)
     for (std::size_t i = j; i < own_.size(); ++i) sum[entry(own_[i], own_[j])] = *next++;
   ranks_.sum(sum);
+  double least = 1.0;
   for (std::size_t j = 0; j < n; ++j) {
     const double diagonal = sum[entry(j, j)];
+    least = std::min(least, diagonal);
     if (!(diagonal > 0.0 && std::isfinite(diagonal))) return 0.0;
     scale_[j] = 1.0 / std::sqrt(diagonal);
   }
@@ -44,7 +46,7 @@ double ReplicatedRows::factorize(std::span<const double> triangle) {
   for (std::size_t j = 0; j < n; ++j)
     for (std::size_t i = j; i < n; ++i) *value++ *= scale_[i] * scale_[j];
   const Cholesky::Quality quality = factor_.factorize(threads_);
-  return quality.positive_definite ? quality.reciprocal_condition : 0.0;
+  return quality.positive_definite ? std::min(quality.reciprocal_condition, least) : 0.0;
 }
 
 void ReplicatedRows::solve(std::span<double> x) {

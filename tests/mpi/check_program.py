@@ -183,7 +183,7 @@ def check_folder(path):
 def check_interrupted(path):
     """A run that was cut off is gone on with or begun anew, and neither without a word; another scene may replace it."""
     out = folder / "cut_off"
-    endless = net()
+    endless = net() | {"forces": []}  # it stays where it is; a net that falls comes to a passage that ends its motion
     endless["motion"] |= {"t_end": 1e3, "output_every": 0.01}
     long_path = write_scene("endless", endless)
     with subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", long_path, "--out", out, "--quiet"],
