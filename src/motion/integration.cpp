@@ -95,7 +95,7 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   report_.last_event = trial_.events.last_time();
   if (h > 0.0) {
     report_.last_step = h;
-    if (!scheme_->is_adaptive()) turns_.note(mechanics_, trial_.state, state);
+    if (!scheme_->is_adaptive()) turns_.note(mechanics_, state);
     taken(attempt.step);
   }
   singular_.note(*scheme_, trial_.state, state, attempt.step);

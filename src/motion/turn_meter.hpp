@@ -8,25 +8,19 @@ namespace tanor {
 /// Measures how far fixed steps turn a motion.
 class TurnMeter {
  public:
-  /// The largest numbers of a step: of x and v at its end, and of the error of the trapezoidal rule in it.
-  struct Step {
-    double place = 0.0, speed = 0.0, missed = 0.0;
-  };
-
-  /// Takes note of a fixed step.
-  void note(Mechanics& mechanics, const State& from, const State& to);
+  /// Takes note of the state where a fixed step ends.
+  void note(Mechanics& mechanics, const State& to);
 
   /// Returns the largest number of v so far.
   double fastest() const { return fastest_; }
-  /// Returns how far the step noted last turned the motion, rad, from the error of the trapezoidal rule in it; 0 if the
-  /// motion gains speed or the step moved too little. `knows_acceleration` is true if both states have their
-  /// acceleration.
+  /// Returns how far the step noted last, between these states, turned the motion, rad, from the error of the
+  /// trapezoidal rule in it; 0 if the motion gains speed or the step moved too little. `knows_acceleration` is true if
+  /// both states have their acceleration.
   double angle(Mechanics& mechanics, const State& from, const State& to, bool knows_acceleration) const;
 
   void exchange_memory(Memory& memory) { memory.exchange(fastest_, before_); }
 
  private:
-  Step step_;             // the last step
   double fastest_ = 0.0;  // largest number of v so far …
   double before_ = 0.0;   // … and without the last step
 };
