@@ -281,14 +281,26 @@ class NumberingBuilder {
   }
 
   /// Appends an island backwards from a far end, which two searches find, so that what lies farthest comes first. For a
-  /// path it is the end with the larger number, so that a chain keeps the user's direction.
+  /// path it is the end with the larger numbers, so that a chain keeps the user's direction.
   void append_from_far_end(const Island& island, bool is_path) {
     const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
-    const Index other_end = search_.visit(island, end).back();
-    const bool is_reversed = is_path && island.points[end] > island.points[other_end];
-    std::vector<Index> order = search_.visit(island, is_reversed ? end : other_end);
+    std::vector<Index> order = search_.visit(island, end);
+    if (!is_path || !ends_with_larger_numbers(island, order)) order = search_.visit(island, order.back());
     std::ranges::reverse(order);
     append_points(island, order);
+  }
+
+  /// Returns true if a path, backwards, ends with its larger numbers: of the points if these count up or down along it,
+  /// else of the members, which lists mostly name in the order of a chain.
+  static bool ends_with_larger_numbers(const Island& island, const std::vector<Index>& path) {
+    const auto point = [&](Index local) { return island.points[local]; };
+    const bool counts_down = std::ranges::is_sorted(path, std::ranges::greater(), point);
+    if (counts_down || std::ranges::is_sorted(path, {}, point)) return counts_down;
+    const auto rod = [&](Index local) {
+      return *std::ranges::find_if(island.members_of_point[local],
+                                   [&](Index member) { return island.points_of_member[member].size() > 1; });
+    };
+    return island.members[rod(path.front())] > island.members[rod(path.back())];
   }
 
   /// Appends points in this order. A member is numbered with the first of its points; in a tree that is the rod towards

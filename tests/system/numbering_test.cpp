@@ -101,6 +101,34 @@ TEST(Numbering, KeepsTheUsersOrderOfChainsOneAfterTheOther) {
   EXPECT_FALSE(number(make_shuffled(12, pairs, 3)).is_natural);
 }
 
+/// Where the numbers of points tell no direction, the rods do: those of a chain that follow one another in the user's
+/// list do so inside.
+RC_GTEST_PROP(Numbering, RodsOfAChainWithRandomNumbersKeepTheUsersDirection, ()) {
+  System system;
+  constexpr std::size_t count = 5, length = 7;  // chains; rods
+  system.masses.assign(count * (length + 1), 1.0);
+  system.positions.assign(3 * system.masses.size(), 0.0);
+  for (std::size_t k = 0; k < system.positions.size(); ++k) system.positions[k] = static_cast<double>(k);
+  std::vector<Index> place(system.masses.size());
+  std::iota(place.begin(), place.end(), 0);
+  std::ranges::shuffle(place, std::mt19937(*rc::gen::arbitrary<unsigned>()));
+  Rods rods{"rods", {}, {}, {}};
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    if (i % (length + 1) > 0) rods.pairs.push_back({place[i - 1], place[i]});
+  }
+  system.constraints = {rods};
+  const Numbering numbering = number(system);
+  for (std::size_t island = 0; island < count; ++island) {
+    const auto first = static_cast<std::size_t>(numbering.island_start[island]);
+    const std::size_t chain = static_cast<std::size_t>(numbering.user_row[first]) / length;
+    std::vector<Index> points(place.begin() + static_cast<std::ptrdiff_t>(chain * (length + 1)),
+                              place.begin() + static_cast<std::ptrdiff_t>((chain + 1) * (length + 1)));
+    if (std::ranges::is_sorted(points, std::greater())) continue;  // these tell a direction
+    for (std::size_t k = 0; k < length; ++k)
+      RC_ASSERT(static_cast<std::size_t>(numbering.user_row[first + k]) == chain * length + k);
+  }
+}
+
 RC_GTEST_PROP(Numbering, SupportsComeLast, ()) {
   const RandomSystem random = any_system();
   const std::vector<char> is_support = reference::find_supports(random.system);
