@@ -10,6 +10,7 @@
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -49,8 +50,7 @@ class ForwardDynamics {
 
  private:
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms that is more than rounding
-  /// The residual that ends a refinement; rounding leaves some eps of the terms of a row.
-  double good_enough() const { return exact_ ? 2e-15 : 1e-12; }
+  double good_enough() const { return exact_ ? rounding_of_terms : 1e-12; }
 
   Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
   Power find_power(const Kinematics& at);

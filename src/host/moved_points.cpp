@@ -1,7 +1,6 @@
 #include "host/moved_points.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace tanor {
 
@@ -18,15 +17,17 @@ void MovedPoints::take(const PointArray& host, bool in_place, IncomingPoints* in
 }
 
 double MovedPoints::give_back(const PointArray& host, std::size_t count, bool measures) {
-  has_moved_ = false;
-  if (is_in_place()) return measures ? transfer_.largest_change(moved_, copy_.data(), count) : 0.0;
-  if (measures) return transfer_.scatter(copy_.data(), count, host);
-  transfer_.write(copy_.data(), count, host);
+  const double* const moved = moved_;
+  double* const copy = use_copy();
+  if (moved != copy) return measures ? transfer_.largest_change(moved, copy, count) : 0.0;
+  if (measures) return transfer_.scatter(copy, count, host);
+  transfer_.write(copy, count, host);
   return 0.0;
 }
 
 void MovedPoints::restore() {
-  if (std::exchange(has_moved_, false) && is_in_place()) std::ranges::copy(copy_, moved_);
+  if (has_moved_ && moved_ != copy_.data()) std::ranges::copy(copy_, moved_);
+  use_copy();
 }
 
 }  // namespace tanor

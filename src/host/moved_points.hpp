@@ -33,12 +33,10 @@ class MovedPoints {
   void restore();
 
  private:
-  bool is_in_place() const { return moved_ != copy_.data(); }
-
   const PointTransfer& transfer_;
   const bool keeps_copy_;
   std::vector<double> copy_;
-  double* moved_ = copy_.data();
+  double* moved_ = copy_.data();  // that, or the host's
   bool has_moved_ = false;
 };
 

@@ -66,7 +66,8 @@ Outcome CutForm::solve(const Kinematics& at, const Request& request, double scal
   const Stopwatch watch(&work_.times.solve);
   const auto find_multipliers = [&] {
     linearization_.solve(b_.data(), lambda_.data(), dw_.data());
-    report->refinements = refine(b_.data(), scale, request.exact && model_.is_exact ? 2e-15 : 1e-12, &report->residual);
+    report->refinements =
+        refine(b_.data(), scale, request.exact && model_.is_exact ? rounding_of_terms : 1e-12, &report->residual);
     return report->residual <= contradiction;
   };
   const bool is_fine = find_multipliers();

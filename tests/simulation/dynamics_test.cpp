@@ -193,14 +193,14 @@ TEST(Dynamics, ArraysThatAreReadInPlaceGiveTheSameBits) {
 
 /// The factor of a lattice leaves more than rounding of the residual. Refinement is left out where that is enough.
 TEST(Dynamics, InexactSolvesAreNotRefined) {
-  const System lattice = scenes::make_lattice(8);
+  const System lattice = scenes::make_lattice(12);
   const StateView start{.positions = lattice.positions, .velocities = lattice.velocities};
   Dynamics exact(lattice), inexact(lattice, {.exact = false});
   std::vector<double> w(start.positions.size()), inexact_w(w);
   const SolveReport report = exact.solve(start, {.accelerations = w});
   const SolveReport other = inexact.solve(start, {.accelerations = inexact_w});
 
-  EXPECT_LE(report.residual, 2e-15);
+  EXPECT_LE(report.residual, 4e-15);
   EXPECT_GE(report.refinements, 1);
   EXPECT_GT(other.residual, report.residual);
   EXPECT_LE(other.residual, 1e-12);
