@@ -125,7 +125,7 @@ struct [[nodiscard]] ConstraintReport {
   Outcome outcome;         ///< if not ok, no array of the host was changed
   int iterations = 0;      ///< largest number over all islands
   double violation = 0.0;  ///< remaining |xi|/length, rates over the largest velocity, or K'w + phi likewise
-  // The following members are found if the call `measures`. Calls that cannot be told to find the correction.
+  // The following members are found if the call `measures`. Calls without that choice find the correction.
   double correction = 0.0;         ///< largest change of a point's position, velocity or force
   std::size_t worst_row = no_row;  ///< row with that violation, see Constrainer::row_name; also after a failure
   double largest_turn = 0.0;       ///< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long

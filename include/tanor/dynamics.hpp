@@ -184,7 +184,8 @@ struct MutableVelocities {
   std::span<double> velocities{};       ///< 3n, m/s
 };
 
-/// A host's own arrays for what `Dynamics::solve` finds. An empty one is not computed.
+/// A host's own arrays for what `Dynamics::solve` finds. An empty one is not computed. After a failure the
+/// accelerations have no meaning; the others are as they were.
 struct SolveArrays {
   std::span<double> accelerations{};    ///< 3n, m/s^2: w (25); the prescribed ones at supports
   std::span<double> multipliers{};      ///< [equations]: lambda = eta^(xi) (31)
@@ -280,7 +281,8 @@ struct [[nodiscard]] FrictionBlocks {
 /// array of another size is an InputError that names it.
 ///
 /// Each call refers to the state that it is given. A call at the state of the last one reuses the factor and the
-/// friction found there and solves nothing again. Not thread-safe; use one object per host thread.
+/// friction found there and solves nothing again, unless that one was a `solve` for accelerations and multipliers
+/// alone. Not thread-safe; use one object per host thread.
 class TANOR_API Dynamics {
  public:
   /// Validates the system; throws InputError.

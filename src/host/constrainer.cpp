@@ -92,15 +92,21 @@ ConstraintReport Constrainer::Implementation::sum_up() {
 /// array of the host has changed.
 template <class Find, class Write>
 ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write) {
-  for_each([&](ConstrainedHost& part, PartReport* report) {
-    *report = {};
-    find(part, report);
-  });
+  const auto restore = [&] { for_each([](ConstrainedHost& part, PartReport*) { part.restore(); }); };
+  try {
+    for_each([&](ConstrainedHost& part, PartReport* report) {
+      *report = {};
+      find(part, report);
+    });
+  } catch (...) {  // a function of the host in one part; others may have moved
+    restore();
+    throw;
+  }
   const auto is_ok = [](const PartReport& report) { return report.outcome.ok(); };
   if (std::ranges::all_of(reports(), is_ok))
     for_each(write);
   else
-    for_each([](ConstrainedHost& part, PartReport*) { part.restore(); });
+    restore();
   return sum_up();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
@@ -123,6 +124,12 @@ struct Dynamics::Implementation {
     const bool wants_more = !wanted.reactions.empty() || !wanted.support_forces.empty() ||
                             !wanted.active_forces.empty() || !wanted.friction_forces.empty() ||
                             form_wanted == Form::Both;
+    const auto is_apart = [&](std::span<const double> read) {
+      const std::span<const double> written = wanted.accelerations;
+      return std::less_equal<>()(written.data() + written.size(), read.data()) ||
+             std::less_equal<>()(read.data() + read.size(), written.data());
+    };
+    if (!is_apart(at.positions) || !is_apart(at.velocities)) return false;
     return are_arrays_of_form && !at.velocities.empty() && !wanted.accelerations.empty() && !wants_more &&
            has_prescribed_supports(at);
   }
