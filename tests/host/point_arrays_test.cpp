@@ -1,6 +1,7 @@
 /// The calls find the same bits however a host stores its points and however many threads work on them.
 
 #include <gtest/gtest.h>
+#include <tanor/user_kernel.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -8,6 +9,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 
 #include "host/velocity_verlet.hpp"
 
@@ -160,6 +162,33 @@ TEST_P(Arrays, AreWhatTheyWereAfterAFailure) {
       EXPECT_EQ(bits(broken), broken_before);
     }
   }
+}
+
+/// A function of the host throws in one part when points of another part have moved in place.
+TEST(PointArrays, AreWhatTheyWereAfterAFunctionThrows) {
+  const State state(Chains{1, 300});
+  std::vector<double> masses = state.masses, old = state.r;
+  const auto first = static_cast<Index>(masses.size());
+  masses.insert(masses.end(), {1.0, 1.0});
+  old.insert(old.end(), {50.0, 0.0, 0.0, 51.0, 0.0, 0.0});
+  bool throws = false;
+  const UserConstraints gear{"gear", {{first, first + 1}}, make_constraint_kernel<2>([&](const auto& x, const auto&) {
+                               if (throws) throw std::runtime_error("enough");
+                               return x[3] - x[0] - 1.0;
+                             })};
+  Constrainer constrainer(masses, {state.rods, gear}, PointArray{old.data()}, {.threads = 1});
+  constrainer.expect_edits();
+  ASSERT_TRUE(constrainer.violation(PointArray{old.data()}).outcome.ok());
+  std::vector<double> r = old;
+  for (std::size_t k = 0; k < state.v.size(); ++k) r[k] += 1e-3 * state.v[k];
+  const std::vector<std::uint64_t> before = bits(r);
+  const PositionStep step{.step = 1e-3, .old_positions = PointArray{old.data()}, .positions = PointArray{r.data()}};
+  throws = true;
+  EXPECT_THROW((void)constrainer.constrain_positions(step), std::runtime_error);
+  EXPECT_EQ(bits(r), before);
+  throws = false;
+  EXPECT_TRUE(constrainer.constrain_positions(step).outcome.ok());
+  EXPECT_NE(bits(r), before);
 }
 
 INSTANTIATE_TEST_SUITE_P(Chains, Arrays,
