@@ -166,7 +166,7 @@ TEST_P(Arrays, AreWhatTheyWereAfterAFailure) {
 
 /// A function of the host throws in one part when points of another part have moved in place.
 TEST(PointArrays, AreWhatTheyWereAfterAFunctionThrows) {
-  const State state(Chains{1, 300});
+  const State state(Chains{1, 3000});  // a part of its own
   std::vector<double> masses = state.masses, old = state.r;
   const auto first = static_cast<Index>(masses.size());
   masses.insert(masses.end(), {1.0, 1.0});
