@@ -175,9 +175,8 @@ class TANOR_API Constrainer {
   Constrainer& operator=(Constrainer&&) noexcept;
   ~Constrainer();
 
-  /// Sets the cell from the next call on; it may change in every step. If rods close a path around the cell, everything
-  /// is planned again, and the cell of old positions is the present one. Throws InputError, naming a rod that is longer
-  /// than half of the cell.
+  /// Sets the cell from the next call on; it may change in every step, and nothing is planned again for it. Throws
+  /// InputError, naming a rod that is longer than half of the cell.
   void set_cell(const PeriodicCell& cell);
 
   // ---- constraints, which may change between calls ----

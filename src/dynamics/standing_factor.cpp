@@ -4,6 +4,7 @@
 
 #include "base/stopwatch.hpp"
 #include "schur/condition.hpp"
+#include "schur/rod_rows.hpp"
 
 namespace tanor {
 
@@ -33,6 +34,11 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
 }
 
 // ---- making a factor ----
+
+void StandingFactor::set_offsets(std::span<const Constraints::RowOffset> offsets) {
+  work_.constraints.set_offsets(offsets);
+  if (!composite_.is_empty()) composite_.read_offsets(RodRows(work_.constraints, model_.num_rows()).offset);
+}
 
 /// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
 bool StandingFactor::note_composite(double reciprocal_condition) {

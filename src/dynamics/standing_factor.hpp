@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "dynamics/factor_reuse.hpp"
@@ -25,6 +26,9 @@ class StandingFactor {
   bool is_needed() const { return state_ == State::None || !work_.constraints.gradients_are_constant(); }
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
   double reciprocal_condition() const { return reciprocal_condition_; }
+
+  /// Sets offsets of rods, see Constraints::set_offsets. The factor stays that of the present K.
+  void set_offsets(std::span<const Constraints::RowOffset> offsets);
 
   // ---- making a factor ----
 

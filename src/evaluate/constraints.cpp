@@ -327,6 +327,18 @@ void Constraints::set_time(double t) {
   tangents_.set_time(t);
 }
 
+void Constraints::set_offsets(std::span<const RowOffset> offsets) {
+  const auto set = [&](auto& rods) {
+    for (std::size_t k = 0; k < rods.size(); ++k) {
+      const auto found = std::ranges::lower_bound(offsets, static_cast<std::size_t>(rods.rows[k]), {}, &RowOffset::row);
+      if (found != offsets.end() && found->row == static_cast<std::size_t>(rods.rows[k]))
+        rods.kernel.offset[k] = found->offset;
+    }
+  };
+  set(std::get<Family<RodKernel<false, true>>>(families_));
+  set(std::get<Family<RodKernel<true, true>>>(families_));
+}
+
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
   const double worst = evaluate_values(parallel, everything_, r, xi);
   tangents_.write_values(r, xi);

@@ -68,6 +68,14 @@ class Constraints {
   std::vector<double> squared_gradient_norms() const;
 
   void set_time(double t);
+  /// The offset of the rod in an inner row, m.
+  struct RowOffset {
+    std::size_t row;
+    Vec3 offset;
+  };
+  /// Changes offsets of rods whose groups have some, for instance with a periodic cell. `offsets` ascend by rows.
+  /// Solvers read them then (SchurSolver::read_offsets).
+  void set_offsets(std::span<const RowOffset> offsets);
 
   /// Chooses the two unit vectors of lines by the rule of line_frame.hpp at the present time. Call this before
   /// evaluating a K that later instants refer to; there, the vectors are continued from here.

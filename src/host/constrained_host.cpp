@@ -138,7 +138,7 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
   const double factor = 2.0 / step.step;
   const double* const blocks = linearization.blocks().data();
   report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
-  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r());
+  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r(), place.offset_changes());
   double* const v = velocities.data();
   if (step.velocities) {
     transfer.gather_last(step.velocities, model.num_moving(), v);
@@ -146,6 +146,7 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
     for (std::size_t k = 3 * model.num_moving(); k < place.r.size(); ++k)
       v[k] = (moved.r()[k] - place.r[k]) / step.step;
   }
+  place.set_offsets(place.cell);
   report->work = factor * support_work(step.step, v);
 }
 

@@ -277,8 +277,6 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   check_finite(step.step, "step");
   if (step.step == 0.0) throw InputError("", "step = 0: a step of no length has no velocities");
   if (!(step.tolerance >= 0.0)) throw InputError("", "tolerance = " + text(step.tolerance) + " is negative");
-  if (step.old_cell != nullptr && self->closes_ways() && *step.old_cell != *self->cell())
-    throw InputError("/cell", "rods close a way round the cell, so it cannot change within a step");
   ConstraintReport report =
       self->call([&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
                  [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); });

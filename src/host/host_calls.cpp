@@ -24,6 +24,7 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
     // The guess may have come from another motion. The second try begins without it.
     form.steps().forget_steps();
     moved.points().restore();
+    place.set_offsets(place.cell);
     if (report->outcome = linearization.update(start, place.r.data()); report->outcome.ok())
       found = step_positions(step);
   }

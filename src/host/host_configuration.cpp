@@ -9,6 +9,18 @@ namespace tanor {
 void HostConfiguration::set_images(std::unique_ptr<PeriodicImages> given) {
   images = std::move(given);
   host.resize(r.size());
+  cell_of_offsets = images->cell();
+}
+
+void HostConfiguration::set_offsets(const PeriodicCell& of_cell) {
+  if (!images || !images->close_ways() || of_cell == cell_of_offsets) return;
+  cell_of_offsets = of_cell;
+  linearization.factor().set_offsets(images->find_offsets(Lattice(of_cell)));
+}
+
+std::span<const Constraints::RowOffset> HostConfiguration::offset_changes() {
+  if (!images || cell == images->cell()) return {};
+  return images->find_offset_changes(Lattice(cell));
 }
 
 bool HostConfiguration::find(const ConstPointArray& positions, double t, const PeriodicCell* of_positions,
@@ -23,6 +35,7 @@ bool HostConfiguration::find(const ConstPointArray& positions, double t, const P
     cell = of_positions != nullptr ? *of_positions : images->cell();
     images->unwrap(work.model().parallel, Lattice(cell), host.data(), r.data());
   }
+  set_offsets(cell);
   const bool is_other_time = t != std::exchange(time, t) && work.constraints.depends_on_time();
   stands = stands && !is_elsewhere && !is_other_time && linearization.factor().is_fresh();
   return stands;
@@ -44,6 +57,7 @@ Outcome HostConfiguration::stand_at(const ConstPointArray& positions, double t, 
 void MovedPositions::gather(const ConstPointArray& positions) {
   double* const r = points_.use_copy();
   if (!place_.images) return place_.transfer.gather(positions, r);
+  place_.set_offsets(place_.images->cell());
   before_.resize(place_.r.size());
   place_.transfer.gather(positions, before_.data());
   place_.images->unwrap(place_.work.model().parallel, place_.images->lattice(), before_.data(), r);
@@ -52,6 +66,7 @@ void MovedPositions::gather(const ConstPointArray& positions) {
 
 void MovedPositions::follow(const PointArray& positions, bool in_place, IncomingPoints* incoming) {
   if (!place_.images) return points_.take(positions, in_place, incoming);
+  place_.set_offsets(place_.images->cell());
   double* const r = points_.use_copy();
   place_.transfer.gather(positions, r);
   place_.images->follow(place_.work.model().parallel, Lattice(place_.cell), place_.r.data(), r);

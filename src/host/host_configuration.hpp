@@ -22,6 +22,7 @@ struct HostConfiguration {
   std::unique_ptr<PeriodicImages> images;  ///< null if there is no cell
   std::vector<double> r, host;             ///< [3n] positions; in a cell `host` has them as the host does
   PeriodicCell cell;                       ///< the cell of these positions
+  PeriodicCell cell_of_offsets;            ///< the cell for which constraints are evaluated
   double time = 0.0;
   bool stands = false;       ///< K and the factor belong to `r`
   bool was_checked = false;  ///< the host's first positions were on the constraints
@@ -32,6 +33,11 @@ struct HostConfiguration {
       : work(moving), linearization(of_it), transfer(to_host), r(3 * moving.model().num_points()) {}
 
   void set_images(std::unique_ptr<PeriodicImages> given);
+  /// Gives rods that close a way round the cell their offsets in a cell, with which constraints are evaluated from here
+  /// on.
+  void set_offsets(const PeriodicCell& of_cell);
+  /// Returns by how much these offsets differ in the present cell from those in the cell of `r`.
+  std::span<const Constraints::RowOffset> offset_changes();
   const PeriodicCell* present_cell() const { return images ? &images->cell() : nullptr; }
 
   /// Goes to the host's positions in the cell `of_positions`. If that is null, the cell is that of `r` if these are its
@@ -53,7 +59,7 @@ struct HostConfiguration {
 class MovedPositions {
  public:
   /// The configuration outlives it. If `keeps_copy` is true, nothing is moved in place.
-  MovedPositions(const HostConfiguration& from, bool keeps_copy)
+  MovedPositions(HostConfiguration& from, bool keeps_copy)
       : place_(from), points_(from.transfer, from.r.size(), keeps_copy) {}
 
   double* r() { return points_.data(); }  ///< [3n]
@@ -69,7 +75,7 @@ class MovedPositions {
   double write(const PointArray& positions, bool measures);
 
  private:
-  const HostConfiguration& place_;
+  HostConfiguration& place_;
   MovedPoints points_;
   std::vector<double> before_;  // r before it moved, in a cell only
 };

@@ -106,11 +106,6 @@ void HostParts::set_cell(const PeriodicCell& cell) {
     }
   }
   cell_ = cell;
-  for (const auto& part : parts()) {
-    if (!part->host->place.images->close_ways()) continue;
-    partition_.touch(part->key());
-    has_changed_ = true;
-  }
 }
 
 /// Cuts into parts of at most `most_of_part` points and rows. All is planned anew.
@@ -218,11 +213,6 @@ Counters HostParts::counters() const {
     if (part->host != nullptr) add_up(part->host->work.counters, &sum);
   }
   return sum;
-}
-
-bool HostParts::closes_ways() const {
-  return std::ranges::any_of(
-      parts(), [](const auto& part) { return part->host->place.images && part->host->place.images->close_ways(); });
 }
 
 RankReport HostParts::find_rank(const ConstPointArray& positions, double time) {

@@ -51,7 +51,6 @@ class HostParts {
   std::size_t plan();
   const PlanSummary& summary() const { return summary_; }
   Counters counters() const;
-  bool closes_ways() const;
 
   // ---- the parts ----
 

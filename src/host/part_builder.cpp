@@ -40,7 +40,7 @@ std::unique_ptr<ConstrainedHost> PartBuilder::make_host(HostPart* part) {
   }
   auto host = std::make_unique<ConstrainedHost>(std::move(system), options);
   if (images) {
-    images->use(host->model.numbering);
+    images->use(host->model.system, host->model.numbering);
     host->set_images(std::move(images));
   }
   return host;

@@ -168,7 +168,16 @@ void PeriodicImages::set_offsets(System* system) const {
 
 // ---- in a step ----
 
-void PeriodicImages::use(const Numbering& numbering) {
+void PeriodicImages::use(const System& system, const Numbering& numbering) {
+  std::size_t member = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    for (std::size_t k = 0; k < apart_[g].size(); ++k) {
+      if (!is_zero(apart_[g][k]))
+        closing_rods_.push_back({static_cast<std::size_t>(numbering.member_row[member + k]), apart_[g][k]});
+    }
+    member += shape_of(system.constraints[g]).members;
+  }
+  std::ranges::sort(closing_rods_, {}, &ClosingRod::row);
   const auto inner = [&](Index point) { return numbering.inner_point[static_cast<std::size_t>(point)]; };
   for (Branch& branch : branches_) {
     branch.point = inner(branch.point);
@@ -178,6 +187,19 @@ void PeriodicImages::use(const Numbering& numbering) {
   const std::vector<Vec3> of_user = counts_;
   for (std::size_t i = 0; i < counts_.size(); ++i)
     counts_[i] = of_user[static_cast<std::size_t>(numbering.user_point[i])];
+}
+
+std::span<const Constraints::RowOffset> PeriodicImages::find_offsets(const Lattice& lattice) {
+  offsets_.clear();
+  for (const ClosingRod& rod : closing_rods_) offsets_.push_back({rod.row, lattice.vector(rod.apart)});
+  return offsets_;
+}
+
+std::span<const Constraints::RowOffset> PeriodicImages::find_offset_changes(const Lattice& before) {
+  offsets_.clear();
+  for (const ClosingRod& rod : closing_rods_)
+    offsets_.push_back({rod.row, lattice_.vector(rod.apart) - before.vector(rod.apart)});
+  return offsets_;
 }
 
 void PeriodicImages::unwrap(const Parallel& parallel, const Lattice& lattice, const double* host, double* x) const {

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <tanor/constrainer.hpp>
 
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
+#include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -49,8 +51,12 @@ class PeriodicImages {
   void prepare(System* system) const;
   void set_offsets(System* system) const;
 
-  /// Sets the inner order that arrays have from here on.
-  void use(const Numbering& numbering);
+  /// Sets the inner order that arrays have from here on. `system` is the one that was prepared.
+  void use(const System& system, const Numbering& numbering);
+  /// Returns the offsets of the rods that close ways, in the cell of `lattice`.
+  std::span<const Constraints::RowOffset> find_offsets(const Lattice& lattice);
+  /// Returns by how much they are larger in this cell than in that of `before`.
+  std::span<const Constraints::RowOffset> find_offset_changes(const Lattice& before);
   /// Sets x [3n] to the host's positions at those images, in the cell of `lattice`.
   void unwrap(const Parallel& parallel, const Lattice& lattice, const double* host, double* x) const;
   /// Moves r [3n], the host's positions in this cell, to the images nearest to those of x [3n] in the cell `before`.
@@ -69,6 +75,12 @@ class PeriodicImages {
   std::vector<std::size_t> tree_start_;   // [tree] its start in `branches_`
   std::vector<Vec3> counts_;              // [point] n of its image, if images are given
   std::vector<std::vector<Vec3>> apart_;  // [group of rods][rod] n of its offset; empty if none
+  struct ClosingRod {
+    std::size_t row;  // inner
+    Vec3 apart;       // n of its offset
+  };
+  std::vector<ClosingRod> closing_rods_;  // ascending
+  std::vector<Constraints::RowOffset> offsets_;
   bool closes_ = false;
 };
 

@@ -128,14 +128,21 @@ void RowSums::share_virial(const double* lambda, double factor, const double* bl
   }
 }
 
-double RowSums::largest_turn(const double* blocks, const double* r_old, const double* r) {
+double RowSums::largest_turn(const double* blocks, const double* r_old, const double* r,
+                             std::span<const Constraints::RowOffset> changes) {
   (void)lengths();
+  const auto change = [&](Index row) {
+    const auto found =
+        std::ranges::lower_bound(changes, static_cast<std::size_t>(row), {}, &Constraints::RowOffset::row);
+    return found != changes.end() && found->row == static_cast<std::size_t>(row) ? found->offset : Vec3{};
+  };
   return model_.parallel.max_over_ranges(rods_.size(), [&](std::size_t begin, std::size_t end) {
     double largest = 0.0, tangent = 0.0;
     for (std::size_t k = begin; k < end; ++k) {
       const auto& [row, block, i, j] = rods_[k];
       const Vec3 u = load(blocks, block);
-      const Vec3 move = (load(r, j) - load(r_old, j)) - (load(r, i) - load(r_old, i));
+      Vec3 move = (load(r, j) - load(r_old, j)) - (load(r, i) - load(r_old, i));
+      if (!changes.empty()) move = move + change(row);
       const double along = dot(u, move), ahead = lengths_[static_cast<std::size_t>(row)] + along;
       const Vec3 across = move - along * u;
       const double square = dot(across, across);

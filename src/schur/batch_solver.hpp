@@ -28,6 +28,9 @@ class BatchSolver final : public IslandSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  void read_offsets(std::span<const Vec3> offsets) override {
+    for (EqualIslands& islands : equal_islands_) islands.read_offsets(offsets);
+  }
 
  private:
   using Batch = EqualIslands::Batch;

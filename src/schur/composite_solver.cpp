@@ -87,4 +87,8 @@ void CompositeSolver::add_reactions(const Parallel& parallel, const double* bloc
   for (const auto& solver : solvers_) solver->add_reactions(parallel, blocks, rows, points);
 }
 
+void CompositeSolver::read_offsets(std::span<const Vec3> offsets) {
+  for (const auto& solver : solvers_) solver->read_offsets(offsets);
+}
+
 }  // namespace tanor

@@ -20,6 +20,7 @@ class CompositeSolver final : public SchurSolver {
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  void read_offsets(std::span<const Vec3> offsets) override;
   const Summary& summary() const override { return summary_; }
 
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;

@@ -177,10 +177,7 @@ class BatchWriter {
   void write_rod(const Island& island, std::size_t a, std::size_t place, std::size_t lane) {
     const auto number = static_cast<std::size_t>(island.rows[a]);
     const Vec3 offset = rods_.offset.empty() ? Vec3{} : rods_.offset[number];
-    if (dot(offset, offset) > 0.0) {
-      result_.offsets.resize(result_.num_batches * num_rods_);
-      set_lane(&result_.offsets[place], lane, island.is_reversed[a] != 0 ? -offset : offset);
-    }
+    if (dot(offset, offset) > 0.0) result_.shifted_rods.push_back({place, lane, number, island.is_reversed[a] != 0});
     result_.lengths.data()[place][lane] = rods_.constant_length[number];
     if (const MovingScalar* const moving = rods_.moving_length(number)) {
       result_.moving_lengths.resize(result_.num_batches * num_rods_ * num_lanes);
@@ -201,6 +198,7 @@ EqualIslands make_equal_islands(const IslandTopology& topology, std::span<const 
   writer.write_numbers();
   writer.write_points(inverse_mass);
   writer.write_rods();
+  result.read_offsets(rods.offset);
   result.factor.resize((result.num_batches + 1) * static_cast<std::size_t>(result.schedule.num_slots));
   return result;
 }
@@ -224,6 +222,13 @@ EqualIslands::Batch EqualIslands::batch(std::size_t number) {
           lengths.data() + number * num_rods,
           moving_lengths.empty() ? nullptr : moving_lengths.data() + number * num_rods * num_lanes,
           factor.data() + number * static_cast<std::size_t>(schedule.num_slots)};
+}
+
+void EqualIslands::read_offsets(std::span<const Vec3> by_row) {
+  if (shifted_rods.empty()) return;
+  offsets.resize(num_batches * topology.rods.size());
+  for (const auto& [place, lane, row, is_reversed] : shifted_rods)
+    set_lane(&offsets[place], lane, is_reversed ? -by_row[row] : by_row[row]);
 }
 
 std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, const Numbering& numbering,

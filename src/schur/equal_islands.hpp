@@ -44,6 +44,7 @@ struct EqualIslands {
 
   explicit EqualIslands(const IslandTopology& islands) : topology(islands), schedule(islands) {}
   Batch batch(std::size_t number);
+  void read_offsets(std::span<const Vec3> by_row);
 
   IslandTopology topology;
   IslandSchedule schedule;
@@ -53,7 +54,12 @@ struct EqualIslands {
   RodNumbers rows, blocks;
   Packs inverse_mass;            // [batch][place]: moving points, then supports; likewise one batch more
   std::vector<Pack3<>> offsets;  // [batch][rod]; empty if there are none
-  Packs lengths;                 // [batch][rod]
+  struct ShiftedRod {            // a rod with an offset
+    std::size_t place, lane, row;
+    bool is_reversed;
+  };
+  std::vector<ShiftedRod> shifted_rods;
+  Packs lengths;                                    // [batch][rod]
   std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null if constant; empty if all are
   Packs factor;                                     // [batch][slot]
 };

@@ -22,6 +22,8 @@ class IslandSolver : public SchurSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  /// Does nothing: the families have the offsets.
+  void read_offsets(std::span<const Vec3>) override {}
   const Summary& summary() const final { return summary_; }
 
  protected:

@@ -22,14 +22,18 @@ PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : i
     return true;
   });
   if (paths.empty()) return;
-  offset = std::move(rods.offset);
-  for (std::size_t row = 0; row < offset.size(); ++row) offset[row] = sign[row] * offset[row];
+  read_offsets(rods.offset);
   length = std::move(rods.constant_length);
   moving_lengths = std::move(rods.lengths);
   first_block = rods.block[0];
   bool follow_rows = true;
   for (std::size_t row = 0; row < num_rows(); ++row) follow_rows = follow_rows && rods.block[row] == first_block + row;
   if (!follow_rows) block_numbers = std::move(rods.block);
+}
+
+void PathRows::read_offsets(std::span<const Vec3> offsets) {
+  offset.assign(offsets.begin(), offsets.end());
+  for (std::size_t row = 0; row < offset.size(); ++row) offset[row] = sign[row] * offset[row];
 }
 
 // ---- one row ----

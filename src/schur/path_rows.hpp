@@ -27,6 +27,8 @@ struct PathRows {
   /// Takes the islands that are paths or rings out of `islands`.
   PathRows(const SchurProblem& problem, std::vector<Index>* islands);
 
+  void read_offsets(std::span<const Vec3> offsets);
+
   std::size_t num_rows() const { return sign.size(); }
   bool blocks_follow_rows() const { return block_numbers.empty(); }
   std::size_t block(std::size_t row) const { return blocks_follow_rows() ? first_block + row : block_numbers[row]; }

@@ -31,6 +31,7 @@ class PathSolver final : public IslandSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  void read_offsets(std::span<const Vec3> offsets) override { rows_.read_offsets(offsets); }
 
  private:
   explicit PathSolver(PathRows rows);

@@ -137,6 +137,9 @@ class SchurSolver : public SchurFactor {
   virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                         double* v, double* sum) = 0;
 
+  /// Reads the offsets of rods [d] after they have changed, if it was made with some.
+  virtual void read_offsets(std::span<const Vec3> offsets) = 0;
+
   struct Summary {
     std::vector<LinearSolver> solvers;  ///< as in PlanSummary::linear_solvers
     std::string reason;                 ///< "every island is a path of rods"

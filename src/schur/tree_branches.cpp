@@ -8,13 +8,13 @@ namespace tanor {
 TreeBranches::TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads)
     : plan_(std::move(plan)) {
   read_rods(given, inverse_mass);
+  read_offsets(given.offset);
   prepare_workspaces(threads);
 }
 
 void TreeBranches::read_rods(const RodRows& given, std::span<const double> inverse_mass) {
   const std::size_t num_rods = plan_.num_rods();
   blocks_.resize(num_rods * num_lanes);
-  if (!given.offset.empty()) offsets_.resize(num_rods);
   if (!given.lengths.empty()) moving_lengths_.resize(num_rods * num_lanes, nullptr);
   length_.resize(num_rods);
   rods_.resize(num_rods);
@@ -33,8 +33,22 @@ void TreeBranches::read_rods(const RodRows& given, std::span<const double> inver
         const auto block = static_cast<Index>(given.block[row]);
         blocks_[rod * num_lanes + lane] = is_turned ? ~block : block;
         length_.data()[rod][lane] = given.constant_length[row];
-        if (!given.offset.empty()) set_lane(&offsets_[rod], lane, is_turned ? -given.offset[row] : given.offset[row]);
         if (!given.lengths.empty()) moving_lengths_[rod * num_lanes + lane] = given.moving_length(row);
+      }
+    }
+  }
+}
+
+void TreeBranches::read_offsets(std::span<const Vec3> by_row) {
+  if (by_row.empty()) return;
+  offsets_.resize(plan_.num_rods());
+  for (const BranchBatch& batch : plan_.batches) {
+    for (std::size_t k = 0; k < plan_.shape(batch).num_rods; ++k) {
+      const std::size_t rod = batch.first_rod + k;
+      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+        const Vec3 offset = by_row[static_cast<std::size_t>(batch.first_row[lane]) + k];
+        const bool is_turned = blocks_[rod * num_lanes + lane] < 0;
+        set_lane(&offsets_[rod], lane, is_turned ? -offset : offset);
       }
     }
   }

@@ -20,6 +20,7 @@ class TreeBranches {
 
   const EqualBranches& plan() const { return plan_; }
   std::size_t num_rods() const { return plan_.num_rods() * num_lanes; }
+  void read_offsets(std::span<const Vec3> by_row);
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
 
   class Lanes;

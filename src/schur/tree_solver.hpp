@@ -32,6 +32,10 @@ class TreeSolver final : public IslandSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  void read_offsets(std::span<const Vec3> offsets) override {
+    branches_.read_offsets(offsets);
+    trunks_.read_offsets(offsets);
+  }
 
  private:
   TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees, EqualBranches branches,

@@ -65,13 +65,20 @@ void TreeTrunks::read_rods(const RodRows& given) {
     sign_.push_back(given.ends[row][0] == child ? 1 : -1);
     block_.push_back(given.block[row]);
     length_.push_back(given.constant_length[row]);
-    if (!given.offset.empty()) offset_.push_back(static_cast<double>(sign_.back()) * given.offset[row]);
     if (const MovingScalar* const length = given.moving_length(row))
       moving_lengths_.emplace_back(block_.size() - 1, length);
   }
   if (!moving_lengths_.empty()) length_second_.resize(rods_.size(), 0.0);
   for (std::vector<Vec3>* array : {&u_, &h_}) array->resize(rods_.size());
   inverse_pivot_.resize(rods_.size());
+  read_offsets(given.offset);
+}
+
+void TreeTrunks::read_offsets(std::span<const Vec3> by_row) {
+  if (by_row.empty()) return;
+  offset_.resize(rods_.size());
+  for (std::size_t rod = 0; rod < rods_.size(); ++rod)
+    offset_[rod] = static_cast<double>(sign_[rod]) * by_row[static_cast<std::size_t>(rods_[rod].row)];
 }
 
 trees::Tree TreeTrunks::tree(const Trunk& trunk) {

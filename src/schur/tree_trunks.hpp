@@ -34,6 +34,7 @@ class TreeTrunks {
     const auto& [first, end] = trunks_[trunk].points_of_tree;
     tanor::bring(parallel, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
   }
+  void read_offsets(std::span<const Vec3> by_row);
   /// Takes l'' of the lengths that move.
   void take_lengths() {
     for (const auto& [rod, length] : moving_lengths_) length_second_[rod] = length->second;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+
 #include <array>
 #include <limits>
 
@@ -222,6 +224,179 @@ TEST(RodsRoundACell, KeepTheirLengthsWhenTheCellChanges) {
   ASSERT_TRUE(reference.project_positions(same).outcome.ok());
   for (std::size_t k = 0; k < r.size(); ++k) EXPECT_NEAR(r[k], same[k], 1e-12);
 }
+
+// ---- nets that close round a cell that changes within a step ----
+
+/// Rods that close ways round a triclinic cell, with the numbers of edges that their ends are apart.
+struct Closing {
+  std::string name;
+  std::vector<LinearSolver> solvers;  // those that serve it
+  std::vector<double> masses, r;
+  std::vector<std::array<Index, 2>> pairs{};
+  std::vector<std::array<int, 3>> apart{};
+
+  void join(Index i, Index j, std::array<int, 3> n = {0, 0, 0}) {
+    pairs.push_back({i, j});
+    apart.push_back(n);
+  }
+  Rods rods() const { return {"rods", pairs, {}, {}}; }
+  /// Returns r_j + H n - r_i of a rod.
+  Eigen::Vector3d vector(std::size_t rod, const PeriodicCell& cell, const std::vector<double>& at) const {
+    const auto [i, j] = pairs[rod];
+    Eigen::Vector3d result = Eigen::Map<const Eigen::Vector3d>(&at[3 * static_cast<std::size_t>(j)]) -
+                             Eigen::Map<const Eigen::Vector3d>(&at[3 * static_cast<std::size_t>(i)]);
+    for (std::size_t k = 0; k < 3; ++k)
+      result += apart[rod][k] * Eigen::Map<const Eigen::Vector3d>(cell.edges[k].data());
+    return result;
+  }
+  /// Returns K [3n, rods].
+  Eigen::MatrixXd gradients(const PeriodicCell& cell, const std::vector<double>& at) const {
+    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(at.size()), std::ssize(pairs));
+    for (std::size_t rod = 0; rod < pairs.size(); ++rod) {
+      const Eigen::Vector3d unit = vector(rod, cell, at).normalized();
+      k.block<3, 1>(3 * pairs[rod][0], static_cast<Eigen::Index>(rod)) = -unit;
+      k.block<3, 1>(3 * pairs[rod][1], static_cast<Eigen::Index>(rod)) = unit;
+    }
+    return k;
+  }
+  Eigen::VectorXd inverse_masses() const {
+    Eigen::VectorXd result(std::ssize(r));
+    for (Eigen::Index k = 0; k < result.size(); ++k) result[k] = 1.0 / masses[static_cast<std::size_t>(k / 3)];
+    return result;
+  }
+  /// Moves `free` along M^-1 K at `from` in the cell `before` until all rods have their lengths in the cell `now`, by
+  /// Newton's method on dense matrices.
+  std::vector<double> project(const std::vector<double>& from, const PeriodicCell& before, std::vector<double> free,
+                              const PeriodicCell& now, const PeriodicCell& first) const {
+    const Eigen::MatrixXd along = inverse_masses().asDiagonal() * gradients(before, from);
+    for (int pass = 0; pass < 20; ++pass) {
+      Eigen::VectorXd xi(std::ssize(pairs));
+      for (std::size_t k = 0; k < pairs.size(); ++k)
+        xi[static_cast<Eigen::Index>(k)] = vector(k, now, free).norm() - vector(k, first, r).norm();
+      Eigen::Map<Eigen::VectorXd>(free.data(), std::ssize(free)) -=
+          along * (gradients(now, free).transpose() * along).partialPivLu().solve(xi);
+    }
+    return free;
+  }
+};
+
+Closing make_ring() {
+  const Ring ring;
+  Closing result{"ring",
+                 {LinearSolver::Auto, LinearSolver::General, LinearSolver::Paths, LinearSolver::Batches},
+                 ring.masses,
+                 ring.r};
+  for (const auto& [i, j] : {std::array<Index, 2>{0, 1}, {2, 1}, {2, 3}}) result.join(i, j);
+  result.join(3, 0, {1, 0, 0});
+  return result;
+}
+
+/// Three by three points that close along two edges.
+Closing make_net(const PeriodicCell& cell) {
+  Closing result{"net", {LinearSolver::Auto, LinearSolver::General, LinearSolver::Batches}, {}, {}};
+  const auto point = [](int i, int j) { return static_cast<Index>(3 * (i % 3) + j % 3); };
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double s = 3 * i + j;
+      for (std::size_t k = 0; k < 3; ++k)
+        result.r.push_back(i * cell.edges[0][k] / 3 + j * cell.edges[1][k] / 3 +
+                           0.25 * std::sin(2.0 * s + 1.3 * static_cast<double>(k)));
+      result.masses.push_back(1.0 + 0.1 * s);
+      result.join(point(i, j), point(i + 1, j), {i == 2 ? 1 : 0, 0, 0});
+      result.join(point(i, j + 1), point(i, j), {0, j == 2 ? -1 : 0, 0});
+    }
+  }
+  return result;
+}
+
+/// Two chains between two supports, one of them round the cell.
+Closing make_chains_of_supports(const PeriodicCell& cell) {
+  Closing result{
+      "chains",
+      {LinearSolver::Auto, LinearSolver::General, LinearSolver::Paths, LinearSolver::Batches, LinearSolver::Trees},
+      {infinity, 1.0, 2.0, infinity, 1.5, 1.0},
+      {}};
+  for (int i = 0; i < 6; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      result.r.push_back(i * cell.edges[0][k] / 6 + 0.1 * std::sin(2.0 * i + static_cast<double>(k)));
+  for (Index i = 0; i < 5; ++i) result.join(i, i + 1);
+  result.join(5, 0, {1, 0, 0});
+  return result;
+}
+
+class ClosingRods : public testing::TestWithParam<int> {};
+
+/// The cell shrinks by 0.02 % and shears in each step. Rods pull along the old cell's directions, and have their
+/// lengths in the new one.
+TEST_P(ClosingRods, PullAlongTheOldCellAndFitTheNewOne) {
+  const PeriodicCell first{Edges{Vector3{4, 0, 0}, {0.7, 4.2, 0}, {-0.4, 0.3, 5}}};
+  const Closing scene = GetParam() == 0   ? make_ring()
+                        : GetParam() == 1 ? make_net(first)
+                                          : make_chains_of_supports(first);
+  for (std::size_t number = 0; number < 2 * scene.solvers.size(); ++number) {
+    const LinearSolver solver = scene.solvers[number / 2];
+    const bool are_given = number % 2 == 1;
+    SCOPED_TRACE(scene.name + " by solver " + std::to_string(static_cast<int>(solver)) +
+                 (are_given ? ", images given" : ""));
+    PeriodicCell cell = first;
+    Periodicity periodicity{.cell = cell};
+    if (are_given) periodicity.images = scene.apart;
+    Constrainer constrainer(scene.masses, {scene.rods()}, scene.r, periodicity, {.linear_solver = solver});
+    std::vector<double> r = scene.r, v(r.size(), 0.0);
+    constexpr double h = 1e-2;
+    for (int k = 0; k < 4; ++k) {
+      const std::vector<double> old = r;
+      const PeriodicCell before = cell;
+      for (Vector3& edge : cell.edges) {
+        for (double& x : edge) x *= 0.9998;
+        edge[1] += 2e-4 * edge[0];
+      }
+      for (std::size_t i = 0; i < r.size(); i += 3) {
+        for (std::size_t d = 0; d < 3; ++d) r[i + d] *= 0.9998;
+        r[i + 1] += 2e-4 * r[i];
+        if (scene.masses[i / 3] < infinity) r[i + 2] += 0.01 * std::sin(static_cast<double>(i) + k);
+      }
+      const std::vector<double> expected = scene.project(old, before, r, cell, first);
+
+      constrainer.set_cell(cell);
+      EXPECT_EQ(constrainer.update_plan(), 0U);
+      const ConstraintReport report = constrainer.constrain_positions(
+          {.step = h, .old_positions = old, .positions = r, .old_cell = k % 2 == 0 ? &before : nullptr});
+
+      ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+      double turn = 0.0;
+      for (std::size_t rod = 0; rod < scene.pairs.size(); ++rod) {
+        const Eigen::Vector3d a = scene.vector(rod, before, old), b = scene.vector(rod, cell, r);
+        turn = std::max(turn, std::atan2(a.cross(b).norm(), a.dot(b)));
+      }
+      EXPECT_NEAR(report.largest_turn, turn, 1e-9);
+      // The iterations end at 1e-13 of a length, which the net's shape makes ten times as much of a place.
+      for (std::size_t i = 0; i < r.size(); ++i) ASSERT_NEAR(r[i], expected[i], 1e-11) << k;
+      for (std::size_t i = 0; i < v.size(); ++i)
+        v[i] = scene.masses[i / 3] < infinity ? std::cos(3.0 * static_cast<double>(i)) : 0.0;
+      ASSERT_TRUE(constrainer.constrain_velocities({.positions = r, .velocities = v}).outcome.ok());
+      const Eigen::VectorXd rates =
+          scene.gradients(cell, r).transpose() * Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v));
+      EXPECT_LE(rates.cwiseAbs().maxCoeff(), 1e-13);
+      EXPECT_LE(constrainer.violation(r).violation, 1e-13);
+    }
+    // What is planned anew after an edit has the offsets of the present cell.
+    constrainer.remove(std::array<ConstraintId, 1>{1});
+    std::vector<double> other_v(r.size(), 1.0);
+    for (std::size_t i = 0; i < r.size(); ++i)
+      other_v[i] = scene.masses[i / 3] < infinity ? std::sin(5.0 * static_cast<double>(i)) : 0.0;
+    ASSERT_TRUE(constrainer.constrain_velocities({.positions = r, .velocities = other_v}).outcome.ok());
+    Eigen::VectorXd rates =
+        scene.gradients(cell, r).transpose() * Eigen::Map<const Eigen::VectorXd>(other_v.data(), std::ssize(other_v));
+    EXPECT_GT(std::abs(std::exchange(rates[1], 0.0)), 1e-3);
+    EXPECT_LE(rates.cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_LE(constrainer.violation(r).violation, 1e-13);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ClosingRods, testing::Values(0, 1, 2), [](const auto& instance) {
+  return std::string(instance.param == 0 ? "ring" : instance.param == 1 ? "net" : "chains");
+});
 
 // ---- errors ----
 
