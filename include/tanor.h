@@ -191,10 +191,10 @@ TN_API int tn_constrain_velocities(tn_system* system, double dt, tn_const_points
  * with these to O(dt) only. */
 TN_API int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
                     const tn_wanted* wanted, tn_report* report);
-/** Projects the forces, f -= K S^-1 K'M^-1 f, so that they do not act on the constraints. It serves minimisers; if
- * their variables have no masses, all masses are 1. tn_solve with velocities 0 gives the virial, stress and
- * multipliers. */
-TN_API int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report);
+/** Projects the forces, f += K lambda with S lambda = -K'M^-1 f, so that they do not act on the constraints. It serves
+ * minimisers; if their variables have no masses, all masses are 1. */
+TN_API int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, const tn_wanted* wanted,
+                             tn_report* report);
 /** Finds the nearest x on the constraints in the M-norm, from any x. It serves starts, before the first forces. */
 TN_API int tn_project_positions(tn_system* system, tn_points x, tn_report* report);
 /** Computes ln det S at x and, if `gradient` has data, its derivative. Fixman's metric force is -kT/2 times that. */

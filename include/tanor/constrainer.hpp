@@ -240,10 +240,10 @@ class TANOR_API Constrainer {
   /// rigid molecules the atomic and the molecular pressure agree to rounding. Supports count as not accelerated.
   ConstraintReport solve(const HostState& at);
 
-  /// Projects the forces, f -= K S^-1 K'M^-1 f, so that they do not act on the constraints. It serves minimisers; those
-  /// whose variables have no masses give all points the mass 1. `solve` with velocities 0 gives virial, stress and
-  /// multipliers.
-  ConstraintReport project_forces(ConstPointArray positions, PointArray forces, double time = 0.0);
+  /// Projects the forces, f += K lambda with S lambda = -K'M^-1 f, so that they do not act on the constraints. It
+  /// serves minimisers; those whose variables have no masses give all points the mass 1.
+  ConstraintReport project_forces(ConstPointArray positions, PointArray forces, double time = 0.0,
+                                  const ConstraintForces& wanted = {});
   /// Finds the nearest positions on the constraints in the M-norm, from any. It serves starts, before the first forces.
   ConstraintReport project_positions(PointArray positions, double time = 0.0);
 

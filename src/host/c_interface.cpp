@@ -388,9 +388,11 @@ int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_p
   });
 }
 
-int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report) {
+int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, const tn_wanted* wanted, tn_report* report) {
   return guard(system, [&](tn_system& self) {
-    return write_report(self.constrainer().project_forces(array_of(x), array_of(f)), report);
+    Constrainer& constrainer = self.constrainer();
+    const ConstraintForces forces = forces_of(known_part(wanted), constrainer.num_rows());
+    return write_report(constrainer.project_forces(array_of(x), array_of(f), 0.0, forces), report);
   });
 }
 

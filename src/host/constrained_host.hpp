@@ -67,7 +67,7 @@ struct ConstrainedHost {
   void find_accelerations(const HostState& at, PartReport* report);
   void write_accelerations(const HostState& at);
   void find_forces(const ConstPointArray& positions, const PointArray& forces, double time, PartReport* report);
-  void write_forces(const PointArray& forces, PartReport* report);
+  void write_forces(const PointArray& forces, const ConstraintForces& wanted, PartReport* report);
   /// Leaves the host's arrays as they were before `find_…`.
   void restore();
   void find_nearest(const PointArray& positions, double time, PartReport* report);

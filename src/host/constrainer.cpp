@@ -316,12 +316,16 @@ ConstraintReport Constrainer::solve(const HostState& at) {
   return report;
 }
 
-ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArray forces, double time) {
+ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArray forces, double time,
+                                             const ConstraintForces& wanted) {
   Call self(implementation_);
-  self->check(positions, time);
+  self->check(positions, time, wanted);
   require_array(forces, self->num_points(), "forces");
-  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
-                    [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, own); });
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
+                 [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, wanted, own); });
+  if (report.outcome.ok()) self->write_supports(wanted);
+  return report;
 }
 
 ConstraintReport Constrainer::project_positions(PointArray positions, double time) {

@@ -127,6 +127,8 @@ void ConstrainedHost::write_accelerations(const HostState& at) {
 void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
                                   PartReport* report) {
   if (report->outcome = place.stand_at(positions, time); !report->outcome.ok()) return;
+  std::fill(sum.begin(), sum.end(), 0.0);
+  multipliers = sum.data();
   transfer.gather(forces, f.data());
   const double scale = work.accelerate(f.data(), w.data());  // w = M^-1 f
   std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
@@ -135,7 +137,7 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
     return;
   }
   if (model.num_rows() == 0 || scale == 0.0) return;
-  // S nu = -K'w, w += M^-1 K nu
+  // S nu = -K'w, w += M^-1 K nu, lambda += nu
   constexpr double target = 1e-15;
   constexpr int most_corrections = 5;
   const auto measure = [&] { return linearization.apply_transposed(w.data(), nullptr, rows.data()) / scale; };
@@ -143,15 +145,18 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
   double last = std::numeric_limits<double>::infinity();
   while (report->violation > target && report->violation < 0.5 * last && report->iterations < most_corrections) {
     linearization.correct_conjugately(report->iterations == 0, rows.data(), w.data());
+    for (std::size_t a = 0; a < rows.size(); ++a) sum[a] += rows[a];
     last = report->violation;
     report->violation = measure();
     ++report->iterations;
   }
   const std::size_t row = RowSums::worst_row(rows);
   note_worst(row, std::abs(rows[row]), report);
+  report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
 }
 
-void ConstrainedHost::write_forces(const PointArray& forces, PartReport* report) {
+void ConstrainedHost::write_forces(const PointArray& forces, const ConstraintForces& wanted, PartReport* report) {
+  reactions.write(multipliers, 1.0, place.r.data(), wanted);
   if (report->iterations == 0) return;  // the forces are right as they are
   for (std::size_t k = 0; k < 3 * model.num_moving(); ++k) w[k] *= model.mass[k / 3];
   report->correction = transfer.scatter(w.data(), model.num_moving(), forces);

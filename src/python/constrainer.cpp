@@ -98,11 +98,13 @@ ConstraintReport solve_host(HostHandle& handle, const py::object& positions, con
 }
 
 ConstraintReport project_forces(HostHandle& handle, const py::object& positions, const py::object& forces,
-                                const py::object& index, double time) {
+                                const py::object& multipliers, const py::object& constraint_forces,
+                                const py::object& stress, const py::object& index, double time) {
   const CallArrays arrays(handle, index);
   const ConstPointArray at = arrays.in("positions", positions);
   const PointArray projected = arrays.out("forces", forces);
-  return handle.run([&](Constrainer& c) { return c.project_forces(at, projected, time); });
+  const ConstraintForces wanted = arrays.wanted(multipliers, constraint_forces, stress);
+  return handle.run([&](Constrainer& c) { return c.project_forces(at, projected, time, wanted); });
 }
 
 ConstraintReport project_host_positions(HostHandle& handle, const py::object& positions, const py::object& index,
@@ -293,9 +295,13 @@ Accelerations and multipliers of this instant, S lambda = -(phi + K'M^-1 f). The
 positions, velocities, forces  float64 [n, 3]
 accelerations                  float64 [n, 3], written: M^-1 (f + K lambda), 0 at supports
 The others as in constrain_positions.)doc")
-      .def("project_forces", &project_forces, arg("positions"), arg("forces"), py::kw_only(), arg("index") = none,
-           arg("time") = 0.0,
-           "forces -= K S^-1 K'M^-1 forces, float64 [n, 3], written: what is left moves no constraint. For minimisers.")
+      .def("project_forces", &project_forces, arg("positions"), arg("forces"), py::kw_only(), arg("multipliers") = none,
+           arg("constraint_forces") = none, arg("stress") = none, arg("index") = none, arg("time") = 0.0, R"doc(
+forces += K lambda with S lambda = -K'M^-1 forces: what is left moves no constraint. For minimisers.
+
+positions  float64 [n, 3]
+forces     float64 [n, 3], written
+The others as in constrain_positions.)doc")
       .def("project_positions", &project_host_positions, arg("positions"), py::kw_only(), arg("index") = none,
            arg("time") = 0.0,
            "The nearest positions on the constraints, in the norm of the masses, from anywhere; float64 [n, 3], "

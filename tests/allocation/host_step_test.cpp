@@ -1,5 +1,10 @@
 /// A step of a host with a Constrainer takes no memory.
 
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -37,53 +42,104 @@ const Scene scenes_of_hosts[]{{"chain", [] { return scenes::make_chain(4'200); }
                               {"mixture", [] { return allocation::make_mixture(scenes::make_chain(300)); }},
                               {"redundant", make_redundant}};
 
-class HostStepTest : public testing::TestWithParam<std::tuple<Scene, int>> {};
+/// How a host calls: with packed arrays, with points in another order, in a cell that changes in every step, or after
+/// edits.
+enum class Way { Packed, Indexed, Cell, Edited };
+const char* const way_names[]{"packed", "indexed", "cell", "edited"};
 
-TEST_P(HostStepTest, AllocatesNothing) {
-  const auto& [scene, threads] = GetParam();
-  const System system = scene.build();
-  std::vector<double> masses = system.masses;
-  for (const Support& support : system.supports) {
-    for (const Index point : support.points) masses[static_cast<std::size_t>(point)] = 1.0 / 0.0;
-  }
-  Constrainer constrainer(masses, system.constraints, system.positions, {.threads = threads});
-  const double h = 1e-3;
-  std::vector<double> r = system.positions, old = r, v(r.size(), 0.0), f(r.size()), w(r.size()), eta(r.size());
-  std::vector<double> lambda(constrainer.num_rows()), stress(3 * r.size());
-  for (std::size_t k = 0; k < f.size(); ++k) f[k] = std::sin(1.0 + static_cast<double>(k));
+/// A host with its arrays. Point i of the system stands at place[i] in them.
+struct Caller {
+  std::vector<double> masses;
+  std::vector<Index> place;
+  PeriodicCell cell{{Vector3{1e4, 0, 0}, {10, 2e4, 0}, {0, 30, 3e4}}};
+  std::vector<double> r, old, v, f, w, eta, stress, lambda;
+  std::optional<Constrainer> constrainer;
+  Way way;
   double t = 0.0;
-  const auto step = [&] {
+
+  Caller(const System& system, Way how, int threads)
+      : masses(system.num_points()), place(system.num_points()), r(system.positions), way(how) {
+    const std::size_t n = system.num_points();
+    std::vector<double> masses_of_system = system.masses;
+    for (const Support& support : system.supports) {
+      for (const Index point : support.points)
+        masses_of_system[static_cast<std::size_t>(point)] = std::numeric_limits<double>::infinity();
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t there = way == Way::Indexed ? n - 1 - i : i;
+      place[i] = static_cast<Index>(there);
+      masses[there] = masses_of_system[i];
+      std::copy_n(&system.positions[3 * i], 3, &r[3 * there]);
+    }
+    if (way == Way::Cell)
+      constrainer.emplace(masses_of_system, system.constraints, array(r), Periodicity{cell, {}},
+                          SolverOptions{.threads = threads});
+    else
+      constrainer.emplace(masses_of_system, system.constraints, array(r), SolverOptions{.threads = threads});
+    if (way == Way::Edited) {
+      constrainer->expect_edits();
+      constrainer->remove(std::array<ConstraintId, 1>{0});
+    }
+    for (std::vector<double>* each : {&v, &f, &w, &eta}) each->resize(r.size(), 0.0);
+    old = r;
+    stress.resize(3 * r.size());
+    lambda.resize(constrainer->num_rows());
+    for (std::size_t k = 0; k < f.size(); ++k) f[k] = std::sin(1.0 + static_cast<double>(k));
+  }
+  PointArray array(std::vector<double>& from) const {
+    return PointArray(from.data(), 0, way == Way::Indexed ? place.data() : nullptr);
+  }
+  ConstPointArray array(const std::vector<double>& from) const {
+    return ConstPointArray(from.data(), 0, way == Way::Indexed ? place.data() : nullptr);
+  }
+
+  bool step() {
+    constexpr double h = 1e-3;
     for (std::size_t k = 0; k < r.size(); ++k) {
-      const bool moves = masses[k / 3] < 1e300;
+      const bool moves = std::isfinite(masses[k / 3]);
       old[k] = r[k];
       if (moves) v[k] += h * f[k];
       if (moves) r[k] += h * v[k];
     }
     t += h;
+    if (way == Way::Cell) {
+      for (Vector3& edge : cell.edges) edge[0] *= 1.0 + 1e-9;
+      constrainer->set_cell(cell);
+    }
     return constrainer
-               .constrain_positions({.step = h,
-                                     .old_positions = old,
-                                     .positions = r,
-                                     .velocities = v,
-                                     .wanted = {.multipliers = lambda, .forces = eta, .stress = stress},
-                                     .time = t})
+               ->constrain_positions({.step = h,
+                                      .old_positions = array(std::as_const(old)),
+                                      .positions = array(r),
+                                      .velocities = array(v),
+                                      .wanted = {.multipliers = lambda, .forces = array(eta), .stress = array(stress)},
+                                      .time = t})
                .outcome.ok() &&
-           constrainer.constrain_velocities({.step = h, .positions = r, .velocities = v, .time = t}).outcome.ok() &&
            constrainer
-               .solve({.positions = r,
-                       .velocities = v,
-                       .forces = f,
-                       .accelerations = w,
-                       .wanted = {.multipliers = lambda, .forces = eta},
-                       .time = t})
+               ->constrain_velocities(
+                   {.step = h, .positions = array(std::as_const(r)), .velocities = array(v), .time = t})
                .outcome.ok() &&
-           constrainer.project_forces(r, w, t).outcome.ok();
-  };
-  for (int k = 0; k < 3; ++k) ASSERT_TRUE(step());
+           constrainer
+               ->solve({.positions = array(std::as_const(r)),
+                        .velocities = array(std::as_const(v)),
+                        .forces = array(std::as_const(f)),
+                        .accelerations = array(w),
+                        .wanted = {.multipliers = lambda, .forces = array(eta)},
+                        .time = t})
+               .outcome.ok() &&
+           constrainer->project_forces(array(std::as_const(r)), array(w), t, {.multipliers = lambda}).outcome.ok();
+  }
+};
+
+class HostStepTest : public testing::TestWithParam<std::tuple<Scene, int, Way>> {};
+
+TEST_P(HostStepTest, AllocatesNothing) {
+  const auto& [scene, threads, way] = GetParam();
+  Caller caller(scene.build(), way, threads);
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(caller.step());
 
   const AllocationCounter counter;
   bool is_ok = true;
-  for (int k = 0; k < 10; ++k) is_ok = step() && is_ok;
+  for (int k = 0; k < 10; ++k) is_ok = caller.step() && is_ok;
   const std::size_t count = counter.count();
 
   EXPECT_TRUE(is_ok);
@@ -91,9 +147,11 @@ TEST_P(HostStepTest, AllocatesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, HostStepTest,
-                         testing::Combine(testing::ValuesIn(scenes_of_hosts), testing::Values(1, 2)),
+                         testing::Combine(testing::ValuesIn(scenes_of_hosts), testing::Values(1, 2),
+                                          testing::Values(Way::Packed, Way::Indexed, Way::Cell, Way::Edited)),
                          [](const auto& instance) {
-                           return std::get<0>(instance.param).name + "_" + std::to_string(std::get<1>(instance.param));
+                           return std::get<0>(instance.param).name + "_" + std::to_string(std::get<1>(instance.param)) +
+                                  "_" + way_names[static_cast<std::size_t>(std::get<2>(instance.param))];
                          });
 
 }  // namespace

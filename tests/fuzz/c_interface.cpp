@@ -210,11 +210,12 @@ class Host {
           before);
   }
   void project() {
+    const tn_wanted wanted = want();
     tn_report found = report();
     const Arrays before{x_, f_};
     const bool positions = bytes_.below(2) == 0;
     check(positions ? tn_project_positions(system_, points(x_), &found)
-                    : tn_project_forces(system_, const_points(x_), points(f_), &found),
+                    : tn_project_forces(system_, const_points(x_), points(f_), &wanted, &found),
           {&x_, &f_}, before);
   }
   void run_loop() {

@@ -138,9 +138,16 @@ TEST(CCalls, ProjectsAsTheConstrainer) {
   expect_same(c_report, constrainer.project_positions(r));
   EXPECT_EQ(c_r, r);
   EXPECT_GT(c_report.correction, 1e-3);
-  ASSERT_EQ(tn_project_forces(handle.get(), read_of(r), write_to(c_f), &c_report), TN_OK) << last_error(handle);
-  expect_same(c_report, constrainer.project_forces(r, f));
+  std::vector<double> lambda(constrainer.num_rows()), c_lambda(lambda.size());
+  tn_wanted wanted{};
+  wanted.size = sizeof wanted;
+  wanted.multipliers = c_lambda.data();
+  ASSERT_EQ(tn_project_forces(handle.get(), read_of(r), write_to(c_f), &wanted, &c_report), TN_OK)
+      << last_error(handle);
+  expect_same(c_report, constrainer.project_forces(r, f, 0.0, {.multipliers = lambda}));
   EXPECT_EQ(c_f, f);
+  EXPECT_EQ(c_lambda, lambda);
+  EXPECT_NE(lambda[0], 0.0);
 }
 
 /// Each kind of tn_add has the rows, the violation and the id of the same constraint added in C++.

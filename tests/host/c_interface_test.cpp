@@ -60,7 +60,8 @@ TEST(CInterface, HasTheBitsOfTheConstrainer) {
 
   std::vector<double> f = host.v, c_f = f, gradient(12), c_gradient(12);
   ASSERT_TRUE(constrainer.project_forces(host.r, f).outcome.ok());
-  ASSERT_EQ(tn_project_forces(handle.get(), {host.r.data(), 0, nullptr}, {c_f.data(), 0, nullptr}, nullptr), TN_OK);
+  ASSERT_EQ(tn_project_forces(handle.get(), {host.r.data(), 0, nullptr}, {c_f.data(), 0, nullptr}, nullptr, nullptr),
+            TN_OK);
   EXPECT_EQ(c_f, f);
   double value = 0.0;
   ASSERT_EQ(tn_log_det(handle.get(), {host.r.data(), 0, nullptr}, &value, {c_gradient.data(), 0, nullptr}), TN_OK);

@@ -129,6 +129,39 @@ TEST(ProjectForces, LeavesWhatMovesNoConstraint) {
   EXPECT_EQ(f, (std::vector<double>{1, 1, 0, 2, 1, 7}));
 }
 
+/// At rest the accelerations have the same multipliers, K'M^-1 (f + K lambda) = 0.
+TEST(ProjectForces, TellsTheForcesThatSolveTellsAtRest) {
+  Pair host;
+  const std::size_t n = host.masses.size();
+  std::vector<double> f = host.v, first = f, still(3 * n, 0.0), w(3 * n), pull(3 * n), other_pull(3 * n), stress(9 * n),
+                      other_stress(9 * n);
+  Constrainer constrainer(host.masses, host.constraints, host.r);
+  std::vector<double> lambda(constrainer.num_rows()), other_lambda(lambda.size());
+
+  const ConstraintReport report =
+      constrainer.project_forces(host.r, f, 0.0, {.multipliers = lambda, .forces = pull, .stress = stress});
+  const ConstraintReport solved =
+      constrainer.solve({.positions = host.r,
+                         .velocities = still,
+                         .forces = first,
+                         .accelerations = w,
+                         .wanted = {.multipliers = other_lambda, .forces = other_pull, .stress = other_stress}});
+
+  ASSERT_TRUE(report.outcome.ok() && solved.outcome.ok());
+  const auto expect_near = [](const auto& a, const auto& b) {
+    for (std::size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k], b[k], 1e-13) << k;
+  };
+  expect_near(lambda, other_lambda);
+  expect_near(pull, other_pull);
+  expect_near(stress, other_stress);
+  expect_near(report.virial, solved.virial);
+  EXPECT_GT(std::abs(report.virial[0]), 1e-3);
+  for (std::size_t k = 0; k < f.size(); ++k) {
+    if (host.masses[k / 3] == infinity) continue;
+    EXPECT_NEAR(f[k], first[k] + pull[k], 1e-13);
+  }
+}
+
 TEST(ProjectForces, WorksAtAnyScaleOfForces) {
   for (const double size : {1e-12, 1e12}) {
     Pair host;
