@@ -112,9 +112,11 @@ if [[ ${1:-} != --quick ]]; then
   headline "binary interface"
   scripts/abi
 
-  headline "a project that contains tanor"
-  cmake --build build/tests/package-FetchContent --parallel "$(nproc)"
-  build/tests/package-FetchContent/chain_host
+  headline "projects that contain tanor"
+  for by in add_subdirectory FetchContent; do
+    cmake --build build/tests/package-$by --parallel "$(nproc)"
+    build/tests/package-$by/chain_host
+  done
 
   headline "Debian packages"
   scripts/package --check

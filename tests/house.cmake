@@ -24,7 +24,7 @@ if(TANOR_INSTALL)
   set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300 COST 12)
 endif()
 
-# A project that contains tanor; only configured, for scripts/check.sh builds it.
+# Projects that contain tanor; only configured, for scripts/check.sh builds them.
 foreach(by add_subdirectory FetchContent)
   add_test(NAME package/${by} COMMAND ${CMAKE_COMMAND} -G ${CMAKE_GENERATOR} --fresh
     -S ${CMAKE_CURRENT_SOURCE_DIR}/package/subproject -B ${CMAKE_CURRENT_BINARY_DIR}/package-${by}

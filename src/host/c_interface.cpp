@@ -19,6 +19,7 @@
 #include <tanor/version.hpp>
 
 #include "host/c_members.hpp"
+#include "host/host_input.hpp"
 #include "host/point_address.hpp"
 
 /// A handle, whose Constrainer is made on first use; before that a cell may be set.
@@ -213,6 +214,7 @@ int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const
     system->tolerance = own.tolerance;
     system->masses.assign(masses, masses + num_points);
     for (std::size_t i = 0; i < num_points; ++i) {
+      check_mass(masses[i], std::nullopt, i);
       const std::array<double, 3> point = read_point(array_of(positions), i);
       system->positions.insert(system->positions.end(), point.begin(), point.end());
     }

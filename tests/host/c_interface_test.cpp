@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include <tanor/build_info.hpp>
 
@@ -355,6 +357,43 @@ TEST(CInterface, RodsMayCrossTheFacesOfACell) {
     EXPECT_NEAR(std::hypot(r[3] + 3.03 - r[0], r[4] - r[1], r[5] - r[2]), std::hypot(0.8, 0.2), 1e-13);
     EXPECT_NEAR(std::hypot(r[6] - r[3], r[7] - r[4], r[8] - r[5]), std::hypot(0.8, 0.2), 1e-13);
   }
+}
+
+/// Two threads run steps and failing calls of their own handles at once. Each gets its own messages and the same bits.
+TEST(CInterface, HandlesAreIndependentInTwoThreads) {
+  std::array<std::vector<double>, 2> ends;
+  const auto run = [&](std::size_t own) {
+    const std::int32_t beyond = 100 + static_cast<std::int32_t>(own);
+    const std::array<std::int32_t, 2> wrong{0, beyond};
+    const std::string expected = std::to_string(beyond);
+    const Tailed host;
+    const Handle handle = host.make_handle();
+    std::vector<double> old = host.r, r = host.r, v = host.v;
+    for (int k = 0; k < 50; ++k) {
+      tn_system* none = nullptr;
+      const double mass = -1.0 - static_cast<double>(own);
+      ASSERT_EQ(tn_create(&none, 1, &mass, {r.data(), 0, nullptr}, nullptr), TN_EINVAL);
+      ASSERT_NE(std::string(tn_create_error()).find(own == 0 ? "-1" : "-2"), std::string::npos) << tn_create_error();
+      ASSERT_EQ(tn_add_rods(handle.get(), 1, wrong.data(), nullptr, nullptr, nullptr), TN_EINVAL);
+      ASSERT_NE(std::string(tn_last_error(handle.get())).find(expected), std::string::npos);
+      old = r;
+      for (std::size_t d = 0; d < r.size(); ++d) r[d] += 1e-3 * v[d];
+      ASSERT_EQ(tn_constrain_positions(handle.get(), 1e-3, {old.data(), 0, nullptr}, {r.data(), 0, nullptr},
+                                       {v.data(), 0, nullptr}, nullptr, nullptr),
+                TN_OK)
+          << tn_last_error(handle.get());
+      ASSERT_EQ(
+          tn_constrain_velocities(handle.get(), 1e-3, {r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
+          TN_OK)
+          << tn_last_error(handle.get());
+    }
+    ends[own] = r;
+  };
+  std::thread first(run, 0), second(run, 1);
+  first.join();
+  second.join();
+  EXPECT_EQ(ends[0], ends[1]);
+  EXPECT_NE(ends[0], Tailed().r);
 }
 
 }  // namespace
