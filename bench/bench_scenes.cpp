@@ -65,6 +65,12 @@ System put_together(System first, const System& second) {
   return first;
 }
 
+System many(int count, const System& one) {
+  System result = one;
+  for (int k = 1; k < count; ++k) result = put_together(std::move(result), one);
+  return result;
+}
+
 System lattice(int size) {
   return make_generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
 }
@@ -326,6 +332,7 @@ const std::vector<BenchScene>& bench_scenes() {
       {"tube 60 x 60", [] { return shuffled(tube(60, 60)); }, 8.0, 0.0},
       {"lattice with holes 12", [] { return shuffled(lattice_with_holes(12)); }, 15.0, 0.0},
       {"lattice with holes 18", [] { return shuffled(lattice_with_holes(18)); }, 40.0, 0.0},
+      {"nets 100 x 22", [] { return many(100, net(22)); }, 0.0, 0.0},
       {"mixed clusters 1e4 + net 30", [] { return put_together(melt(10000, 10), net(30)); }, 0.0, 0.0},
   };
   return scenes;

@@ -268,4 +268,11 @@ void Cholesky::solve(double* x, int threads) {
   }
 }
 
+bool Cholesky::factorizes_by_threads() const {
+  return implementation_->fronts && implementation_->fronts->factorizes_by_threads();
+}
+bool Cholesky::solves_by_threads() const {
+  return implementation_->fronts && implementation_->fronts->solves_by_threads();
+}
+
 }  // namespace tanor

@@ -65,6 +65,10 @@ class Cholesky {
   /// Solves in place: x := S^-1 x, [n].
   void solve(double* x, int threads = 1);
 
+  /// True if several threads take less time than one for a factorization, or for a solve.
+  bool factorizes_by_threads() const;
+  bool solves_by_threads() const;
+
  private:
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;

@@ -215,8 +215,12 @@ void Multifrontal::run(const FrontTask& task, const Entries& entries, Workspace&
   }
 }
 
+bool Multifrontal::factorizes_by_threads() const {
+  return tree_.cost >= plan::flops_worth_threads;
+}
+
 std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* values, int threads) {
-  if (tree_.cost < plan::flops_worth_threads) threads = 1;
+  if (!factorizes_by_threads()) threads = 1;
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
   const Entries entries{lower, values};

@@ -33,6 +33,9 @@ class Multifrontal {
   /// Factorizes the values that stand beside the pattern's rows. Returns the first column whose pivot is not positive,
   /// or n.
   std::size_t factorize(const TrianglePattern& lower, const double* values, int threads = 1);
+  /// True if several threads take less time than one for a factorization, or for a solve.
+  bool factorizes_by_threads() const;
+  bool solves_by_threads() const;
   /// Returns the diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }
   /// Solves in place: x := S^-1 x, [n]. No rows are kept.

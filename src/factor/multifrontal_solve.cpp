@@ -158,9 +158,13 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
   keep(first, columns);
 }
 
+bool Multifrontal::solves_by_threads() const {
+  return static_cast<double>(panels_.size()) >= plan::numbers_worth_threads;
+}
+
 /// Returns how many threads a solve is worth.
 int Multifrontal::threads_of_solve(int threads) {
-  if (static_cast<double>(panels_.size()) < plan::numbers_worth_threads) threads = 1;
+  if (!solves_by_threads()) threads = 1;
   reserve(threads);
   return threads;
 }

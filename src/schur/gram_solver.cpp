@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/numbers.hpp"
 #include "schur/condition.hpp"
@@ -165,7 +166,7 @@ std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_co
 }
 
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
-  for_parts(parallel, [&](Part& part, int threads) {
+  for_parts(parallel, std::mem_fn(&Part::assembles_by_threads), [&](Part& part, int threads) {
     double* const values = part.values();
     part.plan.assemble(blocks, values, Parallel(threads));
     for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
@@ -179,7 +180,7 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 }
 
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
-  for_parts(parallel, [](Part& part, int threads) {
+  for_parts(parallel, std::mem_fn(&Part::factorizes_by_threads), [](Part& part, int threads) {
     const Cholesky::Quality quality = part.factorize(threads);
     const std::size_t column = quality.weakest_column;
     const bool ordered = !part.permutation.empty() && column < part.permutation.size();
@@ -221,7 +222,7 @@ double GramSolver::estimate_reciprocal_condition() {
 void GramSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
   std::fill(x + first_idle_row_, x + num_rows_, 0.0);
   // S = D^-1 (scaled S) D^-1 with D = diag(scale), so x = D (scaled S)^-1 D b, in the order of elimination.
-  for_parts(parallel, [&](Part& part, int threads) {
+  for_parts(parallel, std::mem_fn(&Part::solves_by_threads), [&](Part& part, int threads) {
     const double* const b_rows = b + part.first_row;
     double* const x_rows = x + part.first_row;
     const std::size_t n = part.x.size();

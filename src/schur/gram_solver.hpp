@@ -9,7 +9,9 @@
 #include "base/parallel.hpp"
 #include "factor/cholesky.hpp"
 #include "factor/closed_form.hpp"
+#include "plan/thresholds.hpp"
 #include "schur/factor_summary.hpp"
+#include "schur/partition.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -103,6 +105,15 @@ class GramSolver {
       auto* const cholesky = std::get_if<Cholesky>(&factor);
       return cholesky != nullptr ? cholesky->factorize(threads) : std::get<ClosedForm>(factor).factorize();
     }
+    bool assembles_by_threads() const { return plan.rows().size() >= 2 * tanor::plan::products_worth_a_thread; }
+    bool factorizes_by_threads() const {
+      const auto* const cholesky = std::get_if<Cholesky>(&factor);
+      return cholesky != nullptr && cholesky->factorizes_by_threads();
+    }
+    bool solves_by_threads() const {
+      const auto* const cholesky = std::get_if<Cholesky>(&factor);
+      return cholesky != nullptr && cholesky->solves_by_threads();
+    }
     double products = 0.0;                                     // as in Summary
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
     std::vector<int> may_be_zero;                              // diagonal slots of rows that may be 0
@@ -112,16 +123,19 @@ class GramSolver {
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
                 std::span<const double> squared_norms, const FindPoints& find_points);
 
-  /// Calls body(part, threads). Parts that would keep the others waiting come one after the other with all threads, the
-  /// rest side by side.
-  template <class Body>
-  void for_parts(const Parallel& parallel, const Body& body) {
-    const auto is_large = [&](const Part& part) { return parallel.threads() * part.products > summary_.products; };
+  /// Calls body(part, threads). Parts that run alone come one after the other with all threads, the rest side by side.
+  /// `gains_by_threads`(part) is true if threads of its own make the part faster.
+  template <class Gains, class Body>
+  void for_parts(const Parallel& parallel, const Gains& gains_by_threads, const Body& body) {
+    const auto is_alone = [&](const Part& part) {
+      return parts_.size() == 1 ||
+             runs_alone(part.products, summary_.products, parallel.threads(), gains_by_threads(part));
+    };
     for (Part& part : parts_) {
-      if (is_large(part)) body(part, parallel.threads());
+      if (is_alone(part)) body(part, parallel.threads());
     }
     parallel.for_tasks(parts_.size(), [&](std::size_t p) {
-      if (!is_large(parts_[p])) body(parts_[p], 1);
+      if (!is_alone(parts_[p])) body(parts_[p], 1);
     });
   }
 

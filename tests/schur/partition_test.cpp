@@ -64,6 +64,17 @@ TEST(Partition, EqualIslandsGiveSixteenEqualParts) {
   for (Index p = 0; p <= 16; ++p) EXPECT_EQ(parts[static_cast<std::size_t>(p)], 20 * 99 * p);
 }
 
+/// Sixteen equal parts on more threads than parts, or on as many.
+TEST(RunsAlone, OnlyWhereThreadsOfItsOwnMakeAPartFaster) {
+  for (const int threads : {2, 16, 17, 64}) {
+    EXPECT_FALSE(runs_alone(1.0, 16.0, threads, false)) << threads;
+    EXPECT_EQ(runs_alone(1.0, 16.0, threads, true), threads > 16) << threads;
+  }
+  EXPECT_FALSE(runs_alone(1.1, 2.1, 2, false));
+  EXPECT_TRUE(runs_alone(1.1, 2.1, 2, true));
+  EXPECT_FALSE(runs_alone(1.0, 1.0, 1, true));
+}
+
 TEST(Partition, NoRowsGiveNoParts) {
   const std::vector<Index> islands = {0};
 
