@@ -1,17 +1,18 @@
 // Measures the cost of the public calls beside the kernels inside, in turn in one process:
 //   constrainer [threads] [largest number of rods] [smallest number of rods]
 // The scenes are chains of 100 rods and one chain, with points in the order of the chains and shuffled. The program
-// prints a table: nanoseconds of processor time a rod (medians, of all threads together) of each call, of the kernels
-// alone on arrays in their own order, and the median ratio of both; then of the moves alone, which are plain loops that
-// read each of the host's points that the call reads and write each that it writes, and the median ratio of the call
-// and
-// kernels + moves. A part of that ratio above 1 is not the memory's.
+// prints a table: nanoseconds a rod (medians) of each call, of the kernels alone on arrays in their own order, and the
+// median ratio of both; then of the moves alone, which are plain loops that read each of the host's points that the
+// call reads and write each that it writes, and the median ratio of the call and kernels + moves. A part of that ratio
+// above 1 is not the memory's. One thread is measured by its processor time, several by the clock on the wall, since
+// threads that wait for work spend processor time, too; the machine must then have nothing else to do.
 //   host solve, host step    Constrainer: solve; constrain_positions and constrain_velocities with new arrays
 //   Dynamics::solve          accelerations and multipliers
 //   Simulation               a step of `rattle` in a long advance, beside the same step on bare arrays
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -67,24 +68,35 @@ struct Times {
   double call, kernels, moves, ratio, bound_ratio;  // ns a rod, medians
 };
 
-/// Times the three functions in turn.
-Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels,
-                    const std::function<void()>& moves, std::size_t num_rods) {
+/// Times functions in turn.
+struct Stopwatches {
+  int threads;
+
+  double now() const {
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now().time_since_epoch();
+    return threads == 1 ? processor_seconds() : wall.count();
+  }
+  Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels,
+                      const std::function<void()>& moves, std::size_t num_rods) const;
+};
+
+Times Stopwatches::time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels,
+                                 const std::function<void()>& moves, std::size_t num_rods) const {
   constexpr int rounds = 15;
   const std::size_t repeats = std::max<std::size_t>(1, 400'000 / num_rods);
   const std::function<void()>* const all[]{&call, &kernels, &moves};
   std::vector<double> times[3], ratios, bound_ratios;
   for (int round = -1; round < rounds; ++round) {
-    double now[3];
+    double spent[3];
     for (const int k : {0, 1, 2}) {
-      const double begin = processor_seconds();
+      const double begin = now();
       for (std::size_t i = 0; i < repeats; ++i) (*all[k])();
-      now[k] = 1e9 * (processor_seconds() - begin) / static_cast<double>(repeats * num_rods);
+      spent[k] = 1e9 * (now() - begin) / static_cast<double>(repeats * num_rods);
     }
     if (round < 0) continue;  // the first one warms up
-    for (const int k : {0, 1, 2}) times[k].push_back(now[k]);
-    ratios.push_back(now[0] / now[1]);
-    bound_ratios.push_back(now[0] / (now[1] + now[2]));
+    for (const int k : {0, 1, 2}) times[k].push_back(spent[k]);
+    ratios.push_back(spent[0] / spent[1]);
+    bound_ratios.push_back(spent[0] / (spent[1] + spent[2]));
   }
   return {median(times[0]), median(times[1]), median(times[2]), median(ratios), median(bound_ratios)};
 }
@@ -314,27 +326,28 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   BareSteps bare(&kernels, simulation);
 
   std::printf("| %zu | %zu | %s | %d", d, length, shuffled ? "shuffled" : "natural", threads);
+  const Stopwatches watches{threads};
   const auto advance = [&] { expect(simulation.advance_to(simulation.time() + h * static_cast<double>(steps))); };
-  print(time_in_turns(
+  print(watches.time_in_turns(
       advance, [&] { bare.advance(steps); }, [] {}, steps * d));
-  print(time_in_turns([&] { solve(&constrainer, &host); }, [&] { kernels.solve(); },
-                      [&] {
-                        moves.move({&host.next_place(), &chains.v, &chains.f}, {&host.w});
-                      },
-                      d));
+  print(watches.time_in_turns([&] { solve(&constrainer, &host); }, [&] { kernels.solve(); },
+                              [&] {
+                                moves.move({&host.next_place(), &chains.v, &chains.f}, {&host.w});
+                              },
+                              d));
   const auto move_step = [&] {
     moves.move({&chains.r, &host.r, &host.v}, {&host.r, &host.v});
     moves.move({&host.r, &host.v}, {&host.v});
   };
-  print(time_in_turns([&] { step(&constrainer, kernels.model().parallel, &host); }, [&] { kernels.step(); }, move_step,
-                      d));
+  print(watches.time_in_turns([&] { step(&constrainer, kernels.model().parallel, &host); }, [&] { kernels.step(); },
+                              move_step, d));
   const auto call_dynamics = [&] {
     expect(dynamics
                .solve({.positions = host.next_place(), .velocities = chains.v},
                       {.accelerations = host.w, .multipliers = host.lambda})
                .outcome);
   };
-  print(time_in_turns(
+  print(watches.time_in_turns(
       call_dynamics, [&] { kernels.solve_with_own_forces(); },
       [&] {
         moves.move({&host.next_place(), &chains.v}, {&host.w});

@@ -71,8 +71,9 @@ struct Verifier::Sliding {
     return std::visit(
         [&]<class Law>(const Law& law) -> Vec3 {
           if constexpr (HasForceOfFriction<Law>) {
-            return make_vec3(
-                KindOf<Law>::force(law, t, {r.x, r.y, r.z}, {velocity.x, velocity.y, velocity.z}, own.data(), nullptr));
+            Vec3 tau{};
+            KindOf<Law>::forces(law, {1, t, &r.x, &velocity.x, own.data(), &tau.x, nullptr});
+            return tau;
           } else {
             const double speed = norm(velocity);
             return speed > 0.0 ? (-magnitude(speed) / speed) * velocity : Vec3{};

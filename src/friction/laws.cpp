@@ -40,14 +40,6 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
     const bool is_user = !numbering.is_contact_row(static_cast<std::size_t>(i.row));
     if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign});
   }
-  for (const Friction& friction : laws_) {
-    std::visit(
-        [&]<class Law>(const Law& law) {
-          if constexpr (HasForceOfFriction<Law>)
-            threads_are_safe_ = threads_are_safe_ && KindOf<Law>::is_thread_safe(law);
-        },
-        friction);
-  }
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const Tangents::Place& place = tangents[c];
     const Contact contact = describe(laws_[static_cast<std::size_t>(place.friction)], place.friction);
@@ -69,8 +61,21 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const auto& rows = tangents[c].guide_row;
     guides_.push_back({.first_row = rows[0], .second_row = tangents[c].num_guides == 2 ? rows[1] : rows[0]});
-    if (!is_coulomb(c) || contacts_[c].is_full) others_.push_back(c);
+    if (has_three_parts(c))
+      add_to_force_groups(c);
+    else if (!is_coulomb(c) || contacts_[c].is_full)
+      others_.push_back(c);
   }
+}
+
+void FrictionLaws::add_to_force_groups(std::size_t c) {
+  const Index law = contacts_[c].law;
+  const std::size_t num_multipliers = terms(c).size();
+  auto group = std::ranges::find_if(force_groups_, [&](const ForceGroup& each) {
+    return each.law == law && each.num_multipliers == num_multipliers;
+  });
+  if (group == force_groups_.end()) group = force_groups_.insert(group, {law, num_multipliers, {}});
+  group->contacts.push_back(c);
 }
 
 void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r, const double* v,
@@ -164,22 +169,45 @@ Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const
   return sum;
 }
 
-/// Returns tau of a law for a force; writes d tau/d lambda [3][terms] unless null.
-Vec3 FrictionLaws::force(std::size_t c, const double* lambda, double* derivative) const {
-  const std::span<const Term> all = terms(c);
-  std::array<double, most_multipliers> own{};
-  for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
-  const auto& [x, y, z] = contacts_[c].position;
-  const auto& [vx, vy, vz] = contacts_[c].velocity;
-  const Vector3 r{x, y, z}, v{vx, vy, vz};
-  return std::visit(
-      [&]<class Law>(const Law& own_law) -> Vec3 {
-        if constexpr (HasForceOfFriction<Law>)
-          return make_vec3(KindOf<Law>::force(own_law, t_, r, v, own.data(), derivative));
-        else
-          return {};
-      },
-      law(c));
+/// Calls visit(contact, tau, d tau/d lambda [3][terms]) for all contacts whose law is a force. Laws are evaluated for
+/// some contacts at once.
+template <class Visit>
+void FrictionLaws::for_forces(const Parallel& parallel, const double* lambda, bool with_derivatives,
+                              const Visit& visit) const {
+  constexpr std::size_t at_once = 64;
+  const auto evaluate = [&]<class Law>(const Law& law, const ForceGroup& group, std::size_t begin, std::size_t end) {
+    if constexpr (HasForceOfFriction<Law>) {
+      const std::size_t p = group.num_multipliers;
+      std::array<double, 3 * at_once> r, v, tau;
+      std::array<double, most_multipliers * at_once> own;
+      std::array<double, 3 * most_multipliers * at_once> derivative;
+      for (std::size_t first = begin; first < end; first += at_once) {
+        const std::size_t count = std::min(at_once, end - first);
+        for (std::size_t k = 0; k < count; ++k) {
+          const std::size_t c = group.contacts[first + k];
+          store(r.data(), k, contacts_[c].position);
+          store(v.data(), k, contacts_[c].velocity);
+          for (std::size_t a = 0; a < p; ++a) own[p * k + a] = lambda[terms(c)[a].row];
+        }
+        if (with_derivatives) std::fill_n(derivative.begin(), 3 * p * count, 0.0);
+        KindOf<Law>::forces(law, {count, t_, r.data(), v.data(), own.data(), tau.data(),
+                                  with_derivatives ? derivative.data() : nullptr});
+        for (std::size_t k = 0; k < count; ++k)
+          visit(group.contacts[first + k], load(tau.data(), k), derivative.data() + 3 * p * k);
+      }
+    }
+  };
+  for (const ForceGroup& group : force_groups_) {
+    std::visit(
+        [&]<class Law>(const Law& law) {
+          if constexpr (HasForceOfFriction<Law>) {
+            const Parallel own(KindOf<Law>::is_thread_safe(law) ? parallel.threads() : 1);
+            own.for_ranges(group.contacts.size(),
+                           [&](std::size_t begin, std::size_t end) { evaluate(law, group, begin, end); });
+          }
+        },
+        laws_[static_cast<std::size_t>(group.law)]);
+  }
 }
 
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
@@ -206,45 +234,41 @@ void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, doub
         std::fill(own, x + end_part(c), has_reference(c) ? factor_[c] : 0.0);
       else if (is_coulomb(c))
         *own = factor_[c] * norm(normal_force(c, lambda));  // mu |N|
-      else if (has_three_parts(c))
-        store(own, 0, force(c, lambda, nullptr));
       else if (!is_given(c))
         *own = magnitude(law(c), contacts_[c].speed, norm(normal_force(c, lambda)));
       else
         *own = factor_[c];
     }
   };
-  if (threads_are_safe_) return parallel.for_ranges(others_.size(), evaluate_others);
-  evaluate_others(0, others_.size());
+  parallel.for_ranges(others_.size(), evaluate_others);
+  for_forces(parallel, lambda, false,
+             [&](std::size_t c, const Vec3& tau, const double*) { store(x + first_part(c), 0, tau); });
 }
 
 void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda,
                                     double* dx) const {
   const auto apply_range = [&](std::size_t begin, std::size_t end) {
-    std::array<double, 3 * most_multipliers> derivative;
     for (std::size_t c = begin; c < end; ++c) {
       const std::span<const Term> all = terms(c);
       double* const own = dx + first_part(c);
       std::fill(own, dx + end_part(c), 0.0);
-      if (tangents_.sticks(c)) continue;
-      if (has_three_parts(c)) {
-        derivative.fill(0.0);
-        force(c, lambda, derivative.data());
-        for (std::size_t a = 0; a < all.size(); ++a) {
-          for (std::size_t k = 0; k < 3; ++k) own[k] += dlambda[all[a].row] * derivative[k * all.size() + a];
-        }
-      } else if (!all.empty()) {
-        // dx = slope N'dN/|N|
-        const Vec3 normal = normal_force(c, lambda);
-        const double size = norm(normal);
-        if (!(size > 0.0)) continue;
-        const double slope = is_coulomb(c) ? factor_[c] : slope_in_normal_force(law(c), contacts_[c].speed, size);
-        *own = slope * dot(normal, normal_force(c, dlambda)) / size;
-      }
+      if (tangents_.sticks(c) || has_three_parts(c) || all.empty()) continue;
+      // dx = slope N'dN/|N|
+      const Vec3 normal = normal_force(c, lambda);
+      const double size = norm(normal);
+      if (!(size > 0.0)) continue;
+      const double slope = is_coulomb(c) ? factor_[c] : slope_in_normal_force(law(c), contacts_[c].speed, size);
+      *own = slope * dot(normal, normal_force(c, dlambda)) / size;
     }
   };
-  if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), apply_range);
-  apply_range(0, contacts_.size());
+  parallel.for_ranges(contacts_.size(), apply_range);
+  for_forces(parallel, lambda, true, [&](std::size_t c, const Vec3&, const double* derivative) {
+    const std::span<const Term> all = terms(c);
+    double* const own = dx + first_part(c);
+    for (std::size_t a = 0; a < all.size(); ++a) {
+      for (std::size_t k = 0; k < 3; ++k) own[k] += dlambda[all[a].row] * derivative[k * all.size() + a];
+    }
+  });
 }
 
 void FrictionLaws::write_forces(const double* x, double* tau) const {

@@ -99,13 +99,15 @@ class FrictionLaws {
     Vec3 position{}, velocity{};                 // at the last configuration, if it has three parts
   };
   static Contact describe(const Friction& law, Index number);
+  void add_to_force_groups(std::size_t contact);
   void set_guides(std::size_t contact);
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
   bool has_reference(std::size_t contact) const {
     return tangents_.sticks(contact) && dot(contacts_[contact].reference, contacts_[contact].reference) > 0.0;
   }
   const Friction& law(std::size_t contact) const { return laws_[static_cast<std::size_t>(contacts_[contact].law)]; }
-  Vec3 force(std::size_t contact, const double* lambda, double* derivative) const;
+  template <class Visit>
+  void for_forces(const Parallel& parallel, const double* lambda, bool with_derivatives, const Visit& visit) const;
   std::span<const Term> terms(std::size_t contact) const {
     return {terms_.data() + term_start_[contact], terms_.data() + term_start_[contact + 1]};
   }
@@ -123,13 +125,19 @@ class FrictionLaws {
     Index first_row, second_row;
   };
   std::vector<Guides> guides_;       // [contact]
-  std::vector<std::size_t> others_;  // contacts whose law is not Coulomb's, or reads the full reaction
+  std::vector<std::size_t> others_;  // contacts whose law is a magnitude but not Coulomb's, or reads the full reaction
+  /// Contacts of one law for a force, with as many multipliers each.
+  struct ForceGroup {
+    Index law;
+    std::size_t num_multipliers;
+    std::vector<std::size_t> contacts;
+  };
+  std::vector<ForceGroup> force_groups_;
   std::vector<char> is_coulomb_;
   std::vector<double> factor_;      // [contact] mu of a Coulomb contact; x itself if given
   std::vector<Vec3> directions_;    // [part]
   const double* blocks_ = nullptr;  // K at the last configuration
   double t_ = 0.0;
-  bool threads_are_safe_ = true;
 };
 
 }  // namespace tanor

@@ -190,6 +190,28 @@ class Functions(unittest.TestCase):
         self.both(bead_on_incline(tanor.UserFriction("incline", kernel=law, num_multipliers=1)),
                   bead_on_incline(tanor.Viscous("incline", coefficient=0.5)), 1.0, 1e-7)
 
+    def test_a_law_of_friction_is_called_for_all_its_contacts_at_once(self):
+        counts = set()
+
+        def law(t, r, v, multipliers):
+            counts.add((r.shape, v.shape, multipliers.shape))
+            normal = numpy.abs(multipliers)[:, :, None]  # [k, 1, 1]
+            speed = numpy.linalg.norm(v, axis=1, keepdims=True)
+            return -0.1 * normal[:, 0] * v / speed, -0.1 * numpy.sign(multipliers)[:, :, None] * (v / speed)[:, :, None]
+
+        n = 70
+        points = numpy.stack([numpy.arange(n), numpy.zeros(n), numpy.zeros(n)], axis=1)
+        velocities = numpy.stack([numpy.zeros(n), 3 + 0.01 * numpy.arange(n), numpy.zeros(n)], axis=1)
+
+        def system(friction):
+            return tanor.System(points, 1 + 0.1 * numpy.arange(n), velocities=velocities,
+                                constraints=[tanor.Planes(list(range(n)), normal=(0, 0, 1), name="floor")],
+                                forces=[tanor.Gravity((0, 0, -10))], friction=[friction])
+
+        self.both(system(tanor.UserFriction("floor", kernel=law, num_multipliers=1)),
+                  system(tanor.Coulomb("floor", coefficient=0.1)), 0.5, 1e-9)
+        self.assertEqual(counts, {((64, 3), (64, 3), (64, 1)), ((6, 3), (6, 3), (6, 1))})
+
     def test_functions_of_time_are_numbers_texts_tables_and_callables(self):
         def swing(t):
             return 0.1 - 0.1 * numpy.cos(3 * t), 0.3 * numpy.sin(3 * t), 0.9 * numpy.cos(3 * t)

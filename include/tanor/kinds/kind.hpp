@@ -177,9 +177,9 @@ struct ClockOf {
 ///                 which also reads multipliers: `normal` is |N|, of a scalar type, so that Forward gives the
 ///                 derivative. N is the force of the guides, or the whole reaction of the point if
 ///                 reads_full_reaction(law);
-///     force(law, t, r, v, lambda, derivative)
-///                 which has any direction and reads the multipliers of the guides one by one; such a law also has
-///                 num_multipliers(law) and is_thread_safe(law).
+///     forces(law, batch)
+///                 which have any direction and read the multipliers of the guides one by one, of many points at once
+///                 (FrictionBatch); such a law also has num_multipliers(law) and is_thread_safe(law).
 ///
 /// It may have `is_proportional`, which says that the magnitude is mu(speed) |N|, as Coulomb's: modes of stick and slip
 /// are then counted and (43) runs on a fast kernel; sticks(law) and static_coefficient(law), for a proportional law
@@ -222,7 +222,7 @@ using NumbersOf = std::array<T, static_cast<std::size_t>(KindOf<Group>::coordina
 /// True if a law of friction gives a force in any direction instead of a magnitude against the sliding.
 template <class Law>
 concept HasForceOfFriction = requires {
-  &KindOf<Law>::force;
+  &KindOf<Law>::forces;
 };
 
 /// True if the magnitude of a law depends on the normal force.

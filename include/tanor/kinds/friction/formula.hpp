@@ -24,13 +24,9 @@ struct KindOf<UserFriction> {
 
   static int num_multipliers(const UserFriction& law) { return law.kernel.num_multipliers; }
   static bool is_thread_safe(const UserFriction& law) { return law.kernel.thread_safe; }
-  /// Returns tau, N, at the position r and time t of a point that slides with v. Writes d tau/d lambda
-  /// [3][num_multipliers] to `derivative` unless it is null.
-  static Vector3 force(const UserFriction& law, double t, const Vector3& r, const Vector3& v, const double* lambda,
-                       double* derivative) {
-    Vector3 tau{};
-    law.kernel.evaluate(law.kernel.context.get(), {1, t, r.data(), v.data(), lambda, tau.data(), derivative});
-    return tau;
+  /// Computes tau, N, of points that slide, and its derivative in their multipliers if that is wanted.
+  static void forces(const UserFriction& law, const FrictionBatch& batch) {
+    law.kernel.evaluate(law.kernel.context.get(), batch);
   }
 
   template <class Check>
