@@ -13,7 +13,7 @@ from tabulate_linear_solvers import bytes_in_words, processor, slope
 CORES = 64
 CHANNELS, CHANNEL_PEAK, SHARE_OF_PEAK = 12, 38.4e9, 0.75  # DDR5-4800; of it the triad sees three quarters
 SIZES = (1e6, 1e7, 1e8, 1e9)
-MOST_COUNTED = 2**31 - 1  # nonzeros of L
+MOST_COUNTED, PRODUCTS_A_ROD = 2**31 - 1, 5  # products of S, counted by int: ten at a point where four rods of a net meet
 BUNDLED = 32  # chains: two threads each
 
 
@@ -70,26 +70,23 @@ def print_nets(rows: list, set_up: list, dense: float) -> None:
     def nonzeros(members: float) -> float:
         return members * (last["factor_nonzeros"] + growth * math.log2(members / last["members"]))
 
-    most = last["members"]
-    while nonzeros(1.1 * most) <= MOST_COUNTED:
-        most *= 1.1
     print("\n## One net\n")
     print(f"Flops of the factorization a rod ~ N^{flops_exponent:.2f} (fitted to the {len(nets)} nets; 0.5 in theory), at the "
-          f"{100 * share:.0f} % of dgemm that the largest net reaches, on one core:")
-    print("one net is one island, and its factorization is not shared by threads. nnz(L) a rod = "
+          f"{100 * share:.0f} % of dgemm that the largest net reaches, on one core;")
+    print("more threads share a net (fronts.md has what two gain). nnz(L) a rod = "
           f'{last["factor_nonzeros"]:.0f} + {growth:.1f} log2(N/{last["members"]:.1g}).\n')
     print("| rods | evaluation | nnz(L) | memory with rattle |\n|--:|--:|--:|--:|")
     fixed = bytes_each(set_up, "net") - 8.0 * last["factor_nonzeros"]
     for size in SIZES:
         flops = last["flops"] * (size / last["members"]) ** flops_exponent * size
         seconds, entries = flops / (share * dense), nonzeros(size)
-        if entries > MOST_COUNTED:
+        if size * PRODUCTS_A_ROD > MOST_COUNTED:
             print(f"| {size:.0e} | refused | {entries:.1e} | |")
         else:
             print(f"| {size:.0e} | {seconds_in_words(seconds)} | {entries:.1e} | {bytes_in_words(fixed * size + 8.0 * entries)} |")
-    print(f"\nAbove about {most:.0e} rods L has more than 2^31 - 1 nonzeros: such a net is refused with that number. "
-          "Many nets")
-    print("side by side are factorized in up to 16 parts, one thread each.")
+    print(f"\nAbove about {MOST_COUNTED / PRODUCTS_A_ROD:.0e} rods S has more than 2^31 - 1 products: such a net is refused with that "
+          "number. Many nets")
+    print("side by side are factorized in up to 16 parts, side by side as well.")
 
 
 def main() -> None:

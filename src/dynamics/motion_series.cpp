@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "base/stopwatch.hpp"
 #include "schur/refinement.hpp"
@@ -24,13 +25,14 @@ std::vector<Incidence> join(std::vector<Incidence> constraints, const std::vecto
 
 }  // namespace
 
-MotionSeries::MotionSeries(Workspace& work)
+MotionSeries::MotionSeries(Workspace& work, std::span<const char> takes_part, IndexRanges points)
     : work_(work),
       model_(work.model()),
-      constraints_(model_.system, model_.numbering, model_.incidences, work.time()),
+      constraints_(model_.system, model_.numbering, model_.incidences, work.time(), takes_part),
       forces_(model_.system, model_.numbering, work.time()),
       gather_(join(constraints_.turning(model_.incidences), forces_.incidences(), work.constraints.num_blocks()),
               model_.num_points()),
+      points_(std::move(points)),
       first_force_(work.constraints.num_blocks()),
       blocks_(3 * (first_force_ + forces_.num_blocks()), 0.0),
       ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0),
@@ -104,15 +106,11 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   if (k == 0) return;
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
   double* const next = coefficients[static_cast<std::size_t>(k) + 2];
-  const std::size_t moving = model_.num_moving();
-  gather_.write_scaled(parallel, blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
+  gather_.write_scaled(parallel, blocks_.data(), ones_.data(), model_.inverse_mass.data(), points_, next);
   const double factor = 1.0 / ((k + 1.0) * (k + 2.0));
-  parallel.for_ranges(
-      3 * moving,
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) next[i] *= factor;
-      },
-      3 * Parallel::worth_a_thread);
+  points_.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 3 * begin; i < 3 * end; ++i) next[i] *= factor;
+  });
 }
 
 /// Solves S mu = -(K_0'r_{k+2} + the lower ones), then r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu.

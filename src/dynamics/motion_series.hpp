@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "assembly/reactions.hpp"
+#include "base/index_ranges.hpp"
 #include "dynamics/workspace.hpp"
 #include "evaluate/constraint_series.hpp"
 #include "evaluate/force_series.hpp"
@@ -34,7 +35,10 @@ class SeriesFactor {
 /// The unknown lambda_k is multiplied by K_0 alone, so every order is one solve with the factor of S(r_0).
 class MotionSeries {
  public:
-  explicit MotionSeries(Workspace& work);
+  explicit MotionSeries(Workspace& work) : MotionSeries(work, {}, IndexRanges(work.model().num_moving())) {}
+  /// Describes some islands: rods with a `takes_part` [row] of 0 are left out, and the factor must leave them out too.
+  /// `points` are the moving points of the islands and those in none.
+  MotionSeries(Workspace& work, std::span<const char> takes_part, IndexRanges points);
 
   /// Returns the reason why the system has no series, or an empty string if it has one.
   const std::string& obstacle() const;
@@ -60,6 +64,7 @@ class MotionSeries {
   ConstraintSeries constraints_;
   ForceSeries forces_;
   ReactionGather gather_;  // blocks of constraints, then those of forces
+  IndexRanges points_;     // moving points that it moves
   struct Support {
     VectorFunction displacement;
     std::vector<Index> points;  // inner

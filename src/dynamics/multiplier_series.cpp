@@ -8,18 +8,14 @@
 
 namespace tanor {
 
-namespace {
-
-std::unique_ptr<PathSeries> make_path_series(const Workspace& work) {
-  const Model& model = work.model();
-  return PathSeries::make(model.system, model.numbering, model.incidences, model.inverse_mass);
-}
-
-}  // namespace
-
 MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization)
-    : work_(work), model_(work.model()), linearization_(linearization), path_series_(make_path_series(work)) {
-  if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(work);
+    : work_(work),
+      model_(work.model()),
+      linearization_(linearization),
+      lanes_(model_.system, work.constraints, model_.numbering, model_.inverse_mass) {
+  if (lanes_.serves_all()) return;
+  series_ = std::make_unique<MotionSeries>(work, lanes_.left_rows(), lanes_.left_points());
+  if (lanes_.serves_some()) rest_ = work.constraints.select(lanes_.left_rows());
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
@@ -28,15 +24,29 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
   write_first_coefficients(at, w, size, coefficients);
   // The solves take as many passes as those of w.
   const int passes = 1 + found.refinements;
-  if (path_series_ != nullptr) {
-    *smooth_until = std::numeric_limits<double>::infinity();
-    const Stopwatch watch(&work_.times.solve);
-    path_series_->expand(model_.parallel, coefficients, found.lambda.data(), passes);
-    work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
-  } else {
+  if (series_ != nullptr) {
+    // Rows of the lanes are 0 in each of its solves.
     *smooth_until = series_->expand(at.t, found.lambda, passes, *this, coefficients);
+  } else {
+    *smooth_until = std::numeric_limits<double>::infinity();
+    clear_points_at_rest(coefficients);
+    work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
+  }
+  {
+    const Stopwatch watch(&work_.times.solve);
+    lanes_.expand(model_.parallel, coefficients, found.lambda.data(), passes);
   }
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
+}
+
+/// Sets the coefficients of points that no constraint holds, and of supports, to 0 from the third on.
+void MultiplierSeries::clear_points_at_rest(std::span<double* const> coefficients) const {
+  for (std::size_t k = 3; k < coefficients.size(); ++k) {
+    lanes_.left_points().for_each([&](std::size_t begin, std::size_t end) {
+      std::fill(coefficients[k] + 3 * begin, coefficients[k] + 3 * end, 0.0);
+    });
+    std::fill(coefficients[k] + 3 * model_.num_moving(), coefficients[k] + 3 * model_.num_points(), 0.0);
+  }
 }
 
 Power MultiplierSeries::power_along(const Kinematics& at, int terms) {
@@ -52,7 +62,11 @@ Power MultiplierSeries::power_along(const Kinematics& at, int terms) {
 }
 
 void MultiplierSeries::apply_transposed(const double* points, const double* shift, double* rows) {
-  (void)linearization_.apply_transposed(points, shift, rows);
+  if (!lanes_.serves_some()) {
+    (void)linearization_.apply_transposed(points, shift, rows);
+    return;
+  }
+  (void)work_.constraints.apply_transposed(model_.parallel, rest_, linearization_.blocks().data(), points, shift, rows);
 }
 
 void MultiplierSeries::correct(double* rows, double* points) {

@@ -9,12 +9,13 @@
 #include "dynamics/motion_series.hpp"
 #include "dynamics/roles.hpp"
 #include "dynamics/workspace.hpp"
-#include "schur/path_series.hpp"
+#include "plan/thresholds.hpp"
+#include "schur/lane_series.hpp"
 
 namespace tanor {
 
 /// The motion of points as a power series in time: coefficient k + 2 of r from S lambda_k = -b_k, with the one factor
-/// of S at the beginning (see MotionSeries, or PathSeries where all islands are paths of rods).
+/// of S at the beginning (see MotionSeries, or LaneSeries for the islands that it serves).
 class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
  public:
   MultiplierSeries(Workspace& work, Linearization& linearization);
@@ -24,12 +25,13 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
                  double* smooth_until) override;
-  bool has_cheap_terms() const override { return path_series_ != nullptr; }
+  bool has_cheap_terms() const override { return lanes_.share_left() <= plan::most_left_of_cheap_terms; }
   Power power_along(const Kinematics& at, int terms) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
   void find_largest(std::span<double>) override {}
 
  private:
+  void clear_points_at_rest(std::span<double* const> coefficients) const;
   void complete(double*) override {}
   void apply_transposed(const double* points, const double* shift, double* rows) override;
   void correct(double* rows, double* points) override;
@@ -37,9 +39,10 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
-  std::unique_ptr<PathSeries> path_series_;  // null where it does not apply
-  std::unique_ptr<MotionSeries> series_;     // null where the path series applies
-  std::vector<double> points_;               // [3n] scratch
+  LaneSeries lanes_;
+  std::unique_ptr<MotionSeries> series_;  // of the other islands and of single points; null if there are none
+  Constraints::Selection rest_;           // members of the other islands, if there are both
+  std::vector<double> points_;            // [3n] scratch
 };
 
 }  // namespace tanor

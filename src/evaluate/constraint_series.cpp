@@ -53,6 +53,7 @@ struct ConstraintSeries::Source {
   const Numbering& numbering;
   Definitions definitions;
   BlockPlaces places;
+  std::span<const char> takes_part;
 
   Index inner(Index point) const { return numbering.inner_point[static_cast<std::size_t>(point)]; }
   /// Returns the slot of the length of member k in the table, or nothing if the length does not move.
@@ -64,8 +65,9 @@ struct ConstraintSeries::Source {
 };
 
 ConstraintSeries::ConstraintSeries(const System& system, const Numbering& numbering,
-                                   std::span<const Incidence> incidences, double t0) {
-  const Source source{system, numbering, Definitions(system, t0), BlockPlaces(incidences, numbering.num_rows())};
+                                   std::span<const Incidence> incidences, double t0, std::span<const char> takes_part) {
+  const Source source{system, numbering, Definitions(system, t0), BlockPlaces(incidences, numbering.num_rows()),
+                      takes_part};
   std::size_t first_member = 0;
   for (std::size_t g = 0; g < system.constraints.size() && obstacle_.empty(); ++g) {
     std::visit(
@@ -83,6 +85,7 @@ void ConstraintSeries::add_group(const Source& source, std::size_t g, const Rods
   for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
     const Index i = source.inner(rods.pairs[k][0]), j = source.inner(rods.pairs[k][1]);
     const Index row = source.numbering.member_row[first_member + k];
+    if (!source.takes_part.empty() && source.takes_part[static_cast<std::size_t>(row)] == 0) continue;
     DistanceSeries::Extra extra;
     if (!rods.offsets.empty()) extra.offset = make_vec3(rods.offsets[k]);
     extra.length = source.add_length(&table_, rods.length, g, k, &shared);

@@ -19,8 +19,10 @@ namespace tanor {
 /// All constraints of a system as series in time. Distances are hand-written; every other kind runs on its definition.
 class ConstraintSeries {
  public:
-  /// `incidences` are those of K. `t0` is the instant of "initial" values.
-  ConstraintSeries(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, double t0);
+  /// `incidences` are those of K. `t0` is the instant of "initial" values. Rods with a `takes_part` [row] of 0 are left
+  /// out; if it is empty, all take part.
+  ConstraintSeries(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, double t0,
+                   std::span<const char> takes_part = {});
 
   /// Names the constraint that has no series, and why. Returns an empty string if all have one.
   const std::string& obstacle() const { return obstacle_; }

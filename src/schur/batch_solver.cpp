@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "plan/thresholds.hpp"
+#include "schur/batch_numbers.hpp"
 
 namespace tanor {
 
@@ -43,49 +44,12 @@ std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int 
 
 namespace {
 
-using Batch = EqualIslands::Batch;
-
-Pack<>* numbers_of(Pack3<>* points) {
-  return &points->x;
-}
-const Pack<>* numbers_of(const Pack3<>* points) {
-  return &points->x;
-}
+using namespace batches;
 
 void bring_batch(const Batch& batch, const PointSource* source) {
   for (std::size_t lane = 0; source != nullptr && lane < num_lanes; ++lane)
     source->bring(static_cast<std::size_t>(batch.first_point[lane]), batch.num_points);
 }
-void read_points(const Batch& batch, const double* from, Pack3<>* to) {
-  gather_sequences(from, batch.first_point, 3, 3 * batch.num_points, 1.0, numbers_of(to));
-}
-void read_supports(const Batch& batch, const double* from, Pack3<>* to) {
-  gather_points(from, batch.supports, batch.num_supports, to + batch.num_points);
-}
-void write_points(const Batch& batch, const Pack3<>* from, double* to) {
-  scatter_sequences(numbers_of(from), batch.first_point, 3, 3 * batch.num_points, 1.0, to);
-}
-void read_blocks(const Batch& batch, const double* from, Pack3<>* u) {
-  const EqualIslands::RodNumbers& blocks = batch.of.blocks;
-  if (!blocks.follow) return gather_blocks(from, batch.blocks, batch.num_rods, u);
-  if (!blocks.places.place.empty()) return gather_sequences(from, batch.blocks, 3, blocks.places, numbers_of(u));
-  gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, blocks.sign, numbers_of(u));
-}
-void write_blocks(const Batch& batch, const Pack3<>* u, double* to) {
-  const EqualIslands::RodNumbers& blocks = batch.of.blocks;
-  if (!blocks.follow) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
-  if (!blocks.places.place.empty()) return scatter_sequences(numbers_of(u), batch.blocks, 3, blocks.places, to);
-  scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, blocks.sign, to);
-}
-void read_rows(const Batch& batch, const double* from, Pack<>* to) {
-  if (!batch.of.rows.follow) return gather_rows(from, batch.rows, batch.num_rods, to);
-  gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
-}
-void write_rows(const Batch& batch, const Pack<>* from, double* to) {
-  if (!batch.of.rows.follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
-  scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
-}
-
 /// The following functions prefetch what the next batch will read or write.
 [[gnu::always_inline]] inline void call_for_points(const Batch& batch, const double* array) {
   call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
@@ -95,6 +59,14 @@ void write_rows(const Batch& batch, const Pack<>* from, double* to) {
 }
 [[gnu::always_inline]] inline void call_for_rows(const Batch& batch, const double* array) {
   if (batch.of.rows.follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
+}
+
+bool are_zero(const Pack<>* rows, std::size_t count) {
+  Pack<> others{};
+  for (std::size_t a = 0; a < count; ++a) others += rows[a] != 0.0 ? Pack<>{} + 1.0 : Pack<>{};
+  double sum = 0.0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) sum += others[lane];
+  return sum == 0.0;
 }
 
 }  // namespace
@@ -211,9 +183,10 @@ void BatchSolver::solve_negative(const Parallel& parallel, const double* b, doub
 void BatchSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
+    read_rows(batch, rows, work.b.data());
+    if (are_zero(work.b.data(), batch.num_rods)) return;  // its series is in lanes, see MultiplierSeries
     read_points(batch, points, work.r.data());
     read_blocks(batch, blocks, work.u.data());
-    read_rows(batch, rows, work.b.data());
     tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
     move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.r.data());
     write_points(batch, work.r.data(), points);

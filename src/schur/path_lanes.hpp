@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/pack.hpp"
+#include "schur/rod_series.hpp"
 
 namespace tanor {
 
@@ -15,10 +16,9 @@ struct PathNumbers {
   using Lane = Pack<lanes>;
   using Vector = Pack3<lanes>;
 
-  struct Known {
-    Vector force;      // sum of a_j mu_{k-j}
-    Lane half_square;  // half the known part of a.a
-  };
+  using Known = typename RodSeries<lanes>::Known;
+  using Coefficient = typename RodSeries<lanes>::Coefficient;
+
   struct Rod {
     Vector u;                       // a_0/|a_0|; 0 where there is no rod
     Lane inverse_length, is_there;  // 1/|a_0|; 1 or 0
@@ -29,10 +29,6 @@ struct PathNumbers {
   struct Point {
     Lane inverse_mass;
     Vector r;  // that of the current order
-  };
-  struct Coefficient {
-    Vector a;
-    Lane mu;
   };
 };
 
@@ -148,41 +144,8 @@ struct PathLanes {
     for (std::size_t s = 0; s < width; ++s) (*x)[s] = y[s];
   }
 
-  /// Returns the known terms of order k: the sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a
-  /// without a_{k+2}. If k is odd, it also finds those of order k + 1, but for a_1 mu_k and a_1.a_{k+2}, so that the
-  /// series are read only every second time.
   [[gnu::always_inline]] static Known multiply(const Coefficient* c, int k, Rod* rod) {
-    if (k % 2 == 0) {
-      const Vector a = c[1].a;
-      return {rod->next.force + c[k - 1].mu * a, rod->next.half_square + dot(a, c[k + 1].a)};
-    }
-    // Each product of two a is formed once. The newest coefficients come last, since otherwise all would wait for them.
-    const int middle = (k + 1) / 2;
-    Known now{}, next{};
-    Vector now_squares{}, next_squares{};
-    Lane mu = c[0].mu;
-    int j = k;
-    for (; j > middle; --j) {
-      const Lane next_mu = c[k + 1 - j].mu;
-      now.force = now.force + mu * c[j].a;
-      next.force = next.force + next_mu * c[j].a;
-      mu = next_mu;
-    }
-    Vector b = c[middle + 1].a;
-    next_squares = (Lane{} + 0.5) * (b * b);
-    for (; j > 1; --j) {
-      const Vector a = c[j].a, next_b = c[k + 3 - j].a;
-      const Lane next_mu = c[k + 1 - j].mu;
-      now_squares = now_squares + a * b;
-      next_squares = next_squares + a * next_b;
-      now.force = now.force + mu * a;
-      next.force = next.force + next_mu * a;
-      b = next_b;
-      mu = next_mu;
-    }
-    const Vector newest = c[k + 1].a;
-    rod->next = {next.force + c[0].mu * newest, next_squares.sum()};
-    return {now.force + mu * c[1].a, (now_squares + c[1].a * newest).sum()};
+    return RodSeries<lanes>::multiply(c, k, &rod->next);
   }
 
   /// Computes r_{k+2} into the points, and a_{k+2} and mu_k into the series. `passes` above 1 refine where S is

@@ -71,7 +71,7 @@ class Group {
   using Lane = typename Lanes::Lane;
   using Vector = typename Lanes::Vector;
 
-  Group(RodLanes given, std::span<const Vector3> offsets, std::span<const double> inverse_mass)
+  Group(RodLanes given, std::span<const Vec3> offsets, std::span<const double> inverse_mass)
       : given_(std::move(given)),
         places_(given_.points),
         is_there_(given_.rows.size()),
@@ -85,9 +85,8 @@ class Group {
       const Index row = given_.rows[at];
       is_there_[at] = row < 0 ? 0.0 : 1.0;
       if (row < 0 || offsets.empty()) continue;
-      const auto& [x, y, z] = offsets[static_cast<std::size_t>(row)];
       const double sign = given_.flipped[at] != 0 ? -1.0 : 1.0;
-      put(&offsets_[at / width], at % width, {sign * x, sign * y, sign * z});
+      put(&offsets_[at / width], at % width, sign * offsets[static_cast<std::size_t>(row)]);
     }
   }
 
@@ -143,46 +142,16 @@ struct PathSeries::Rooms {
 
 PathSeries::~PathSeries() = default;
 
-std::unique_ptr<PathSeries> PathSeries::make(const System& system, const Numbering& numbering,
-                                             std::span<const Incidence> incidences,
-                                             std::span<const double> inverse_mass) {
-  const bool only_gravity = std::all_of(system.forces.begin(), system.forces.end(),
-                                        [](const auto& force) { return std::holds_alternative<Gravity>(force); });
-  const bool fixed_supports = std::all_of(system.supports.begin(), system.supports.end(),
-                                          [](const Support& support) { return support.displacement.is_constant(); });
-  if (!only_gravity || !fixed_supports) return {};
-  std::vector<Vector3> offsets;  // [row]
-  for (std::size_t g = 0, member = 0; g < system.constraints.size(); ++g) {
-    const auto* const rods = std::get_if<Rods>(&system.constraints[g]);
-    if (rods == nullptr || !rods->length.functions.empty()) return {};
-    if (!rods->offsets.empty()) offsets.resize(numbering.num_rows());
-    for (std::size_t k = 0; k < rods->pairs.size(); ++k, ++member) {
-      if (!rods->offsets.empty()) offsets[static_cast<std::size_t>(numbering.member_row[member])] = rods->offsets[k];
-    }
-  }
-  std::optional<std::vector<RodLanes>> lanes = lay_rods(system, numbering, incidences);
-  if (!lanes) return {};
-  return std::unique_ptr<PathSeries>(new PathSeries(std::move(*lanes), offsets, inverse_mass));
-}
-
-PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> offsets,
-                       std::span<const double> inverse_mass) {
-  std::vector<char> is_held(inverse_mass.size(), 0);
-  for (RodLanes& given : lanes) {
-    for (const Index point : given.points) {
-      if (point >= 0 && inverse_mass[static_cast<std::size_t>(point)] > 0.0)
-        is_held[static_cast<std::size_t>(point)] = 1;
-    }
+PathSeries::PathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
+                       std::vector<Index>* islands) {
+  for (RodLanes& given : lay_rods(rods, numbering, islands)) {
     if (given.is_cut) {
-      groups_.push_back({Group<RodLanes::most, true>(std::move(given), offsets, inverse_mass)});
+      groups_.push_back({Group<RodLanes::most, true>(std::move(given), rods.offset, inverse_mass)});
     } else if (given.width == RodLanes::most) {
-      groups_.push_back({Group<RodLanes::most, false>(std::move(given), offsets, inverse_mass)});
+      groups_.push_back({Group<RodLanes::most, false>(std::move(given), rods.offset, inverse_mass)});
     } else {
-      groups_.push_back({Group<RodLanes::few, false>(std::move(given), offsets, inverse_mass)});
+      groups_.push_back({Group<RodLanes::few, false>(std::move(given), rods.offset, inverse_mass)});
     }
-  }
-  for (std::size_t point = 0; point < is_held.size(); ++point) {
-    if (is_held[point] == 0) still_.push_back(static_cast<Index>(point));
   }
 }
 
@@ -207,9 +176,6 @@ void PathSeries::expand(const Parallel& parallel, std::span<double* const> coeff
     with_room(&rooms_[thread], groups_[g],
               [&](const auto& group, auto* room) { group.expand(coefficients, lambda, passes, stride, room); });
   });
-  for (std::size_t k = 3; k < coefficients.size(); ++k) {
-    for (const Index point : still_) store(coefficients[k], point, {});
-  }
 }
 
 }  // namespace tanor

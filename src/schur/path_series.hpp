@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,9 +10,7 @@
 
 namespace tanor {
 
-/// Computes the motion as a power series if all constraints are rods of fixed length along paths and all forces are
-/// gravity. It does what MotionSeries and a solve an order do in general, but fused and with everything kept in lanes
-/// between the orders.
+/// The motion of paths of rods of fixed length as a power series, see LaneSeries.
 ///
 /// With a = r_{i+1} - r_i, u = a_0/|a_0| and the force mu a = lambda a/|a_0| on the rod's end, order k obeys
 ///
@@ -24,23 +21,22 @@ namespace tanor {
 /// the separators last. L then has one more row a piece, which joins it to the separator before it.
 class PathSeries {
  public:
-  /// Returns null if the system has anything else. `inverse_mass` is [point].
-  static std::unique_ptr<PathSeries> make(const System& system, const Numbering& numbering,
-                                          std::span<const Incidence> incidences, std::span<const double> inverse_mass);
+  /// Takes the islands that are paths out of `islands`, whose rows are `rods`. `inverse_mass` is [point].
+  PathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
+             std::vector<Index>* islands);
   ~PathSeries();
 
-  /// Computes r_3 … r_P from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d]. `passes` is the
-  /// number of solves at each order; more than one refine.
+  bool is_empty() const { return groups_.empty(); }
+  /// Computes r_3 … r_P of the paths from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
+  /// `passes` is the number of solves at each order; more than one refine.
   void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
 
  private:
   struct AnyGroup;
   struct Rooms;
-  PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> offsets, std::span<const double> inverse_mass);
 
   std::vector<AnyGroup> groups_;
   std::vector<Rooms> rooms_;  // [thread]
-  std::vector<Index> still_;  // points that no rod holds; their r_3 … r_P are 0
 };
 
 }  // namespace tanor

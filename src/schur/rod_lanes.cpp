@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "plan/thresholds.hpp"
-#include "schur/rod_rows.hpp"
 
 namespace tanor {
 
@@ -36,20 +36,15 @@ void fill_lane(const RodPath& path, const Ends& ends, std::size_t first, std::si
 
 }  // namespace
 
-std::optional<std::vector<RodLanes>> lay_rods(const System& system, const Numbering& numbering,
-                                              std::span<const Incidence> incidences) {
-  const bool all_rods = std::all_of(system.constraints.begin(), system.constraints.end(),
-                                    [](const auto& given) { return std::holds_alternative<Rods>(given); });
-  if (!all_rods) return {};
-  Ends ends(numbering.num_rows());
-  for (const Incidence& incidence : incidences)
-    ends[static_cast<std::size_t>(incidence.row)][incidence.sign < 0.0 ? 0 : 1] = incidence.point;
+std::vector<RodLanes> lay_rods(const RodRows& rods, const Numbering& numbering, std::vector<Index>* islands) {
+  const Ends& ends = rods.ends;
   std::vector<RodPath> paths;
-  for (std::size_t island = 0; island < numbering.num_islands(); ++island) {
-    const std::optional<RodPath> path = find_path(ends, numbering, static_cast<Index>(island));
-    if (!path || path->is_ring) return {};
+  std::erase_if(*islands, [&](Index island) {
+    const std::optional<RodPath> path = find_path(ends, numbering, island);
+    if (!path || path->is_ring) return false;
     paths.push_back(*path);
-  }
+    return true;
+  });
 
   constexpr std::size_t width = RodLanes::most, worth_a_cut = plan::fewest_rods_of_piece * width;
   std::vector<RodLanes> result;

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <optional>
-#include <span>
 #include <vector>
 
 #include <tanor/system.hpp>
 
-#include "evaluate/family.hpp"
+#include "schur/rod_rows.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -27,9 +25,7 @@ struct RodLanes {
   std::vector<char> flipped;  ///< [length][width] 1 if the rod runs against the path
 };
 
-/// Lays all rods of a system over lanes. Returns nothing if an island is no path, or has constraints other than rods.
-/// Fixed points end a path. `incidences` are those of K.
-std::optional<std::vector<RodLanes>> lay_rods(const System& system, const Numbering& numbering,
-                                              std::span<const Incidence> incidences);
+/// Lays the islands that are paths over lanes, and takes them out of `islands`. Fixed points end a path.
+std::vector<RodLanes> lay_rods(const RodRows& rods, const Numbering& numbering, std::vector<Index>* islands);
 
 }  // namespace tanor

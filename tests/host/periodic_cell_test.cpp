@@ -380,7 +380,7 @@ TEST_P(ClosingRods, PullAlongTheOldCellAndFitTheNewOne) {
       EXPECT_LE(rates.cwiseAbs().maxCoeff(), 1e-13);
       EXPECT_LE(constrainer.violation(r).violation, 1e-13);
     }
-    // What is planned anew after an edit has the offsets of the present cell.
+    // An edit plans islands anew, with the offsets of the present cell.
     constrainer.remove(std::array<ConstraintId, 1>{1});
     std::vector<double> other_v(r.size(), 1.0);
     for (std::size_t i = 0; i < r.size(); ++i)

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "schur/equal_islands.hpp"
+#include "schur/rod_series.hpp"
+
+namespace tanor {
+
+/// The motion of equal islands of rods of fixed length as a power series, eight islands side by side: rings, bodies,
+/// small trees and nets. The recurrences are those of PathSeries; S is eliminated by the schedule of the islands.
+class BatchSeries {
+ public:
+  /// Takes the islands that it serves out of `islands`, none of which has lengths that move. `inverse_mass` is [point].
+  BatchSeries(const Constraints& constraints, const Numbering& numbering, std::span<const double> inverse_mass,
+              std::vector<Index>* islands);
+
+  bool is_empty() const { return batches_.empty(); }
+  /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
+  /// `passes` is the number of solves at each order; more than one refine.
+  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
+
+ private:
+  using Series = RodSeries<num_lanes>;
+  struct Rod {
+    Pack<> inverse_length, half_square;  // 1/|a_0|; half of a.a of the current order
+    Series::Known next;                  // that of the next order
+  };
+  /// The arrays of a thread, [rod] or [place]. The caches keep them from one batch to the next.
+  struct Room {
+    std::vector<Rod> rods;
+    std::vector<Pack3<>> u;                   // a_0/|a_0|
+    std::vector<Series::Coefficient> series;  // [rod][order]
+    std::vector<Pack3<>> points;              // r of the current order
+    Packs rows;
+  };
+  struct Lanes;
+  void expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda, int passes,
+              Room* room) const;
+
+  std::vector<EqualIslands> equal_islands_;
+  struct BatchNumber {
+    std::size_t islands, number;
+  };
+  std::vector<BatchNumber> batches_;
+  std::vector<Room> rooms_;  // [thread]
+};
+
+}  // namespace tanor

@@ -1,0 +1,85 @@
+#include "schur/lane_series.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+#include "schur/batch_series.hpp"
+#include "schur/path_series.hpp"
+#include "schur/rod_rows.hpp"
+
+namespace tanor {
+
+namespace {
+
+bool has_uniform_free_motion(const System& system) {
+  return std::ranges::all_of(system.forces,
+                             [](const Force& force) { return std::holds_alternative<Gravity>(force); }) &&
+         std::ranges::all_of(system.supports, [](const Support& each) { return each.displacement.is_constant(); });
+}
+
+/// Returns the islands whose rows are rods of fixed lengths.
+std::vector<Index> find_fixed_rods(const RodRows& rods, const Numbering& numbering) {
+  std::vector<Index> result(numbering.num_islands());
+  std::iota(result.begin(), result.end(), 0);
+  std::erase_if(result, [&](Index island) {
+    const Index* const start = numbering.island_start.data() + island;
+    for (auto row = static_cast<std::size_t>(start[0]); row < static_cast<std::size_t>(start[1]); ++row)
+      if (rods.ends[row][0] < 0 || rods.moving_length(row) != nullptr) return true;
+    return false;
+  });
+  return result;
+}
+
+}  // namespace
+
+LaneSeries::~LaneSeries() = default;
+
+LaneSeries::LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
+                       std::span<const double> inverse_mass)
+    : left_rows_(numbering.num_rows(), 1), left_points_(numbering.num_moving) {
+  if (!has_uniform_free_motion(system)) return;
+  const RodRows rods(constraints, numbering.num_rows());
+  std::vector<Index> islands = find_fixed_rods(rods, numbering);
+  const std::vector<Index> suited = islands;
+  if (auto paths = std::make_unique<PathSeries>(rods, numbering, inverse_mass, &islands); !paths->is_empty())
+    paths_ = std::move(paths);
+  if (auto batches = std::make_unique<BatchSeries>(constraints, numbering, inverse_mass, &islands);
+      !batches->is_empty())
+    batches_ = std::move(batches);
+  std::vector<Index> served;
+  std::ranges::set_difference(suited, islands, std::back_inserter(served));
+  serves_all_ = served.size() == numbering.num_islands();
+  std::vector<char> is_served(numbering.num_moving, 0);
+  for (const Index island : served) {
+    const Index* const start = numbering.island_start.data() + island;
+    for (auto row = static_cast<std::size_t>(start[0]); row < static_cast<std::size_t>(start[1]); ++row) {
+      left_rows_[row] = 0;
+      for (const Index point : rods.ends[row]) {
+        if (static_cast<std::size_t>(point) < is_served.size()) is_served[static_cast<std::size_t>(point)] = 1;
+      }
+    }
+  }
+  left_points_ = {};
+  for (std::size_t point = 0; point < is_served.size(); ++point) {
+    if (is_served[point] == 0) left_points_.append(point);
+  }
+}
+
+bool LaneSeries::serves_some() const {
+  return paths_ != nullptr || batches_ != nullptr;
+}
+
+double LaneSeries::share_left() const {
+  const auto left = static_cast<double>(std::ranges::count(left_rows_, 1));
+  return left_rows_.empty() ? 0.0 : left / static_cast<double>(left_rows_.size());
+}
+
+void LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                        int passes) {
+  if (paths_ != nullptr) paths_->expand(parallel, coefficients, lambda, passes);
+  if (batches_ != nullptr) batches_->expand(parallel, coefficients, lambda, passes);
+}
+
+}  // namespace tanor

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/index_ranges.hpp"
+#include "base/parallel.hpp"
+#include "evaluate/constraints.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+class PathSeries;
+class BatchSeries;
+
+/// The motion as a power series of the islands of rods that share SIMD lanes, if all forces are gravity, supports rest
+/// and lengths are fixed: paths (PathSeries) and equal islands of other shapes (BatchSeries). It does what MotionSeries
+/// and a solve an order do in general, but fused and with everything kept in lanes between the orders.
+class LaneSeries {
+ public:
+  /// `inverse_mass` is [point].
+  LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
+             std::span<const double> inverse_mass);
+  ~LaneSeries();
+
+  bool serves_some() const;
+  bool serves_all() const { return serves_all_; }
+  /// Returns the part of all rows that is left to others.
+  double share_left() const;
+  /// Returns what is left to others: a flag for each row [d], and the moving points.
+  std::span<const char> left_rows() const { return left_rows_; }
+  const IndexRanges& left_points() const { return left_points_; }
+
+  /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
+  /// Those of other points stay as they are. `passes` is the number of solves at each order; more than one refine.
+  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
+
+ private:
+  std::unique_ptr<PathSeries> paths_;  // null if there are none
+  std::unique_ptr<BatchSeries> batches_;
+  bool serves_all_ = false;
+  std::vector<char> left_rows_;
+  IndexRanges left_points_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,191 @@
+/// The motion of equal islands, of paths beside others and of what is left is expanded in time. The series are compared
+/// order by order with those of the general solver.
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "schur/batch_series.hpp"
+#include "schur/compare_series.hpp"
+#include "schur/lane_series.hpp"
+
+namespace tanor {
+namespace {
+
+using series::agreement;
+using series::compare;
+
+using Pairs = std::vector<std::array<Index, 2>>;
+
+/// Puts islands beside each other, each with its own places, masses and velocities.
+class SetOfIslands {
+ public:
+  explicit SetOfIslands(std::uint32_t seed) : random_(seed) { system_.forces = {Gravity{"g", {0.3, -0.2, -9.81}}}; }
+
+  double draw() { return std::uniform_real_distribution<double>(-1.0, 1.0)(random_); }
+
+  /// Adds an island of so many points. `held` points are supports.
+  void add(std::size_t num_points, const Pairs& pairs, const std::vector<Index>& held = {}) {
+    const auto first = static_cast<Index>(system_.masses.size());
+    for (std::size_t i = 0; i < num_points; ++i) {
+      for (int d = 0; d < 3; ++d) system_.positions.push_back(2.0 * draw());
+      const bool rests = std::find(held.begin(), held.end(), static_cast<Index>(i)) != held.end();
+      for (int d = 0; d < 3; ++d) system_.velocities.push_back(rests ? 0.0 : draw());
+      system_.masses.push_back(std::exp(draw()));
+    }
+    for (const Index point : held) held_.push_back(first + point);
+    for (const auto& [i, j] : pairs)
+      rods_.pairs.push_back(draw() > 0.0 ? std::array{first + i, first + j} : std::array{first + j, first + i});
+  }
+  void add_many(int count, std::size_t num_points, const Pairs& pairs, const std::vector<Index>& held = {}) {
+    for (int k = 0; k < count; ++k) add(num_points, pairs, held);
+  }
+  void shift_images() {
+    for (std::size_t k = 0; k < rods_.pairs.size(); ++k) rods_.offsets.push_back({draw(), 0.5 * draw(), draw()});
+  }
+  System finish() {
+    system_.constraints.insert(system_.constraints.begin(), rods_);
+    if (!held_.empty()) system_.supports = {Support{"held", held_, {}}};
+    return system_;
+  }
+  System& system() { return system_; }
+
+ private:
+  std::mt19937 random_;
+  System system_;
+  Rods rods_{"rods", {}, {}, {}};
+  std::vector<Index> held_;
+};
+
+Pairs pairs_of_ring(Index size) {
+  Pairs result;
+  for (Index i = 0; i < size; ++i) result.push_back({i, (i + 1) % size});
+  return result;
+}
+Pairs ring_with_tail(Index size, Index tail) {
+  Pairs result = pairs_of_ring(size);
+  for (Index i = 0; i < tail; ++i) result.push_back({i == 0 ? 0 : size + i - 1, size + i});
+  return result;
+}
+const Pairs pairs_of_tetrahedron{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+const Pairs pairs_of_star{{0, 1}, {0, 2}, {0, 3}, {1, 4}, {1, 5}};
+
+LaneSeries make_lanes(const System& system) {
+  const Workspace work(system, {.threads = 1}, 0.0);
+  const Model& model = work.model();
+  return {model.system, work.constraints, model.numbering, model.inverse_mass};
+}
+
+TEST(LaneSeries, EqualIslandsAgreeWithTheGeneralSolver) {
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    for (const int count : {8, 13, 21}) {
+      SetOfIslands islands(seed);
+      islands.add_many(count, 3, pairs_of_ring(3));
+      islands.add_many(count, 6, pairs_of_ring(6));
+      islands.add_many(count, 8, ring_with_tail(5, 3));
+      islands.add_many(count, 4, pairs_of_tetrahedron);
+      islands.add_many(count, 6, pairs_of_star);
+      const System system = islands.finish();
+      ASSERT_TRUE(make_lanes(system).serves_all()) << count;
+      EXPECT_LE(compare(system), agreement) << count << ", " << seed;
+    }
+  }
+}
+
+TEST(LaneSeries, EqualIslandsMayHangFromSupports) {
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    SetOfIslands islands(seed);
+    islands.add_many(8, 6, pairs_of_ring(6), {2});
+    islands.add_many(8, 6, pairs_of_star, {4, 5});
+    islands.add_many(8, 8, ring_with_tail(5, 3), {7});
+    const System system = islands.finish();
+    ASSERT_TRUE(make_lanes(system).serves_all());
+    EXPECT_LE(compare(system), agreement) << seed;
+  }
+}
+
+TEST(LaneSeries, EqualIslandsKnowTheImagesOfPeriodicPoints) {
+  SetOfIslands islands(3);
+  islands.add_many(16, 5, pairs_of_ring(5));
+  islands.shift_images();
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  EXPECT_LE(compare(system), agreement);
+}
+
+TEST(LaneSeries, MorePassesAgreeToo) {
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    SetOfIslands islands(seed);
+    islands.add_many(8, 8, ring_with_tail(5, 3), {7});
+    islands.add_many(9, 4, {{0, 1}, {1, 2}, {2, 3}});
+    EXPECT_LE(compare(islands.finish(), 2), agreement) << seed;
+  }
+}
+
+/// Makes paths, rings, bodies, islands of a kind of their own, rods whose lengths move, beads on spheres and free
+/// points.
+System make_mixture(std::uint32_t seed, bool lengths_move) {
+  SetOfIslands islands(seed);
+  islands.add_many(9, 6, pairs_of_ring(6));
+  islands.add_many(3, 7, {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}, {5, 6}});
+  islands.add(5, {{0, 1}, {1, 2}, {2, 0}, {2, 3}, {3, 4}, {4, 2}});  // alone, so it has no lane
+  islands.add(1, {});
+  islands.add_many(8, 4, pairs_of_tetrahedron);
+  islands.add(4, {{0, 1}, {1, 2}, {2, 3}}, {0});
+  islands.add(2, {});
+  const auto first = static_cast<Index>(islands.system().masses.size());
+  islands.add(4, {});
+  Spheres spheres{"spheres", {first, first + 1}, VectorFunction(0.0, 0.0, 0.0), {}};
+  islands.system().constraints.push_back(spheres);
+  if (lengths_move) {
+    Rods breathing{"breathing", {{first + 2, first + 3}}, {}, {}};
+    breathing.length = ScalarFunction::formula("1.5 + 0.1*sin(3*t)");
+    islands.system().constraints.push_back(breathing);
+    double* const r = &islands.system().positions[3 * static_cast<std::size_t>(first + 2)];
+    r[3] = r[0] + 1.5, r[4] = r[1], r[5] = r[2];
+  }
+  return islands.finish();
+}
+
+TEST(LaneSeries, MixturesAgreeWithTheGeneralSolver) {
+  for (const bool lengths_move : {false, true}) {
+    for (std::uint32_t seed = 0; seed < 6; ++seed) {
+      const System system = make_mixture(seed, lengths_move);
+      const LaneSeries lanes = make_lanes(system);
+      ASSERT_TRUE(lanes.serves_some() && !lanes.serves_all());
+      EXPECT_EQ(std::ranges::count(lanes.left_rows(), 1), lengths_move ? 9 : 8);
+      EXPECT_EQ(lanes.left_points().size(), 5U + 3U + 4U);
+      EXPECT_LE(compare(system), agreement) << seed;
+    }
+  }
+}
+
+RC_GTEST_PROP(LaneSeries, RandomMixturesAgreeWithTheGeneralSolver, ()) {
+  SetOfIslands islands(*rc::gen::arbitrary<std::uint32_t>());
+  const auto count = [] { return *rc::gen::inRange(0, 20); };
+  islands.add_many(count(), 3, pairs_of_ring(3));
+  islands.add_many(count(), 4, {{0, 1}, {1, 2}, {2, 3}}, {0});
+  islands.add_many(count(), 7, ring_with_tail(4, 3));
+  islands.add_many(count(), 6, pairs_of_star, {5});
+  islands.add(3, pairs_of_ring(3), {1});
+  islands.add(1, {});
+  RC_ASSERT(compare(islands.finish()) <= agreement);
+}
+
+TEST(LaneSeries, AnyOtherForceOrAMovingSupportLeavesAllToTheGeneralSolver) {
+  System forced = make_mixture(1, false), moving = forced;
+  forced.forces.push_back(Drag{"drag", {0}, 0.1});
+  moving.supports[0].displacement = VectorFunction(ScalarFunction::formula("0.1*t"), 0.0, 0.0);
+  for (const System& system : {forced, moving}) {
+    const LaneSeries lanes = make_lanes(system);
+    EXPECT_FALSE(lanes.serves_some());
+    EXPECT_EQ(lanes.share_left(), 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
