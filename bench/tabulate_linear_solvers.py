@@ -15,7 +15,7 @@ import sys
 LONG, WANTED_OF_LONG = 1e7, 8e9  # members, bytes
 SLOWER_IS_INVALID = 1.5  # times what is listed for the Eigen program
 MELT = "phantom polymer melt"
-LONG_CHAIN, WANTED_OF_TWO_THREADS = "chain 1e6", 1.5
+LONG_CHAIN, WANTED_OF_TWO_THREADS = "chain 1e6", 1.8
 WANTED_EXPONENT = {"chain": 1.05, "clusters": 1.05}
 
 
@@ -53,15 +53,20 @@ def is_valid(row: dict) -> bool:
 def verdict(row: dict) -> str:
     if not is_valid(row):
         return "**invalid**"
-    return "" if row["bar"] == 0 else "held" if row["ratio"] >= row["bar"] else "**missed**"
+    if row["bar"] == 0:
+        return ""
+    for word, ns in (("held", row["called_ns"]), ("held inexact", row["inexact_ns"]), ("held by ours", row["ours_ns"])):
+        if row["eigen_ns"] / ns >= row["bar"]:
+            return word
+    return "**missed**"
 
 
 def print_evaluations(rows: list) -> None:
     threads = list(rows[0]["speedups"])
     print("Nanoseconds a rod (or bead), one thread, medians of runs taken in turn: evaluate, assemble, factorize, "
           "solve, w.")
-    print("Called: what a host waits for, `Dynamics::solve` on its own arrays in its own order, with multipliers; "
-          "inexact: the\nsame with `SolverOptions::exact` "
+    print("Called: what a host waits for, `Dynamics::solve` on its own arrays in its own order, with multipliers, three "
+          "calls after\neach evaluation of the Eigen program; inexact: the same with `SolverOptions::exact` "
           "false, so that it refines no further than the Eigen program, which does not refine;\nours: without that, as steps of a Simulation "
           "take it.")
     print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets "

@@ -95,7 +95,7 @@ typedef struct tn_report {
 /* ---- life ---- */
 
 TN_API int tn_abi(void); /**< TN_ABI of the library */
-/** Returns what `tanor --version` prints: "tanor 0.1.0", then three lines with the QR and the CHOLMOD of the library,
+/** Returns what `tanor --version` prints: "tanor 0.2.0", then three lines with the QR and the CHOLMOD of the library,
  * which decide the licence that a binary must follow, and the instruction set of the hot loops. */
 TN_API const char* tn_version(void);
 

@@ -42,4 +42,16 @@ void ReactionGather::write_scaled(const Parallel& parallel, const double* blocks
   });
 }
 
+void ReactionGather::write_sums(const Parallel& parallel, const double* blocks, double factor, const double* scale,
+                                const IndexRanges& points, double* out) const {
+  points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3 sum{};
+      for (const auto [row, block] : by_point_[i])
+        sum = block >= 0 ? sum + load(blocks, block) : sum - load(blocks, ~block);
+      store(out, i, (factor * scale[i]) * sum);
+    }
+  });
+}
+
 }  // namespace tanor

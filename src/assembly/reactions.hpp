@@ -28,6 +28,9 @@ class ReactionGather {
                     std::size_t count, double* out) const;
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                     const IndexRanges& points, double* out) const;
+  /// Writes factor scale_i times the sum of the blocks at each of the given points.
+  void write_sums(const Parallel& parallel, const double* blocks, double factor, const double* scale,
+                  const IndexRanges& points, double* out) const;
 
  private:
   struct Entry {

@@ -280,6 +280,7 @@ class Packs {
   void resize(std::size_t size) { cells_.resize(size); }
   std::size_t size() const { return cells_.size(); }
   Pack<>* data() { return reinterpret_cast<Pack<>*>(cells_.data()); }
+  const Pack<>* data() const { return reinterpret_cast<const Pack<>*>(cells_.data()); }
 
  private:
   struct alignas(Pack<>) Cell {

@@ -35,7 +35,6 @@ MotionSeries::MotionSeries(Workspace& work, std::span<const char> takes_part, In
       points_(std::move(points)),
       first_force_(work.constraints.num_blocks()),
       blocks_(3 * (first_force_ + forces_.num_blocks()), 0.0),
-      ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0),
       right_side_(model_.num_rows()),
       rows_(model_.num_rows()) {
   for (const tanor::Support& support : model_.system.supports) {
@@ -106,25 +105,22 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   if (k == 0) return;
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
   double* const next = coefficients[static_cast<std::size_t>(k) + 2];
-  gather_.write_scaled(parallel, blocks_.data(), ones_.data(), model_.inverse_mass.data(), points_, next);
-  const double factor = 1.0 / ((k + 1.0) * (k + 2.0));
-  points_.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = 3 * begin; i < 3 * end; ++i) next[i] *= factor;
-  });
+  gather_.write_sums(parallel, blocks_.data(), 1.0 / ((k + 1.0) * (k + 2.0)), model_.inverse_mass.data(), points_,
+                     next);
 }
 
 /// Solves S mu = -(K_0'r_{k+2} + the lower ones), then r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu.
 void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* next) {
   factor.complete(next);
-  std::fill(lambda_.begin(), lambda_.end(), 0.0);
   const auto measure = [&] { factor.apply_transposed(next, right_side_.data(), rows_.data()); };
   measure();
-  refine_solution(passes, measure, [&](int) {
-    factor.correct(rows_.data(), next);
-    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-  });
   const double scale = (k + 1.0) * (k + 2.0);
-  for (double& lambda : lambda_) lambda *= scale;
+  refine_solution(passes, measure, [&](int pass) {
+    factor.correct(rows_.data(), next);
+    model_.parallel.for_ranges(rows_.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) lambda_[a] = (pass == 0 ? 0.0 : lambda_[a]) + scale * rows_[a];
+    });
+  });
 }
 
 /// Since K'v + xi_t = 0, the power (K lambda).v is -lambda.(K_s'v_s + xi_t), which is exactly 0 where nothing moves.

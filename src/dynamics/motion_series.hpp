@@ -73,7 +73,7 @@ class MotionSeries {
   std::string obstacle_;
   double smooth_until_ = 0.0;
   std::size_t first_force_;  // index of the first block of forces
-  std::vector<double> blocks_, ones_;
+  std::vector<double> blocks_;
   std::vector<double> lambda_;             // [d] lambda_k of the last order
   double begun_at_ = 0.0;                  // s
   std::vector<double> multipliers_;        // [order][d] all lambda_k if constraints may do work; otherwise empty

@@ -8,6 +8,7 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/family.hpp"
+#include "evaluate/rod_series.hpp"
 #include "evaluate/series_program.hpp"
 #include "evaluate/time_series.hpp"
 
@@ -50,16 +51,18 @@ class DistanceSeries {
   void scale_rates(double s, int terms, double* rates) const;
 
  private:
-  // A chunk has a [order + 1][3], mu [order + 1] and 1/|a_0|.
-  std::size_t lanes_per_chunk() const { return 4 * (static_cast<std::size_t>(order_) + 1) + 1; }
+  using Series = RodSeries<series_width>;
+  static_assert(sizeof(Series::Coefficient) == 4 * sizeof(Pack<>) && sizeof(Series::Known) == 4 * sizeof(Pack<>));
+  // A chunk has the coefficients [order + 1], what is known of the next order, and 1/|a_0|.
+  std::size_t lanes_per_chunk() const { return 4 * (static_cast<std::size_t>(order_) + 2) + 1; }
   void advance_chunk(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
                      const double* last, double* blocks, double* rows);
-  void load(SeriesLane* a, std::size_t chunk, int k, std::span<double* const> coefficients,
+  void load(Series::Coefficient* c, std::size_t chunk, int k, std::span<double* const> coefficients,
             const TimeSeriesTable& table) const;
 
   std::vector<Member> members_;
   std::vector<Extra> extras_;  // [member]; empty if no member has one
-  std::vector<double> lanes_;  // [chunk][lanes_per_chunk()][series_width]
+  Packs lanes_;                // [chunk][lanes_per_chunk()]
   int order_ = 0;
 };
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "evaluate/rod_series.hpp"
 #include "schur/equal_islands.hpp"
-#include "schur/rod_series.hpp"
 
 namespace tanor {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "base/pack.hpp"
-#include "schur/rod_series.hpp"
+#include "evaluate/rod_series.hpp"
 
 namespace tanor {
 
