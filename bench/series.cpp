@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -63,18 +64,26 @@ class Runs {
     for (std::size_t k = 0; k < end_.size(); ++k) moved_ = std::max(moved_, std::abs(end_[k] - start_[k]));
   }
 
-  Point measure(Method method, double rtol) {
-    Simulation simulation(system_, options(method, rtol), {.threads = 1});
-    const std::vector<std::byte> start = simulation.save();
-    std::vector<double> times;
+  /// Measures both methods in turn.
+  std::array<Point, 2> measure(double rtol) {
+    std::array<Simulation, 2> simulations{Simulation(system_, options(Method::Taylor, rtol), {.threads = 1}),
+                                          Simulation(system_, options(Method::Dop853, rtol), {.threads = 1})};
+    std::array<std::vector<std::byte>, 2> starts{simulations[0].save(), simulations[1].save()};
+    std::array<std::vector<double>, 2> times;
     for (int round = 0; round < rounds; ++round) {
-      simulation.restore(start);
-      times.push_back(seconds_of([&] { run(&simulation); }));
+      for (std::size_t m = 0; m < 2; ++m) {
+        simulations[m].restore(starts[m]);
+        times[m].push_back(seconds_of([&] { run(&simulations[m]); }));
+      }
     }
-    double error = 0.0;
-    for (std::size_t k = 0; k < end_.size(); ++k)
-      error = std::max(error, std::abs(simulation.positions()[k] - end_[k]));
-    return {median(times), error / moved_, simulation.report().steps};
+    std::array<Point, 2> result;
+    for (std::size_t m = 0; m < 2; ++m) {
+      double error = 0.0;
+      for (std::size_t k = 0; k < end_.size(); ++k)
+        error = std::max(error, std::abs(simulations[m].positions()[k] - end_[k]));
+      result[m] = {median(times[m]), error / moved_, simulations[m].report().steps};
+    }
+    return result;
   }
 
  private:
@@ -113,8 +122,9 @@ void measure(const BenchScene& scene) {
   std::vector<Point> taylor, dop853;
   constexpr double tolerances[]{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
   for (const double rtol : tolerances) {
-    taylor.push_back(runs.measure(Method::Taylor, rtol));
-    dop853.push_back(runs.measure(Method::Dop853, rtol));
+    const std::array<Point, 2> both = runs.measure(rtol);
+    taylor.push_back(both[0]);
+    dop853.push_back(both[1]);
   }
   for (std::size_t k = 0; k < taylor.size(); ++k) {
     const Point &a = taylor[k], &b = dop853[k];
@@ -137,9 +147,13 @@ int main(int argc, char** argv) try {
       "| scene | rtol | taylor, ms | steps | error | dop853, ms | steps | error | times as fast at that error |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (const std::string& name : wanted) {
+    bool is_known = false;
     for (const BenchScene& scene : bench_scenes()) {
-      if (scene.name.starts_with(name)) measure(scene);
+      if (!scene.name.starts_with(name)) continue;
+      is_known = true;
+      measure(scene);
     }
+    if (!is_known) throw std::runtime_error("no scene begins with '" + name + "'");
   }
 } catch (const std::exception& error) {
   fmt::print(stderr, "series: {}\n", error.what());

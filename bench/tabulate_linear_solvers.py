@@ -69,6 +69,7 @@ def print_evaluations(rows: list) -> None:
           "calls after\neach evaluation of the Eigen program; inexact: the same with `SolverOptions::exact` "
           "false, so that it refines no further than the Eigen program, which does not refine;\nours: without that, as steps of a Simulation "
           "take it.")
+    print("Wanted is a ratio of the call; held inexact and held by ours say in which of the next columns it is reached instead.")
     print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets "
           "once, then its")
     print("values; one analysis); general: assembly + sparse factors. **invalid**: the Eigen program itself was more than "

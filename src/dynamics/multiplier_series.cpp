@@ -13,9 +13,15 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
       model_(work.model()),
       linearization_(linearization),
       lanes_(model_.system, work.constraints, model_.numbering, model_.inverse_mass) {
-  if (lanes_.serves_all()) return;
-  series_ = std::make_unique<MotionSeries>(work, lanes_.left_rows(), lanes_.left_points());
+  // The lanes know nothing of rows that depend on time, which may join supports alone.
+  if (lanes_.serves_all() && !model_.is_rheonomic()) return;
+  others_ = std::make_unique<MotionSeries>(work, lanes_.left_rows(), lanes_.left_points());
   if (lanes_.serves_some()) rest_ = work.constraints.select(lanes_.left_rows());
+}
+
+/// Lanes eliminate S without a look at its rank.
+bool MultiplierSeries::may_use_lanes() const {
+  return lanes_.serves_some() && !linearization_.factor().all_rows().redundancy().is_found();
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
@@ -24,15 +30,21 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
   write_first_coefficients(at, w, size, coefficients);
   // The solves take as many passes as those of w.
   const int passes = 1 + found.refinements;
-  if (series_ != nullptr) {
+  was_in_lanes_ = may_use_lanes();
+  last_ = others_.get();
+  if (lanes_.serves_some() && !was_in_lanes_) {
+    if (whole_ == nullptr) whole_ = std::make_unique<MotionSeries>(work_);
+    last_ = whole_.get();
+  }
+  if (last_ != nullptr) {
     // Rows of the lanes are 0 in each of its solves.
-    *smooth_until = series_->expand(at.t, found.lambda, passes, *this, coefficients);
+    *smooth_until = last_->expand(at.t, found.lambda, passes, *this, coefficients);
   } else {
     *smooth_until = std::numeric_limits<double>::infinity();
-    clear_points_at_rest(coefficients);
+    clear_other_points(coefficients);
     work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   }
-  {
+  if (was_in_lanes_) {
     const Stopwatch watch(&work_.times.solve);
     lanes_.expand(model_.parallel, coefficients, found.lambda.data(), passes);
   }
@@ -40,7 +52,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
 }
 
 /// Sets the coefficients of points that no constraint holds, and of supports, to 0 from the third on.
-void MultiplierSeries::clear_points_at_rest(std::span<double* const> coefficients) const {
+void MultiplierSeries::clear_other_points(std::span<double* const> coefficients) const {
   for (std::size_t k = 3; k < coefficients.size(); ++k) {
     lanes_.left_points().for_each([&](std::size_t begin, std::size_t end) {
       std::fill(coefficients[k] + 3 * begin, coefficients[k] + 3 * end, 0.0);
@@ -58,11 +70,11 @@ Power MultiplierSeries::power_along(const Kinematics& at, int terms) {
   work_.evaluate_free(at.t, at.x, at.v, points_.data());
   std::copy_n(at.v, points_.size(), points_.begin());
   std::fill_n(points_.begin(), 3 * model_.num_moving(), 0.0);
-  return work_.power(series_->power_of_constraints(at.t, at.x, points_.data(), terms), at.x, at.v);
+  return work_.power(last_->power_of_constraints(at.t, at.x, points_.data(), terms), at.x, at.v);
 }
 
 void MultiplierSeries::apply_transposed(const double* points, const double* shift, double* rows) {
-  if (!lanes_.serves_some()) {
+  if (!was_in_lanes_) {
     (void)linearization_.apply_transposed(points, shift, rows);
     return;
   }

@@ -21,7 +21,7 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   MultiplierSeries(Workspace& work, Linearization& linearization);
 
   /// Returns the reason why the system has no series, or an empty string if it has one.
-  std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
+  std::string obstacle() const { return others_ == nullptr ? std::string{} : others_->obstacle(); }
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
                  double* smooth_until) override;
@@ -31,7 +31,8 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   void find_largest(std::span<double>) override {}
 
  private:
-  void clear_points_at_rest(std::span<double* const> coefficients) const;
+  bool may_use_lanes() const;
+  void clear_other_points(std::span<double* const> coefficients) const;
   void complete(double*) override {}
   void apply_transposed(const double* points, const double* shift, double* rows) override;
   void correct(double* rows, double* points) override;
@@ -40,7 +41,10 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   const Model& model_;
   Linearization& linearization_;
   LaneSeries lanes_;
-  std::unique_ptr<MotionSeries> series_;  // of the other islands and of single points; null if there are none
+  std::unique_ptr<MotionSeries> others_;  // of what the lanes do not serve; null if there is nothing
+  std::unique_ptr<MotionSeries> whole_;   // of all, for places where S is singular; null until it is needed
+  MotionSeries* last_ = nullptr;          // that of the last series; null if all was in lanes
+  bool was_in_lanes_ = false;             // some of the last series was in lanes
   Constraints::Selection rest_;           // members of the other islands, if there are both
   std::vector<double> points_;            // [3n] scratch
 };

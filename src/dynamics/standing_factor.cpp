@@ -37,7 +37,10 @@ StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, st
 
 void StandingFactor::set_offsets(std::span<const Constraints::RowOffset> offsets) {
   work_.constraints.set_offsets(offsets);
-  if (!composite_.is_empty()) composite_.read_offsets(RodRows(work_.constraints, model_.num_rows()).offset);
+  if (composite_.is_empty()) return;
+  if (offsets_.empty()) offsets_ = RodRows(work_.constraints, model_.num_rows()).offset;
+  for (const auto& [row, offset] : offsets) offsets_[row] = offset;
+  composite_.read_offsets(offsets_);
 }
 
 /// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.

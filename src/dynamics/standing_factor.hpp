@@ -121,6 +121,7 @@ class StandingFactor {
   const Model& model_;
   std::vector<double>& blocks_;  // K
   CompositeSolver composite_;    // empty if the factor of all rows is no slower
+  std::vector<Vec3> offsets_;    // [d] of rods; empty until they change
   RankRevealingFactor all_rows_;
   State state_ = State::None;
   double reciprocal_condition_ = 1.0;

@@ -42,8 +42,9 @@ class DistanceSeries {
 
   void resize(int order);
 
-  /// Writes, for order k, coefficient k of K lambda without K_0 lambda_k as blocks [3 * num_blocks], and coefficient
-  /// k + 2 of xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  /// Prepares for k = 0. Then, for k = 1, 2, … in turn, writes coefficient k of K lambda without K_0 lambda_k as blocks
+  /// [3 * num_blocks], and coefficient k + 2 of xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda
+  /// [d] up to k - 1, which is `last`.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
                const double* last, double* blocks, double* rows);
   /// Converts rates of the distances [d] to those of (a.a - l^2)/(2 |a_0|), which the multipliers of the series belong

@@ -189,6 +189,7 @@ void FrictionLaws::for_forces(const Parallel& parallel, const double* lambda, bo
           store(v.data(), k, contacts_[c].velocity);
           for (std::size_t a = 0; a < p; ++a) own[p * k + a] = lambda[terms(c)[a].row];
         }
+        std::fill_n(tau.begin(), 3 * count, 0.0);  // a law may write what is not 0 alone
         if (with_derivatives) std::fill_n(derivative.begin(), 3 * p * count, 0.0);
         KindOf<Law>::forces(law, {count, t_, r.data(), v.data(), own.data(), tau.data(),
                                   with_derivatives ? derivative.data() : nullptr});

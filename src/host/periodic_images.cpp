@@ -63,7 +63,7 @@ PeriodicImages::PeriodicImages(const System& system, const Periodicity& given)
                                   std::to_string(num_equations(system)) + " are needed, one a row");
   }
   grow_tree(system, given.images);
-  find_offsets(system, given.images);
+  count_edges_apart(system, given.images);
 }
 
 void PeriodicImages::set_cell(const PeriodicCell& cell) {
@@ -111,7 +111,7 @@ void PeriodicImages::grow_tree(const System& system, std::span<const std::array<
 
 /// Finds by how many edges the ends of each rod are apart. Only rods of a net that closes round the cell have such
 /// offsets.
-void PeriodicImages::find_offsets(const System& system, std::span<const std::array<int, 3>> images) {
+void PeriodicImages::count_edges_apart(const System& system, std::span<const std::array<int, 3>> images) {
   std::vector<double> x(system.positions.size());
   unwrap(Parallel(1), lattice_, system.positions.data(), x.data());
   const auto apart = [&](Index i, Index j, std::size_t row) {

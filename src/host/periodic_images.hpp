@@ -53,9 +53,9 @@ class PeriodicImages {
 
   /// Sets the inner order that arrays have from here on. `system` is the one that was prepared.
   void use(const System& system, const Numbering& numbering);
-  /// Returns the offsets of the rods that close ways, in the cell of `lattice`.
+  /// Returns the offsets of the rods that close ways, in the cell of `lattice`. They stand until the next such call.
   std::span<const Constraints::RowOffset> find_offsets(const Lattice& lattice);
-  /// Returns by how much they are larger in this cell than in that of `before`.
+  /// Returns by how much they are larger in this cell than in that of `before`, likewise.
   std::span<const Constraints::RowOffset> find_offset_changes(const Lattice& before);
   /// Sets x [3n] to the host's positions at those images, in the cell of `lattice`.
   void unwrap(const Parallel& parallel, const Lattice& lattice, const double* host, double* x) const;
@@ -67,7 +67,7 @@ class PeriodicImages {
     Index point, parent;  // parent is -1 for a root
   };
   void grow_tree(const System& system, std::span<const std::array<int, 3>> images);
-  void find_offsets(const System& system, std::span<const std::array<int, 3>> images);
+  void count_edges_apart(const System& system, std::span<const std::array<int, 3>> images);
 
   PeriodicCell cell_;
   Lattice lattice_;

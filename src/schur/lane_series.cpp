@@ -73,7 +73,7 @@ bool LaneSeries::serves_some() const {
 
 double LaneSeries::share_left() const {
   const auto left = static_cast<double>(std::ranges::count(left_rows_, 1));
-  return left_rows_.empty() ? 0.0 : left / static_cast<double>(left_rows_.size());
+  return serves_some() ? left / static_cast<double>(left_rows_.size()) : 1.0;
 }
 
 void LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,

@@ -154,5 +154,36 @@ INSTANTIATE_TEST_SUITE_P(Scenes, HostStepTest,
                                   "_" + way_names[static_cast<std::size_t>(std::get<2>(instance.param))];
                          });
 
+/// The cell changes in every step, and with it the offset of the rod that closes the ring round the cell.
+TEST(HostStep, AllocatesNothingWhereRodsCloseAWayRoundTheCell) {
+  const std::vector<double> masses{1.0, 2.0, 1.5, 1.0};
+  const std::vector<double> start{0.5, 0.1, 0, 1.5, 0.6, 0.2, 2.5, 0.2, 0.4, 3.5, 0.7, 0.1};
+  for (const LinearSolver solver : {LinearSolver::General, LinearSolver::Paths, LinearSolver::Batches}) {
+    PeriodicCell cell{{Vector3{4, 0, 0}, {0.3, 5, 0}, {0, 0.2, 5}}};
+    Constrainer constrainer(masses, {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}}, start,
+                            Periodicity{cell, {}}, SolverOptions{.linear_solver = solver, .threads = 1});
+    std::vector<double> r = start, old = start, v(r.size(), 0.01);
+    ASSERT_TRUE(constrainer.constrain_velocities({.positions = r, .velocities = v}).outcome.ok());  // in the first cell
+    const auto step = [&] {
+      old = r;
+      for (std::size_t k = 0; k < r.size(); ++k) r[k] += 1e-3 * v[k];
+      cell.edges[0][0] *= 1.0 - 1e-5;
+      constrainer.set_cell(cell);
+      return constrainer.constrain_positions({.step = 1e-3, .old_positions = old, .positions = r, .velocities = v})
+                 .outcome.ok() &&
+             constrainer.constrain_velocities({.step = 1e-3, .positions = r, .velocities = v}).outcome.ok();
+    };
+    for (int k = 0; k < 3; ++k) ASSERT_TRUE(step());
+
+    const AllocationCounter counter;
+    bool is_ok = true;
+    for (int k = 0; k < 10; ++k) is_ok = step() && is_ok;
+    const std::size_t count = counter.count();
+
+    EXPECT_TRUE(is_ok);
+    EXPECT_EQ(count, 0U) << static_cast<int>(solver);
+  }
+}
+
 }  // namespace
 }  // namespace tanor

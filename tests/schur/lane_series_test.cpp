@@ -9,7 +9,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "schur/batch_series.hpp"
+#include <tanor/motion.hpp>
+
 #include "schur/compare_series.hpp"
 #include "schur/lane_series.hpp"
 
@@ -174,6 +175,37 @@ RC_GTEST_PROP(LaneSeries, RandomMixturesAgreeWithTheGeneralSolver, ()) {
   islands.add(3, pairs_of_ring(3), {1});
   islands.add(1, {});
   RC_ASSERT(compare(islands.finish()) <= agreement);
+}
+
+/// Rods that are given twice make S singular, which the lanes do not see.
+TEST(LaneSeries, SingularIslandsAreLeftToTheGeneralSolver) {
+  SetOfIslands islands(5);
+  islands.add_many(8, 3, pairs_of_ring(3));
+  islands.add_many(8, 2, {{0, 1}, {0, 1}});
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  const series::Expanded expanded(system);
+  EXPECT_TRUE(expanded.outcome.ok()) << expanded.outcome.what;
+}
+
+/// A plane that turns about the support through which it goes depends on time, and joins supports alone.
+TEST(LaneSeries, RowsOfSupportsMayDependOnTime) {
+  SetOfIslands islands(6);
+  islands.add(4, {{0, 1}, {1, 2}, {2, 3}}, {0});
+  System system = islands.finish();
+  std::fill_n(system.positions.begin(), 3, 0.0);
+  Planes plane{"plane", {0}, {}, {}};
+  plane.normal = VectorFunction(ScalarFunction::formula("cos(t)"), ScalarFunction::formula("sin(t)"), 0.0);
+  system.constraints.push_back(plane);
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  Simulation by_series(system, {.method = Method::Taylor, .start = StartMode::Project}, {.threads = 1});
+  Simulation by_stages(system, {.method = Method::Dop853, .start = StartMode::Project}, {.threads = 1});
+  for (Simulation* const each : {&by_series, &by_stages}) {
+    const Outcome outcome = each->advance_to(0.2);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  for (std::size_t k = 0; k < system.positions.size(); ++k)
+    EXPECT_NEAR(by_series.positions()[k], by_stages.positions()[k], 1e-6);
 }
 
 TEST(LaneSeries, AnyOtherForceOrAMovingSupportLeavesAllToTheGeneralSolver) {
