@@ -61,6 +61,8 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
       }
     }
   }
+  const auto left = static_cast<double>(std::ranges::count(left_rows_, 1));
+  if (serves_some()) share_left_ = left / static_cast<double>(left_rows_.size());
   left_points_ = {};
   for (std::size_t point = 0; point < is_served.size(); ++point) {
     if (is_served[point] == 0) left_points_.append(point);
@@ -69,11 +71,6 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
 
 bool LaneSeries::serves_some() const {
   return paths_ != nullptr || batches_ != nullptr;
-}
-
-double LaneSeries::share_left() const {
-  const auto left = static_cast<double>(std::ranges::count(left_rows_, 1));
-  return serves_some() ? left / static_cast<double>(left_rows_.size()) : 1.0;
 }
 
 void LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,

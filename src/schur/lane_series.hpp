@@ -29,7 +29,7 @@ class LaneSeries {
   bool serves_some() const;
   bool serves_all() const { return serves_all_; }
   /// Returns the part of all rows that is left to others.
-  double share_left() const;
+  double share_left() const { return share_left_; }
   /// Returns what is left to others: a flag for each row [d], and the moving points.
   std::span<const char> left_rows() const { return left_rows_; }
   const IndexRanges& left_points() const { return left_points_; }
@@ -42,6 +42,7 @@ class LaneSeries {
   std::unique_ptr<PathSeries> paths_;  // null if there are none
   std::unique_ptr<BatchSeries> batches_;
   bool serves_all_ = false;
+  double share_left_ = 1.0;
   std::vector<char> left_rows_;
   IndexRanges left_points_;
 };
