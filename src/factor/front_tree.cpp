@@ -105,7 +105,8 @@ std::vector<int> FrontTree::depth_first() const {
   return result;
 }
 
-/// Decides which fronts are tasks of their own, and cuts what is below them into sequences.
+/// Decides which fronts are tasks of their own, and cuts what is below them into sequences. What is not worth a second
+/// thread stays one sequence, whose updates take the least memory.
 void FrontTree::cut(const std::vector<int>& all) {
   std::vector<double> of_subtree(fronts.size());
   for (const int s : all) {
@@ -114,7 +115,10 @@ void FrontTree::cut(const std::vector<int>& all) {
     own += cost_of(front);
     (front.parent >= 0 ? of_subtree[static_cast<std::size_t>(front.parent)] : cost) += own;
   }
-  const double share = std::max(plan::share_of_task * cost, plan::least_cost_of_task);
+  const bool is_one_task =
+      cost < plan::flops_worth_threads && static_cast<double>(panels_size) < plan::numbers_worth_threads;
+  const double share = is_one_task ? std::numeric_limits<double>::infinity()
+                                   : std::max(plan::share_of_task * cost, plan::least_cost_of_task);
   double open = 0.0;
   sequence_start.push_back(0);
   const auto close = [&] {

@@ -17,6 +17,12 @@ constexpr std::size_t line = 8;  // numbers of a cache line
   for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(from + k, 0, 2);
 }
 
+/// Does the same from the last line to the first, for a pass that goes down through L. In the other order the hardware
+/// prefetcher runs against it: panels beyond the caches then came at 29 in place of 40 GB/s.
+[[gnu::always_inline]] inline void fetch_downwards(const double* from, std::size_t count) {
+  for (std::size_t k = count; k > 0; k -= line) __builtin_prefetch(from + k - line, 0, 2);
+}
+
 /// Computes y -= C x for neighbouring columns and the rows [first, end) in whole lanes.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void subtract_columns(const double* c, std::size_t stride, std::size_t first,
@@ -157,7 +163,7 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
       with_columns_of_lanes(
           end - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
-            if (ahead > 0) fetch(c - ahead, count * stride);
+            if (ahead > 0) fetch_downwards(c - ahead, count * stride);
             double x[count];
             for (std::size_t q = 0; q < count; ++q) x[q] = y[j + q];
             if constexpr (count < front_width) {

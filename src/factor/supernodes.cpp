@@ -6,6 +6,8 @@
 
 #include "base/check.hpp"
 #include "base/groups.hpp"
+#include "factor/front_kernels.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -128,19 +130,14 @@ double entries_of_trapezoid(std::size_t columns, std::size_t rows) {
   return n * (static_cast<double>(rows) - 0.5 * (n - 1.0));
 }
 
-/// Consecutive columns, stored as one trapezoid.
+/// Consecutive columns, stored as one front.
 struct Run {
   std::size_t first, columns, rows;
-  double entries;  // entries of L in these columns
 
-  double stored() const { return entries_of_trapezoid(columns, rows); }
-  /// Returns true if the zeros in the trapezoid are worth it: with few columns any number of zeros, with many columns
-  /// hardly any. The numbers are those that CHOLMOD documents (nrelax and zrelax in cholmod.h). Its fronts of nets,
-  /// lattices and proteins are the same.
-  bool is_full_enough() const {
-    if (columns <= 4) return true;
-    const double zeros = 1.0 - entries / stored();
-    return zeros < (columns <= 16 ? 0.8 : columns <= 48 ? 0.1 : 0.05);
+  /// Returns how many numbers the columns take in a front, where they have whole lanes of rows.
+  std::size_t size() const {
+    constexpr std::size_t width = kernels::front_width;
+    return columns * ((rows + width - 1) / width * width);
   }
 };
 
@@ -148,20 +145,18 @@ struct Run {
 std::vector<Run> find_equal_columns(const Columns& columns) {
   std::vector<Run> runs;
   for (std::size_t j = 0; j < columns.count.size(); ++j) {
-    const auto entries = static_cast<double>(columns.count[j]);
     const bool goes_on =
         j > 0 && columns.parent[j - 1] == static_cast<int>(j) && columns.count[j - 1] == columns.count[j] + 1;
-    if (goes_on) {
+    if (goes_on)
       ++runs.back().columns;
-      runs.back().entries += entries;
-    } else {
-      runs.push_back({j, 1, columns.count[j], entries});
-    }
+    else
+      runs.push_back({j, 1, columns.count[j]});
   }
   return runs;
 }
 
-/// Merges runs with the one that follows, from the roots down. The result is in reverse order.
+/// Merges runs with the one that follows, from the roots down, where reading the zeros that this adds takes less time
+/// than a front of its own. The result is in reverse order.
 std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>& parent) {
   std::vector<Run> merged;
   for (std::size_t s = runs.size(); s-- > 0;) {
@@ -170,8 +165,8 @@ std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>
       const Run& next = merged.back();
       const int above = parent[next.first - 1];
       if (above < 0 || static_cast<std::size_t>(above) >= next.first + next.columns) break;
-      const Run both{run.first, run.columns + next.columns, run.columns + next.rows, run.entries + next.entries};
-      if (!both.is_full_enough()) break;
+      const Run both{run.first, run.columns + next.columns, run.columns + next.rows};
+      if (both.size() > run.size() + next.size() + plan::numbers_worth_a_front) break;
       run = both;
       merged.pop_back();
     }

@@ -23,7 +23,7 @@ struct Supernodes {
 /// counts of L's columns from the leaves of those (J. R. Gilbert, E. G. Ng, B. W. Peyton, SIAM J. Matrix Anal. Appl.
 /// 15, 1994), in a time that hardly depends on L. L may have more than 2^31 entries; S and the rows of supernodes may
 /// not. A supernode is merged with the one that follows it if that is its parent and L gets few zeros to store (C.
-/// Ashcraft and R. Grimes, ACM TOMS 15, 1989), because small fronts cost more than zeros do.
+/// Ashcraft and R. Grimes, ACM TOMS 15, 1989), because a few zeros cost less than another front does.
 Supernodes find_supernodes(const TrianglePattern& lower);
 
 }  // namespace tanor

@@ -75,6 +75,10 @@ inline constexpr double clearly_better_cut = 0.9;
 /// Terms and rows of a product of dense blocks that are worked on at once. Argued, not measured: the factors, 64 x 512
 /// numbers or 256 KiB, stay in the second cache.
 inline constexpr std::size_t terms_of_product = 64, rows_of_product = 512;
+/// Numbers of L that take as much time to read and write as it takes to enter another front. Columns share a front
+/// where they so add no more zeros than that (bench/fronts: nets and lattices; times of 64 to 128 differ by less than a
+/// tenth, with 160 a solve of a net of 300 takes a sixth more).
+inline constexpr std::size_t numbers_worth_a_front = 96;
 /// Length from which a column of an update is added to the parent in whole lanes. Argued, not measured: in shorter
 /// columns few rows follow each other, and the search for those that do takes longer than the additions.
 inline constexpr std::size_t long_column = 48;

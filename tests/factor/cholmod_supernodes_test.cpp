@@ -1,4 +1,4 @@
-/// Supernodes cost as much as those that CHOLMOD finds where it is built with its GPL modules.
+/// Supernodes cost no more than those that CHOLMOD finds where it is built with its GPL modules.
 
 #include <cholmod.h>
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ double flops_of(const Supernodes& supernodes) {
 
 class CholmodSupernodesTest : public testing::TestWithParam<std::pair<const char*, Rods>> {};
 
-TEST_P(CholmodSupernodesTest, CostAsMuchAsThoseOfCholmod) {
+TEST_P(CholmodSupernodesTest, CostNoMoreThanThoseOfCholmod) {
   const Rods& rods = GetParam().second;
   for (const Ordering ordering : {Ordering::Amd, Ordering::Metis}) {
     const TrianglePattern lower = pattern_of(rods, analyze(pattern_of(rods), ordering).permutation);
@@ -63,9 +63,10 @@ TEST_P(CholmodSupernodesTest, CostAsMuchAsThoseOfCholmod) {
 
     const Supernodes ours = find_supernodes(lower);
 
-    EXPECT_NEAR(flops_of(ours) / flops_of(theirs), 1.0, 0.1);
-    EXPECT_NEAR(ours.num_stored() / theirs.num_stored(), 1.0, 0.1);
-    EXPECT_NEAR(static_cast<double>(ours.size()) / static_cast<double>(theirs.size()), 1.0, 0.1);
+    // CHOLMOD merges more columns, and so has fewer supernodes with more zeros.
+    EXPECT_LE(flops_of(ours), 1.01 * flops_of(theirs));
+    EXPECT_LE(ours.num_stored(), theirs.num_stored());
+    EXPECT_NEAR(static_cast<double>(ours.size()) / static_cast<double>(theirs.size()), 1.2, 0.2);
   }
 }
 
