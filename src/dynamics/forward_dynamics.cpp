@@ -115,7 +115,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   const Scales& scales = work_.scales;
   const bool is_little =
       scales.are_one() || found->own_residual <= little || found->residual <= little * scales.least_acceleration();
-  const bool is_fine = report_.residual <= good_enough() && is_little;
+  const bool is_fine = report_.residual <= good_enough(exact_) && is_little;
   if (is_fine && !model_.is_rheonomic()) return Outcome{};
 
   // Refinement and the power of the reactions need w0 and dw separately.
@@ -199,8 +199,8 @@ void ForwardDynamics::refine() {
   // The residual must be small beside all accelerations and beside those of its own neighbourhood.
   constexpr double little = 1e-12;
   const auto is_enough = [&](double residual) {
-    const bool is_little = largest <= good_enough() * problem_.scale && residual <= little;
-    return is_little || residual <= good_enough();
+    const bool is_little = largest <= good_enough(exact_) * problem_.scale && residual <= little;
+    return is_little || residual <= good_enough(exact_);
   };
   report_.refinements = refine_solution(linearization_.acceleration_limits(), measure, is_enough, [&](int pass) {
     linearization_.correct_conjugately(pass == 0, rows_.data(), dw_.data());

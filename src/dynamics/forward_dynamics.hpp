@@ -50,7 +50,6 @@ class ForwardDynamics {
 
  private:
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms that is more than rounding
-  double good_enough() const { return exact_ ? rounding_of_terms : 1e-12; }
 
   Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
   Power find_power(const Kinematics& at);

@@ -11,12 +11,6 @@
 
 namespace tanor {
 
-namespace {
-
-constexpr double good_enough = 1e-12;  // error of w over the largest acceleration
-
-}  // namespace
-
 TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& linearization)
     : work_(work),
       model_(work.model()),
@@ -73,10 +67,10 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
 }
 
 /// Refines in w: rho = A'(M w - f) from w = psi on, q_ddot -= H^-1 rho, w likewise. A well conditioned H needs no
-/// second pass, since its error stays below `good_enough`.
+/// second pass, since its error over the largest acceleration is good_enough(false).
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   const Stopwatch watch(&work_.times.solve);
-  const double enough = exact ? 4.0 * eps : good_enough;
+  const double enough = exact ? 4.0 * eps : good_enough(false);
   std::fill(q_ddot, q_ddot + size(), 0.0);
   w_ = linearization_.psi();
   const double first = correct(q_ddot);
@@ -109,7 +103,7 @@ bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot)
       work_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
   report_.residual = eps * condition;
   report_.refinements = 0;
-  if (!(report_.residual <= good_enough)) return false;
+  if (!(report_.residual <= good_enough(false))) return false;
   ++work_.counters.factorizations;
   ++work_.counters.solves;
   linearization_.leave_out_blocks(1.0 / condition);

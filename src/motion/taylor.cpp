@@ -85,6 +85,11 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
 /// The largest |a_i| and |a_i - b_i|, which ignore NaNs.
 struct Comparison {
   double size = 0.0, difference = 0.0;
+
+  void include(const Comparison& more) {
+    size = std::max(size, more.size);
+    difference = std::max(difference, more.difference);
+  }
 };
 Comparison compare(const double* a, const double* b, std::size_t n) {
   return dispatch([=] {
@@ -123,21 +128,15 @@ void subtract_from(const double* __restrict a, double noise, std::size_t n, doub
   });
 }
 
-/// Finds the largest |a| in each neighbourhood; `own` [n/3].
-void find_largest(const double* a, std::span<const Index> own, std::vector<double>* largest) {
-  largest->clear();
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const auto k = static_cast<std::size_t>(own[i]);
-    if (k >= largest->size()) largest->resize(k + 1, 0.0);
-    for (std::size_t x = 3 * i; x < 3 * i + 3; ++x) (*largest)[k] = std::max((*largest)[k], std::abs(a[x]));
+/// Calls visit(first, count, k) for the numbers that follow one another in neighbourhood k; `own` [n/3] is empty if all
+/// numbers belong to one.
+template <class Visit>
+void for_runs(std::span<const Index> own, std::size_t n, const Visit& visit) {
+  if (own.empty()) return visit(0, n, 0);
+  for (std::size_t first = 0, end = 0; first < own.size(); first = end) {
+    while (end < own.size() && own[end] == own[first]) ++end;
+    visit(3 * first, 3 * (end - first), static_cast<std::size_t>(own[first]));
   }
-}
-
-/// Does the same with the noise of each neighbourhood, `part` of its largest number.
-void subtract_from(const double* a, double part, std::span<const Index> own, std::span<const double> largest,
-                   double* b) {
-  for (std::size_t i = 0; i < own.size(); ++i)
-    subtract_from(a + 3 * i, part * largest[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
 }
 
 /// Finds the nodes and weights of Gauss-Legendre quadrature on [0, 1] by Newton's method on the polynomial.
@@ -292,15 +291,21 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are accurate to about 1e-12 of the largest one, so that smaller differences mean nothing.
   constexpr double noise = 1e-11, most_noise = 1e-6;
-  const Comparison here = compare(to.a.data(), inside_.a.data(), to.a.size());
+  const std::span<const Index> own = series_.neighbourhoods();
+  const double* const a = to.a.data();
   double* const missing = inside_.a.data();
-  if (const std::span<const Index> own = series_.neighbourhoods(); !own.empty()) {
-    find_largest(to.a.data(), own, &largest_);
-    series_.find_largest(largest_);
-    subtract_from(to.a.data(), noise, own, largest_, missing);
-  } else {
-    subtract_from(to.a.data(), noise * here.size, to.a.size(), missing);
-  }
+  Comparison here;
+  largest_.clear();
+  for_runs(own, to.a.size(), [&](std::size_t first, std::size_t count, std::size_t k) {
+    const Comparison part = compare(a + first, missing + first, count);
+    here.include(part);
+    if (k >= largest_.size()) largest_.resize(k + 1, 0.0);
+    largest_[k] = std::max(largest_[k], part.size);
+  });
+  if (!own.empty()) series_.find_largest(largest_);
+  for_runs(own, to.a.size(), [&](std::size_t first, std::size_t count, std::size_t k) {
+    subtract_from(a + first, noise * largest_[k], count, missing + first);
+  });
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);

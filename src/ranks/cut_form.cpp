@@ -44,7 +44,7 @@ SeriesExpansion* CutForm::series(std::string* why_not) {
 // ---- accelerations ----
 
 /// Refines with rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
-int CutForm::refine(const double* b, double scale, double good_enough, double* residual) {
+int CutForm::refine(const double* b, double scale, bool is_exact, double* residual) {
   return refine_solution(
       RefinementLimits{5},
       [&] {
@@ -52,7 +52,7 @@ int CutForm::refine(const double* b, double scale, double good_enough, double* r
             model_.parallel, linearization_.blocks().data(), dw_.data(), b, rows_.data()));
         return *residual = largest / (scale > 0.0 ? scale : 1.0);
       },
-      [&](double left) { return left <= good_enough; },
+      [&](double left) { return left <= good_enough(is_exact); },
       [&](int) {
         linearization_.correct(rows_.data(), dw_.data());
         for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
@@ -66,8 +66,7 @@ Outcome CutForm::solve(const Kinematics& at, const Request& request, double scal
   const Stopwatch watch(&work_.times.solve);
   const auto find_multipliers = [&] {
     linearization_.solve(b_.data(), lambda_.data(), dw_.data());
-    report->refinements =
-        refine(b_.data(), scale, request.exact && model_.is_exact ? rounding_of_terms : 1e-12, &report->residual);
+    report->refinements = refine(b_.data(), scale, request.exact && model_.is_exact, &report->residual);
     return report->residual <= contradiction;
   };
   const bool is_fine = find_multipliers();

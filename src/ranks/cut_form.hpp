@@ -71,7 +71,7 @@ class CutForm final : public PointForm {
 
   void check_start(const double* r, const double* v);
   Outcome refuse_prestress(const Kinematics& at);
-  int refine(const double* b, double scale, double good_enough, double* residual);
+  int refine(const double* b, double scale, bool is_exact, double* residual);
   Outcome solve(const Kinematics& at, const Request& request, double scale, SolveReport* report);
 
   Part part_;

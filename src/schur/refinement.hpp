@@ -8,6 +8,11 @@ namespace tanor {
 /// The part of its largest term that rounding leaves of a residual: 18 eps, for rows of a dozen terms.
 inline constexpr double rounding_of_terms = 4e-15;
 
+/// Returns the residual over its scale below which a solution is not refined (Request::exact).
+constexpr double good_enough(bool is_exact) {
+  return is_exact ? rounding_of_terms : 1e-12;
+}
+
 /// Limits of a refinement. It ends after `most_passes` corrections, or once the residual was `patience` times in a row
 /// no less than half of the least one.
 struct RefinementLimits {

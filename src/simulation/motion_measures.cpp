@@ -155,11 +155,11 @@ void MotionMeasures::warn_of_tolerance() {
                              " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
 }
 
-/// Returns what the energy may miss, J, although all velocities and positions are within some thousand tolerances, as
-/// at the start of a motion or at rest.
-double MotionMeasures::tolerated_energy() {
+/// Returns true if the energy misses more, J, than it may although all velocities and positions are within some
+/// thousand tolerances, as at the start of a motion or at rest.
+bool MotionMeasures::is_beyond_tolerances(double drift) {
   constexpr double tolerances = 1e4;
-  if (!integration_.scheme().is_adaptive()) return 0.0;
+  if (!integration_.scheme().is_adaptive()) return drift > 0.0;
   write_points();
   double sum = 0.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
@@ -170,7 +170,8 @@ double MotionMeasures::tolerated_energy() {
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     sum += tolerances * model_.mass[i] * (of_velocity + acceleration * dr);
   }
-  if (has_pairs_) return form_.sum(sum);
+  sum = form_.sum(sum);
+  if (has_pairs_ || drift <= sum) return drift > sum;
   // The change of potential adds dr'W dr/2 of stiff forces, also where forces balance.
   moved_ = points_.r;
   const std::vector<double>& direction = directions();
@@ -178,7 +179,7 @@ double MotionMeasures::tolerated_energy() {
     const double dr = work_.scales.position_tolerance(options_.atol, i);
     for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction[3 * i + c];
   }
-  return form_.sum(sum) + change_of_potential();
+  return drift > sum + change_of_potential();
 }
 
 /// Warns if steps cannot follow the motion, which shows in a fixed step that turns it far or in a drift of the energy.
@@ -202,7 +203,7 @@ void MotionMeasures::watch_drift(double turn) {
   const bool is_adaptive = integration_.scheme().is_adaptive();
   EnergyReport& energy = report_.energy;
   const double drift = std::abs(energy.drift_relative()) * energy.scale;
-  if (!(drift > energy.largest_drift) || !(is_adaptive || turn > 0.0) || !(drift > tolerated_energy())) return;
+  if (!(drift > energy.largest_drift) || !(is_adaptive || turn > 0.0) || !is_beyond_tolerances(drift)) return;
   energy.largest_drift = drift;
   energy.largest_drift_time = state_.t;
 }

@@ -53,7 +53,7 @@ class MotionMeasures {
   double change_of_potential();
   const std::vector<double>& directions();
   void warn_of_tolerance();
-  double tolerated_energy();
+  bool is_beyond_tolerances(double drift);
   void watch_accuracy();
   void watch_drift(double turn);
   bool is_drifting() const;
