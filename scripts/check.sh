@@ -66,7 +66,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/{abi,bench,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-formats,test-hosts,test-rooms,test_aarch64} \
+shellcheck scripts/{abi,bench,blas_kernels,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-formats,test-hosts,test-rooms,test_aarch64} \
   .ci/run
 
 headline "types of the page of a run"

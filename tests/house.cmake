@@ -30,3 +30,6 @@ foreach(by add_subdirectory FetchContent)
     -S ${CMAKE_CURRENT_SOURCE_DIR}/package/subproject -B ${CMAKE_CURRENT_BINARY_DIR}/package-${by}
     -D by=${by} -D tanor_source=${PROJECT_SOURCE_DIR} -D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER})
 endforeach()
+
+add_test(NAME house/blas_kernels COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/bench/check_blas_kernels.py)
+set_tests_properties(house/blas_kernels PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Runs tanor and its rivals in turn on the same problems and tabulates the time that each needs to reach an error.
 
-    compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, …; those that are not there are left out
+    compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, …; those that are not there are left out.
+                                          dense_product is in the folder above (see scripts/blas_kernels)
                                           PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 S1 S1-damped S2 S3
                                           (default: all)
 
@@ -30,6 +31,7 @@ ROUNDS = 3
 SLOW = 2.0          # s; not repeated
 TIME_LIMIT = 60.0   # s a run
 # Processor time is that of the whole process: threads of OpenBLAS spin after they are started, though nobody asks them.
+# main() adds the kernels of OpenBLAS that are fastest here.
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 OWN_ORDER = "tanor taylor, own order"
 
@@ -229,9 +231,17 @@ def measure(drivers: pathlib.Path, problem: Problem) -> list:
              "seconds": statistics.median(times[run]), "measured": describe_now()} for run in runs]
 
 
+def choose_kernels(drivers: pathlib.Path) -> dict:
+    """{"OPENBLAS_CORETYPE": …} where OpenBLAS does not choose its fastest kernels by itself, by the rule of scripts/bench."""
+    asked = [ROOT / "scripts/blas_kernels", drivers.resolve().parent / "dense_product"]
+    kernels = subprocess.run(asked, check=True, stdout=subprocess.PIPE, text=True, env=ENVIRONMENT).stdout.strip()
+    return {"OPENBLAS_CORETYPE": kernels} if kernels else {}
+
+
 def describe_now() -> str:
     load = pathlib.Path("/proc/loadavg").read_text().split()[0] if pathlib.Path("/proc/loadavg").exists() else "?"
-    return f"{datetime.date.today()} on {processor()}, load {load}"
+    kernels = f", OpenBLAS as {ENVIRONMENT['OPENBLAS_CORETYPE']}" if "OPENBLAS_CORETYPE" in ENVIRONMENT else ""
+    return f"{datetime.date.today()} on {processor()}{kernels}, load {load}"
 
 
 def read_rows(file: pathlib.Path) -> dict:
@@ -364,6 +374,7 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
 def main() -> None:
     drivers, out, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:] or list(PROBLEMS)
     out.mkdir(parents=True, exist_ok=True)
+    ENVIRONMENT.update(choose_kernels(drivers))
     for driver in dict.fromkeys(run.driver for name in names for run in PROBLEMS[name].runs):
         if not driver_of(drivers, driver).exists():
             print(f"compare: {driver} is not built and left out", flush=True)
