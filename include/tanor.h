@@ -79,17 +79,22 @@ typedef struct tn_wanted {
   tn_points stress;
 } tn_wanted;
 
-/** Results of a call, filled as far as `size` says. */
+/** Results of a call, filled as far as `size` says. A member that has no meaning in a call is 0. */
 typedef struct tn_report {
-  uint32_t size;       /**< sizeof(tn_report) */
-  int32_t iterations;  /**< largest number over all islands */
-  double violation;    /**< relative violation that remains */
-  double correction;   /**< largest change of a point's position, velocity or force; 0 if not wanted */
-  int64_t worst_row;   /**< row with that violation, see tn_row_name; -1 if not wanted */
-  double largest_turn; /**< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long */
-  /** Work of time-dependent lengths and of moving supports in this half of the step. */
+  uint32_t size;      /**< sizeof(tn_report) */
+  int32_t iterations; /**< largest number over all islands */
+  double violation;   /**< relative violation that remains */
+  /** Largest change of a point's position, velocity or force, where a call changes one; 0 if not wanted. */
+  double correction;
+  int64_t worst_row; /**< row with that violation, see tn_row_name; -1 if not wanted */
+  /** Largest rotation of a rod, rad, in tn_constrain_positions, where beyond 0.4 the step is too long, and in
+   * tn_project_positions. */
+  double largest_turn;
+  /** Work of time-dependent lengths and of moving supports in this half of the step: in tn_constrain_positions and
+   * tn_constrain_velocities. */
   double work;
-  double virial[6]; /**< sum of r (x) K lambda: xx yy zz xy xz yz */
+  /** Sum of r (x) K lambda: xx yy zz xy xz yz. tn_project_positions and tn_violation have no multipliers. */
+  double virial[6];
 } tn_report;
 
 /* ---- life ---- */

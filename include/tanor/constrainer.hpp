@@ -118,20 +118,24 @@ struct HostState {
   bool measures = true;
 };
 
-/// Result of a call of a Constrainer.
+/// Result of a call of a Constrainer. A member that has no meaning in a call stays as it is here.
 struct [[nodiscard]] ConstraintReport {
   static constexpr std::size_t no_row = std::numeric_limits<std::size_t>::max();
 
   Outcome outcome;         ///< if not ok, no array of the host was changed
   int iterations = 0;      ///< largest number over all islands
   double violation = 0.0;  ///< remaining |xi|/length, rates over the largest velocity, or K'w + phi likewise
-  // The following members are found if the call `measures`. Calls without that choice find the correction.
-  double correction = 0.0;         ///< largest change of a point's position, velocity or force
+  // The following members are found if the call `measures`, and by calls without that choice.
+  double correction = 0.0;  ///< largest change of a point's position, velocity or force, where a call changes one
   std::size_t worst_row = no_row;  ///< row with that violation, see Constrainer::row_name; also after a failure
-  double largest_turn = 0.0;       ///< largest rotation of a rod in the step, rad; beyond 0.4 the step is too long
-  double work = 0.0;               ///< work of time-dependent lengths and of moving supports in this half of the step
+  /// Largest rotation of a rod, rad, in constrain_positions, where beyond 0.4 the step is too long, and in
+  /// project_positions. In other calls rods do not move.
+  double largest_turn = 0.0;
+  /// Work of time-dependent lengths and of moving supports in this half of the step: in constrain_positions and
+  /// constrain_velocities.
+  double work = 0.0;
   /// Sum of r (x) K lambda over all points: xx, yy, zz, xy, xz, yz. A rod adds lambda L u (x) u, so that no large
-  /// numbers cancel.
+  /// numbers cancel. Calls without multipliers, project_positions and violation, have none.
   std::array<double, 6> virial{};
 };
 

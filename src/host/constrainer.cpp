@@ -291,8 +291,8 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
   check_finite(step.step, "step");
   ConstraintReport report =
       self->call([&](ConstrainedHost& part, PartReport* own) { own->correction = part.find_speed(step, own); });
+  const double speed = std::exchange(report.correction, 0.0);
   if (!report.outcome.ok()) return report;
-  const double speed = report.correction;
   report = self->call([&](ConstrainedHost& part, PartReport* own) { part.find_velocities(step, speed, own); },
                       [&](ConstrainedHost& part, PartReport* own) { part.write_velocities(step, own); });
   if (report.outcome.ok()) self->write_supports(step.wanted);

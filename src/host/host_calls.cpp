@@ -165,12 +165,18 @@ void ConstrainedHost::write_forces(const PointArray& forces, const ConstraintFor
 void ConstrainedHost::find_nearest(const PointArray& positions, double time, PartReport* report) {
   place.stands = false;
   moved.gather(positions);
+  std::copy_n(moved.r(), w.size(), w.begin());
   NearestPoint nearest(work, linearization, form.projector());
   ProjectionReport found = nearest.find(time, moved.r());
   report->outcome = std::move(found.outcome);
   report->iterations = found.iterations;
   report->violation = found.violation;
   note_worst_position(report);
+  if (!report->outcome.ok()) return;
+  // The start is off the constraints, so the rods there are seen from those at the end, whose lengths are known.
+  std::vector<double> blocks(linearization.blocks().size());
+  work.constraints.evaluate_gradients(model.parallel, moved.r(), blocks.data());
+  report->largest_turn = sums.largest_turn(blocks.data(), moved.r(), w.data(), {});
 }
 
 void ConstrainedHost::write_nearest(const PointArray& positions, PartReport* report) {

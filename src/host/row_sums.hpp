@@ -32,8 +32,8 @@ class RowSums {
   std::array<double, 6> virial(const double* lambda, double factor, const double* blocks, const double* r);
   /// Shares the same out among the points of each row, as `stress` [9n].
   void share_virial(const double* lambda, double factor, const double* blocks, const double* r, double* stress);
-  /// Returns the largest angle (rad) between a rod at r and its gradient in `blocks`, taken at r_old. `changes` are
-  /// those of the rods' offsets from there on.
+  /// Returns the largest angle (rad) between a rod at r and its gradient in `blocks`, taken at r_old, where rods have
+  /// their lengths. `changes` are those of the rods' offsets from there on.
   double largest_turn(const double* blocks, const double* r_old, const double* r,
                       std::span<const Constraints::RowOffset> changes);
   const std::vector<RodRow>& rods() const { return rods_; }

@@ -137,6 +137,7 @@ TEST(CCalls, ProjectsAsTheConstrainer) {
   ASSERT_EQ(tn_project_positions(handle.get(), write_to(c_r), &c_report), TN_OK) << last_error(handle);
   expect_same(c_report, constrainer.project_positions(r));
   EXPECT_EQ(c_r, r);
+  EXPECT_GT(c_report.largest_turn, 1e-3);
   EXPECT_GT(c_report.correction, 1e-3);
   std::vector<double> lambda(constrainer.num_rows()), c_lambda(lambda.size());
   tn_wanted wanted{};

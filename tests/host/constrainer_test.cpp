@@ -176,19 +176,6 @@ TEST(ProjectForces, WorksAtAnyScaleOfForces) {
   }
 }
 
-TEST(ProjectPositions, FindsTheNearestPositions) {
-  const std::vector<double> drawn{0, 0, 0, 0, 0, -1};
-  std::vector<double> r{0, 0, 0, 3, 0, -4};
-  Constrainer constrainer(std::vector{infinity, 2.0}, {Rods{"rods", {{0, 1}}, {}, {}}}, drawn);
-
-  const ConstraintReport report = constrainer.project_positions(r);
-
-  ASSERT_TRUE(report.outcome.ok());
-  EXPECT_NEAR(r[3], 0.6, 1e-14);
-  EXPECT_NEAR(r[5], -0.8, 1e-14);
-  EXPECT_NEAR(report.correction, 4.0, 1e-13);
-}
-
 TEST(Violation, NamesTheWorstRow) {
   Pair host;
   Constrainer constrainer(host.masses, host.constraints, host.r);
