@@ -252,8 +252,8 @@ class TANOR_API Constrainer {
   ConstraintReport project_positions(PointArray positions, double time = 0.0);
 
   /// Computes ln det S at these positions. `gradient` (may be absent) becomes its derivative in all positions, also of
-  /// supports. Fixman's metric force is -kT/2 times that. The gradient is known for rods alone; with other constraints
-  /// it is an InputError to ask for it.
+  /// supports. Fixman's metric force is -kT/2 times that. Second derivatives that are not finite are
+  /// Status::NotFinite.
   LogDeterminant log_det(ConstPointArray positions, PointArray gradient = {}, double time = 0.0);
 
   /// Finds the largest |xi|/|gradient|/length at these positions and its row.

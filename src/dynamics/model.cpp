@@ -43,6 +43,13 @@ System validated(System system, double t) {
   return system;
 }
 
+/// Returns the shortest of the lengths that violations are measured by, m, at most `scene_size`.
+double find_smallest_length(const Constraints& constraints, double scene_size) {
+  std::vector<double> lengths(constraints.num_rows() + 1, scene_size);
+  constraints.write_lengths(lengths.data());
+  return *std::ranges::min_element(lengths);
+}
+
 void check_solver_options(const SolverOptions& options) {
   check_enum(options.form, Form::Both, "/solver/form");
   check_enum(options.linear_solver, LinearSolver::ClosedForm, "/solver/linear_solver");
@@ -65,7 +72,7 @@ Model::Model(NumberedSystem numbered, const Families& families)
       incidences(families.constraints.list_incidences()),
       gather(incidences, numbering.num_points()),
       scene_size(tanor::scene_size(system)),
-      smallest_length(families.constraints.smallest_length(scene_size)),
+      smallest_length(find_smallest_length(families.constraints, scene_size)),
       may_lose_rank(closes_loops(system)),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       uniform_free_(families.forces.uniform_acceleration()),

@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <span>
 #include <type_traits>
 
 #include "evaluate/constraints.hpp"
@@ -37,6 +40,23 @@ void find_hessians(std::size_t size, double* v, const Phi& phi, const Add& add) 
   }
 }
 
+/// Finds the products Hy of a member's rows likewise, with y at moves + m * size for row m, from the unit vectors e_i
+/// and y scaled to 1. `v` [size] is scratch. Calls add(i, sum of (Hy)_i over the rows) for all coordinates.
+template <std::size_t Rows, class Phi, class Add>
+void find_products(std::size_t size, const double* moves, double* v, const Phi& phi, const Add& add) {
+  for (std::size_t m = 0; m < Rows; ++m, moves += size) {
+    double scale = 0.0;
+    for (std::size_t k = 0; k < size; ++k) scale = larger(scale, std::abs(moves[k]));
+    if (scale == 0.0) continue;
+    const auto phi_along = [&](double sign, std::size_t i) {
+      for (std::size_t k = 0; k < size; ++k) v[k] = (k == i ? 1.0 : 0.0) + sign * moves[k] / scale;
+      return phi(v)[m];
+    };
+    const double odd = phi_along(1.0, size) - phi_along(-1.0, size);  // of y alone
+    for (std::size_t i = 0; i < size; ++i) add(i, 0.25 * scale * (phi_along(1.0, i) - phi_along(-1.0, i) - odd));
+  }
+}
+
 template <class Append>
 void list_members(const LinearFamily&, const Append&) {}
 
@@ -55,62 +75,75 @@ void list_members(const Family<Kernel>& family, const Append& append) {
   }
 }
 
+// These call body(member, phi) for all members of a family but rods and linear ones, whose Hessians are simpler.
+
+/// A member of a family, with its first row and its first block of K.
+struct CurvedMember {
+  std::span<const Index> points;
+  std::size_t row, block;
+};
+
+template <class Body>
+void visit_curved(const LinearFamily&, const double*, double*, const Body&) {}
+
+template <class Body>
+void visit_curved(const UserFamily& family, const double* r, double*, const Body& body) {
+  for (const UserGroup& group : family.kernel.groups) {
+    const std::size_t p = group.points_per_member();
+    std::vector<double> places(3 * p);
+    const auto phi = [&](const double* v) {
+      double xi = 0.0, rate = 0.0, second = 0.0;
+      group.kernel.evaluate(group.kernel.context.get(),
+                            {1, family.kernel.t, places.data(), v, &xi, &rate, &second, nullptr});
+      return std::array{second};
+    };
+    const auto first_block = static_cast<std::size_t>(family.first_block + group.first_block);
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const std::span<const Index> points = std::span(group.points).subspan(k * p, p);
+      for (std::size_t i = 0; i < p; ++i) store(places.data(), i, load(r, points[i]));
+      body(CurvedMember{points, static_cast<std::size_t>(group.rows[k]), first_block + k * p}, phi);
+    }
+  }
+}
+
+/// `velocities` [3n] is scratch.
+template <class Kernel, class Body>
+void visit_curved(const Family<Kernel>& family, const double* r, double* velocities, const Body& body) {
+  if constexpr (!is_rod_kernel<Kernel>) {
+    for (std::size_t k = 0; k < family.size(); ++k) {
+      const auto& points = family.kernel.points[k];
+      const auto phi = [&](const double* v) {
+        for (std::size_t i = 0; i < points.size(); ++i) store(velocities, points[i], load(v, i));
+        return std::to_array(family.kernel(k, r, velocities).phi);
+      };
+      body(CurvedMember{points, static_cast<std::size_t>(family.rows[k]),
+                        static_cast<std::size_t>(family.first_block) + k * Kernel::num_blocks},
+           phi);
+    }
+  }
+}
+
+/// Adds (I - uu')y/L at the second point of each rod, and subtracts it at the first one.
+template <class F>
+void add_rod_products(const F& family, const double* r, const double* moves, double* to) {
+  if constexpr (is_rod_kernel<decltype(F::kernel)>) {
+    for (std::size_t k = 0; k < family.size(); ++k) {
+      const auto local = family.kernel(k, r, r);
+      const Vec3 u = local.gradient[0], y = load(moves, static_cast<std::size_t>(family.first_block) + k);
+      const Vec3 product = (1.0 / (local.xi[0] + family.kernel.scale(k))) * (y - dot(u, y) * u);
+      add_to(to, family.kernel.points[k][1], product);
+      add_to(to, family.kernel.points[k][0], -product);
+    }
+  }
+}
+
+template <class Phi>
+constexpr std::size_t num_rows_of = std::tuple_size_v<std::invoke_result_t<Phi, const double*>>;
+
 /// Adds `value`, which is -lambda times the entry (i, j) of a Hessian, to the blocks [p][p] of a member.
 void add_entry(std::size_t p, std::size_t i, std::size_t j, double value, Block3* blocks) {
   blocks[i / 3 * p + j / 3].entries[3 * (i % 3) + j % 3] += value;
   if (i != j) blocks[j / 3 * p + i / 3].entries[3 * (j % 3) + i % 3] += value;
-}
-
-Block3* evaluate_members(const LinearFamily&, const double*, const double*, double*, Block3* to) {
-  return to;
-}
-
-Block3* evaluate_members(const UserFamily& family, const double* r, const double* lambda, double*, Block3* to) {
-  for (const UserGroup& group : family.kernel.groups) {
-    const std::size_t p = group.points_per_member(), size = 3 * p;
-    std::vector<double> places(size), velocities(size, 0.0);
-    for (std::size_t k = 0; k < group.size(); ++k, to += p * p) {
-      const double multiplier = lambda[group.rows[k]];
-      std::fill(to, to + p * p, Block3{});
-      for (std::size_t i = 0; i < p; ++i) store(places.data(), i, load(r, group.points[k * p + i]));
-      const auto phi = [&](const double* v) {
-        double xi = 0.0, rate = 0.0, second = 0.0;
-        group.kernel.evaluate(group.kernel.context.get(),
-                              {1, family.kernel.t, places.data(), v, &xi, &rate, &second, nullptr});
-        return std::array{second};
-      };
-      if (multiplier == 0.0) continue;
-      find_hessians<1>(size, velocities.data(), phi, [&](std::size_t i, std::size_t j, std::size_t, double entry) {
-        add_entry(p, i, j, -multiplier * entry, to);
-      });
-    }
-  }
-  return to;
-}
-
-template <class Kernel>
-Block3* evaluate_members(const Family<Kernel>& family, const double* r, const double* lambda, double* v, Block3* to) {
-  if constexpr (!is_rod_kernel<Kernel>) {
-    constexpr std::size_t p = Kernel::num_points, rows = Kernel::num_rows;
-    std::array<double, 3 * p> move{};
-    for (std::size_t k = 0; k < family.size(); ++k, to += p * p) {
-      const double* const multipliers = lambda + family.rows[k];
-      const auto& points = family.kernel.points[k];
-      std::fill(to, to + p * p, Block3{});
-      const auto phi = [&](const double* own) {
-        for (std::size_t i = 0; i < p; ++i) store(v, points[i], load(own, i));
-        const auto local = family.kernel(k, r, v);
-        std::array<double, rows> result;
-        for (std::size_t m = 0; m < rows; ++m) result[m] = local.phi[m];
-        return result;
-      };
-      find_hessians<rows>(3 * p, move.data(), phi, [&](std::size_t i, std::size_t j, std::size_t m, double entry) {
-        add_entry(p, i, j, -multipliers[m] * entry, to);
-      });
-      for (const Index point : points) store(v, point, Vec3{});
-    }
-  }
-  return to;
 }
 
 }  // namespace
@@ -128,8 +161,37 @@ std::vector<Influence> Constraints::list_curved() const {
 }
 
 void Constraints::evaluate_curvatures(const double* r, const double* lambda, Block3* to) const {
-  std::vector<double> velocities(3 * num_points_, 0.0);
-  for_each_family([&](const auto& family) { to = evaluate_members(family, r, lambda, velocities.data(), to); });
+  std::vector<double> velocities(3 * num_points_), own;
+  const auto evaluate = [&]<class Phi>(const CurvedMember& member, const Phi& phi) {
+    constexpr std::size_t num_rows = num_rows_of<Phi>;
+    const std::size_t p = member.points.size();
+    const std::span multipliers(lambda + member.row, num_rows);
+    std::fill(to, to + p * p, Block3{});
+    if (std::ranges::any_of(multipliers, [](double multiplier) { return multiplier != 0.0; })) {
+      own.assign(3 * p, 0.0);
+      find_hessians<num_rows>(3 * p, own.data(), phi, [&](std::size_t i, std::size_t j, std::size_t m, double entry) {
+        add_entry(p, i, j, -multipliers[m] * entry, to);
+      });
+    }
+    to += p * p;
+  };
+  for_each_family([&](const auto& family) { visit_curved(family, r, velocities.data(), evaluate); });
+}
+
+void Constraints::add_hessian_products(const double* r, const double* moves, double* to) const {
+  std::vector<double> velocities(3 * num_points_), own;
+  const auto add = [&]<class Phi>(const CurvedMember& member, const Phi& phi) {
+    const std::size_t size = 3 * member.points.size();
+    own.resize(size);
+    find_products<num_rows_of<Phi>>(size, moves + 3 * member.block, own.data(), phi,
+                                    [&](std::size_t i, double product) {
+                                      to[3 * static_cast<std::size_t>(member.points[i / 3]) + i % 3] += product;
+                                    });
+  };
+  for_each_family([&](const auto& family) {
+    visit_curved(family, r, velocities.data(), add);
+    add_rod_products(family, r, moves, to);
+  });
 }
 
 }  // namespace tanor

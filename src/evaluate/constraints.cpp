@@ -420,12 +420,4 @@ void Constraints::write_lengths(double* lengths) const {
   for_each_family([&](const auto& family) { family.write_lengths(lengths); });
 }
 
-double Constraints::smallest_length(double scene_size) const {
-  double result = scene_size;
-  for_each_family([&](const auto& family) {
-    for (std::size_t k = 0; k < family.size(); ++k) result = std::min(result, family.kernel.scale(k));
-  });
-  return result;
-}
-
 }  // namespace tanor

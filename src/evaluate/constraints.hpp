@@ -134,11 +134,12 @@ class Constraints {
   /// member. `evaluate_curvatures` writes their blocks of -sum of lambda_a Hess xi_a, N/m. See constraint_hessians.cpp.
   std::vector<Influence> list_curved() const;
   void evaluate_curvatures(const double* r, const double* lambda, Block3* to) const;
+  /// Adds the sum over all rows a of Hess(xi_a) y_a to `to` [3n], the sum of K's derivatives along the y_a. Each y_a is
+  /// stored in `moves` as row a of K is in its blocks; that of a rod is the move of its second point beside the first.
+  void add_hessian_products(const double* r, const double* moves, double* to) const;
 
   /// Writes the lengths that violations are measured by, m [d]. Rows of contacts are left alone.
   void write_lengths(double* lengths) const;
-  /// Returns the shortest of the lengths that violations are measured by, m, at most `scene_size`.
-  double smallest_length(double scene_size) const;
 
  private:
   template <class Visit>

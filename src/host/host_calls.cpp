@@ -193,8 +193,6 @@ void ConstrainedHost::find_violation(const ConstPointArray& positions, double ti
 
 LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, bool with_gradient, double time) {
   if (!determinant) determinant = std::make_unique<SchurDeterminant>(work);
-  if (with_gradient && !determinant->has_gradient())
-    throw InputError("", "the gradient of log_det is known for rods alone; there are other constraints");
   LogDeterminant result;
   if (result.outcome = place.stand_at(positions, time); !result.outcome.ok()) return result;
   const double* const blocks = linearization.blocks().data();
@@ -206,10 +204,11 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
   }
   if (!with_gradient) return result;
   gradient.resize(3 * num_points());
-  determinant->write_gradient(blocks, sums.lengths().data(), gradient.data());
+  work.set_time(time);
+  determinant->write_gradient(place.r.data(), blocks, gradient.data());
   const auto is_finite = [](double x) { return std::isfinite(x); };
   if (!std::ranges::all_of(gradient, is_finite))
-    result.outcome = model.not_finite(time);  // a rod's length is next to zero
+    result.outcome = {Status::NotFinite, "second derivatives of constraints are not finite at these positions"};
   return result;
 }
 

@@ -8,8 +8,8 @@
 namespace tanor {
 
 SchurDeterminant::SchurDeterminant(const Workspace& work)
-    : model_(work.model()),
-      rods_(list_rods(work)),
+    : work_(work),
+      model_(work.model()),
       by_point_(model_.num_moving(),
                 [this](const auto& add) {
                   for (const Incidence& incidence : model_.incidences) {
@@ -113,31 +113,25 @@ void SchurDeterminant::invert() {
   }
 }
 
-/// With y = M^-1 K Z_a, rod a adds 2 (I - uu')(y_j - y_i)/L to the gradient at j, and subtracts it at i.
-void SchurDeterminant::write_gradient(const double* blocks, const double* lengths, double* gradient) {
+/// With y_a = M^-1 K Z_a, the gradient is the sum of 2 Hess(xi_a) y_a over all rows.
+void SchurDeterminant::write_gradient(const double* r, const double* blocks, double* gradient) {
   invert();
-  std::fill(gradient, gradient + 3 * model_.num_points(), 0.0);
   const auto entry = [&](Index a, Index b) {
     const auto [low, high] = std::minmax(a, b);
     const auto column = static_cast<std::size_t>(low);
     return low == high ? inverse_diagonal_[column] : inverse_lower_[place(column, high)];
   };
-  // M^-1 K Z_a at a point
-  const auto spread = [&](Index a, Index i) {
-    const auto point = static_cast<std::size_t>(i);
-    Vec3 sum{};
-    if (point >= model_.num_moving()) return sum;
-    for (const Entry& b : by_point_[point])
-      sum = sum + (model_.inverse_mass[point] * entry(a, b.row) * b.sign) * load(blocks, b.block);
-    return sum;
-  };
-  for (const auto& [row, block, i, j] : rods_) {
-    if (static_cast<std::size_t>(row) >= diagonal_.size()) continue;
-    const Vec3 u = load(blocks, block), y = spread(row, j) - spread(row, i);
-    const Vec3 part = (2.0 / lengths[row]) * (y - dot(u, y) * u);
-    add_to(gradient, j, part);
-    add_to(gradient, i, -part);
+  std::vector<double> moves(3 * work_.constraints.num_blocks(), 0.0);
+  for (std::size_t i = 0; i < by_point_.size(); ++i) {
+    for (const Entry& a : by_point_[i]) {
+      for (const Entry& b : by_point_[i]) {
+        const double factor = 2.0 * a.sign * b.sign * model_.inverse_mass[i] * entry(a.row, b.row);
+        add_to(moves.data(), a.block, factor * load(blocks, b.block));
+      }
+    }
   }
+  std::fill(gradient, gradient + 3 * model_.num_points(), 0.0);
+  work_.constraints.add_hessian_products(r, moves.data(), gradient);
 }
 
 }  // namespace tanor

@@ -4,16 +4,15 @@
 
 #include "base/groups.hpp"
 #include "dynamics/workspace.hpp"
-#include "host/row_sums.hpp"
 
 namespace tanor {
 
 /// Computes ln det S of S = K'M^-1K and its gradient,
 ///
-///   d(ln det S)/dr = 2 tr(S^-1 K'M^-1 dK/dr),
+///   d(ln det S)/dr = 2 tr(S^-1 K'M^-1 dK/dr) = sum of 2 Hess(xi_a) M^-1 K Z_a over the rows a,   Z = S^-1
 ///
-/// by S = LDL' in the inner order of rows, which makes no fill for trees. Z = S^-1 is needed only where L has entries
-/// (Takahashi, Fagan and Chen 1973), since no other entry of Z meets a derivative of K.
+/// by S = LDL' in the inner order of rows, which makes no fill for trees. Z is needed only where L has entries
+/// (Takahashi, Fagan and Chen 1973), since Hess(xi_a) meets only rows that share a moving point with row a.
 class SchurDeterminant {
  public:
   /// The workspace outlives it. The constructor plans the elimination.
@@ -22,9 +21,8 @@ class SchurDeterminant {
   /// Returns ln det S for K in blocks, or minus infinity if `dependent_row()` depends on others to rounding.
   double evaluate(const double* blocks);
   std::size_t dependent_row() const { return dependent_row_; }
-  bool has_gradient() const { return rods_.size() == model_.num_rows(); }
-  /// Writes the gradient [3n] at the last `evaluate`. All constraints are rods, of `lengths` [d].
-  void write_gradient(const double* blocks, const double* lengths, double* gradient);
+  /// Writes the gradient [3n] at the last `evaluate`, whose positions r and K are given.
+  void write_gradient(const double* r, const double* blocks, double* gradient);
 
  private:
   struct Entry {
@@ -37,8 +35,8 @@ class SchurDeterminant {
   void assemble(const double* blocks);
   void invert();
 
+  const Workspace& work_;
   const Model& model_;
-  std::vector<RodRow> rods_;
   Groups<Entry> by_point_;                                // moving points alone
   Groups<Index> pattern_;                                 // [column] rows of L below the diagonal, ascending
   std::vector<double> lower_, diagonal_;                  // L and D; S before the elimination

@@ -306,11 +306,10 @@ The others as in constrain_positions.)doc")
            arg("time") = 0.0,
            "The nearest positions on the constraints, in the norm of the masses, from anywhere; float64 [n, 3], "
            "written. For starts, before the first forces.")
-      .def(
-          "log_det", &log_det, arg("positions"), arg("gradient") = none, py::kw_only(), arg("index") = none,
-          arg("time") = 0.0,
-          "ln det S at positions; gradient, float64 [n, 3], is written: its derivative (rods alone have one). Fixman's "
-          "metric force is -kT/2 times that.")
+      .def("log_det", &log_det, arg("positions"), arg("gradient") = none, py::kw_only(), arg("index") = none,
+           arg("time") = 0.0,
+           "ln det S at positions; gradient, float64 [n, 3], is written: its derivative in them. Fixman's "
+           "metric force is -kT/2 times that.")
       .def("violation", &violation, arg("positions"), py::kw_only(), arg("index") = none, arg("time") = 0.0,
            "Largest |xi|/|gradient|/length at positions, float64 [n, 3], with its row.")
       .def("rank", &rank, arg("positions"), py::kw_only(), arg("index") = none, arg("time") = 0.0,

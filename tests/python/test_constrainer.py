@@ -127,6 +127,17 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         dumbbell = tanor.Constrainer([2.0, 4.0], [tanor.Rods([[0, 1]])], square[:2])
         self.assertAlmostEqual(dumbbell.log_det(square[:2]).value, numpy.log(1 / 2 + 1 / 4), places=14)
 
+    def test_the_gradient_of_the_determinant_knows_all_kinds(self):
+        r, e = numpy.array([[0.0, 0, 0], [1, 0.3, 0]]), 1e-5
+        held = tanor.Constrainer([2.0, 4.0], [tanor.Rods([[0, 1]]), tanor.Spheres([0], center=[0.4, 0.2, -1])], r)
+        gradient = numpy.empty((2, 3))
+        self.assertTrue(held.log_det(r, gradient).ok)
+        for place in numpy.ndindex(2, 3):
+            step = numpy.zeros((2, 3))
+            step[place] = e
+            slope = (held.log_det(r + step).value - held.log_det(r - step).value) / (2 * e)
+            self.assertAlmostEqual(gradient[place], slope, places=9)
+
 
 class Chains:
     """Three chains of five points side by side, without forces, whose constraints come and go."""
