@@ -25,7 +25,9 @@
 /// A handle, whose Constrainer is made on first use; before that a cell may be set.
 struct tn_system {
   std::vector<double> masses, positions;  // given to tn_create; kept until `made`
-  std::optional<tanor::PeriodicCell> cell, old_cell;
+  std::optional<tanor::PeriodicCell> cell;
+  tanor::PeriodicCell old_cell;  // of the next tn_constrain_positions
+  bool has_old_cell = false;
   tanor::SolverOptions options;
   double tolerance = 0.0;  // of constrained positions
   std::optional<tanor::Constrainer> made;
@@ -71,12 +73,21 @@ int code_of(Status status) {
   return TN_EINTERNAL;
 }
 
-/// Lets no exception pass. What `call` throws becomes a code, and its text goes into `error`.
+const Outcome& outcome_of(const Outcome& outcome) {
+  return outcome;
+}
+const Outcome& outcome_of(const ConstraintReport& report) {
+  return report.outcome;
+}
+
+/// Lets no exception pass. What `call`, which returns an Outcome or a report with one, throws becomes a code, and its
+/// text goes into `error`.
 template <class Call>
 int guard(std::string* error, const Call& call) noexcept {
   try {
     try {
-      const Outcome outcome = call();
+      const auto result = call();
+      const Outcome& outcome = outcome_of(result);
       if (!outcome.ok()) *error = outcome.what;
       return code_of(outcome.status);
     } catch (const InputError& wrong) {
@@ -99,7 +110,7 @@ template <class Call>
 int guard(tn_system* system, const Call& call) noexcept {
   if (system == nullptr)
     return guard(&create_error(), []() -> Outcome { throw InputError("", "the system is a null pointer"); });
-  return guard(&system->error, [&]() -> Outcome {
+  return guard(&system->error, [&] {
     if constexpr (std::is_void_v<decltype(call(*system))>)
       return call(*system), Outcome{};
     else
@@ -150,9 +161,9 @@ PeriodicCell make_cell(const double* edges, const int* repeats) {
   return result;
 }
 
-ConstraintForces forces_of(const tn_wanted& wanted, std::size_t num_rows) {
+ConstraintForces forces_of(const tn_wanted& wanted, const Constrainer& constrainer) {
   ConstraintForces result;
-  if (wanted.multipliers != nullptr) result.multipliers = {wanted.multipliers, num_rows};
+  if (wanted.multipliers != nullptr) result.multipliers = {wanted.multipliers, constrainer.num_rows()};
   result.forces = array_of(wanted.forces);
   result.stress = array_of(wanted.stress);
   return result;
@@ -177,9 +188,14 @@ void write_numbers(const ConstraintReport& found, tn_report* report) {
   std::memcpy(report, &own, std::min<std::size_t>(report->size, sizeof(own)));
 }
 
-Outcome write_report(ConstraintReport found, tn_report* report) {
-  if (report != nullptr) write_numbers(found, report);
-  return std::move(found.outcome);
+/// Calls find(constrainer, system) with the same care and writes what it found to `report`, which may be null.
+template <class Find>
+int report_on(tn_system* system, tn_report* report, const Find& find) noexcept {
+  return guard(system, [&](tn_system& self) {
+    ConstraintReport found = find(self.constrainer(), self);
+    if (report != nullptr) write_numbers(found, report);
+    return found;
+  });
 }
 
 }  // namespace
@@ -297,7 +313,8 @@ int tn_set_old_box(tn_system* system, const double cell[9]) {
   return guard(system, [&](tn_system& self) {
     if (!self.cell) throw InputError("/cell", "there is none; tn_set_box gives one");
     self.old_cell = make_cell(cell, nullptr);
-    self.old_cell->repeats = self.cell->repeats;
+    self.old_cell.repeats = self.cell->repeats;
+    self.has_old_cell = true;
   });
 }
 
@@ -343,33 +360,29 @@ int tn_row_name(tn_system* system, size_t row, char* text, size_t size) {
 
 int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, tn_points x, tn_points v,
                            const tn_wanted* wanted, tn_report* report) {
-  return guard(system, [&](tn_system& self) {
-    Constrainer& constrainer = self.constrainer();
+  return report_on(system, report, [&](Constrainer& constrainer, tn_system& self) {
     const tn_wanted own = known_part(wanted);
-    const std::optional<PeriodicCell> old_cell = std::exchange(self.old_cell, std::nullopt);
-    return write_report(constrainer.constrain_positions({.step = dt,
-                                                         .old_positions = array_of(x_old),
-                                                         .positions = array_of(x),
-                                                         .velocities = array_of(v),
-                                                         .wanted = forces_of(own, constrainer.num_rows()),
-                                                         .old_cell = old_cell ? &*old_cell : nullptr,
-                                                         .measures = own.measures != 0,
-                                                         .tolerance = self.tolerance}),
-                        report);
+    return constrainer.constrain_positions(
+        {.step = dt,
+         .old_positions = array_of(x_old),
+         .positions = array_of(x),
+         .velocities = array_of(v),
+         .wanted = forces_of(own, constrainer),
+         .old_cell = std::exchange(self.has_old_cell, false) ? &self.old_cell : nullptr,
+         .measures = own.measures != 0,
+         .tolerance = self.tolerance});
   });
 }
 
 int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_points v, const tn_wanted* wanted,
                             tn_report* report) {
-  return guard(system, [&](tn_system& self) {
-    Constrainer& constrainer = self.constrainer();
+  return report_on(system, report, [&](Constrainer& constrainer, const tn_system&) {
     const tn_wanted own = known_part(wanted);
-    return write_report(constrainer.constrain_velocities({.step = dt,
-                                                          .positions = array_of(x),
-                                                          .velocities = array_of(v),
-                                                          .wanted = forces_of(own, constrainer.num_rows()),
-                                                          .measures = own.measures != 0}),
-                        report);
+    return constrainer.constrain_velocities({.step = dt,
+                                             .positions = array_of(x),
+                                             .velocities = array_of(v),
+                                             .wanted = forces_of(own, constrainer),
+                                             .measures = own.measures != 0});
   });
 }
 
@@ -377,30 +390,27 @@ int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_
 
 int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
              const tn_wanted* wanted, tn_report* report) {
-  return guard(system, [&](tn_system& self) {
-    Constrainer& constrainer = self.constrainer();
+  return report_on(system, report, [&](Constrainer& constrainer, const tn_system&) {
     const tn_wanted own = known_part(wanted);
-    return write_report(constrainer.solve({.positions = array_of(x),
-                                           .velocities = array_of(v),
-                                           .forces = array_of(f),
-                                           .accelerations = array_of(w),
-                                           .wanted = forces_of(own, constrainer.num_rows()),
-                                           .measures = own.measures != 0}),
-                        report);
+    return constrainer.solve({.positions = array_of(x),
+                              .velocities = array_of(v),
+                              .forces = array_of(f),
+                              .accelerations = array_of(w),
+                              .wanted = forces_of(own, constrainer),
+                              .measures = own.measures != 0});
   });
 }
 
 int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, const tn_wanted* wanted, tn_report* report) {
-  return guard(system, [&](tn_system& self) {
-    Constrainer& constrainer = self.constrainer();
-    const ConstraintForces forces = forces_of(known_part(wanted), constrainer.num_rows());
-    return write_report(constrainer.project_forces(array_of(x), array_of(f), 0.0, forces), report);
+  return report_on(system, report, [&](Constrainer& constrainer, const tn_system&) {
+    return constrainer.project_forces(array_of(x), array_of(f), 0.0, forces_of(known_part(wanted), constrainer));
   });
 }
 
 int tn_project_positions(tn_system* system, tn_points x, tn_report* report) {
-  return guard(
-      system, [&](tn_system& self) { return write_report(self.constrainer().project_positions(array_of(x)), report); });
+  return report_on(system, report, [&](Constrainer& constrainer, const tn_system&) {
+    return constrainer.project_positions(array_of(x));
+  });
 }
 
 int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gradient) {
@@ -413,8 +423,8 @@ int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gr
 }
 
 int tn_violation(tn_system* system, tn_const_points x, tn_report* report) {
-  return guard(system,
-               [&](tn_system& self) { return write_report(self.constrainer().violation(array_of(x)), report); });
+  return report_on(system, report,
+                   [&](Constrainer& constrainer, const tn_system&) { return constrainer.violation(array_of(x)); });
 }
 
 int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed) {

@@ -22,7 +22,7 @@ SolverOptions without_reuse(SolverOptions options) {
 
 ConstrainedHost::ConstrainedHost(System system, const SolverOptions& options)
     : forms(std::move(system), without_reuse(options)) {
-  for (std::vector<double>* array : {&f, &w}) array->resize(3 * num_points());
+  w.resize(3 * num_points());
   for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
 }
 

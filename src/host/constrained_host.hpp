@@ -34,8 +34,8 @@ struct ConstrainedHost {
   MovedPositions moved{place, calls_functions(model.system)};
   ReactionWriter reactions{work, linearization, transfer, sums, host_row};
   MovedPoints velocities{transfer, 3 * num_points(), calls_functions(model.system)};
-  // Scratch: [3n] each, then [d] each.
-  std::vector<double> f, w;
+  // Scratch: [3n], then [d] each.
+  std::vector<double> w;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
   bool has_moved_velocities = false;              // in a step of positions; if false, velocities are not read yet

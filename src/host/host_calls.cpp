@@ -126,12 +126,15 @@ void ConstrainedHost::write_accelerations(const HostState& at) {
 
 void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
                                   PartReport* report) {
-  if (report->outcome = place.stand_at(positions, time); !report->outcome.ok()) return;
+  LargestSquare largest;
+  IncomingPoints incoming(transfer, &largest);
+  incoming.scale(forces, std::span(model.inverse_mass).first(model.num_moving()), w.data());  // w = M^-1 f
+  std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
+  report->outcome = place.stand_at(positions, time, place.present_cell(), &incoming);
+  if (!report->outcome.ok()) return;
   std::fill(sum.begin(), sum.end(), 0.0);
   multipliers = sum.data();
-  transfer.gather(forces, f.data());
-  const double scale = work.accelerate(f.data(), w.data());  // w = M^-1 f
-  std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
+  const double scale = incoming.largest();
   if (!std::isfinite(scale)) {
     report->outcome = model.not_finite(time);
     return;
@@ -145,7 +148,9 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
   double last = std::numeric_limits<double>::infinity();
   while (report->violation > target && report->violation < 0.5 * last && report->iterations < most_corrections) {
     linearization.correct_conjugately(report->iterations == 0, rows.data(), w.data());
-    for (std::size_t a = 0; a < rows.size(); ++a) sum[a] += rows[a];
+    model.parallel.for_ranges(rows.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) sum[a] += rows[a];
+    });
     last = report->violation;
     report->violation = measure();
     ++report->iterations;
@@ -158,7 +163,9 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
 void ConstrainedHost::write_forces(const PointArray& forces, const ConstraintForces& wanted, PartReport* report) {
   reactions.write(multipliers, 1.0, place.r.data(), wanted);
   if (report->iterations == 0) return;  // the forces are right as they are
-  for (std::size_t k = 0; k < 3 * model.num_moving(); ++k) w[k] *= model.mass[k / 3];
+  model.parallel.for_ranges(model.num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) store(w.data(), i, model.mass[i] * load(w.data(), i));
+  });
   report->correction = transfer.scatter(w.data(), model.num_moving(), forces);
 }
 

@@ -68,6 +68,20 @@ Block3 RowSums::rod_virial(const RodRow& rod, const double* lambda, double facto
   return result;
 }
 
+/// Sums the same over some rods. The tensor is symmetric, and its lower half stays 0, which halves the work.
+Block3 RowSums::sum_rod_virials(std::span<const RodRow> rods, const double* lambda, double factor,
+                                const double* blocks) const {
+  Vec3 first{}, second{}, third{};  // its rows, as far as they are summed
+  for (const RodRow& rod : rods) {
+    const Vec3 u = load(blocks, rod.block);
+    const Vec3 force = (factor * lambda[rod.row] * lengths_[static_cast<std::size_t>(rod.row)]) * u;
+    first = first + force.x * u;
+    second = second + force.y * Vec3{0.0, u.y, u.z};
+    third.z += force.z * u.z;
+  }
+  return {{first.x, first.y, first.z, 0.0, second.y, second.z, 0.0, 0.0, third.z}};
+}
+
 /// Calls add(point, its part of the row's virial).
 template <class Add>
 void RowSums::split_row(std::size_t row, double lambda, const double* blocks, const double* r, const Add& add) const {
@@ -95,9 +109,8 @@ std::array<double, 6> RowSums::virial(const double* lambda, double factor, const
   };
   const auto add_parts = [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
-      Block3 sum;
-      for (std::size_t k = num_rods * p / num_parts; k < num_rods * (p + 1) / num_parts; ++k)
-        add(rod_virial(rods_[k], lambda, factor, blocks), &sum);
+      const std::span rods(rods_.begin() + num_rods * p / num_parts, rods_.begin() + num_rods * (p + 1) / num_parts);
+      Block3 sum = sum_rod_virials(rods, lambda, factor, blocks);
       for (std::size_t k = num_others * p / num_parts; k < num_others * (p + 1) / num_parts; ++k) {
         const auto row = static_cast<std::size_t>(other_rows_[k]);
         split_row(row, factor * lambda[row], blocks, r, [&](Index, const Block3& own) { add(own, &sum); });

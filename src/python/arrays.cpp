@@ -17,27 +17,27 @@ std::string shape_of(const Wanted& wanted) {
   return wanted.columns > 0 ? "[" + rows + ", " + std::to_string(wanted.columns) + "]" : "[" + rows + "]";
 }
 
-/// Returns an array of Numbers in the wanted shape.
+/// Returns an array of Numbers in the wanted shape. Names are made for errors alone: hosts call with small arrays, too.
 template <class Number>
 py::array take(const py::object& object, const Wanted& wanted) {
-  const std::string name = wanted.name;
-  const std::string kind = py::str(py::dtype::of<Number>()).cast<std::string>();
+  const auto name = [&] { return std::string(wanted.name); };
+  const auto kind = [] { return py::str(py::dtype::of<Number>()).cast<std::string>(); };
   if (!py::isinstance<py::array>(object)) {
-    throw py::type_error(name + ": found " + py::str(py::type::of(object).attr("__name__")).cast<std::string>() +
-                         ", wanted a numpy array of " + kind + " " + shape_of(wanted));
+    throw py::type_error(name() + ": found " + py::str(py::type::of(object).attr("__name__")).cast<std::string>() +
+                         ", wanted a numpy array of " + kind() + " " + shape_of(wanted));
   }
   auto array = py::reinterpret_borrow<py::array>(object);
   if (!py::isinstance<py::array_t<Number>>(array)) {
-    throw py::type_error(name + ": found numbers of type " + py::str(array.dtype()).cast<std::string>() + ", wanted " +
-                         kind);
+    throw py::type_error(name() + ": found numbers of type " + py::str(array.dtype()).cast<std::string>() +
+                         ", wanted " + kind());
   }
   const bool has_shape = array.ndim() == (wanted.columns > 0 ? 2 : 1) &&
                          (!wanted.rows || array.shape(0) == *wanted.rows) &&
                          (wanted.columns == 0 || array.shape(1) == wanted.columns);
-  if (!has_shape) throw py::value_error(name + ": found the shape " + shape_of(array) + ", wanted " + shape_of(wanted));
-  if (!array.attr("flags").attr("aligned").cast<bool>()) {
-    throw py::value_error(name + ": its numbers are not aligned in memory; take a copy of the array");
-  }
+  if (!has_shape)
+    throw py::value_error(name() + ": found the shape " + shape_of(array) + ", wanted " + shape_of(wanted));
+  if ((array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) == 0)
+    throw py::value_error(name() + ": its numbers are not aligned in memory; take a copy of the array");
   return array;
 }
 

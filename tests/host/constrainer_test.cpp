@@ -162,6 +162,15 @@ TEST(ProjectForces, TellsTheForcesThatSolveTellsAtRest) {
   }
 }
 
+TEST(ProjectForces, KnowsNoRatesOfLengths) {
+  const std::vector<double> r{0, 0, 0, 0, 2, 0};
+  std::vector<double> f{1, 5, 0, 2, -3, 7};
+  const ScalarFunction growing = ScalarFunction::formula("2 + 0.5*t");
+  Constrainer constrainer(std::vector{1.0, 1.0}, {Rods{"rods", {{0, 1}}, growing, {}}}, r);
+  ASSERT_TRUE(constrainer.project_forces(r, f).outcome.ok());
+  EXPECT_EQ(f, (std::vector<double>{1, 1, 0, 2, 1, 7}));
+}
+
 TEST(ProjectForces, WorksAtAnyScaleOfForces) {
   for (const double size : {1e-12, 1e12}) {
     Pair host;

@@ -63,7 +63,7 @@ struct Storage {
   PointArray array(std::vector<double>* x) const { return {x->data(), 0, index.empty() ? nullptr : index.data()}; }
 };
 
-/// Returns all that two steps, a solve and a start write.
+/// Returns all that two steps, a solve, a projection of forces and a start write.
 std::vector<std::vector<double>> run(const State& state, const Storage& storage, int threads) {
   const double h = 1e-3;
   std::vector<double> old = storage.put(state.r), r = old, v = storage.put(state.v), f = storage.put(state.f), w = r,
@@ -95,6 +95,11 @@ std::vector<std::vector<double>> run(const State& state, const Storage& storage,
   EXPECT_TRUE(solved.outcome.ok()) << solved.outcome.what;
   result.insert(result.end(), {storage.take(w), lambda, {solved.violation}});
   result.emplace_back(solved.virial.begin(), solved.virial.end());
+  const ConstraintReport projected =
+      constrainer.project_forces(storage.array(&r), storage.array(&f), 0.0, {.multipliers = lambda});
+  EXPECT_TRUE(projected.outcome.ok()) << projected.outcome.what;
+  result.insert(result.end(), {storage.take(f), lambda, {projected.correction, projected.violation}});
+  result.emplace_back(projected.virial.begin(), projected.virial.end());
   for (std::size_t k = 0; k < r.size(); ++k) r[k] += 20.0 * h * v[k];
   const ConstraintReport put_right = constrainer.project_positions(storage.array(&r));
   EXPECT_TRUE(put_right.outcome.ok()) << put_right.outcome.what;

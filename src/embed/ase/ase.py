@@ -106,11 +106,12 @@ class RigidBonds(FixConstraint):
 
     def adjust_positions(self, atoms: Atoms, new: numpy.ndarray) -> None:
         """SHAKE: `new`, float [n, 3], comes back on the bonds, along their directions where the atoms are now."""
-        solver = self._solver_of(atoms)
-        solver.begin(atoms.positions)
-        new[solver.held] = atoms.positions[solver.held]
-        report = solver.constrainer.constrain_positions(1.0, atoms.positions, new, measures=False)
-        _require(report, position=atoms.positions, new_position=new)
+        solver, old = self._solver_of(atoms), atoms.positions
+        solver.begin(old)
+        if len(solver.held) > 0:
+            new[solver.held] = old[solver.held]
+        report = solver.constrainer.constrain_positions(1.0, old, new, measures=False)
+        _require(report, position=old, new_position=new)
 
     def adjust_momenta(self, atoms: Atoms, momenta: numpy.ndarray) -> None:
         """RATTLE: `momenta`, float [n, 3], lose what would change the length of a bond."""
@@ -192,15 +193,12 @@ class RigidBonds(FixConstraint):
     def _solver_of(self, atoms: Atoms, cell: Cell | None = None) -> "_Solver":
         """The solver for these atoms in their cell, or in another one."""
         cell = atoms.cell if cell is None else cell
-        masses = atoms.get_masses()
-        for constraint in atoms.constraints:
-            if isinstance(constraint, FixAtoms):
-                masses[constraint.index] = numpy.inf
+        kind = _kind_of(atoms)
         solver = self._solver
         try:
-            if solver is None or not solver.is_for(masses, atoms.pbc):
+            if solver is None or solver.kind != kind:
                 self.measure(atoms)
-                solver = _Solver(self, atoms.positions, masses, cell, atoms.pbc)
+                solver = _Solver(self, atoms, cell, kind)
             solver.set_cell(cell)
         except InputError as error:
             raise ValueError(f"RigidBonds: {error}") from None
@@ -222,19 +220,17 @@ class _Solver:
 
     MOST_VIOLATION = 1e-3  # of a length, where the first step begins
 
-    def __init__(self, bonds: RigidBonds, positions: numpy.ndarray, masses: numpy.ndarray, cell: Cell,
-                 pbc: numpy.ndarray) -> None:
-        self.masses, self.pbc, self.cell = masses.tobytes(), pbc.tobytes(), cell.array.tobytes()
+    def __init__(self, bonds: RigidBonds, atoms: Atoms, cell: Cell, kind: tuple) -> None:
+        masses, pbc = atoms.get_masses(), atoms.pbc
+        for constraint in _held_in(atoms):
+            masses[constraint.index] = numpy.inf
+        self.kind, self.pbc, self.cell = kind, pbc.copy(), cell.array.tobytes()
         self.held = numpy.flatnonzero(numpy.isinf(masses))
         self.rank: int | None = None
         self.has_begun = False
         edges = cell.complete().array if pbc.any() else None
-        self.constrainer = Constrainer(masses, [Rods(bonds.pairs, length=bonds.lengths, name="bonds")], positions,
-                                       cell=edges, repeats=_repeats(cell, pbc), options=bonds.options)
-
-    def is_for(self, masses: numpy.ndarray, pbc: numpy.ndarray) -> bool:
-        """Compared bit by bit, which takes a fraction of the time of numpy's own comparison."""
-        return masses.tobytes() == self.masses and pbc.tobytes() == self.pbc
+        self.constrainer = Constrainer(masses, [Rods(bonds.pairs, length=bonds.lengths, name="bonds")],
+                                       atoms.positions, cell=edges, repeats=_repeats(cell, pbc), options=bonds.options)
 
     def begin(self, positions: numpy.ndarray) -> None:
         """Refuses positions off the bonds where the first step begins: it would put the correction into velocities."""
@@ -254,10 +250,23 @@ class _Solver:
 
     def set_cell(self, cell: Cell) -> None:
         bits = cell.array.tobytes()
-        if bits != self.cell and any(self.pbc):
-            pbc = numpy.frombuffer(self.pbc, bool)
-            self.constrainer.set_cell(cell.complete().array, _repeats(cell, pbc))
+        if bits != self.cell and self.pbc.any():
+            self.constrainer.set_cell(cell.complete().array, _repeats(cell, self.pbc))
         self.cell = bits
+
+
+def _held_in(atoms: Atoms) -> list[FixAtoms]:
+    return [constraint for constraint in atoms.constraints if isinstance(constraint, FixAtoms)]
+
+
+def _kind_of(atoms: Atoms) -> tuple:
+    """All that a solver is made for beside bonds and cell: masses, or the elements that have them, periods, what is held.
+
+    Bytes compare in a fraction of the time that numpy takes, and masses are not looked up in each call.
+    """
+    own = atoms.arrays.get("masses")
+    source = atoms.arrays["numbers"] if own is None else own
+    return (own is None, source.tobytes(), atoms.pbc.tobytes(), [held.index.tobytes() for held in _held_in(atoms)])
 
 
 def _repeats(cell: Cell, pbc: numpy.ndarray) -> numpy.ndarray:
