@@ -58,6 +58,11 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
 /// Solves S mu = -xi, then r += M^-1 K mu.
 void Projector::correct_positions(double* r, double* sum) {
   linearization_.correct(rows_.data(), r);
+  add_rows_to(sum);
+}
+
+/// Adds `rows_` to `sum` [d], which may be null.
+void Projector::add_rows_to(double* sum) const {
   if (sum == nullptr) return;
   model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
@@ -121,7 +126,7 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   // exact up to rounding, and others only refine.
   const auto correct = [&](int pass) {
     linearization_.correct_conjugately(pass == 0, rows_.data(), v);
-    for (std::size_t a = 0; sum != nullptr && a < model_.num_rows(); ++a) sum[a] += rows_[a];
+    add_rows_to(sum);
     must_correct = false;
   };
   const RankRevealingFactor& factor = linearization_.factor().all_rows();

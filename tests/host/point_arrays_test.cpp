@@ -128,6 +128,28 @@ TEST_P(Arrays, GiveTheSameBitsInAnyOrderOnAnyThreads) {
   }
 }
 
+/// Rods that depend on others leave the islands' own iterations to the factor of all rows.
+TEST(PointArrays, GiveTheSameBitsOnAnyThreadsWhereRodsDependOnOthers) {
+  State state(Chains{1, 10'001});
+  const auto first = static_cast<Index>(state.masses.size());
+  for (const double x : {12.0, 1.0, 1.5, 2.0, 3.0}) state.masses.push_back(x);
+  state.r.insert(state.r.end(), {0, 0, 0, 1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1});
+  for (std::size_t k = 0; k < 15; ++k) state.v.push_back(std::sin(static_cast<double>(k)));
+  for (const auto& [i, j] : make_all_distances(5).pairs) state.rods.pairs.push_back({first + i, first + j});
+  std::vector<std::vector<double>> velocities, multipliers;
+  for (const int threads : {1, 2, 3}) {
+    Constrainer constrainer(state.masses, {state.rods}, state.r, {.threads = threads});
+    velocities.push_back(state.v);
+    multipliers.emplace_back(state.rods.pairs.size());
+    const ConstraintReport report = constrainer.constrain_velocities(
+        {.positions = state.r, .velocities = velocities.back(), .wanted = {.multipliers = multipliers.back()}});
+    ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+    EXPECT_EQ(velocities.back(), velocities.front());
+    EXPECT_EQ(multipliers.back(), multipliers.front());
+  }
+  EXPECT_GT(std::abs(multipliers.front().front()), 1e-3);
+}
+
 /// Returns the bits of an array, in which NaN is like NaN.
 std::vector<std::uint64_t> bits(const std::vector<double>& x) {
   std::vector<std::uint64_t> result(x.size());
