@@ -44,10 +44,8 @@ class ImplicitEquations {
   /// be null.
   virtual Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a, double* rows,
                            Power* power) = 0;
-  /// Compute xi, or K'v + xi_t with K at x, of the constraints [num_constraints()]. Return the largest relative
-  /// violation.
+  /// Computes xi of the constraints [num_constraints()]. Returns the largest relative violation.
   virtual double evaluate_positions(double t, const double* x, double* xi) = 0;
-  virtual double evaluate_rates(double t, const double* x, const double* v, double* rates) = 0;
   /// Evaluates K and the derivatives of forces, which stay until the next call.
   virtual void linearise(double t, const double* x, const double* v, const double* lambda) = 0;
   /// Adds the response of forces to a move dx: M^-1 (df/dx + d(K lambda)/dx) dx to a, and k K'dx to the rows of

@@ -97,16 +97,6 @@ double ImplicitForm::evaluate_positions(double t, const double* r, double* xi) {
   return work_.constraints.evaluate_values(model_.parallel, r, xi);
 }
 
-double ImplicitForm::evaluate_rates(double t, const double* r, const double* v, double* rates) {
-  work_.set_time(t);
-  const Stopwatch watch(&work_.times.evaluate);
-  const double largest = work_.constraints.evaluate_rates(model_.parallel, r, v, rates);
-  const Scales& scales = work_.scales;
-  constexpr double little = 1e-14;
-  if (scales.are_one() || largest <= little * scales.least_speed()) return largest / scales.least_speed();
-  return work_.velocity_violation(t, r, v);
-}
-
 // ---- Newton's matrix ----
 
 void ImplicitForm::linearise(double t, const double* r, const double* v, const double* lambda) {

@@ -24,7 +24,6 @@ class ImplicitForm final : public ImplicitEquations {
   Outcome evaluate(double t, const double* r, const double* v, const double* lambda, double* w, double* rows,
                    Power* power) override;
   double evaluate_positions(double t, const double* r, double* xi) override;
-  double evaluate_rates(double t, const double* r, const double* v, double* rates) override;
 
   void linearise(double t, const double* r, const double* v, const double* lambda) override;
   void add_stiffness(const double* dr, double* w, double* rows) override;

@@ -47,11 +47,12 @@ void ImplicitStep::note_convergence() {
 
 StepResult ImplicitStep::finish(State* to, MovedVelocity moved_velocity) {
   mechanics.prescribe(to->t, to->x.data(), to->v.data());
-  if (options_.stabilisation == Stabilisation::Projection && equations->num_constraints() > 0) put_onto_positions(to);
+  if (options_.stabilisation == Stabilisation::Projection) put_onto_positions(to);
   return stabilize(mechanics, options_, to, moved_velocity);
 }
 
-/// Projects positions by chord iterations N dx = K mu, K'dx = -xi, with the K of the linearisation.
+/// Projects positions by chord iterations N dx = K mu, K'dx = -xi, with the K of the linearisation. All ranks take
+/// part, also one without constraints.
 void ImplicitStep::put_onto_positions(State* to) {
   constexpr double target = 1e-13;
   constexpr int most_iterations = 10;

@@ -30,6 +30,8 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
   if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);
   if (somebody_has(own.drives())) drives_ = std::make_unique<Drives>(own.drives(), *this);
   if (somebody_has(own.events())) events_ = std::make_unique<Events>(own.events(), *this);
+  if (agreement_.all(own.implicit_formulation() != nullptr))
+    implicit_ = std::make_unique<Implicit>(*own.implicit_formulation(), *this);
 }
 
 SharedMechanics::~SharedMechanics() = default;
@@ -41,7 +43,8 @@ Roles SharedMechanics::roles() {
           .rounding_groups = rounding_.get(),
           .force_passages = passages_.get(),
           .drives = drives_.get(),
-          .events = events_.get()};
+          .events = events_.get(),
+          .implicit_formulation = implicit_.get()};
 }
 
 SeriesExpansion* SharedMechanics::series(std::string* why_not) {

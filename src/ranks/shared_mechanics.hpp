@@ -15,7 +15,8 @@ namespace tanor {
 /// together where a number or an outcome decides about a step, so that every rank makes the same steps. If no equation
 /// reaches from rank to rank, ranks tell each other nothing else.
 ///
-/// A role exists if some rank has it (series: if all have). A rank without it gives an answer that changes nothing.
+/// A role exists if some rank has it (series, projections of steps and implicit equations: if all have). A rank without
+/// it gives an answer that changes nothing.
 class SharedMechanics final : public EquationsOfMotion {
  public:
   /// `own` outlives it.
@@ -76,6 +77,7 @@ class SharedMechanics final : public EquationsOfMotion {
   class Series;
   class Drives;
   class Events;
+  class Implicit;
 
   /// Runs work() -> Outcome, which may linearise, and returns what all ranks say of it.
   template <class Work>
@@ -99,6 +101,7 @@ class SharedMechanics final : public EquationsOfMotion {
   std::unique_ptr<Series> series_;
   std::unique_ptr<Drives> drives_;
   std::unique_ptr<Events> events_;
+  std::unique_ptr<Implicit> implicit_;
   std::string why_no_series_;  // of the first rank that has none, once the ranks have looked
   bool looked_for_series_ = false;
 };

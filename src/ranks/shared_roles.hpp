@@ -3,10 +3,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ranks/share.hpp"
+#include "ranks/shared_implicit_equations.hpp"
 #include "ranks/shared_mechanics.hpp"
 
 /// \file The roles of SharedMechanics. `own` is null on a rank whose part does not have the role.
@@ -218,6 +221,29 @@ class SharedMechanics::Events final : public EventFunctions {
   std::size_t num_own_ = 0;
   Share share_;  // share of the events of all ranks
   bool has_switched_ = false;
+};
+
+class SharedMechanics::Implicit final : public ImplicitFormulation {
+ public:
+  Implicit(ImplicitFormulation& own, SharedMechanics& mechanics)
+      : own_(own),
+        mechanics_(mechanics),
+        matrix_knows_all_forces_(mechanics.agreement_.all(own.matrix_knows_all_forces())) {}
+
+  std::unique_ptr<ImplicitEquations> make_implicit_equations() override {
+    std::unique_ptr<ImplicitEquations> own;
+    (void)mechanics_.agreement_.together([&] {
+      own = own_.make_implicit_equations();
+      return Outcome{};
+    });
+    return std::make_unique<SharedImplicitEquations>(std::move(own), mechanics_.ranks_);
+  }
+  bool matrix_knows_all_forces() const override { return matrix_knows_all_forces_; }
+
+ private:
+  ImplicitFormulation& own_;
+  SharedMechanics& mechanics_;
+  const bool matrix_knows_all_forces_;
 };
 
 }  // namespace tanor

@@ -54,11 +54,11 @@ struct Simulation::Implementation {
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, const Part& of_all,
                  double t_start)
       : part(of_all),
-        options((check_together(part, system, motion, t_start), motion)),
-        solver_options(resolve(solver, system, motion.method)),
+        options(motion),
+        solver_options(check_together(part, system, motion, solver, t_start)),
         forms(std::move(system), solver_options, t_start, form_of(part, solver_options)),
         shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
-        chosen(choose_method(motion, model.system, form, forms.is_tangent())),
+        chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {

@@ -60,29 +60,28 @@ std::string list_methods(const Serves& serves) {
 
 /// Chooses an implicit method for springs that explicit steps would have to resolve although the motion does not. With
 /// a given step their stability decides, otherwise the number of their swings in one of the slow motion.
-std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& options, const System& system) {
+std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& options, const Stiffness& stiffness) {
   constexpr double stable = 2.0;         // radians a step, the limit of rattle
   constexpr double worthwhile = 1000.0;  // radians in which the slow motion turns by one
-  if (!system.friction.empty()) return {};
-  const auto [rate, spring, slow_rate] = measure_stiffness(system);
+  const double rate = stiffness.rate;
   if (options.step > 0.0) {
     if (!(rate * options.step > stable)) return {};
     return ChosenMethod{Method::GeneralizedAlpha,
-                        "stiff: " + spring + " swings by " + text(rate * options.step) + " rad a step"};
+                        "stiff: " + stiffness.spring + " swings by " + text(rate * options.step) + " rad a step"};
   }
   // The stiff forces may be pair forces, which Newton's matrix does not contain. A trial step tells (StiffSteps).
-  const bool has_pairs =
-      std::ranges::any_of(system.forces, [](const Force& force) { return std::holds_alternative<PairForces>(force); });
-  if (has_pairs || !(slow_rate > 0.0 && rate > worthwhile * slow_rate)) return {};
-  return ChosenMethod{Method::Radau5,
-                      "stiff: " + spring + " swings " + text(rate / slow_rate) + " times faster than the system falls"};
+  const double slow_rate = stiffness.slow_rate();
+  if (stiffness.has_pairs || !(slow_rate > 0.0 && rate > worthwhile * slow_rate)) return {};
+  return ChosenMethod{Method::Radau5, "stiff: " + stiffness.spring + " swings " + text(rate / slow_rate) +
+                                          " times faster than the system falls"};
 }
 
-ChosenMethod choose(const MotionOptions& options, const System& system, bool in_coordinates, bool may_be_implicit,
+/// Chooses among the methods that serve; `measure` returns the stiffness where implicit ones do.
+ChosenMethod choose(const MotionOptions& options, bool in_coordinates, bool may_be_implicit, const auto& measure,
                     const auto& find_obstacle) {
   if (options.method != Method::Auto) return {options.method, ""};
   if (!in_coordinates && may_be_implicit) {
-    if (const auto stiff = choose_for_stiff_springs(options, system)) return *stiff;
+    if (const auto stiff = choose_for_stiff_springs(options, measure())) return *stiff;
   }
   if (options.step > 0.0) {
     if (in_coordinates) return {Method::Rk4, "a step is given, the motion is in coordinates"};
@@ -95,9 +94,12 @@ ChosenMethod choose(const MotionOptions& options, const System& system, bool in_
 
 }  // namespace
 
-ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
+ChosenMethod choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
                            bool in_coordinates) {
-  return choose(options, system, in_coordinates, mechanics.implicit_formulation() != nullptr, [&] {
+  const auto measure = [&] {
+    return part.is_whole() ? measure_stiffness(system) : measure_stiffness(system, *part.ranks);
+  };
+  return choose(options, in_coordinates, mechanics.implicit_formulation() != nullptr, measure, [&] {
     std::string why_not;
     (void)mechanics.series(&why_not);
     return why_not;
@@ -105,10 +107,15 @@ ChosenMethod choose_method(const MotionOptions& options, const System& system, M
 }
 
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
-  return choose(options, dynamics.system(), dynamics.plan().form == Form::Tangent, true,
-                [&] { return dynamics.series_obstacle(); });
+  const System& system = dynamics.system();
+  return choose(
+      options, dynamics.plan().form == Form::Tangent, system.friction.empty(),
+      [&] { return measure_stiffness(system); }, [&] { return dynamics.series_obstacle(); });
 }
 
+namespace {
+
+/// Chooses the normal form for rattle and the implicit methods, which need it.
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
   // The mechanics itself tells whether there are series in time, with the reason.
   if (method == Method::Taylor) return solver;
@@ -128,17 +135,35 @@ SolverOptions resolve(SolverOptions solver, const System& system, Method method)
   return solver;
 }
 
-void check_together(const Part& part, const System& system, const MotionOptions& options, double t_start) {
+/// Refuses an implicit method where something reaches from rank to rank.
+void check_reach(const Part& part, Method method) {
+  if (part.is_whole() || !part.is_cut() || !traits_of(method).is_implicit) return;
+  const char* const what = part.num_shared_rows > 0     ? "constraints"
+                           : part.num_shared_tuples > 0 ? "forces such as springs"
+                                                        : "pair forces";
+  throw InputError("/motion/method",
+                   std::string(what) + " join points of several ranks, over which Newton's matrix of " +
+                       std::string(name_of(method)) + " would reach; take fewer ranks, or another method");
+}
+
+}  // namespace
+
+SolverOptions check_together(const Part& part, const System& system, const MotionOptions& motion,
+                             const SolverOptions& solver, double t_start) {
+  SolverOptions resolved;
   const auto check = [&]() -> Outcome {
-    check_options(options);
+    check_options(motion);
     check_start_time(t_start);
     validate(system, t_start);
-    if (traits_of(options.method).is_implicit && !part.is_whole())
-      throw InputError("/motion/method", std::string(name_of(options.method)) + " runs on one rank");
+    check_reach(part, motion.method);
+    resolved = resolve(solver, system, motion.method);
     return {};
   };
-  if (part.is_whole()) return (void)check();
-  (void)Agreement(*part.ranks).together(check);
+  if (part.is_whole())
+    (void)check();
+  else
+    (void)Agreement(*part.ranks).together(check);
+  return resolved;
 }
 
 void check_snapshot(const Snapshot& snapshot, std::size_t size) {

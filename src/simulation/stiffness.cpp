@@ -1,12 +1,10 @@
 #include "simulation/stiffness.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <array>
 #include <vector>
 
-#include "base/text.hpp"
 #include "base/vec3.hpp"
+#include "ranks/agreement.hpp"
 
 namespace tanor {
 
@@ -35,17 +33,11 @@ double shortest_length(const System& system) {
   return result;
 }
 
-/// Returns the larger of sqrt(g/l) and |v|/l with the shortest length l.
-double slow_rate(const System& system) {
-  const double length = shortest_length(system);
-  double acceleration = 0.0, speed = 0.0;
-  for (const Force& force : system.forces) {
-    if (const auto* gravity = std::get_if<Gravity>(&force)) acceleration += norm(make_vec3(gravity->acceleration));
-  }
-  for (std::size_t i = 0; 3 * i < system.velocities.size(); ++i) {
-    speed = std::max(speed, norm(load(system.velocities.data(), i)));
-  }
-  return std::max(std::sqrt(acceleration / length), speed / length);
+double largest_speed(const System& system) {
+  double result = 0.0;
+  for (std::size_t i = 0; 3 * i < system.velocities.size(); ++i)
+    result = std::max(result, norm(load(system.velocities.data(), i)));
+  return result;
 }
 
 }  // namespace
@@ -75,8 +67,23 @@ Stiffness measure_stiffness(const System& system) {
       result.spring = force_name(system, n) + "[" + std::to_string(k) + "]";
     }
   });
-  if (result.rate > 0.0) result.slow_rate = slow_rate(system);
+  result.shortest = shortest_length(system);
+  result.speed = largest_speed(system);
+  for (const Force& force : system.forces) {
+    if (const auto* gravity = std::get_if<Gravity>(&force)) result.fall += norm(make_vec3(gravity->acceleration));
+    result.has_pairs = result.has_pairs || std::holds_alternative<PairForces>(force);
+  }
   return result;
+}
+
+Stiffness measure_stiffness(const System& own, Ranks& ranks) {
+  Stiffness result = measure_stiffness(own);
+  std::array<double, 5> numbers{result.rate, -result.shortest, result.fall, result.speed, result.has_pairs ? 1.0 : 0.0};
+  ranks.find_largest(numbers);
+  const bool has_stiffest = result.rate > 0.0 && result.rate == numbers[0];
+  // The number of a spring in a part is not that in the whole system.
+  const std::string force = has_stiffest ? result.spring.substr(0, result.spring.rfind('[')) : "";
+  return {numbers[0], Agreement(ranks).first_text(force), -numbers[1], numbers[2], numbers[3], numbers[4] > 0.0};
 }
 
 }  // namespace tanor

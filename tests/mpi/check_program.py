@@ -266,6 +266,21 @@ def beads(count=12):
             "motion": {"method": "dop853", "t_end": 0.6, "rtol": 1e-9}}
 
 
+def pendulums(count=6):
+    """Double pendulums of a rod and a stiff spring: implicit steps of whole islands."""
+    points, rods, springs = [], [], []
+    for k in range(count):
+        along = [math.cos(0.5 * k), math.sin(0.5 * k)]
+        points += [[2.0 * k + 0.1 * i * along[0], 0.1 * i * along[1], 0.0] for i in range(3)]
+        rods.append([3 * k, 3 * k + 1])
+        springs.append([3 * k + 1, 3 * k + 2])
+    return {"name": "pendulums", "points": {"positions": points, "masses": 0.1},
+            "supports": [{"points": [3 * k for k in range(count)]}], "constraints": [{"kind": "rod", "pairs": rods}],
+            "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+                       {"kind": "spring", "pairs": springs, "stiffness": 1e6, "damping": 1e3, "rest_length": 0.1}],
+            "motion": {"method": "radau5", "t_end": 0.2, "rtol": 1e-7}}
+
+
 def main():
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -277,6 +292,7 @@ def main():
     compare("polymer_in_series", polymer("auto"), 1e-9)
     compare("melt", melt(), 1e-9)
     compare("beam", beam(), 1e-9)
+    compare("pendulums", pendulums(), 1e-7)
     check_failures()
     check_options(path)
     check_folder(path)
