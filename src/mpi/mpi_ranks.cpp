@@ -1,22 +1,8 @@
-#include <algorithm>
-
+#include "mpi/pieces.hpp"
 #include "mpi/scalapack_rows.hpp"
 #include "mpi/tanor_mpi.hpp"
 
 namespace tanor {
-
-namespace {
-
-constexpr std::size_t largest_piece = std::size_t{1} << 28;  // numbers of one call, since counts are int
-
-/// Calls call(pointer, count) for pieces of the numbers.
-template <class Call>
-void in_pieces(std::span<double> numbers, const Call& call) {
-  for (std::size_t first = 0; first < numbers.size(); first += largest_piece)
-    call(numbers.data() + first, static_cast<int>(std::min(largest_piece, numbers.size() - first)));
-}
-
-}  // namespace
 
 MpiRanks::MpiRanks(MPI_Comm communicator, std::size_t most_replicated)
     : communicator_(communicator), most_replicated_(most_replicated) {
@@ -49,17 +35,19 @@ void MpiRanks::share(int from, std::string* text) {
   auto size = static_cast<unsigned long>(text->size());
   MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG, from, communicator_);
   text->resize(size);
-  MPI_Bcast(text->data(), static_cast<int>(size), MPI_CHAR, from, communicator_);
+  in_pieces(std::span(*text), [&](char* first, int count) { MPI_Bcast(first, count, MPI_CHAR, from, communicator_); });
 }
 
 void MpiRanks::exchange(std::span<const Message> messages) {
   constexpr int tag = 17;
   requests_.clear();
   for (const Message& message : messages) {
-    MPI_Irecv(message.received.data(), static_cast<int>(message.received.size()), MPI_DOUBLE, message.rank, tag,
-              communicator_, &requests_.emplace_back());
-    MPI_Isend(message.sent.data(), static_cast<int>(message.sent.size()), MPI_DOUBLE, message.rank, tag, communicator_,
-              &requests_.emplace_back());
+    in_pieces(message.received, [&](double* first, int size) {
+      MPI_Irecv(first, size, MPI_DOUBLE, message.rank, tag, communicator_, &requests_.emplace_back());
+    });
+    in_pieces(message.sent, [&](const double* first, int size) {
+      MPI_Isend(first, size, MPI_DOUBLE, message.rank, tag, communicator_, &requests_.emplace_back());
+    });
     count({.messages = 1, .message_bytes = 8 * message.sent.size()});
   }
   MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);

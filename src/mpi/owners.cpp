@@ -10,6 +10,7 @@
 
 #include "base/disjoint_sets.hpp"
 #include "base/groups.hpp"
+#include "mpi/metis_counts.hpp"
 #include "mpi/tanor_mpi.hpp"
 #include "system/members.hpp"
 
@@ -116,14 +117,18 @@ class Clusters {
     std::vector<idx_t> weights = number_vertices(cluster);
     const auto is_here = [&](Index point) { return of_point(point) == of_point(cluster.points.front()); };
     const auto vertex_of = [&](Index point) { return vertex_[static_cast<std::size_t>(point)]; };
-    const Groups<idx_t> neighbours(weights.size(), [&](const auto& add) {
+    const auto for_each_neighbour = [&](const auto& visit) {
       for_each_link(system_, [&](std::span<const Index> points, int) {
         for (const Index a : points) {
           for (const Index b : points)
-            if (is_here(a) && is_here(b) && vertex_of(a) != vertex_of(b)) add(vertex_of(a), vertex_of(b));
+            if (is_here(a) && is_here(b) && vertex_of(a) != vertex_of(b)) visit(vertex_of(a), vertex_of(b));
         }
       });
-    });
+    };
+    std::size_t count = 0;
+    for_each_neighbour([&](idx_t, idx_t) { ++count; });
+    require_metis_counts(count);
+    const Groups<idx_t> neighbours(weights.size(), for_each_neighbour);
     auto num_vertices = static_cast<idx_t>(weights.size()), num_weights = idx_t{1}, wanted = idx_t{pieces};
     std::vector<idx_t> start(neighbours.start.begin(), neighbours.start.end()), ends = neighbours.entries,
                                                                                 part(weights.size());

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 extern "C" {
@@ -111,21 +114,36 @@ class ScalapackRows final : public SharedRows {
   }
 
  private:
+  /// Throws on all ranks if one has more numbers than MPI and ScaLAPACK count, whose integers have 32 bits.
+  void require_int(std::size_t count, const std::string& what) {
+    std::array<double, 1> largest{static_cast<double>(count)};
+    ranks_.find_largest(largest);
+    if (largest[0] > std::numeric_limits<int>::max())
+      throw std::runtime_error(std::to_string(n_) + " equations join points of several ranks: the " + what +
+                               " are more than ScaLAPACK and MPI count; take fewer ranks, or another division");
+  }
+
   void make_descriptors() {
+    std::size_t size = 0;
+    if (grid_.takes_part()) {
+      num_local_rows_ = std::max(1, numroc_(&n_, &block, &grid_.row, &zero, &grid_.rows));
+      const int num_columns = std::max(1, numroc_(&n_, &block, &grid_.column, &zero, &grid_.columns));
+      size = static_cast<std::size_t>(num_local_rows_) * static_cast<std::size_t>(num_columns);
+    }
+    require_int(size, "numbers of one rank's block");
     if (!grid_.takes_part()) return;
-    num_local_rows_ = std::max(1, numroc_(&n_, &block, &grid_.row, &zero, &grid_.rows));
-    const int num_columns = std::max(1, numroc_(&n_, &block, &grid_.column, &zero, &grid_.columns));
     int info = 0;
     descinit_(descriptor_.data(), &n_, &n_, &block, &block, &zero, &zero, &grid_.context, &num_local_rows_, &info);
     descinit_(right_side_descriptor_.data(), &n_, &one, &block, &block, &zero, &zero, &grid_.context, &num_local_rows_,
               &info);
-    a_.resize(static_cast<std::size_t>(num_local_rows_) * static_cast<std::size_t>(num_columns));
+    a_.resize(size);
     b_.resize(static_cast<std::size_t>(num_local_rows_));
   }
 
   /// Agrees once on who sends which entries to whom; later only the numbers are sent.
   void agree_on_entries() {
     const auto size = static_cast<std::size_t>(ranks_.size());
+    require_int(own_.size() * (own_.size() + 1) / 2, "numbers that one rank sends");
     std::vector<std::vector<long>> to(size);
     sent_from_.resize(size);
     std::size_t entry = 0;
@@ -145,11 +163,10 @@ class ScalapackRows final : public SharedRows {
     }
     received_counts_.resize(size);
     MPI_Alltoall(sent_counts_.data(), 1, MPI_INT, received_counts_.data(), 1, MPI_INT, ranks_.communicator());
-    std::size_t total = 0;
-    for (const int count : received_counts_) {
-      received_starts_.push_back(static_cast<int>(total));
-      total += static_cast<std::size_t>(count);
-    }
+    const auto total = std::accumulate(received_counts_.begin(), received_counts_.end(), std::size_t{0});
+    require_int(total, "numbers that one rank receives");
+    received_starts_.resize(size);
+    std::exclusive_scan(received_counts_.begin(), received_counts_.end(), received_starts_.begin(), 0);
     received_places_.resize(total);
     MPI_Alltoallv(places.data(), sent_counts_.data(), sent_starts_.data(), MPI_LONG, received_places_.data(),
                   received_counts_.data(), received_starts_.data(), MPI_LONG, ranks_.communicator());
@@ -206,6 +223,10 @@ class ScalapackRows final : public SharedRows {
 
 std::unique_ptr<SharedRows> make_scalapack_rows(MpiRanks& ranks, std::size_t num_rows,
                                                 std::span<const std::size_t> own) {
+  if (num_rows > std::numeric_limits<int>::max())
+    throw std::runtime_error(std::to_string(num_rows) +
+                             " equations join points of several ranks; ScaLAPACK counts to " +
+                             std::to_string(std::numeric_limits<int>::max()));
   return std::make_unique<ScalapackRows>(ranks, num_rows, own);
 }
 

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <numeric>
 #include <stdexcept>
 
+#include "mpi/pieces.hpp"
 #include "mpi/tanor_mpi.hpp"
 
 namespace tanor {
@@ -39,21 +41,31 @@ void SharedFile::synchronize() {
 
 void SharedFile::write(std::size_t offset, std::span<const std::byte> bytes) {
   check(MPI_File_set_view(file_, 0, MPI_BYTE, MPI_BYTE, "native", MPI_INFO_NULL), name_);
-  const int size = ranks_.rank() == 0 ? static_cast<int>(bytes.size()) : 0;
-  check(MPI_File_write_at_all(file_, static_cast<MPI_Offset>(offset), bytes.data(), size, MPI_BYTE, MPI_STATUS_IGNORE),
-        name_);
+  std::uint64_t size = bytes.size();
+  MPI_Bcast(&size, 1, MPI_UINT64_T, 0, ranks_.communicator());
+  for (std::size_t first = 0; first < size; first += largest_piece) {
+    // All take part in each call, but what the first rank brings is written.
+    const auto piece =
+        ranks_.rank() == 0 ? bytes.subspan(first, std::min(largest_piece, size - first)) : bytes.first(0);
+    check(MPI_File_write_at_all(file_, static_cast<MPI_Offset>(offset + first), piece.data(),
+                                static_cast<int>(piece.size()), MPI_BYTE, MPI_STATUS_IGNORE),
+          name_);
+  }
 }
 
 std::vector<std::byte> SharedFile::read(std::size_t offset, std::size_t size) {
   std::vector<std::byte> bytes(size);
   check(MPI_File_set_view(file_, 0, MPI_BYTE, MPI_BYTE, "native", MPI_INFO_NULL), name_);
-  MPI_Status status;
-  check(MPI_File_read_at_all(file_, static_cast<MPI_Offset>(offset), bytes.data(), static_cast<int>(size), MPI_BYTE,
-                             &status),
-        name_);
-  int read = 0;
-  MPI_Get_count(&status, MPI_BYTE, &read);
-  bytes.resize(static_cast<std::size_t>(read));
+  std::size_t read = 0;
+  in_pieces(std::span(bytes), [&](std::byte* first, int count) {
+    MPI_Status status;
+    const auto place = static_cast<MPI_Offset>(offset) + (first - bytes.data());
+    check(MPI_File_read_at_all(file_, place, first, count, MPI_BYTE, &status), name_);
+    int found = 0;
+    MPI_Get_count(&status, MPI_BYTE, &found);
+    read += static_cast<std::size_t>(found);
+  });
+  bytes.resize(read);
   return bytes;
 }
 
@@ -86,6 +98,22 @@ struct Sorted {
   }
 };
 
+/// The numbers of one point, in memory.
+class PointType {
+ public:
+  explicit PointType(std::size_t width) {
+    MPI_Type_contiguous(static_cast<int>(width), MPI_DOUBLE, &type_);
+    MPI_Type_commit(&type_);
+  }
+  ~PointType() { MPI_Type_free(&type_); }
+  PointType(const PointType&) = delete;
+  PointType& operator=(const PointType&) = delete;
+  operator MPI_Datatype() const { return type_; }  // NOLINT(google-explicit-constructor): it stands for the type
+
+ private:
+  MPI_Datatype type_ = MPI_DATATYPE_NULL;
+};
+
 }  // namespace
 
 void SharedFile::write_points(std::size_t offset, std::size_t width, std::span<const Index> points,
@@ -95,8 +123,8 @@ void SharedFile::write_points(std::size_t offset, std::size_t width, std::span<c
     std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(width * sorted.order[k]), width,
                 sorted.numbers.begin() + static_cast<std::ptrdiff_t>(width * k));
   set_view(offset, width, sorted.points);
-  check(MPI_File_write_all(file_, sorted.numbers.data(), static_cast<int>(sorted.numbers.size()), MPI_DOUBLE,
-                           MPI_STATUS_IGNORE),
+  const PointType point(width);
+  check(MPI_File_write_all(file_, sorted.numbers.data(), static_cast<int>(points.size()), point, MPI_STATUS_IGNORE),
         name_);
 }
 
@@ -104,8 +132,8 @@ void SharedFile::read_points(std::size_t offset, std::size_t width, std::span<co
                              std::span<double> numbers) {
   Sorted sorted(points, width);
   set_view(offset, width, sorted.points);
-  check(MPI_File_read_all(file_, sorted.numbers.data(), static_cast<int>(sorted.numbers.size()), MPI_DOUBLE,
-                          MPI_STATUS_IGNORE),
+  const PointType point(width);
+  check(MPI_File_read_all(file_, sorted.numbers.data(), static_cast<int>(points.size()), point, MPI_STATUS_IGNORE),
         name_);
   for (std::size_t k = 0; k < points.size(); ++k)
     std::copy_n(sorted.numbers.begin() + static_cast<std::ptrdiff_t>(width * k), width,

@@ -8,9 +8,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
+#include "mpi/metis_counts.hpp"
+#include "mpi/pieces.hpp"
 #include "scenes.hpp"
 #include "tanor_mpi.hpp"
 
@@ -205,6 +209,45 @@ void check_checkpoints(Checks* checks) {
   saved.check_damage();
 }
 
+/// Arrays that are longer than a piece arrive whole and in order.
+void check_pieces(Checks* checks) {
+  std::vector<double> numbers(1003);
+  std::iota(numbers.begin(), numbers.end(), 1000.0 * checks->ranks.rank());
+  std::vector<int> counts;
+  std::vector<double> joined;
+  in_pieces(
+      std::span(numbers),
+      [&](const double* first, int count) {
+        counts.push_back(count);
+        joined.insert(joined.end(), first, first + count);
+      },
+      400);
+  checks->expect(counts == std::vector{400, 400, 203} && joined == numbers, "an array cut into pieces");
+
+  constexpr std::size_t most = 60;  // bytes: numbers are cut as well
+  bool is_whole = true;
+  if (!is_first(checks->ranks)) send_array(MPI_COMM_WORLD, 0, std::span<const double>(numbers), most);
+  for (int rank = 1; is_first(checks->ranks) && rank < checks->ranks.size(); ++rank) {
+    const auto received = receive_array<double>(MPI_COMM_WORLD, rank, most);
+    is_whole = is_whole && received.size() == numbers.size();
+    for (std::size_t k = 0; is_whole && k < received.size(); ++k)
+      is_whole = received[k] == 1000.0 * rank + static_cast<double>(k);
+  }
+  checks->expect(is_whole, "arrays sent in pieces");
+}
+
+/// Graphs that METIS cannot count are refused by name.
+void check_metis_counts(Checks* checks) {
+  require_metis_counts(std::numeric_limits<std::int32_t>::max());
+  std::string message;
+  try {
+    require_metis_counts(std::size_t{1} << 31);
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  checks->expect(message.find("METIS counts to 2147483647") != std::string::npos, "too many neighbours: " + message);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -224,6 +267,8 @@ int main(int argc, char** argv) {
     compare_spread(&checks, scenes::make_lattice(6));
     compare_clusters(&checks);
     check_checkpoints(&checks);
+    check_pieces(&checks);
+    check_metis_counts(&checks);
     failures = checks.failures;
   }
   MPI_Finalize();

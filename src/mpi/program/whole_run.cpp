@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/disjoint_sets.hpp"
+#include "mpi/pieces.hpp"
 #include "system/members.hpp"
 
 namespace tanor::mpi {
@@ -20,22 +21,22 @@ double sum_of(const MpiRanks& ranks, double own) {
   return all;
 }
 
-/// Adds the numbers of all ranks at their places, on the first rank.
-void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const int> places,
+/// Adds the numbers of all ranks at their places, on the first rank, which takes them rank by rank.
+void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const std::size_t> places,
             std::vector<double>* all) {
-  const auto size = static_cast<std::size_t>(ranks.size());
-  const auto own = static_cast<int>(numbers.size());
-  std::vector<int> counts(size), starts(size, 0);
-  MPI_Gather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, ranks.communicator());
-  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  const auto total = ranks.rank() == 0 ? static_cast<std::size_t>(starts.back() + counts.back()) : 0;
-  std::vector<double> gathered(total);
-  std::vector<int> gathered_places(total);
-  MPI_Gatherv(numbers.data(), own, MPI_DOUBLE, gathered.data(), counts.data(), starts.data(), MPI_DOUBLE, 0,
-              ranks.communicator());
-  MPI_Gatherv(places.data(), own, MPI_INT, gathered_places.data(), counts.data(), starts.data(), MPI_INT, 0,
-              ranks.communicator());
-  for (std::size_t k = 0; k < total; ++k) (*all)[static_cast<std::size_t>(gathered_places[k])] += gathered[k];
+  const auto add = [&](std::span<const double> own, std::span<const std::size_t> own_places) {
+    for (std::size_t k = 0; k < own.size(); ++k) (*all)[own_places[k]] += own[k];
+  };
+  if (ranks.rank() != 0) {
+    send_array(ranks.communicator(), 0, numbers);
+    send_array(ranks.communicator(), 0, places);
+    return;
+  }
+  add(numbers, places);
+  for (int rank = 1; rank < ranks.size(); ++rank) {
+    const auto received = receive_array<double>(ranks.communicator(), rank);
+    add(received, receive_array<std::size_t>(ranks.communicator(), rank));
+  }
 }
 
 std::size_t count_islands(const System& system) {
@@ -76,13 +77,13 @@ WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem&
 /// Gathers numbers of points from their owners. Those of supports are the first rank's, or the sum over all ranks.
 std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSupports of_supports) const {
   std::vector<double> numbers;
-  std::vector<int> places;
+  std::vector<std::size_t> places;
   const bool adds_supports = of_supports == OfSupports::AreSummed || ranks_.rank() == 0;
   const std::size_t end = adds_supports ? part_.points.size() - part_.part.guests.size() : part_.num_owned;
   for (std::size_t i = 0; i < end; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       numbers.push_back(own[3 * i + c]);
-      places.push_back(3 * part_.points[i] + static_cast<int>(c));
+      places.push_back(3 * static_cast<std::size_t>(part_.points[i]) + c);
     }
   }
   std::vector<double> all(ranks_.rank() == 0 ? 3 * whole_.num_points() : 0);
@@ -95,11 +96,11 @@ std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
   std::vector<char> is_elsewhere(part_.equations.size(), 0);
   for (const Part::SharedRow& row : part_.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
   std::vector<double> numbers;
-  std::vector<int> places;
+  std::vector<std::size_t> places;
   for (std::size_t a = 0; a < part_.equations.size(); ++a) {
     if (is_elsewhere[a] != 0) continue;
     numbers.push_back(own[a]);
-    places.push_back(static_cast<int>(part_.equations[a]));
+    places.push_back(part_.equations[a]);
   }
   std::vector<double> all(ranks_.rank() == 0 ? num_equations(whole_) : 0);
   gather(ranks_, numbers, places, &all);
