@@ -266,6 +266,38 @@ def beads(count=12):
             "motion": {"method": "dop853", "t_end": 0.6, "rtol": 1e-9}}
 
 
+def run_differently(words, first, second):
+    """Two ranks, of which the second is started by `words` in front of the program."""
+    command = [MPIRUN, "-n", "1", PROGRAM, "run", *first, ":", "-n", "1", *words, PROGRAM, "run", *second]
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=120, check=False)
+
+
+def with_memory(kilobytes):
+    return ["sh", "-c", f'ulimit -v {kilobytes}; exec "$@"', "sh"]
+
+
+def check_failure_of_one_rank():
+    """One rank does not see the scene's file, or runs out of memory: one message, and the other one ends as well."""
+    small = write_scene("alone", net(4))
+    options = ["--out", folder / "alone", "--quiet", "--overwrite"]
+    done = run_differently([], [small, *options], [folder / "nowhere.json", *options])
+    expect(done.returncode == 2, f"a scene that one rank does not see: {done.returncode}")
+    expect(complaint(done).startswith("tanor: rank 1: ") and "nowhere.json" in complaint(done), complaint(done))
+
+    # The small scene tells what a rank needs beside its scene, a scene of many points is more than is left.
+    memory = 50_000
+    while run_differently(with_memory(memory), [small, *options], [small, *options]).returncode != 0:
+        memory = memory * 6 // 5
+        if memory > 50_000_000:
+            failures.append("no memory is enough for a small scene")
+            return
+    many = [[0.1 * i, 0.0, 0.0] for i in range(400_000)]
+    large = write_scene("large", net(4) | {"points": {"positions": many, "masses": 0.1}})
+    done = run_differently(with_memory(memory), [large, *options], [large, *options])
+    expect(done.returncode == 4, f"a rank without memory: {done.returncode}")
+    expect(complaint(done) == "tanor: rank 1: out of memory", complaint(done))
+
+
 def pendulums(count=6):
     """Double pendulums of a rod and a stiff spring: implicit steps of whole islands."""
     points, rods, springs = [], [], []
@@ -294,6 +326,7 @@ def main():
     compare("beam", beam(), 1e-9)
     compare("pendulums", pendulums(), 1e-7)
     check_failures()
+    check_failure_of_one_rank()
     check_options(path)
     check_folder(path)
     check_interrupted(path)
