@@ -110,18 +110,25 @@ struct Part {
   bool is_cut() const { return num_shared_rows + num_shared_tuples + shared_pairs.size() > 0; }
 };
 
-/// One rank's part of a system that all ranks know.
+/// One rank's part of a system.
 struct RankSystem {
   System system;
   Part part;
   std::vector<Index> points;           ///< [point of `system`] number in the whole system
   std::vector<std::size_t> equations;  ///< [equation of `system`] likewise
-  std::size_t num_owned = 0;  ///< number of own points, which come first in `system`; supports and guests follow
+  /// Number of own points, which come first in `system`. What follows are guests, and supports that ranks share.
+  std::size_t num_owned = 0;
 };
 
 /// Takes out the points of one rank, with all that acts on them. `owner` [point] is the rank of each moving point (that
 /// of a support does not matter), the same on every rank. Not collective. Throws InputError if something that one rank
 /// must have whole joins points of several ranks.
 TANOR_API RankSystem take_part(const System& system, std::span<const int> owner, Ranks& ranks);
+
+/// Joins parts that the ranks bring, so that none of them ever holds the whole system: whole islands, with all forces
+/// and supports that act on them. Nothing reaches from rank to rank. All points of a rank are its own, in the order
+/// given; points and equations of the whole system are numbered rank after rank. Collective. Throws InputError on all
+/// ranks if there are coordinates, or more points than an Index counts.
+TANOR_API RankSystem join_parts(System own, Ranks& ranks);
 
 }  // namespace tanor

@@ -77,6 +77,27 @@ std::uint64_t sum_points(const MpiRanks& ranks, std::span<const Index> points, s
   return all;
 }
 
+/// The system of a checkpoint.
+struct Identity {
+  std::uint64_t num_points, fingerprint;
+};
+
+Identity identity_of(const System& whole) {
+  return {whole.num_points(), fingerprint_of(whole)};
+}
+
+/// Returns the identity of a system that no rank knows. It belongs to the parts as they are divided.
+Identity identity_of(const MpiRanks& ranks, const RankSystem& part) {
+  Checksum sum;
+  sum.add(std::span(part.points));
+  const std::array<std::uint64_t, 1> fingerprint{fingerprint_of(part.system)};
+  sum.add(std::span<const std::uint64_t>(fingerprint));
+  const std::array<std::uint64_t, 2> own{count_to_write(ranks, part), sum.value()};
+  std::array<std::uint64_t, 2> all{};
+  MPI_Allreduce(own.data(), all.data(), 2, MPI_UINT64_T, MPI_SUM, ranks.communicator());
+  return {all[0], all[1]};
+}
+
 /// Makes the head. The file has the head of the first rank; the progress of others may have other lengths.
 Head make_head(const MpiRanks& ranks, const Header& header, const std::string& mark,
                std::span<const std::byte> progress) {
@@ -128,20 +149,14 @@ Head read_head(SharedFile* file, const fs::path& name) {
   return head;
 }
 
-}  // namespace
-
-std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part) {
-  return ranks.rank() == 0 ? part.points.size() - part.part.guests.size() : part.num_owned;
-}
-
-void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
-                      const Simulation& simulation, const std::string& mark) {
+void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Identity& identity,
+           const Simulation& simulation, const std::string& mark) {
   const std::size_t count = count_to_write(ranks, part);
   const std::span<const Index> points(part.points.data(), count);
   const auto positions = simulation.positions().first(3 * count), velocities = simulation.velocities().first(3 * count);
   Header header;
-  header.num_points = whole.num_points();
-  header.fingerprint = fingerprint_of(whole);
+  header.num_points = identity.num_points;
+  header.fingerprint = identity.fingerprint;
   header.sum_of_points = sum_points(ranks, points, positions, velocities);
   const Head head = make_head(ranks, header, mark, simulation.save_progress());
   const fs::path unfinished = name.string() + ".part";
@@ -159,15 +174,15 @@ void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSys
     throw std::runtime_error("cannot write " + name.string() + ": " + std::generic_category().message(error));
 }
 
-void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
-                     Simulation* simulation) {
+void read(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Identity& identity,
+          Simulation* simulation) {
   SharedFile file(ranks, name, SharedFile::Mode::Read);
   const Head head = read_head(&file, name);
   const Header& header = head.header;
-  if (header.num_points != whole.num_points())
+  if (header.num_points != identity.num_points)
     refuse(name, "belongs to another system: it holds " + std::to_string(header.num_points) +
-                     " points, the system has " + std::to_string(whole.num_points()));
-  if (header.fingerprint != fingerprint_of(whole)) refuse(name, "belongs to another system");
+                     " points, the system has " + std::to_string(identity.num_points));
+  if (header.fingerprint != identity.fingerprint) refuse(name, "belongs to another system");
   std::vector<double> positions(3 * part.points.size()), velocities(positions.size());
   file.read_points(header.positions(), 3, part.points, positions);
   file.read_points(header.velocities(), 3, part.points, velocities);
@@ -175,6 +190,31 @@ void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSyst
   if (sum_points(ranks, points, positions, velocities) != header.sum_of_points)
     refuse(name, "is damaged: the checksum of its points is another one");
   simulation->restore_progress(head.progress(), positions, velocities);
+}
+
+}  // namespace
+
+std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part) {
+  return ranks.rank() == 0 ? part.points.size() - part.part.guests.size() : part.num_owned;
+}
+
+void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
+                      const Simulation& simulation, const std::string& mark) {
+  write(ranks, name, part, identity_of(whole), simulation, mark);
+}
+
+void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Simulation& simulation,
+                      const std::string& mark) {
+  write(ranks, name, part, identity_of(ranks, part), simulation, mark);
+}
+
+void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
+                     Simulation* simulation) {
+  read(ranks, name, part, identity_of(whole), simulation);
+}
+
+void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, Simulation* simulation) {
+  read(ranks, name, part, identity_of(ranks, part), simulation);
 }
 
 std::string read_checkpoint_mark(const MpiRanks& ranks, const fs::path& name) {

@@ -98,11 +98,17 @@ TANOR_API std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& pa
 /// all of it. `mark` is what the host knows its input by, the same on every rank.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                 const System& whole, const Simulation& simulation, const std::string& mark = {});
+/// Does the same without a whole system that anybody knows, as after `join_parts`. The motion can be resumed on the
+/// same parts.
+TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
+                                const Simulation& simulation, const std::string& mark = {});
 /// Goes on from a checkpoint. Throws InputError if one byte of the file is not what was written, or if it is of a
 /// system with other points, masses, supports, members of constraints or kinds of entries. (What functions compute
 /// cannot be compared, so a host marks its files.)
 TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                const System& whole, Simulation* simulation);
+TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
+                               Simulation* simulation);
 /// Returns the mark of a file. Throws InputError if the file is no checkpoint, or its mark is damaged.
 TANOR_API std::string read_checkpoint_mark(const MpiRanks& ranks, const std::filesystem::path& name);
 

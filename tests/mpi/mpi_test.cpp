@@ -209,6 +209,34 @@ void check_checkpoints(Checks* checks) {
   saved.check_damage();
 }
 
+/// Each rank makes its own chains, as many as its number and one, and nobody the whole system. A checkpoint goes on
+/// with these parts alone.
+void check_joined_parts(Checks* checks) {
+  MpiRanks& ranks = checks->ranks;
+  const MotionOptions options = options_of(Method::Rattle, 1e-3);
+  const auto join = [&](std::size_t count) { return join_parts(scenes::make_clusters(count), ranks); };
+  const auto own_count = static_cast<std::size_t>(ranks.rank()) + 1;
+  const RankSystem own = join(own_count), other = join(static_cast<std::size_t>(ranks.size()) - own_count + 1);
+  const std::string name = "joined_on_" + std::to_string(ranks.size()) + "_ranks.mpi";
+  Simulation first(own.system, own.part, options, {.threads = 1}),
+      second(own.system, own.part, options, {.threads = 1}), wrong(other.system, other.part, options, {.threads = 1});
+  checks->expect(first.advance_to(0.01).ok(), "joined parts move");
+  write_checkpoint(ranks, name, own, first);
+  read_checkpoint(ranks, name, own, &second);
+  checks->expect(std::ranges::equal(second.positions(), first.positions()) &&
+                     std::ranges::equal(second.velocities(), first.velocities()) && second.time() == 0.01,
+                 "a checkpoint of joined parts is read as it was written");
+  checks->expect(second.advance_to(0.02).ok(), "joined parts go on");
+  std::string message;
+  try {
+    read_checkpoint(ranks, name, other, &wrong);
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  checks->expect(message.find("another system") != std::string::npos, "parts of another division: " + message);
+  change(ranks, [&] { std::filesystem::remove(name); });
+}
+
 /// Arrays that are longer than a piece arrive whole and in order.
 void check_pieces(Checks* checks) {
   std::vector<double> numbers(1003);
@@ -267,6 +295,7 @@ int main(int argc, char** argv) {
     compare_spread(&checks, scenes::make_lattice(6));
     compare_clusters(&checks);
     check_checkpoints(&checks);
+    check_joined_parts(&checks);
     check_pieces(&checks);
     check_metis_counts(&checks);
     failures = checks.failures;

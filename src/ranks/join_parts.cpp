@@ -1,0 +1,31 @@
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <tanor/ranks.hpp>
+
+#include "base/text.hpp"
+#include "ranks/agreement.hpp"
+#include "ranks/share.hpp"
+
+namespace tanor {
+
+RankSystem join_parts(System own, Ranks& ranks) {
+  if (Agreement(ranks).any(!own.coordinates.empty()) && ranks.size() > 1)
+    throw InputError("/coordinates", "a system in coordinates has one rank");
+  const Share points(ranks, own.num_points()), equations(ranks, num_equations(own));
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  if (points.all() > most)
+    throw InputError("", text(points.all()) + " points on all ranks together; their numbers end at " + text(most));
+  RankSystem result;
+  result.num_owned = own.num_points();
+  result.points.resize(own.num_points());
+  std::iota(result.points.begin(), result.points.end(), static_cast<Index>(points.first));
+  result.equations.resize(num_equations(own));
+  std::iota(result.equations.begin(), result.equations.end(), equations.first);
+  result.part.ranks = &ranks;
+  result.system = std::move(own);
+  return result;
+}
+
+}  // namespace tanor
