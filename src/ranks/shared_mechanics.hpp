@@ -15,8 +15,8 @@ namespace tanor {
 /// together where a number or an outcome decides about a step, so that every rank makes the same steps. If no equation
 /// reaches from rank to rank, ranks tell each other nothing else.
 ///
-/// A role exists if some rank has it (series, projections of steps and implicit equations: if all have). A rank without
-/// it gives an answer that changes nothing.
+/// A role exists if some rank has it (series, projections of steps, rounding and implicit equations: if all have). A
+/// rank without it gives an answer that changes nothing.
 class SharedMechanics final : public EquationsOfMotion {
  public:
   /// `own` outlives it.

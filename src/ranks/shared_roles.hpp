@@ -66,8 +66,8 @@ class SharedMechanics::Monitor final : public RankMonitor {
 /// Groups are a rank's own. A rank without any counts as one with a single group that does not round.
 class SharedMechanics::Rounding final : public RoundingGroups {
  public:
-  Rounding(RoundingGroups* own, SharedMechanics& mechanics)
-      : own_(own != nullptr && own->num_groups() > 0 ? own : nullptr), agreement_(mechanics.agreement_) {}
+  Rounding(RoundingGroups& own, SharedMechanics& mechanics)
+      : own_(own.num_groups() > 0 ? &own : nullptr), agreement_(mechanics.agreement_) {}
 
   std::size_t num_groups() const override { return own_ != nullptr ? own_->num_groups() : 1; }
   void largest_differences(const double* a, const double* b, std::span<double> largest) const override {

@@ -358,7 +358,9 @@ class PartTaker {
           whole_.friction[f]);
     }
     if (result_.part.is_cut() && !whole_.friction.empty())
-      throw InputError("/friction/0", "islands with friction would lie on several ranks; take fewer ranks");
+      throw InputError("/friction/0",
+                       "where there is friction, all islands lie whole on their ranks; here constraints or forces join "
+                       "points of several");
   }
 
   void take_points() {

@@ -83,11 +83,14 @@ struct Simulation::Implementation {
     publish();
   }
 
+  /// Returns true if some rank has friction. Collective.
+  bool has_friction() { return form.largest(model.has_friction() ? 1.0 : 0.0) > 0.0; }
+
   /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
   /// anyway.
-  bool wants_exact_accelerations() const {
+  bool wants_exact_accelerations() {
     constexpr double demanding = 1e-10;
-    return !has_fixed_steps(chosen.method) && options.rtol < demanding && !model.has_friction();
+    return !has_fixed_steps(chosen.method) && options.rtol < demanding && !has_friction();
   }
 
   /// Equations that reach from rank to rank have a form of their own.
@@ -160,7 +163,7 @@ struct Simulation::Implementation {
                   .friction = report.energy.work_of_friction};
     work.prescribe_all(state.t, points.r.data(), points.v.data());
     form.fetch_guests(points.r.data(), points.v.data());
-    outcome = complete_state(snapshot.memory.empty() && model.has_friction() ? nullptr : &snapshot);
+    outcome = complete_state(snapshot.memory.empty() && has_friction() ? nullptr : &snapshot);
     integration.resume(snapshot);
     measures.resume();
     work.counters = snapshot.report.counters;  // the work of restoring does not count for the motion
@@ -172,7 +175,7 @@ struct Simulation::Implementation {
     const bool begins = snapshot == nullptr;
     Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
-    if (found.ok() && begins && model.has_friction()) {
+    if (found.ok() && begins && has_friction()) {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
       found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
@@ -278,16 +281,15 @@ struct Simulation::Implementation {
 
   std::vector<double> friction_forces() {
     std::vector<double> tau(points.r.size()), at(points.r.size());
-    if (!model.has_friction()) return at;
-    if (is_advancing) {
+    if (!is_advancing) {
+      form.write_friction(state.reactions, tau.data());
+    } else if (has_friction()) {
       const Look look(this);
       std::vector<double> at_a(form.size());
       Reactions found = form.no_reactions();
       const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
                                                 {at_a.data(), nullptr, nullptr, &found});
       if (solved.ok()) form.write_friction(found, tau.data());
-    } else {
-      form.write_friction(state.reactions, tau.data());
     }
     model.numbering.scatter_points(tau, at);
     return at;
@@ -361,7 +363,7 @@ struct Simulation::Implementation {
       integration.next_step = first_step(t_end - state.t);
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
-    if (!outcome.ok() && model.has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
+    if (!outcome.ok() && has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
       outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();
