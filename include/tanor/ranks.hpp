@@ -116,7 +116,8 @@ struct RankSystem {
   Part part;
   std::vector<Index> points;           ///< [point of `system`] number in the whole system
   std::vector<std::size_t> equations;  ///< [equation of `system`] likewise
-  /// Number of own points, which come first in `system`. What follows are guests, and supports that ranks share.
+  /// Number of own points, which come first in `system`. Guests and all supports follow in a part that was taken out,
+  /// nothing in one that a rank has brought.
   std::size_t num_owned = 0;
 };
 
@@ -128,7 +129,7 @@ TANOR_API RankSystem take_part(const System& system, std::span<const int> owner,
 /// Joins parts that the ranks bring, so that none of them ever holds the whole system: whole islands, with all forces
 /// and supports that act on them. Nothing reaches from rank to rank. All points of a rank are its own, in the order
 /// given; points and equations of the whole system are numbered rank after rank. Collective. Throws InputError on all
-/// ranks if there are coordinates, or more points than an Index counts.
+/// ranks if several have coordinates, or if there are more points than an Index counts.
 TANOR_API RankSystem join_parts(System own, Ranks& ranks);
 
 }  // namespace tanor

@@ -67,7 +67,7 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
 }
 
 /// Refines in w: rho = A'(M w - f) from w = psi on, q_ddot -= H^-1 rho, w likewise. A well conditioned H needs no
-/// second pass, since its error over the largest acceleration is good_enough(false).
+/// second pass, since its error over the largest acceleration is at most good_enough(false).
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   const Stopwatch watch(&work_.times.solve);
   const double enough = exact ? 4.0 * eps : good_enough(false);

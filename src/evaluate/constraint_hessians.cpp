@@ -128,11 +128,15 @@ template <class F>
 void add_rod_products(const F& family, const double* r, const double* moves, double* to) {
   if constexpr (is_rod_kernel<decltype(F::kernel)>) {
     for (std::size_t k = 0; k < family.size(); ++k) {
-      const auto local = family.kernel(k, r, r);
-      const Vec3 u = local.gradient[0], y = load(moves, static_cast<std::size_t>(family.first_block) + k);
-      const Vec3 product = (1.0 / (local.xi[0] + family.kernel.scale(k))) * (y - dot(u, y) * u);
-      add_to(to, family.kernel.points[k][1], product);
-      add_to(to, family.kernel.points[k][0], -product);
+      const Vec3 y = load(moves, static_cast<std::size_t>(family.first_block) + k);
+      if (dot(y, y) == 0.0) continue;
+      const auto [i, j] = family.kernel.points[k];
+      Vec3 a = load(r, j) - load(r, i);
+      if (!family.kernel.offset.empty()) a = a + family.kernel.offset[k];
+      const double inverse_length = 1.0 / norm(a);
+      const Vec3 u = inverse_length * a, product = inverse_length * (y - dot(u, y) * u);
+      add_to(to, j, product);
+      add_to(to, i, -product);
     }
   }
 }

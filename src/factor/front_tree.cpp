@@ -106,7 +106,7 @@ std::vector<int> FrontTree::depth_first() const {
 }
 
 /// Decides which fronts are tasks of their own, and cuts what is below them into sequences. What is not worth a second
-/// thread stays one sequence, whose updates take the least memory.
+/// thread stays one sequence, whose updates take the least memory, unless it has a front in tiles.
 void FrontTree::cut(const std::vector<int>& all) {
   std::vector<double> of_subtree(fronts.size());
   for (const int s : all) {

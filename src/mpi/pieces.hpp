@@ -12,7 +12,7 @@
 /// \file Arrays of any size. Counts of MPI are int, so that large arrays go in pieces.
 namespace tanor {
 
-constexpr std::size_t largest_piece = std::size_t{1} << 28;  // numbers of one call
+constexpr std::size_t largest_piece = std::size_t{1} << 28;  // elements of one call: numbers or bytes
 
 /// Calls call(pointer, count) for pieces of the numbers, one behind the other.
 template <class Number, class Call>

@@ -75,9 +75,9 @@ inline constexpr double clearly_better_cut = 0.9;
 /// Terms and rows of a product of dense blocks that are worked on at once. Argued, not measured: the factors, 64 x 512
 /// numbers or 256 KiB, stay in the second cache.
 inline constexpr std::size_t terms_of_product = 64, rows_of_product = 512;
-/// Numbers of L that take as much time to read and write as it takes to enter another front. Columns share a front
-/// where they so add no more zeros than that (bench/fronts: nets and lattices; times of 64 to 128 differ by less than a
-/// tenth, with 160 a solve of a net of 300 takes a sixth more).
+/// Numbers of L that take as much time to read and write as it takes to enter another front. Columns share a front if
+/// that stores no more numbers than this beyond those of both (bench/fronts: nets and lattices; times of 64 to 128
+/// differ by less than a tenth, with 160 a solve of a net of 300 takes a sixth more).
 inline constexpr std::size_t numbers_worth_a_front = 96;
 /// Length from which a column of an update is added to the parent in whole lanes. Argued, not measured: in shorter
 /// columns few rows follow each other, and the search for those that do takes longer than the additions.
@@ -94,8 +94,8 @@ inline constexpr std::size_t most_panels_tried = 16;
 inline constexpr double products_of_tiled_front = 2e7;
 /// Least cost of a subtree that is one task, as a share of the total cost and in flops (bench/fronts).
 inline constexpr double share_of_task = 1.0 / 64.0, least_cost_of_task = 1e6;
-/// Flops of a factorization, and numbers of L in a solve, from which more than one thread is used. Nets of 300 and
-/// lattices of 20 gain 1.6 and more there (bench/fronts). Sizes between these and nets of 100 were not tried.
+/// Flops of a factorization, and numbers of L in a solve, from which L is cut into tasks for several threads. Nets of
+/// 300 and lattices of 20 gain 1.6 and more there (bench/fronts). Sizes between these and nets of 100 were not tried.
 inline constexpr double flops_worth_threads = 1e8, numbers_worth_threads = 2e6;
 
 /// Iterations that conjugate gradients are expected to take before the first solve (bench/reuse).

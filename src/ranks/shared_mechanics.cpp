@@ -26,7 +26,7 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
   if (agreement_.all(own.step_projector() != nullptr))
     projector_ = std::make_unique<Projector>(*own.step_projector(), *this);
   if (somebody_has(own.rank_monitor())) monitor_ = std::make_unique<Monitor>(own.rank_monitor(), *this);
-  // Where there is friction, on whatever rank, its measurement is ruled out.
+  // Friction on any rank rules out the measurement of rounding.
   if (agreement_.all(own.rounding_groups() != nullptr))
     rounding_ = std::make_unique<Rounding>(*own.rounding_groups(), *this);
   if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);

@@ -12,7 +12,8 @@
 #include "ranks/shared_implicit_equations.hpp"
 #include "ranks/shared_mechanics.hpp"
 
-/// \file The roles of SharedMechanics. `own` is null on a rank whose part does not have the role.
+/// \file The roles of SharedMechanics. Where `own` is a pointer, it is null on a rank whose part does not have the
+/// role.
 namespace tanor {
 
 class SharedMechanics::Projector final : public StepProjector {
@@ -144,10 +145,15 @@ class SharedMechanics::Drives final : public DriveMonitor {
   Drives(DriveMonitor* own, SharedMechanics& mechanics) : own_(own), mechanics_(mechanics) {}
 
   DriveReport look_at_drives(const DrivenStep& step) override {
-    const DriveReport own = own_ != nullptr ? own_->look_at_drives(step) : DriveReport{};
-    std::array<double, 4> numbers{own.error, own.velocity, static_cast<double>(own.pieces),
-                                  own.is_of_time_alone ? 0.0 : 1.0};
-    (void)mechanics_.agreement_.agree({}, numbers);
+    DriveReport own;
+    std::array<double, 4> numbers{};
+    (void)mechanics_.agreement_.together(
+        [&] {
+          if (own_ != nullptr) own = own_->look_at_drives(step);
+          numbers = {own.error, own.velocity, static_cast<double>(own.pieces), own.is_of_time_alone ? 0.0 : 1.0};
+          return Outcome{};
+        },
+        numbers);
     if (numbers[1] > most_) {
       most_ = numbers[1];
       has_worst_ = own.velocity == most_;

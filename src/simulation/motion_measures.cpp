@@ -155,8 +155,8 @@ void MotionMeasures::warn_of_tolerance() {
                              " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
 }
 
-/// Returns true if the energy misses more, J, than it may although all velocities and positions are within some
-/// thousand tolerances, as at the start of a motion or at rest.
+/// Returns true if the energy misses `drift`, J, which is more than velocities and positions within some thousand
+/// tolerances explain, as at the start of a motion or at rest.
 bool MotionMeasures::is_beyond_tolerances(double drift) {
   constexpr double tolerances = 1e4;
   if (!integration_.scheme().is_adaptive()) return drift > 0.0;

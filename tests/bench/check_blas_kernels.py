@@ -48,6 +48,10 @@ class Kernels(unittest.TestCase):
     def test_they_are_not_tried_where_the_processor_has_no_avx512(self):
         self.assertEqual(self.choice(self.speeds(3.1e10, 6.2e10, "sse2 avx2")), "")
 
+    def test_a_program_that_prints_no_speed_is_an_error(self):
+        with self.assertRaises(subprocess.CalledProcessError):
+            self.choice(self.speeds("none", 6.2e10))
+
     def test_a_program_that_is_not_there_is_an_error(self):
         program = self.speeds(1, 2)
         program.unlink()

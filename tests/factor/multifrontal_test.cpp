@@ -101,7 +101,7 @@ TEST(Multifrontal, UpdatesTakeAFractionOfTheMemoryOfTheFactor) {
     const std::size_t updates = tree.arena_size + tree.stack_size[0] + tree.stack_size[1];
     return static_cast<double>(updates) / static_cast<double>(tree.panels_size);
   };
-  EXPECT_LE(share(make_net(200, 200)), 0.11);
+  EXPECT_LE(share(make_net(200, 200)), 0.11);  // of a factor with few zeros
   EXPECT_LE(share(make_lattice(16)), 0.30);
   // One thread works on these, through one sequence.
   EXPECT_LE(share(make_net(100, 100)), 0.07);
