@@ -10,12 +10,6 @@ namespace tanor::report {
 
 namespace {
 
-std::size_t count_contacts(const System& system) {
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < system.friction.size(); ++k) count += num_contacts(system, k);
-  return count;
-}
-
 /// Returns "coulomb, exact", "coulomb, regularised, full reaction" or "viscous".
 std::string name_law(const Friction& friction) {
   std::string law(kind_name(friction));
@@ -46,6 +40,12 @@ std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason
 
 }  // namespace
 
+std::size_t count_contacts(const System& system) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < system.friction.size(); ++k) count += num_contacts(system, k);
+  return count;
+}
+
 Json describe_friction_report(const std::optional<FrictionReport>& report) {
   const FrictionReport& found = report ? *report : FrictionReport();
   const bool is_iterated = report && found.method_used != FrictionMethod::Auto;
@@ -62,9 +62,9 @@ Json describe_friction_report(const std::optional<FrictionReport>& report) {
           {"method_used", name_method(found.method_used)}};
 }
 
-Json describe_friction_summary(const System& system, const FrictionSummary& summary) {
+Json describe_friction_summary(std::size_t contacts, const FrictionSummary& summary) {
   const auto if_iterated = [&](auto number) { return summary.solves > 0 ? Json(number) : Json(); };
-  return {{"contacts", count_contacts(system)},
+  return {{"contacts", contacts},
           {"solves", summary.solves},
           {"iterations_mean", if_iterated(summary.iterations_mean)},
           {"iterations_max", if_iterated(summary.iterations_max)},

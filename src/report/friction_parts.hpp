@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -13,8 +14,11 @@ namespace tanor::report {
 /// Returns the object `friction_report` of `solve`. If the instant was not solved, every member is null.
 Json describe_friction_report(const std::optional<FrictionReport>& report);
 
+/// Counts the contacts that have friction.
+std::size_t count_contacts(const System& system);
+
 /// Returns the object `friction` of summary.json. Values that were not computed, or not proven, are null.
-Json describe_friction_summary(const System& system, const FrictionSummary& summary);
+Json describe_friction_summary(std::size_t contacts, const FrictionSummary& summary);
 
 /// Returns "rough (coulomb, exact, 3 contacts), oil (viscous, 1 contact)", or "none".
 std::string describe_friction(const System& system);

@@ -19,7 +19,7 @@ constexpr const char* arrays_prefix = "final_";
 
 void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   const PlanSummary& plan = end.plan;
-  json->add("points", end.system.num_points());
+  json->add("points", plan.points);
   json->add("supports", plan.supports);
   json->add("equations", plan.equations);
   add_rank(end.rank, json);
@@ -67,19 +67,19 @@ Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_fri
 }
 
 void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
-  const ArrayWriter arrays(json, directory / arrays_prefix, end.system.num_points());
-  const auto add_points = [&](std::string_view key, std::span<const double> numbers) {
-    arrays.write_points(key, facts.has_started ? Numbers(numbers) : std::nullopt);
+  const ArrayWriter arrays(json, directory / arrays_prefix, end.plan.points);
+  const bool is_known = facts.has_started && end.arrays;
+  const auto find = [&](std::span<const double> EndArrays::*which) {
+    return is_known ? Numbers((*end.arrays).*which) : std::nullopt;
   };
-  const bool knows_multipliers = facts.has_started && has_multipliers(end.plan);
   json->begin_object("final");
   json->add("t", if_started(facts, end.time));
-  add_points("positions", end.positions);
-  add_points("velocities", end.velocities);
-  add_points("accelerations", end.accelerations);
-  arrays.write_list("multipliers", knows_multipliers ? Numbers(end.multipliers) : std::nullopt);
-  add_points("reactions", end.reactions);
-  add_points("support_forces", end.support_forces);
+  arrays.write_points("positions", find(&EndArrays::positions));
+  arrays.write_points("velocities", find(&EndArrays::velocities));
+  arrays.write_points("accelerations", find(&EndArrays::accelerations));
+  arrays.write_list("multipliers", has_multipliers(end.plan) ? find(&EndArrays::multipliers) : std::nullopt);
+  arrays.write_points("reactions", find(&EndArrays::reactions));
+  arrays.write_points("support_forces", find(&EndArrays::support_forces));
   json->end();
 }
 
@@ -105,7 +105,7 @@ Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has
 
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end) {
   const MotionReport& report = end.report;
-  const bool has_friction = !end.system.friction.empty();
+  const bool has_friction = end.contacts > 0;
   replace_file(directory / summary_name, [&](OutputFile* file) {
     JsonObjectFile json(file);
     json.add("scene", facts.scene);
@@ -134,7 +134,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("energy", describe_energy(facts, report, has_friction));
     json.add("certificate", describe_certificate(facts.certificate));
     json.add("certificates", facts.certificates);
-    json.add("friction", describe_friction_summary(end.system, report.friction));
+    json.add("friction", describe_friction_summary(end.contacts, report.friction));
     json.add("left_out", list_left_out(facts.left_out, end.plan.left_out));
     json.finish();
   });
@@ -142,10 +142,10 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
 
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
   write_summary(directory, facts,
-                {simulation.system(), simulation.plan(), simulation.report(),
+                {count_contacts(simulation.system()), simulation.plan(), simulation.report(),
                  facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
-                 simulation.positions(), simulation.velocities(), simulation.accelerations(), simulation.multipliers(),
-                 simulation.reactions(), simulation.support_forces()});
+                 EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(),
+                           simulation.multipliers(), simulation.reactions(), simulation.support_forces()}});
 }
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {

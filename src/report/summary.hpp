@@ -34,14 +34,19 @@ struct RunFacts {
 };
 
 inline constexpr const char* summary_name = "summary.json";
-/// The end of a run, with all points and equations in the order of the scene.
+/// All points and equations at the end of a run, in the order of the scene.
+struct EndArrays {
+  std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;
+};
+
+/// The end of a run.
 struct RunEnd {
-  const System& system;
+  std::size_t contacts;  ///< with friction
   const PlanSummary& plan;
   const MotionReport& report;
-  std::optional<RankReport> rank;  ///< none if no start was found
-  double time;                     ///< s
-  std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;
+  std::optional<RankReport> rank;   ///< none if no start was found
+  double time;                      ///< s
+  std::optional<EndArrays> arrays;  ///< none if no process holds those of all points
 };
 
 /// Writes `directory/summary.json` as docs/scene-format.md describes it, and arrays above `largest_inline` points

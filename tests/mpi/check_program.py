@@ -4,6 +4,7 @@
     check_program.py TANOR_MPI TANOR MPIRUN FOLDER
 """
 
+import array
 import fcntl
 import json
 import math
@@ -23,9 +24,9 @@ def expect(holds, what):
         failures.append(what)
 
 
-def run(ranks, arguments):
+def run(ranks, arguments, cwd=None):
     return subprocess.run([MPIRUN, "-n", str(ranks), PROGRAM, "run", *map(str, arguments)], capture_output=True,
-                          text=True, timeout=240, check=False)
+                          text=True, timeout=240, check=False, cwd=cwd)
 
 
 def summary_of(out):
@@ -145,6 +146,8 @@ def check_options(path):
         expect(not out.exists(), f"{words}: wrote something")
     done = run(2, [path, "--out", folder / "as_json", "--quiet", "--json"])
     expect(done.returncode == 0 and json.loads(done.stdout) == summary_of(folder / "as_json"), f"--json: {done.stdout}")
+    done = run(2, ["--help"])
+    expect(done.returncode == 0 and "melt-{rank}.json" in done.stdout, f"--help: {done.stdout}")
     done = subprocess.run([MPIRUN, "-n", "2", PROGRAM, "check", path], capture_output=True, text=True, check=False)
     expect(done.returncode == 2 and "knows `run` alone" in complaint(done), f"check: {complaint(done)}")
 
@@ -204,10 +207,10 @@ def check_interrupted(path):
     expect("net" in summary_of(out)["scene"], "a summary once more")
 
 
-def clusters(count=30):
+def clusters(count=30, start=0):
     """Chains of 4 rods that fall beside each other, with a spring in each."""
     points, pairs, springs = [], [], []
-    for k in range(count):
+    for k in range(start, start + count):
         first = len(points)
         points += [[1.0 * k + 0.1 * i, 0.03 * (i % 2), 0.0] for i in range(5)]
         pairs += [[first + i, first + i + 1] for i in range(4)]
@@ -254,9 +257,9 @@ def beam(cubes=5):
             "motion": {"method": "rattle", "step": 1e-3, "t_end": 0.05}}
 
 
-def beads(count=12):
+def beads(count=12, start=0):
     """Beads on rough inclines that stick and begin to slide under a growing pull: events."""
-    points = [[0.5 * k, 0.0, 0.0] for k in range(count)]
+    points = [[0.5 * k, 0.0, 0.0] for k in range(start, start + count)]
     forces = [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
               {"kind": "constant", "points": list(range(count)), "force": {"formula": ["0.5*t", "0", "0"]}}]
     return {"name": "beads", "points": {"positions": points, "masses": 0.1},
@@ -298,12 +301,13 @@ def check_failure_of_one_rank():
     expect(complaint(done) == "tanor: rank 1: out of memory", complaint(done))
 
 
-def pendulums(count=6):
+def pendulums(count=6, start=0):
     """Double pendulums of a rod and a stiff spring: implicit steps of whole islands."""
     points, rods, springs = [], [], []
     for k in range(count):
-        along = [math.cos(0.5 * k), math.sin(0.5 * k)]
-        points += [[2.0 * k + 0.1 * i * along[0], 0.1 * i * along[1], 0.0] for i in range(3)]
+        turn = 0.5 * (start + k)
+        along = [math.cos(turn), math.sin(turn)]
+        points += [[4.0 * turn + 0.1 * i * along[0], 0.1 * i * along[1], 0.0] for i in range(3)]
         rods.append([3 * k, 3 * k + 1])
         springs.append([3 * k + 1, 3 * k + 2])
     return {"name": "pendulums", "points": {"positions": points, "masses": 0.1},
@@ -311,6 +315,99 @@ def pendulums(count=6):
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
                        {"kind": "spring", "pairs": springs, "stiffness": 1e6, "damping": 1e3, "rest_length": 0.1}],
             "motion": {"method": "radau5", "t_end": 0.2, "rtol": 1e-7}}
+
+
+def write_parts(name, make, sizes):
+    """A scene for each rank, "{name}-{rank}.json", and one of all together. Half of the motion is a frame."""
+    start = 0
+    for rank, size in enumerate(sizes):
+        write_scene(f"{name}-{rank}", with_two_frames(make(size, start)) | {"name": f"part {rank}"})
+        start += size
+    return folder / (name + "-{rank}.json"), write_scene(f"{name}-whole", with_two_frames(make(start)))
+
+
+def with_two_frames(scene):
+    return scene | {"motion": scene["motion"] | {"output_every": scene["motion"]["t_end"] / 2}}
+
+
+def check_end_of_parts(name, out, wanted):
+    """What is counted, summed and agreed is that of the whole; points stand in the files alone."""
+    found = summary_of(out)
+    expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
+    for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank",
+                "degrees_of_freedom", "t_end", "t_reached", "source"):
+        expect(found[key] == wanted[key], f"{name}: {key} {found[key]}, not {wanted[key]}")
+    expect(found["friction"]["contacts"] == wanted["friction"]["contacts"], f"{name}: {found['friction']}")
+    expect(found["scene"] == name.split()[0], f"{name}: is called {found['scene']}")
+    expect(found["certificate"]["verdict"] is None and found["certificates"] == 0, f"{name}: {found['certificate']}")
+    known = [key for key, value in found["final"].items() if value is not None]
+    expect(known == ["t"], f"{name}: knows {known} of the whole")
+    frames = array.array("d", (out / "trajectory.npy").read_bytes()[128:])
+    size = 3 * wanted["points"]
+    expect(len(frames) == 3 * size, f"{name}: {len(frames) / size} frames")
+    error = difference(frames[-size:].tolist(), sum(wanted["final"]["positions"], []))
+    expect(error <= 1e-9, f"{name}: positions differ by {error}")
+    for key in ("start", "end", "work_of_forces", "work_of_friction"):
+        error = abs((found["energy"][key] or 0.0) - (wanted["energy"][key] or 0.0))
+        expect(error <= 1e-9 * max(1.0, abs(wanted["energy"]["end"])), f"{name}: energy {key} differs by {error}")
+    expect(found["violation"]["position_max"] < 1e-12, f"{name}: {found['violation']}")
+
+
+def check_parts():
+    """Each rank reads a scene of its own, and none the whole."""
+    for name, make, sizes in (("clusters", clusters, (13, 17)), ("pendulums", pendulums, (2, 4)), ("beads", beads, (5, 7))):
+        parts, whole = write_parts(name, make, sizes)
+        serial = folder / f"{name}-whole.serial"
+        done = subprocess.run([TANOR, "run", whole, "--out", serial, "--quiet"], capture_output=True, text=True, check=False)
+        expect(done.returncode == 0, f"{name}: tanor: {done.stderr}")
+        wanted = summary_of(serial)
+        out = folder / f"{name}.out"
+        done = run(2, [parts, "--quiet"], cwd=folder)  # the folder's name comes from that of the scenes
+        expect(done.returncode == 0 and "no certificate" in complaint(done), f"parts: {done.returncode} {done.stderr}")
+        check_end_of_parts(f"{name} in parts", out, wanted)
+        if wanted["method"] == "radau5":
+            continue  # goes on to its tolerance, with other steps, since stages are not saved
+        half = ["--t-end", wanted["t_end"] / 2]
+        expect(run(2, [parts, "--out", out, "--quiet", *half]).returncode == 0, f"{name}: half")
+        expect(run(2, [parts, "--out", out, "--quiet", "--resume"]).returncode == 0, f"{name}: resumed")
+        check_end_of_parts(f"{name} in parts, resumed", out, wanted)
+
+
+def check_refused_parts():
+    """Parts that do not fit together, and checkpoints of others, are refused with one line by all ranks."""
+    parts, _ = write_parts("chains", clusters, (3, 4))
+    out = folder / "chains"
+
+    def refuse(ranks, words, *options):
+        done = run(ranks, [parts, "--out", out, "--quiet", *options])
+        expect(done.returncode == 2 and words in complaint(done), f"not '{words}': {done.returncode} {complaint(done)}")
+        expect("MPI_ABORT" not in done.stderr, f"'{words}': some rank waited for another, {done.stderr}")
+
+    refuse(4, "rank 2: ")  # the first one of two without a file
+    refuse(4, "chains-2.json cannot be read")
+    second = with_two_frames(clusters(4, 3))
+    for key, value, is_wrong in (("t_end", 0.4, "is 0.4 on rank 1, but 0.2 on rank 0"),
+                                 ("method", "rk4", "is rk4 on rank 1, but auto on rank 0"),
+                                 ("start", "project", "is project on rank 1, but check on rank 0")):
+        motion = second["motion"] | {key: value} | ({"step": 1e-3} if key == "method" else {})
+        if key == "method":
+            del motion["rtol"]
+        write_scene("chains-1", second | {"motion": motion})
+        refuse(2, f"chains-1.json: /motion/{key}: {is_wrong}")
+    expect(not out.exists(), "refused parts wrote something")
+
+    # Forces are each scene's own, and an edited scene is another run.
+    first = with_two_frames(clusters(3))
+    write_scene("chains-0", first | {"forces": first["forces"][:1]})
+    second["forces"] = second["forces"][1:]
+    write_scene("chains-1", second)
+    expect(run(2, [parts, "--out", out, "--quiet", "--t-end", "0.1"]).returncode == 0, "gravity here, springs there")
+    left_out = summary_of(out)["left_out"]
+    expect("coordinates: none are given" in left_out and "spring forces: none" not in left_out, f"springs: {left_out}")
+    refuse(1, "is of a run of 2 scenes, not of 1; run without --resume", "--resume")
+    second["forces"][0]["stiffness"] = 6.0
+    write_scene("chains-1", second)
+    refuse(2, "is of an earlier version of the scene: chains-1.json was changed", "--resume")
 
 
 def main():
@@ -330,6 +427,8 @@ def main():
     check_options(path)
     check_folder(path)
     check_interrupted(path)
+    check_parts()
+    check_refused_parts()
     print("\n".join(failures) if failures else "tanor-mpi: every answer is that of tanor")
     return 1 if failures else 0
 

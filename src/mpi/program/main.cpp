@@ -10,11 +10,11 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <functional>
 #include <new>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "cli/command_line.hpp"
@@ -22,10 +22,12 @@
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
+#include "mpi/program/division.hpp"
+#include "mpi/program/part_scenes.hpp"
+#include "mpi/program/together.hpp"
 #include "mpi/program/trajectory.hpp"
 #include "mpi/program/whole_run.hpp"
 #include "mpi/tanor_mpi.hpp"
-#include "report/checkpoint.hpp"
 #include "report/output_file.hpp"
 #include "report/summary.hpp"
 #include "scene/scene.hpp"
@@ -47,51 +49,31 @@ void choose_threads(scene::Scene* scene) {
   if (scene->solver.threads == 0) scene->solver.threads = std::getenv("OMP_NUM_THREADS") != nullptr ? 0 : 1;
 }
 
-/// Thrown if the first rank could not do what it does for all.
-struct FirstRankFailed {
-  cli::Failure failure;
-};
-
-/// Lets the first rank do something with files. What goes wrong there goes wrong on every rank.
-void do_on_first(MpiRanks& ranks, const std::function<void()>& work) {
-  cli::Failure failure{ExitCode::Done, {}};
-  try {
-    if (ranks.rank() == 0) work();
-  } catch (...) {
-    failure = cli::describe_current_exception();
-  }
-  MPI_Bcast(&failure.code, sizeof failure.code, MPI_BYTE, 0, ranks.communicator());
-  if (failure.code == ExitCode::Done) return;
-  ranks.share(0, &failure.message);
-  throw FirstRankFailed{failure};
-}
-
 /// One run, on this rank.
 class Run {
  public:
   Run(MpiRanks& ranks, const cli::RunOptions& options)
       : ranks_(ranks),
         options_(options),
-        scene_(prepare()),
+        division_(read_and_divide()),
+        scene_(division_.scene()),
         folder_(cli::choose_folder(options.out, scene_)),
-        mark_(report::make_fingerprint(scene_.files, scene_.system, scene_.motion)) {
-    choose_threads(&scene_);
-    part_ = take_part(scene_.system, assign_owners(scene_.system, ranks.size()), ranks);
-    simulation_.emplace(cli::naming_file(scene_.file, [&] {
-      return Simulation(part_.system, part_.part, scene_.motion, scene_.solver, scene_.t_start);
-    }));
+        simulation_(cli::naming_file(options.scene, [&] {
+          const RankSystem& part = division_.part();
+          return Simulation(part.system, part.part, scene_.motion, scene_.solver, scene_.t_start);
+        })) {
     take_folder();
-    trajectory_.emplace(ranks, folder_, part_, scene_.system.num_points());
-    if (goes_on_) trajectory_->keep_until(simulation_->time());
+    trajectory_.emplace(ranks, folder_, division_.part(), division_.counts().points);
+    if (goes_on_) trajectory_->keep_until(simulation_.time());
     setup_ = seconds_since(begin_);
   }
 
   ExitCode execute() {
-    Outcome outcome = simulation_->outcome();
+    Outcome outcome = simulation_.outcome();
     if (outcome.ok() && !goes_on_) write_frame();
-    while (outcome.ok() && simulation_->time() < scene_.t_end) {
-      const double next = cli::next_output_time(simulation_->time(), scene_.output_every, scene_.t_end);
-      outcome = simulation_->advance_to(next);
+    while (outcome.ok() && simulation_.time() < scene_.t_end) {
+      const double next = cli::next_output_time(simulation_.time(), scene_.output_every, scene_.t_end);
+      outcome = simulation_.advance_to(next);
       if (outcome.ok()) write_frame();
     }
     ExitCode code = finish(outcome);
@@ -100,14 +82,24 @@ class Run {
   }
 
  private:
-  /// Reads the scene, and refuses what only `tanor run` can do.
-  scene::Scene prepare() const {
+  /// Reads the scene on every rank, or on each its own.
+  Division read_and_divide() const {
+    const fs::path& name = options_.scene;
+    if (!names_parts(name)) return Division::divide(ranks_, prepare(name));
+    scene::Scene own;
+    do_together(ranks_, [&] { own = prepare(name_part(name, ranks_.rank())); });
+    merge_parts(ranks_, name, &own);
+    return cli::naming_file(name, [&] { return Division::join(ranks_, std::move(own)); });
+  }
+
+  /// Reads a scene, and refuses what only `tanor run` can do.
+  scene::Scene prepare(const fs::path& name) const {
     if (options_.report) throw InputError("--report", "tanor-mpi makes no page; `tanor run` makes it");
     if (options_.checkpoint_every)
       throw InputError("--checkpoint-every", "tanor-mpi writes a checkpoint at every frame, see /motion/output_every");
     if (options_.overrides.trajectory)
       throw InputError("--trajectory", "tanor-mpi writes trajectory.npy alone; `tanor run` knows other formats");
-    scene::Scene scene = cli::prepare(scene::load_moving_scene(options_.scene, options_.overrides));
+    scene::Scene scene = cli::prepare(scene::load_moving_scene(name, options_.overrides));
     scene.t_end = cli::end_at_output(scene.t_end, scene.output_every);
     using When = scene::CertificatePolicy::When;
     const When when = scene.certificate.when;
@@ -118,6 +110,7 @@ class Run {
                                 scene.trajectory.compression || !scene.output_points.empty();
     if (has_own_wishes && ranks_.rank() == 0)
       cli::print_message(scene.file.string() + ": warning: tanor-mpi writes all points, to trajectory.npy alone");
+    choose_threads(&scene);
     return scene;
   }
 
@@ -126,8 +119,8 @@ class Run {
     do_on_first(ranks_, [&] {
       report::make_folder(folder_);
       lock_.emplace(folder_, "run");
-      cli::require_results_not_read(folder_, scene_.files);
     });
+    do_together(ranks_, [&] { cli::require_results_not_read(folder_, scene_.files); });
     goes_on_ = options_.resume && fs::exists(folder_ / cli::mpi_checkpoint_name);
     if (goes_on_) return resume();
     if (options_.resume && ranks_.rank() == 0)
@@ -143,7 +136,7 @@ class Run {
     bool is_cut_off = false;
     do_on_first(ranks_, [&] { is_cut_off = fs::exists(name) && !fs::exists(folder_ / report::summary_name); });
     MPI_Bcast(&is_cut_off, 1, MPI_CXX_BOOL, 0, ranks_.communicator());
-    if (is_cut_off && read_mark(name) == mark_)
+    if (is_cut_off && read_mark(name) == division_.mark())
       throw InputError(folder_.string(),
                        "has this run, which was interrupted; --resume goes on with it, --overwrite begins anew");
   }
@@ -159,25 +152,25 @@ class Run {
 
   void resume() {
     const fs::path name = folder_ / cli::mpi_checkpoint_name;
-    if (const std::string mark = read_checkpoint_mark(ranks_, name); mark != mark_)
-      throw InputError(name.string(), report::name_difference(mark, mark_) + "; run without --resume");
-    read_checkpoint(ranks_, name, part_, scene_.system, &*simulation_);
-    if (simulation_->time() > scene_.t_end)
+    if (const std::string mark = read_checkpoint_mark(ranks_, name); mark != division_.mark())
+      throw InputError(name.string(), division_.name_difference(mark) + "; run without --resume");
+    division_.read_checkpoint(name, &simulation_);
+    if (simulation_.time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
-                                                     simulation_->time(), scene_.t_end));
+                                                     simulation_.time(), scene_.t_end));
     do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // a new one comes at the end
   }
 
   void write_frame() {
     const auto begin = Clock::now();
-    trajectory_->write_frame(*simulation_);
-    write_checkpoint(ranks_, folder_ / cli::mpi_checkpoint_name, part_, scene_.system, *simulation_, mark_);
+    trajectory_->write_frame(simulation_);
+    division_.write_checkpoint(folder_ / cli::mpi_checkpoint_name, simulation_);
     output_ += seconds_since(begin);
   }
 
   /// Gathers the end of the run on the first rank, which certifies it and writes it down. Returns the exit code there.
   ExitCode finish(const Outcome& outcome) {
-    const WholeRun whole(ranks_, scene_.system, part_, *simulation_);
+    const WholeRun whole(ranks_, division_, simulation_);
     if (ranks_.rank() != 0) return ExitCode::Done;
     report::RunFacts facts;
     facts.scene = scene_.name;
@@ -185,7 +178,7 @@ class Run {
     facts.left_out = scene_.left_out;
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
-    facts.has_started = outcome.ok() || simulation_->report().steps > 0;
+    facts.has_started = outcome.ok() || simulation_.report().steps > 0;
     facts.stopped_by = outcome.what;
     facts.wants_certificate = scene_.certificate.when != scene::CertificatePolicy::When::Off;
     const auto write_summary = [&] {
@@ -196,14 +189,14 @@ class Run {
     write_summary();  // the certificate, for which one rank holds the whole system, may end the program
     if (outcome.ok()) facts.certificate = prove(whole);
     if (facts.certificate) write_summary();
-    if (const std::string& warning = simulation_->report().accuracy_warning; !warning.empty())
+    if (const std::string& warning = simulation_.report().accuracy_warning; !warning.empty())
       cli::print_message(options_.scene.string() + ": warning: " + warning);
     const std::string end = outcome.ok()
                                 ? fmt::format("t = {} s reached in {} steps of {} on {} ranks; results in {}",
-                                              simulation_->time(), simulation_->report().steps,
-                                              name_of(simulation_->report().method), ranks_.size(), folder_.string())
+                                              simulation_.time(), simulation_.report().steps,
+                                              name_of(simulation_.report().method), ranks_.size(), folder_.string())
                                 : fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}",
-                                              simulation_->time(), scene_.t_end, outcome.what, folder_.string());
+                                              simulation_.time(), scene_.t_end, outcome.what, folder_.string());
     if (options_.json) cli::print_json_file(folder_ / report::summary_name);
     if (!outcome.ok() || !options_.quiet) cli::print_message(end);
     const bool is_refuted = facts.certificate && !facts.certificate->passed();
@@ -218,8 +211,9 @@ class Run {
       cli::print_message(options_.scene.string() + ": warning: no certificate, which one rank makes: " + why);
       return {};
     };
+    if (division_.whole() == nullptr) return give_up("none of them has the whole system");
     try {
-      return whole.prove(scene_.solver);
+      return whole.prove();
     } catch (const std::bad_alloc&) {
       return give_up("the whole system does not fit into its memory");
     } catch (const std::length_error& error) {
@@ -230,13 +224,12 @@ class Run {
   MpiRanks& ranks_;
   const cli::RunOptions& options_;
   Clock::time_point begin_ = Clock::now();
-  scene::Scene scene_;
+  Division division_;
+  const scene::Scene& scene_;
   fs::path folder_;
-  std::string mark_;                     ///< mark of the scene
   std::optional<cli::FolderLock> lock_;  ///< held by the first rank
   bool goes_on_ = false;
-  RankSystem part_;
-  std::optional<Simulation> simulation_;
+  Simulation simulation_;
   std::optional<Trajectory> trajectory_;
   double setup_ = 0.0, output_ = 0.0;
 };
@@ -264,7 +257,19 @@ struct Executor {
   MpiRanks& ranks;
 
   ExitCode operator()(const cli::RunOptions& options) const { return Run(ranks, options).execute(); }
-  ExitCode operator()(const cli::HelpOptions& options) const { return cli::execute(options); }
+  ExitCode operator()(const cli::HelpOptions& options) const {
+    const ExitCode code = cli::execute(options);
+    if (!options.json) {
+      cli::print_heading("On several ranks");
+      cli::print_lines(
+          "  mpirun -n 4 tanor-mpi run melt.json\n"
+          "    every rank reads the scene and moves its part\n"
+          "  mpirun -n 4 tanor-mpi run 'melt-{rank}.json'\n"
+          "    each rank reads and moves a scene of its own, melt-0.json to melt-3.json\n"
+          "  The other commands are those of tanor; docs/parallel.md tells what differs.\n");
+    }
+    return code;
+  }
   ExitCode operator()(const cli::VersionOptions& options) const { return cli::execute(options); }
   ExitCode operator()(const cli::MethodsOptions& options) const { return cli::execute(options); }
   template <class Other>
@@ -278,8 +283,8 @@ ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
     const cli::Request request = cli::parse_command_line(argc, argv);
     if (ranks.rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
     return std::visit(Executor{ranks}, request);
-  } catch (const FirstRankFailed& first) {
-    return tell(ranks, first.failure);
+  } catch (const SomeRankFailed& some) {
+    return tell(ranks, some.failure);
   } catch (...) {
     return tell(ranks, cli::describe_current_exception());
   }

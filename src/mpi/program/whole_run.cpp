@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <optional>
+#include <string>
 
-#include "base/disjoint_sets.hpp"
 #include "mpi/pieces.hpp"
-#include "system/members.hpp"
+#include "mpi/program/together.hpp"
 
 namespace tanor::mpi {
 
@@ -39,33 +39,14 @@ void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<co
   }
 }
 
-std::size_t count_islands(const System& system) {
-  std::vector<Index> root(system.num_points());
-  std::iota(root.begin(), root.end(), 0);
-  std::vector<char> is_support(root.size(), 0), has_rows(root.size(), 0);
-  for (const Support& support : system.supports)
-    for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
-  for_each_member(system, [&](std::span<const Index> points, int) {
-    Index first = -1;
-    for (const Index point : points) {
-      if (is_support[static_cast<std::size_t>(point)] != 0) continue;
-      has_rows[static_cast<std::size_t>(point)] = 1;
-      if (first < 0) first = point;
-      join_sets(root.data(), first, point);
-    }
-  });
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < root.size(); ++i) count += has_rows[i] != 0 && root[i] == static_cast<Index>(i) ? 1 : 0;
-  return count;
-}
-
 }  // namespace
 
-WholeRun::WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, Simulation& simulation)
-    : ranks_(ranks), whole_(whole), part_(part) {
+WholeRun::WholeRun(MpiRanks& ranks, const Division& division, Simulation& simulation)
+    : ranks_(ranks), division_(division), part_(division.part()) {
   merge_plan(simulation.plan());
   merge_report(simulation.report());
   merge_rank(simulation);
+  if (division.whole() == nullptr) return;
   positions_ = gather_points(simulation.positions());
   velocities_ = gather_points(simulation.velocities());
   accelerations_ = gather_points(simulation.accelerations());
@@ -86,7 +67,7 @@ std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSuppo
       places.push_back(3 * static_cast<std::size_t>(part_.points[i]) + c);
     }
   }
-  std::vector<double> all(ranks_.rank() == 0 ? 3 * whole_.num_points() : 0);
+  std::vector<double> all(ranks_.rank() == 0 ? 3 * plan_.points : 0);
   gather(ranks_, numbers, places, &all);
   return all;
 }
@@ -102,18 +83,21 @@ std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
     numbers.push_back(own[a]);
     places.push_back(part_.equations[a]);
   }
-  std::vector<double> all(ranks_.rank() == 0 ? num_equations(whole_) : 0);
+  std::vector<double> all(ranks_.rank() == 0 ? plan_.equations : 0);
   gather(ranks_, numbers, places, &all);
   return all;
 }
 
 void WholeRun::merge_plan(const PlanSummary& own) {
   plan_ = own;
-  plan_.points = whole_.num_points();
-  plan_.supports = 0;
-  for (const Support& support : whole_.supports) plan_.supports += support.points.size();
-  plan_.equations = num_equations(whole_);
-  plan_.islands = count_islands(whole_);
+  plan_.points = division_.counts().points;
+  plan_.supports = division_.counts().supports;
+  plan_.equations = division_.counts().equations;
+  plan_.islands = division_.counts().islands;
+  const auto lists = gather_lines(ranks_, own.left_out);
+  std::erase_if(plan_.left_out, [&](const std::string& each) {  // what one rank needs was not left out
+    return std::ranges::any_of(lists, [&](const auto& list) { return std::ranges::find(list, each) == list.end(); });
+  });
   plan_.factor_nonzeros = static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(own.factor_nonzeros)));
   plan_.factor_flops = sum_of(ranks_, own.factor_flops);
 }
@@ -135,8 +119,8 @@ void WholeRun::merge_rank(Simulation& simulation) {
                    : static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(simulation.rank().rank)));
 }
 
-Certificate WholeRun::prove(const SolverOptions& options) const {
-  Dynamics alone(whole_, options);
+Certificate WholeRun::prove() const {
+  Dynamics alone(*division_.whole(), division_.scene().solver);
   const StateView state{.time = report_.time, .positions = positions_, .velocities = velocities_};
   std::vector<double> w(positions_.size()), eta(positions_.size());
   const bool is_solved = alone.solve(state, {.accelerations = w, .reactions = eta}).outcome.ok();
@@ -156,8 +140,10 @@ report::RunEnd WholeRun::end() const {
   RankReport rank;
   rank.rank = rank_of_K_;
   rank.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank.rank;
-  return {whole_,      plan_,          report_,      rank,       report_.time,   positions_,
-          velocities_, accelerations_, multipliers_, reactions_, support_forces_};
+  std::optional<report::EndArrays> arrays;
+  if (division_.whole() != nullptr)
+    arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
+  return {division_.counts().contacts, plan_, report_, rank, report_.time, arrays};
 }
 
 }  // namespace tanor::mpi

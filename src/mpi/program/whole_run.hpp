@@ -2,24 +2,25 @@
 
 #include <vector>
 
+#include "mpi/program/division.hpp"
 #include "mpi/tanor_mpi.hpp"
 #include "report/summary.hpp"
 
 namespace tanor::mpi {
 
 /// The end of a run of all ranks, gathered on the first one as if it had run on one rank. Arrays are in the order of
-/// the whole system.
+/// the whole system; there are none if no rank holds it.
 class WholeRun {
  public:
-  /// `whole` outlives it. Collective.
-  WholeRun(const MpiRanks& ranks, const System& whole, const RankSystem& part, Simulation& simulation);
+  /// `division` outlives it. Collective.
+  WholeRun(MpiRanks& ranks, const Division& division, Simulation& simulation);
 
   /// Returns the end of the run. Valid on the first rank.
   report::RunEnd end() const;
   /// Certifies the state at the end. The first rank solves the whole system there once more, without the others,
   /// certifies that solution, and compares the accelerations of all ranks with it. Valid on the first rank. Throws
   /// std::bad_alloc or std::length_error if one rank cannot hold the whole system.
-  Certificate prove(const SolverOptions& options) const;
+  Certificate prove() const;
 
  private:
   enum class OfSupports { AreTheFirstRanks, AreSummed };
@@ -30,8 +31,8 @@ class WholeRun {
   void merge_report(const MotionReport& own);
   void merge_rank(Simulation& simulation);
 
-  const MpiRanks& ranks_;
-  const System& whole_;
+  MpiRanks& ranks_;
+  const Division& division_;
   const RankSystem& part_;
   PlanSummary plan_;
   MotionReport report_;
