@@ -24,9 +24,6 @@ class IncompleteCholesky {
   /// Computes x = -D (U'D U)^-1 D b [n] with D = diag(scale). x may be b.
   void solve_negative(const double* scale, const double* b, double* x) const;
 
-  /// Returns the number of multiplications of a solve.
-  double solve_products() const { return static_cast<double>(2 * pattern_.rows.size()); }
-
  private:
   bool try_factorize(double raise);
 

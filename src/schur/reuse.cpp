@@ -1,6 +1,7 @@
 #include "schur/reuse.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "plan/thresholds.hpp"
 
@@ -26,14 +27,14 @@ double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
 
 Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept)
     : kept_(kept),
+      S_(S),
+      incidences_(incidences),
       conjugate_gradients_(S),
-      plan_(plan_in_order_of_rows(S, incidences)),
-      incomplete_({plan_.column_start(), plan_.rows()}),
       factor_products_(kept.summary().products),
       history_(S.constraints.num_rows()),
       correction_(S.constraints.num_rows()) {
   const double others = iteration_products(S.num_rows, incidences.size());
-  candidates_[Incomplete].products = others + incomplete_.solve_products();
+  candidates_[Incomplete].products = others + 2.0 * static_cast<double>(kept.summary().factor.pattern_nonzeros);
   candidates_[Kept].products = others + 2.0 * static_cast<double>(kept.summary().factor.factor_nonzeros);
   forget();
 }
@@ -55,8 +56,13 @@ int Reuse::most_iterations(const Candidate& candidate) const {
 
 bool Reuse::make_incomplete(const double* blocks) {
   if (is_renewed_) return true;
-  plan_.assemble(blocks, incomplete_.values());
-  return is_renewed_ = incomplete_.factorize();
+  if (incomplete_ == nullptr) {
+    GatherPlan plan = plan_in_order_of_rows(S_, incidences_);
+    TrianglePattern pattern{plan.column_start(), plan.rows()};
+    incomplete_.reset(new IncompleteFactor{std::move(plan), IncompleteCholesky(std::move(pattern))});
+  }
+  incomplete_->plan.assemble(blocks, incomplete_->factor.values());
+  return is_renewed_ = incomplete_->factor.factorize();
 }
 
 bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
@@ -104,7 +110,7 @@ ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double
       parallel, blocks, b, target,
       [&](const double* rho, double* z) {
         if (used_ == Kept) return kept_.solve_negative(parallel, rho, z);
-        incomplete_.solve_negative(plan_.scale().data(), rho, z);
+        incomplete_->factor.solve_negative(incomplete_->plan.scale().data(), rho, z);
       },
       lambda, dw);
   num_iterations_ = static_cast<std::size_t>(result.iterations);

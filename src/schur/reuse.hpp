@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,7 +21,7 @@ namespace tanor {
 /// cheaper. No clock is asked, so the bits are the same every time.
 class Reuse {
  public:
-  /// `kept` has the factor of the other configuration.
+  /// `kept` has the factor of the other configuration. It and `incidences` outlive this object.
   Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept);
 
   /// Returns true if a few iterations cost less than a factor of S.
@@ -53,15 +54,22 @@ class Reuse {
     double products, iterations;
   };
 
+  /// The incomplete factor, and how S is assembled for it.
+  struct IncompleteFactor {
+    GatherPlan plan;
+    IncompleteCholesky factor;
+  };
+
   int most_iterations(const Candidate& candidate) const;
   bool make_incomplete(const double* blocks);
   ConjugateGradients::Result iterate(const Parallel& parallel, const double* blocks, const double* b,
                                      const ConjugateGradients::Target& target, double* lambda, double* dw);
 
   GramSolver& kept_;
+  GramOperator S_;
+  std::span<const Incidence> incidences_;
   ConjugateGradients conjugate_gradients_;
-  GatherPlan plan_;
-  IncompleteCholesky incomplete_;
+  std::unique_ptr<IncompleteFactor> incomplete_;  // planned when it is first needed: schemes of fixed steps never do
   bool is_renewed_ = false;
   double factor_products_;
   std::array<Candidate, 2> candidates_;

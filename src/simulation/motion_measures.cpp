@@ -111,9 +111,11 @@ double MotionMeasures::energy_of_a_move() {
   moved_ = points_.r;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double length = work_.scales.length(work_.scales.of_point(i));
-    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += part * length * directions()[3 * i + c];
+    add_to(moved_.data(), static_cast<Index>(i), part * length * direction_of(i));
   }
-  return change_of_potential();
+  const double change = change_of_potential();
+  if (!integration_.scheme().is_adaptive()) moved_ = {};  // fixed steps ask for no other move
+  return change;
 }
 
 /// Returns the change of the potential from the points to `moved_`, J; 0 if it has no value there. Do not call it with
@@ -126,19 +128,14 @@ double MotionMeasures::change_of_potential() {
   return std::isfinite(change) ? change : 0.0;
 }
 
-/// Returns an irregular direction for each moving point, with components in [-1, 1] that depend only on where the point
+/// Returns an irregular direction for a moving point, with components in [-1, 1] that depend only on where the point
 /// was given, so that they are the same for any distribution of points over ranks.
-const std::vector<double>& MotionMeasures::directions() {
-  if (!directions_.empty()) return directions_;
+Vec3 MotionMeasures::direction_of(std::size_t i) const {
   constexpr std::uint64_t most = std::uint64_t{1} << 24;
-  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    Checksum sum;
-    sum.add(
-        std::span(model_.system.positions).subspan(3 * static_cast<std::size_t>(model_.numbering.user_point[i]), 3));
-    const std::size_t first = 3 * static_cast<std::size_t>(sum.value() % most);
-    for (std::size_t c = 0; c < 3; ++c) directions_.push_back(irregular(first + c));
-  }
-  return directions_;
+  Checksum sum;
+  sum.add(std::span(model_.system.positions).subspan(3 * static_cast<std::size_t>(model_.numbering.user_point[i]), 3));
+  const std::size_t first = 3 * static_cast<std::size_t>(sum.value() % most);
+  return {irregular(first), irregular(first + 1), irregular(first + 2)};
 }
 
 /// Warns of an absolute tolerance that leaves a neighbourhood less than four digits.
@@ -174,10 +171,9 @@ bool MotionMeasures::is_beyond_tolerances(double drift) {
   if (has_pairs_ || drift <= sum) return drift > sum;
   // The change of potential adds dr'W dr/2 of stiff forces, also where forces balance.
   moved_ = points_.r;
-  const std::vector<double>& direction = directions();
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double dr = work_.scales.position_tolerance(options_.atol, i);
-    for (std::size_t c = 0; c < 3; ++c) moved_[3 * i + c] += tolerances * dr * direction[3 * i + c];
+    add_to(moved_.data(), static_cast<Index>(i), tolerances * dr * direction_of(i));
   }
   return drift > sum + change_of_potential();
 }

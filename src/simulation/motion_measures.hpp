@@ -51,7 +51,7 @@ class MotionMeasures {
   double energy_of_a_fall() const;
   double energy_of_a_move();
   double change_of_potential();
-  const std::vector<double>& directions();
+  Vec3 direction_of(std::size_t i) const;
   void warn_of_tolerance();
   bool is_beyond_tolerances(double drift);
   void watch_accuracy();
@@ -68,10 +68,9 @@ class MotionMeasures {
   State& state_;
   PointState& points_;
   MotionReport& report_;
-  std::vector<double> moved_;       // [3n] places near the points
-  std::vector<double> directions_;  // [3 moving] once they are needed
-  bool has_pairs_ = false;          ///< true if some rank has pair forces
-  bool warns_of_drift_ = false;     ///< true if the accuracy warning is about drift, which may become small again
+  std::vector<double> moved_;    // [3n] places near the points
+  bool has_pairs_ = false;       ///< true if some rank has pair forces
+  bool warns_of_drift_ = false;  ///< true if the accuracy warning is about drift, which may become small again
 };
 
 }  // namespace tanor
