@@ -272,7 +272,11 @@ def beads(count=12, start=0):
 def run_differently(words, first, second):
     """Two ranks, of which the second is started by `words` in front of the program."""
     command = [MPIRUN, "-n", "1", PROGRAM, "run", *first, ":", "-n", "1", *words, PROGRAM, "run", *second]
-    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=120, check=False)
+    command = [str(word) for word in command]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(command, 124, "", "took more than two minutes")
 
 
 def with_memory(kilobytes):
@@ -353,6 +357,27 @@ def check_end_of_parts(name, out, wanted):
     expect(found["violation"]["position_max"] < 1e-12, f"{name}: {found['violation']}")
 
 
+def check_friction_of_one_part():
+    """The first rank has no friction, so all that is said of it comes from the second one."""
+    ice, rough = beads(5), beads(7, 5)
+    ice["friction"] = []
+    ice["constraints"][0]["name"] = "ice"
+    floors = [plane | {"points": points} for plane, points in
+              ((ice["constraints"][0], list(range(5))), (rough["constraints"][0], list(range(5, 12))))]
+    write_scene("slope-0", ice)
+    write_scene("slope-1", rough)
+    whole = write_scene("slope", beads(12) | {"constraints": floors})
+    serial, out = folder / "slope.serial", folder / "slope.out"
+    done = subprocess.run([TANOR, "run", whole, "--out", serial, "--quiet"], capture_output=True, text=True, check=False)
+    expect(done.returncode == 0, f"slope: tanor: {done.stderr}")
+    done = run(2, [folder / "slope-{rank}.json", "--out", out, "--quiet"])
+    expect(done.returncode == 0, f"slope: {done.stderr}")
+    wanted, found = summary_of(serial)["friction"], summary_of(out)["friction"]
+    for key in ("contacts", "solves", "iterations_mean", "iterations_max", "uniqueness", "uniqueness_reason", "several",
+                "method_used"):
+        expect(found[key] == wanted[key], f"slope: friction {key} {found[key]}, not {wanted[key]}")
+
+
 def check_parts():
     """Each rank reads a scene of its own, and none the whole."""
     for name, make, sizes in (("clusters", clusters, (13, 17)), ("pendulums", pendulums, (2, 4)), ("beads", beads, (5, 7))):
@@ -428,6 +453,7 @@ def main():
     check_folder(path)
     check_interrupted(path)
     check_parts()
+    check_friction_of_one_part()
     check_refused_parts()
     print("\n".join(failures) if failures else "tanor-mpi: every answer is that of tanor")
     return 1 if failures else 0

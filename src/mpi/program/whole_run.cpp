@@ -1,6 +1,7 @@
 #include "mpi/program/whole_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -37,6 +38,40 @@ void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<co
     const auto received = receive_array<double>(ranks.communicator(), rank);
     add(received, receive_array<std::size_t>(ranks.communicator(), rank));
   }
+}
+
+/// Returns the friction of all ranks: counts add up, of the rest the weakest result counts. Ranks without friction say
+/// nothing.
+FrictionSummary merge_friction(MpiRanks& ranks, const FrictionSummary& own) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const auto solves = static_cast<double>(own.solves);
+  std::array<double, 3> sums{solves, static_cast<double>(own.several), solves * own.iterations_mean};
+  ranks.sum(sums);
+  const bool is_proven = own.uniqueness == Uniqueness::NotAsked || !std::isnan(own.error_bound);
+  std::array<double, 8> largest{static_cast<double>(own.iterations_max),
+                                own.contraction_max,
+                                own.residual_max,
+                                static_cast<double>(own.method_used),
+                                static_cast<double>(own.uniqueness),
+                                is_proven ? 0.0 : 1.0,
+                                std::isnan(own.error_bound) ? 0.0 : own.error_bound,
+                                own.several > 0 ? -own.first_several : -never};
+  ranks.find_largest(largest);
+  FrictionSummary all;
+  all.solves = static_cast<std::size_t>(sums[0]);
+  all.several = static_cast<std::size_t>(sums[1]);
+  if (all.solves > 0) all.iterations_mean = sums[2] / sums[0];
+  all.iterations_max = static_cast<int>(largest[0]);
+  all.contraction_max = largest[1];
+  all.residual_max = largest[2];
+  all.method_used = static_cast<FrictionMethod>(largest[3]);
+  all.uniqueness = static_cast<Uniqueness>(largest[4]);
+  if (all.uniqueness != Uniqueness::NotAsked && largest[5] == 0.0) all.error_bound = largest[6];
+  if (all.several > 0) all.first_several = -largest[7];
+  for (const std::string& reason : gather_texts(ranks, own.uniqueness == all.uniqueness ? own.uniqueness_reason : "")) {
+    if (all.uniqueness_reason.empty()) all.uniqueness_reason = reason;
+  }
+  return all;
 }
 
 }  // namespace
@@ -104,11 +139,7 @@ void WholeRun::merge_plan(const PlanSummary& own) {
 
 void WholeRun::merge_report(const MotionReport& own) {
   report_ = own;
-  const auto add = [&](std::size_t number) {
-    return static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(number)));
-  };
-  report_.friction.solves = add(own.friction.solves);
-  report_.friction.several = add(own.friction.several);
+  report_.friction = merge_friction(ranks_, own.friction);
 }
 
 /// Sets the rank of K. The ranks of K of islands that lie on one process each add up. If constraints or forces reach
