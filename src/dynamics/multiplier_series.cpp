@@ -25,7 +25,8 @@ bool MultiplierSeries::may_use_lanes() const {
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
-                                 std::span<double* const> coefficients, double* smooth_until) {
+                                 const SeriesDemand& wanted, std::span<double* const> coefficients,
+                                 SeriesExtent* extent) {
   const std::size_t size = 3 * model_.num_points();
   write_first_coefficients(at, w, size, coefficients);
   // The solves take as many passes as those of w.
@@ -36,23 +37,37 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
     if (whole_ == nullptr) whole_ = std::make_unique<MotionSeries>(work_);
     last_ = whole_.get();
   }
+  extent->smooth_until = std::numeric_limits<double>::infinity();
+  extent->longest = any_length;
+  if (!was_in_lanes_) extent->last_term.clear();
+  if (was_in_lanes_) extent->last_term.resize(model_.num_points(), static_cast<std::uint8_t>(coefficients.size() - 1));
   if (last_ != nullptr) {
     // Rows of the lanes are 0 in each of its solves.
-    *smooth_until = last_->expand(at.t, found.lambda, passes, *this, coefficients);
+    extent->smooth_until = last_->expand(at.t, found.lambda, passes, *this, coefficients);
   } else {
-    *smooth_until = std::numeric_limits<double>::infinity();
-    clear_other_points(coefficients);
+    clear_other_points(coefficients, extent->last_term);
     work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   }
   if (was_in_lanes_) {
     const Stopwatch watch(&work_.times.solve);
-    lanes_.expand(model_.parallel, coefficients, found.lambda.data(), passes);
+    const Scales& scales = work_.scales;
+    extent->longest =
+        lanes_.expand(model_.parallel, coefficients, found.lambda.data(), passes,
+                      {wanted, scales.position_tolerances(), scales.velocity_tolerances()}, extent->last_term);
   }
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
 /// Sets the coefficients of points that no constraint holds, and of supports, to 0 from the third on.
-void MultiplierSeries::clear_other_points(std::span<double* const> coefficients) const {
+void MultiplierSeries::clear_other_points(std::span<double* const> coefficients,
+                                          std::span<std::uint8_t> last_term) const {
+  const auto end = [&](std::size_t first, std::size_t last) {
+    std::fill(last_term.begin() + first, last_term.begin() + last, std::uint8_t{2});
+  };
+  if (!last_term.empty()) {
+    lanes_.left_points().for_each(end);
+    end(model_.num_moving(), model_.num_points());
+  }
   for (std::size_t k = 3; k < coefficients.size(); ++k) {
     lanes_.left_points().for_each([&](std::size_t begin, std::size_t end) {
       std::fill(coefficients[k] + 3 * begin, coefficients[k] + 3 * end, 0.0);

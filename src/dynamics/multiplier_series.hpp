@@ -23,16 +23,19 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   /// Returns the reason why the system has no series, or an empty string if it has one.
   std::string obstacle() const { return others_ == nullptr ? std::string{} : others_->obstacle(); }
 
-  Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
-                 double* smooth_until) override;
+  Outcome expand(const Kinematics& at, const double* w, const Reactions& found, const SeriesDemand& wanted,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override;
   bool has_cheap_terms() const override { return lanes_.share_left() <= plan::most_left_of_cheap_terms; }
+  bool leaves_out_terms() const override {
+    return has_cheap_terms() && lanes_.num_groups() >= plan::groups_that_differ;
+  }
   Power power_along(const Kinematics& at, int terms) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
   void find_largest(std::span<double>) override {}
 
  private:
   bool may_use_lanes() const;
-  void clear_other_points(std::span<double* const> coefficients) const;
+  void clear_other_points(std::span<double* const> coefficients, std::span<std::uint8_t> last_term) const;
   void complete(double*) override {}
   void apply_transposed(const double* points, const double* shift, double* rows) override;
   void correct(double* rows, double* points) override;

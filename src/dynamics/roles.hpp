@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "base/point_path.hpp"
+#include "base/power_series.hpp"
 #include "dynamics/instant.hpp"
 
 /// \file Roles that a mechanics may have beside its core. In all roles x and v have `Mechanics::size()` numbers.
@@ -121,17 +123,27 @@ class ForcePassages {
   ~ForcePassages() = default;
 };
 
+/// How far a series holds.
+struct SeriesExtent {
+  double smooth_until = 0.0;            ///< time up to which the functions of time are as smooth as at the beginning, s
+  double longest = any_length;          ///< step for which it is exact enough where terms are left out, s
+  std::vector<std::uint8_t> last_term;  ///< [n/3] order of the last term that is not 0; empty if all have all terms
+};
+
 /// The motion as a power series in time.
 class SeriesExpansion {
  public:
   /// Computes coefficients[k] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one. The
   /// configuration must be linearised. Its accelerations are `a`, which may be coefficients[2], with their reactions
-  /// `found`. Writes the time up to which the functions of time are as smooth as at t, s.
-  virtual Outcome expand(const Kinematics& at, const double* a, const Reactions& found,
-                         std::span<double* const> coefficients, double* smooth_until) = 0;
+  /// `found`. Terms that no step of the wanted length needs may be left out; they are 0. `extent` is a new one, or that
+  /// of the last series in these coefficients.
+  virtual Outcome expand(const Kinematics& at, const double* a, const Reactions& found, const SeriesDemand& wanted,
+                         std::span<double* const> coefficients, SeriesExtent* extent) = 0;
   /// Returns true if a coefficient costs less than one evaluation of the equations, since the lower ones stay in the
   /// caches.
   virtual bool has_cheap_terms() const = 0;
+  /// Returns true if many islands each leave out the terms that they do not need.
+  virtual bool leaves_out_terms() const = 0;
   /// Returns the power at the state given by the first `terms` of the last series after x_0, without any solve.
   virtual Power power_along(const Kinematics& at, int terms) = 0;
   /// The neighbourhood of each three numbers, beside which they are small. Empty if all belong to one.

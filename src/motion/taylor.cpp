@@ -21,13 +21,14 @@ constexpr int least_order = 6, most_order = 24;
 
 /// Returns the order for a series of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou
 /// 2005), by 0.7 while the series stays in the caches (bench/rivals, chains and nets). In larger systems more terms pay
-/// if each costs little beside the step's factor and projections, and fewer if every term runs through all memory
-/// (bench/taylor_order.py).
-int choose_order(double tolerance, double n, bool has_cheap_terms) {
+/// if each costs little beside the step's factor and projections, more still if few islands need the last ones, and
+/// fewer if every term runs through all memory (bench/taylor_order.py).
+int choose_order(double tolerance, double n, const SeriesExpansion& series) {
   constexpr double large = 50000.0;
-  const double order = n < large         ? 4.0 - 0.7 * std::log(tolerance)
-                       : has_cheap_terms ? 8.0 - 0.6 * std::log(tolerance)
-                                         : 3.0 - 0.5 * std::log(tolerance);
+  const double order = n < large                   ? 4.0 - 0.7 * std::log(tolerance)
+                       : series.leaves_out_terms() ? 11.0 - 0.7 * std::log(tolerance)
+                       : series.has_cheap_terms()  ? 8.0 - 0.6 * std::log(tolerance)
+                                                   : 3.0 - 0.5 * std::log(tolerance);
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
@@ -171,9 +172,9 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
       series_(series_of(mechanics)),
-      order_(options.order > 0 ? options.order
-                               : choose_order(options.rtol, mechanics.sum(static_cast<double>(mechanics.size())),
-                                              series_.has_cheap_terms())) {
+      order_(options.order > 0
+                 ? options.order
+                 : choose_order(options.rtol, mechanics.sum(static_cast<double>(mechanics.size())), series_)) {
   const std::size_t n = mechanics.size();
   expansion_.log_of_limits.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
@@ -189,8 +190,14 @@ double Taylor::propose_step(const State& from) {
   return rejected_.may_be_noise ? std::min(expansion_.longest, 0.5 * rejected_.h) : expansion_.longest;
 }
 
+/// Steps hardly grow from one to the next, so that a term that is too small for a little longer one is not needed.
 void Taylor::expand(const State& from) {
-  double smooth_until = 0.0;
+  constexpr double growth = 1.1;
+  if (expansion_.time != from.t) expansion_.wanted = std::min(growth * expansion_.reach, any_length);
+  expand_for(expansion_.wanted, from);
+}
+
+void Taylor::expand_for(double h, const State& from) {
   const bool knows_acceleration = acceleration_.is_known && acceleration_.time == from.t;
   Outcome found;
   if (!knows_acceleration) {
@@ -199,15 +206,18 @@ void Taylor::expand(const State& from) {
   }
   const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
   const Reactions& reactions = knows_acceleration ? from.reactions : found_;
-  if (found.ok()) found = series_.expand(from.at(), a, reactions, pointers_, &smooth_until);
+  const SeriesDemand wanted{h, options_.atol, options_.rtol};
+  if (found.ok()) found = series_.expand(from.at(), a, reactions, wanted, pointers_, &expansion_.extent);
   expansion_.exists = found.ok();
   expansion_.is_known = true;
   rejected_ = {};
   expansion_.time = from.t;
+  expansion_.reach = any_length;
   if (!expansion_.exists) return;
   std::fill(expansion_.log_of_limits.begin(), expansion_.log_of_limits.end(), std::numeric_limits<double>::quiet_NaN());
   choose_terms(from);
-  expansion_.longest = std::min(expansion_.longest, smooth_until - from.t);
+  expansion_.reach = std::min(expansion_.longest, expansion_.extent.longest);
+  expansion_.longest = std::min(expansion_.reach, expansion_.extent.smooth_until - from.t);
 }
 
 /// Chooses all terms, unless rounding dominates the last ones. Near a singular configuration the terms of other motions
@@ -255,9 +265,16 @@ double Taylor::log_of_longest_step(const State& from, int k) {
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
-  // The terms of positions and velocities are |r_k| h^k and k |r_k| h^{k-1}.
-  log_of_limit = std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
+  log_of_limit = tanor::log_of_longest_step(k, ratios.x, ratios.v);
   return log_of_limit;
+}
+
+/// Returns the order of the last term that some of the numbers [begin, end) have.
+std::size_t Taylor::count_terms(std::size_t begin, std::size_t end) const {
+  const auto all = static_cast<std::size_t>(terms_);
+  const std::vector<std::uint8_t>& last = expansion_.extent.last_term;
+  if (last.empty()) return all;
+  return std::min<std::size_t>(all, *std::max_element(last.begin() + begin / 3, last.begin() + (end + 2) / 3));
 }
 
 /// Evaluates x, x' and x'' (unless `a` is null) at h, in pieces that stay in the first-level cache.
@@ -265,9 +282,10 @@ void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   const std::size_t n = coefficients_[0].size();
   constexpr std::size_t piece = 256;
   const auto evaluate_pieces = [&](std::size_t first, std::size_t end) {
-    for (std::size_t begin = first * piece; begin < std::min(n, end * piece); begin += piece)
-      sum_series(std::span(pointers_).first(static_cast<std::size_t>(terms_) + 1), h, begin, std::min(n, begin + piece),
-                 x, v, a);
+    for (std::size_t begin = first * piece; begin < std::min(n, end * piece); begin += piece) {
+      const std::size_t piece_end = std::min(n, begin + piece);
+      sum_series(std::span(pointers_).first(count_terms(begin, piece_end) + 1), h, begin, piece_end, x, v, a);
+    }
   };
   mechanics_.parallel().for_ranges((n + piece - 1) / piece, evaluate_pieces, 16);
 }
@@ -331,6 +349,10 @@ void Taylor::interpolate(const Parallel& parallel, const State& from, const Stat
 
 StepResult Taylor::step(const State& from, double h, State* to) {
   if (!expansion_.is_known || expansion_.time != from.t) expand(from);
+  if (!expansion_.exists) return other_->step(from, h, to);
+  constexpr double much = 1.05;  // the last step to an end may be longer by less
+  const bool lacks_terms = expansion_.extent.longest < any_length;
+  if (lacks_terms && h > much * expansion_.longest) expand_for(any_length, from);
   if (!expansion_.exists) return other_->step(from, h, to);
   terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);

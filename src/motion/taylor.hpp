@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -29,10 +30,15 @@ class Taylor final : public Scheme {
                    double* v) const override;
   bool interpolates_at_once() const override { return expansion_.exists || other_->interpolates_at_once(); }
   void forget() override { expansion_.is_known = acceleration_.is_known = false; }
-  void exchange_memory(Memory&) override {}  // what is known of a series is found again, the same
+  /// Exchanges what a series was wanted for; the series itself is found again, the same.
+  void exchange_memory(Memory& memory) override {
+    memory.exchange(expansion_.time, expansion_.wanted, expansion_.reach);
+  }
 
  private:
   void expand(const State& from);
+  void expand_for(double h, const State& from);
+  std::size_t count_terms(std::size_t begin, std::size_t end) const;
   void choose_terms(const State& from);
   int terms_for(const State& from, double h);
   double longest_step(const State& from, int terms);
@@ -59,6 +65,9 @@ class Taylor final : public Scheme {
   struct Expansion {
     bool is_known = false, exists = false;
     double time = 0.0;
+    double wanted = any_length;  // step that it was made for, s
+    double reach = any_length;   // like `longest`, whatever functions of time do
+    SeriesExtent extent;
     int terms = 0;                      // number of terms, at most `order_`, that allows …
     double longest = 0.0;               // … steps up to this length, s
     std::vector<double> log_of_limits;  // logarithm of the longest h that each term allows; NaN if not computed

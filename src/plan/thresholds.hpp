@@ -142,6 +142,9 @@ inline constexpr std::size_t fewest_rods_of_piece = 8;
 /// Part of the rows that may be left out of the lanes where `taylor` takes as many terms as if all had a lane. Terms of
 /// the others cost some five times as much a row (bench/series: 1e4 clusters beside a net take 0.6 of the time so).
 inline constexpr double most_left_of_cheap_terms = 0.1;
+/// Groups of islands in lanes from which `taylor` takes more terms, since few groups need the last ones (bench/series:
+/// a melt of 320 chains; a single chain of 1e5 rods is slower so).
+inline constexpr std::size_t groups_that_differ = 8;
 /// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
 /// rattle, 10 rods).
 inline constexpr std::size_t fewest_points_in_lanes = 16;

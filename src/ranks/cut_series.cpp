@@ -2,12 +2,12 @@
 
 namespace tanor {
 
-Outcome CutSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
-                          std::span<double* const> coefficients, double* smooth_until) {
+Outcome CutSeries::expand(const Kinematics& at, const double* w, const Reactions& found, const SeriesDemand&,
+                          std::span<double* const> coefficients, SeriesExtent* extent) {
   const std::size_t size = 3 * model_.num_points();
   write_first_coefficients(at, w, size, coefficients);
   // Coefficients are refined as often as w was.
-  *smooth_until = series_.expand(at.t, found.lambda, 1 + found.refinements, *this, coefficients);
+  extent->smooth_until = series_.expand(at.t, found.lambda, 1 + found.refinements, *this, coefficients);
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 

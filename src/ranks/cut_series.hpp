@@ -27,9 +27,10 @@ class CutSeries final : public SeriesExpansion, private SeriesFactor {
 
   const std::string& obstacle() const { return series_.obstacle(); }
 
-  Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
-                 double* smooth_until) override;
+  Outcome expand(const Kinematics& at, const double* w, const Reactions& found, const SeriesDemand& wanted,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override;
   bool has_cheap_terms() const override { return false; }
+  bool leaves_out_terms() const override { return false; }
   Power power_along(const Kinematics& at, int terms) override { return energies_.power_along(at, terms, series_); }
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_all_points(); }
   void find_largest(std::span<double> of_neighbourhoods) override { neighbourhoods_.find_largest(of_neighbourhoods); }

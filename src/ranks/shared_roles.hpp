@@ -112,22 +112,27 @@ class SharedMechanics::Passages final : public ForcePassages {
 class SharedMechanics::Series final : public SeriesExpansion {
  public:
   Series(SeriesExpansion& own, SharedMechanics& mechanics)
-      : own_(own), mechanics_(mechanics), has_cheap_terms_(mechanics.agreement_.all(own.has_cheap_terms())) {}
+      : own_(own),
+        mechanics_(mechanics),
+        has_cheap_terms_(mechanics.agreement_.all(own.has_cheap_terms())),
+        leaves_out_terms_(mechanics.agreement_.all(own.leaves_out_terms())) {}
 
-  Outcome expand(const Kinematics& at, const double* a, const Reactions& found, std::span<double* const> coefficients,
-                 double* smooth_until) override {
-    std::array<double, 1> earliest{};
+  Outcome expand(const Kinematics& at, const double* a, const Reactions& found, const SeriesDemand& wanted,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override {
+    std::array<double, 2> earliest{};
     Outcome outcome = mechanics_.agreement_.together(
         [&] {
-          Outcome own = own_.expand(at, a, found, coefficients, smooth_until);
-          earliest[0] = -*smooth_until;
+          Outcome own = own_.expand(at, a, found, wanted, coefficients, extent);
+          earliest = {-extent->smooth_until, -extent->longest};
           return own;
         },
         earliest);
-    *smooth_until = -earliest[0];
+    extent->smooth_until = -earliest[0];
+    extent->longest = -earliest[1];
     return outcome;
   }
   bool has_cheap_terms() const override { return has_cheap_terms_; }
+  bool leaves_out_terms() const override { return leaves_out_terms_; }
   Power power_along(const Kinematics& at, int terms) override {
     return sum_powers(mechanics_.ranks_, own_.power_along(at, terms));
   }
@@ -137,7 +142,7 @@ class SharedMechanics::Series final : public SeriesExpansion {
  private:
   SeriesExpansion& own_;
   SharedMechanics& mechanics_;
-  bool has_cheap_terms_;
+  bool has_cheap_terms_, leaves_out_terms_;
 };
 
 class SharedMechanics::Drives final : public DriveMonitor {

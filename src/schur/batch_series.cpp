@@ -22,12 +22,13 @@ struct BatchSeries::Lanes {
   const std::array<int, 2>* ends;  // [rod] places of its points
   const Pack3<>* offsets;          // part of a_0; null if there are none
   const Pack<>* inverse_mass;      // [place]
-  std::size_t num_rods, num_places, stride;
+  std::size_t num_points, num_rods, num_places, stride;
   Rod* rods;
   Pack3<>* u;
   Series::Coefficient* series;
   Pack3<>* points;
   Pack<>* rows;
+  Terms::Weights* weights;
 
   /// Computes a_k from the points' r.
   [[gnu::always_inline]] Pack3<> distance(std::size_t rod) const {
@@ -40,6 +41,23 @@ struct BatchSeries::Lanes {
         const Pack3<> along = distance(a);
         series[a * stride + k].a = k == 0 && offsets != nullptr ? along + offsets[a] : along;
       }
+    });
+  }
+  void weigh_positions(const Terms& terms) const {
+    dispatch([*this, &terms] {
+      for (std::size_t p = 0; p < num_points; ++p) weights[p].position = terms.weigh(points[p], weights[p].position);
+    });
+  }
+  void weigh_velocities(const Terms& terms) const {
+    dispatch([*this, &terms] {
+      for (std::size_t p = 0; p < num_points; ++p) weights[p].velocity = terms.weigh(points[p], weights[p].velocity);
+    });
+  }
+  Terms::Largest largest() const {
+    return dispatch([*this] {
+      Terms::Largest result;
+      for (std::size_t p = 0; p < num_points; ++p) result.include(points[p], weights[p]);
+      return result;
     });
   }
   /// Computes u, and mu_0 from lambda_0 in `rows`.
@@ -96,13 +114,15 @@ struct BatchSeries::Lanes {
   }
 };
 
-void BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda,
-                         int passes, Room* room) const {
+/// Computes the terms that are needed.
+FoundTerms BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients,
+                               const double* lambda, int passes, const NeededTerms& needed, Room* room) const {
   const auto& [topology, schedule] = batch.structure();
   const std::size_t stride = coefficients.size() | 1;
   const Lanes lanes{topology.rods.data(),
                     batch.offsets,
                     batch.inverse_mass,
+                    batch.num_points,
                     batch.num_rods,
                     batch.num_points + batch.num_supports,
                     stride,
@@ -110,11 +130,19 @@ void BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* con
                     room->u.data(),
                     room->series.data(),
                     room->points.data(),
-                    room->rows.data()};
+                    room->rows.data(),
+                    room->weights.data()};
+  Terms terms(needed);
+  for (std::size_t p = 0; p < batch.num_points && terms.is_counting(); ++p) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      terms.read_atol(needed, batch.first_point[lane] + static_cast<Index>(p), lane, &lanes.weights[p]);
+  }
   for (std::size_t k = 0; k <= 2; ++k) {
     batches::read_points(batch, coefficients[k], lanes.points);
     batches::read_supports(batch, coefficients[k], lanes.points);
     lanes.take_coefficient(k);
+    if (k == 0 && terms.is_counting()) lanes.weigh_positions(terms);
+    if (k == 1 && terms.is_counting()) lanes.weigh_velocities(terms);
   }
   batches::read_rows(batch, lambda, lanes.rows);
   lanes.begin();
@@ -128,11 +156,14 @@ void BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* con
       lanes.add(k, pass == 0, pass + 1 == passes);
     }
     batches::write_points(batch, lanes.points, coefficients[order]);
+    if (terms.is_counting() && terms.note(static_cast<int>(order), lanes.largest()) && order + 1 < coefficients.size())
+      return terms.found();
   }
+  return {static_cast<int>(coefficients.size()) - 1};
 }
 
-void BatchSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                         int passes) {
+double BatchSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                           int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
   std::size_t most_rods = 0, most_places = 0;
   for (const EqualIslands& islands : equal_islands_) {
@@ -145,15 +176,24 @@ void BatchSeries::expand(const Parallel& parallel, std::span<double* const> coef
     room.u.resize(most_rods);
     room.series.resize(most_rods * (coefficients.size() | 1));
     room.points.resize(most_places);
+    room.weights.resize(most_places);
     room.rows.resize(most_rods);
   }
+  longest_.assign(batches_.size(), 0.0);
   // A task is some batches, since threads take one after the other.
   constexpr std::size_t of_task = 8;
   parallel.for_tasks((batches_.size() + of_task - 1) / of_task, [&](std::size_t task, std::size_t thread) {
-    for (std::size_t b = of_task * task; b < std::min(of_task * (task + 1), batches_.size()); ++b)
-      expand(equal_islands_[batches_[b].islands].batch(batches_[b].number), coefficients, lambda, passes,
-             &rooms_[thread]);
+    for (std::size_t b = of_task * task; b < std::min(of_task * (task + 1), batches_.size()); ++b) {
+      const EqualIslands::Batch batch = equal_islands_[batches_[b].islands].batch(batches_[b].number);
+      const FoundTerms found = expand(batch, coefficients, lambda, passes, needed, &rooms_[thread]);
+      longest_[b] = found.longest;
+      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+        const auto first = static_cast<std::size_t>(batch.first_point[lane]);
+        end_series(found, first, first + batch.num_points, coefficients, last_term);
+      }
+    }
   });
+  return std::ranges::min(longest_);
 }
 
 }  // namespace tanor

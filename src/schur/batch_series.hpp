@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "base/parallel.hpp"
 #include "evaluate/rod_series.hpp"
 #include "schur/equal_islands.hpp"
+#include "schur/needed_terms.hpp"
 
 namespace tanor {
 
@@ -18,12 +20,14 @@ class BatchSeries {
               std::vector<Index>* islands);
 
   bool is_empty() const { return batches_.empty(); }
-  /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
-  /// `passes` is the number of solves at each order; more than one refine.
-  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
+  std::size_t num_groups() const { return batches_.size(); }
+  /// See LaneSeries::expand.
+  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
+                const NeededTerms& needed, std::span<std::uint8_t> last_term);
 
  private:
   using Series = RodSeries<num_lanes>;
+  using Terms = TermCounter<num_lanes>;
   struct Rod {
     Pack<> inverse_length, half_square;  // 1/|a_0|; half of a.a of the current order
     Series::Known next;                  // that of the next order
@@ -34,18 +38,20 @@ class BatchSeries {
     std::vector<Pack3<>> u;                   // a_0/|a_0|
     std::vector<Series::Coefficient> series;  // [rod][order]
     std::vector<Pack3<>> points;              // r of the current order
+    std::vector<Terms::Weights> weights;      // of the moving points
     Packs rows;
   };
   struct Lanes;
-  void expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda, int passes,
-              Room* room) const;
+  FoundTerms expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda,
+                    int passes, const NeededTerms& needed, Room* room) const;
 
   std::vector<EqualIslands> equal_islands_;
   struct BatchNumber {
     std::size_t islands, number;
   };
   std::vector<BatchNumber> batches_;
-  std::vector<Room> rooms_;  // [thread]
+  std::vector<Room> rooms_;      // [thread]
+  std::vector<double> longest_;  // [batch] see FoundTerms
 };
 
 }  // namespace tanor

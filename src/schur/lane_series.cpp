@@ -73,10 +73,20 @@ bool LaneSeries::serves_some() const {
   return paths_ != nullptr || batches_ != nullptr;
 }
 
-void LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                        int passes) {
-  if (paths_ != nullptr) paths_->expand(parallel, coefficients, lambda, passes);
-  if (batches_ != nullptr) batches_->expand(parallel, coefficients, lambda, passes);
+std::size_t LaneSeries::num_groups() const {
+  return (paths_ != nullptr ? paths_->num_groups() : 0) + (batches_ != nullptr ? batches_->num_groups() : 0);
+}
+
+double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                          int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
+  double longest = any_length;
+  const auto expand_those = [&](const auto& series) {
+    if (series != nullptr)
+      longest = std::min(longest, series->expand(parallel, coefficients, lambda, passes, needed, last_term));
+  };
+  expand_those(paths_);
+  expand_those(batches_);
+  return longest;
 }
 
 }  // namespace tanor

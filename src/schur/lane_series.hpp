@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "base/index_ranges.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
+#include "schur/needed_terms.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -28,6 +30,8 @@ class LaneSeries {
 
   bool serves_some() const;
   bool serves_all() const { return serves_all_; }
+  /// Returns how many groups of islands there are, each of which has as many terms as it needs.
+  std::size_t num_groups() const;
   /// Returns the part of all rows that is left to others.
   double share_left() const { return share_left_; }
   /// Returns what is left to others: a flag for each row [d], and the moving points.
@@ -36,7 +40,10 @@ class LaneSeries {
 
   /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
   /// Those of other points stay as they are. `passes` is the number of solves at each order; more than one refine.
-  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
+  /// Terms that are not needed are 0; last_term [n] gets the number of each point's last one that is not. Returns the
+  /// longest step that the islands serve whose terms end earlier than others', s.
+  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
+                const NeededTerms& needed, std::span<std::uint8_t> last_term);
 
  private:
   std::unique_ptr<PathSeries> paths_;  // null if there are none

@@ -4,8 +4,10 @@
 #include <cstring>
 #include <variant>
 
+#include "base/index_ranges.hpp"
 #include "base/instruction_sets.hpp"
 #include "schur/lane_points.hpp"
+#include "schur/needed_terms.hpp"
 #include "schur/path_lanes.hpp"
 
 namespace tanor {
@@ -21,28 +23,54 @@ template <class Lanes>
 using Places = LanePoints<Lanes::width>;
 
 template <class Lanes>
-void begin(const Lanes& lanes, const Places<Lanes>& places, std::span<double* const, 3> coefficients) {
-  dispatch([=, &lanes, &places] {
+using Terms = TermCounter<Lanes::width>;
+template <class Lanes>
+using Weights = typename Terms<Lanes>::Weights;
+
+/// Reads r_0, r_1 and r_2. If terms are counted, `weights` [point] has the squares' tolerances of positions and
+/// velocities, and gets the weights.
+template <class Lanes>
+void begin(const Lanes& lanes, const Places<Lanes>& places, std::span<double* const, 3> coefficients,
+           const Terms<Lanes>& terms, Weights<Lanes>* weights) {
+  dispatch([=, &lanes, &places, &terms] {
     const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
       return lanes.points[i].r;
     };
     for (std::size_t k = 0; k <= 2; ++k) {
       places.load_from(coefficients[k], at);
       lanes.take_coefficient(k);
+      for (std::size_t i = 0; i <= lanes.length && terms.is_counting(); ++i) {
+        if (k == 0) weights[i].position = terms.weigh(at(i), weights[i].position);
+        if (k == 1) weights[i].velocity = terms.weigh(at(i), weights[i].velocity);
+      }
     }
     lanes.begin();
   });
 }
+/// Computes order k + 2. Returns true if no more are needed.
 template <class Lanes>
-void advance(const Lanes& lanes, int k, int passes, const Places<Lanes>& places, double* to) {
-  dispatch([=, &lanes, &places] {
+bool advance(const Lanes& lanes, int k, int passes, const Places<Lanes>& places, double* to,
+             const Weights<Lanes>* weights, Terms<Lanes>* terms) {
+  const bool is_counting = terms->is_counting();
+  const auto largest = dispatch([=, &lanes, &places] {
     const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
       return lanes.points[i].r;
     };
+    typename Terms<Lanes>::Largest result;
+    const auto look = [&](std::size_t i) __attribute__((always_inline)) {
+      if (is_counting) result.include(at(i), weights[i]);
+    };
     lanes.advance(
-        k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+        k, passes, [&](std::size_t i) __attribute__((always_inline)) {
+          look(i);
+          places.store_inner(i, to, at);
+        });
+    look(0);
+    look(lanes.length);
     places.store_ends(to, at);
+    return result;
   });
+  return is_counting && terms->note(k + 2, largest);
 }
 
 /// The arrays of a thread. The caches keep them from one group to the next.
@@ -53,14 +81,28 @@ struct Room {
   void hold(std::size_t length, std::size_t stride) {
     rods.resize(std::max(rods.size(), length));
     points.resize(std::max(points.size(), length + 1));
+    weights.resize(points.size());
     series.resize(std::max(series.size(), length * stride));
   }
 
-  std::vector<typename Numbers::Rod> rods;            // [rod]
-  std::vector<typename Numbers::Point> points;        // [point]
-  std::vector<typename Numbers::Coefficient> series;  // [rod][order]
+  std::vector<typename Numbers::Rod> rods;                    // [rod]
+  std::vector<typename Numbers::Point> points;                // [point]
+  std::vector<typename Numbers::Coefficient> series;          // [rod][order]
+  std::vector<typename TermCounter<width>::Weights> weights;  // [point]
   std::array<double, width> separator_l{}, separator_inverse_pivot{};
 };
+
+/// Returns the points that move.
+IndexRanges moving_points(std::vector<Index> points, std::span<const double> inverse_mass) {
+  std::ranges::sort(points);
+  points.erase(std::ranges::unique(points).begin(), points.end());
+  IndexRanges result;
+  for (const Index point : points) {
+    if (point >= 0 && inverse_mass[static_cast<std::size_t>(point)] > 0.0)
+      result.append(static_cast<std::size_t>(point));
+  }
+  return result;
+}
 
 /// The contents of the lanes of one PathLanes.
 template <std::size_t lanes_wide, bool is_cut>
@@ -74,6 +116,7 @@ class Group {
   Group(RodLanes given, std::span<const Vec3> offsets, std::span<const double> inverse_mass)
       : given_(std::move(given)),
         places_(given_.points),
+        points_(moving_points(given_.points, inverse_mass)),
         is_there_(given_.rows.size()),
         inverse_mass_(given_.points.size()) {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
@@ -92,8 +135,9 @@ class Group {
 
   std::size_t length() const { return given_.length; }
 
-  void expand(std::span<double* const> coefficients, const double* lambda, int passes, std::size_t stride,
-              Room<width>* room) const {
+  /// Computes the terms that are needed, and sets the others to 0.
+  FoundTerms expand(std::span<double* const> coefficients, const double* lambda, int passes, std::size_t stride,
+                    const NeededTerms& needed, Room<width>* room) const {
     const auto take = [](const std::vector<double>& from, std::size_t i, Lane* to) {
       std::memcpy(to, from.data() + i * width, sizeof(Lane));
     };
@@ -107,9 +151,22 @@ class Group {
                       room->rods.data(),   room->points.data(),
                       room->series.data(), offsets_.empty() ? nullptr : offsets_.data(),
                       &room->separator_l,  &room->separator_inverse_pivot};
-    tanor::begin(lanes, places_, coefficients.first<3>());
-    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k)
-      tanor::advance(lanes, static_cast<int>(k), passes, places_, coefficients[k + 2]);
+    TermCounter<width> terms(needed);
+    typename TermCounter<width>::Weights* const weights = room->weights.data();
+    for (std::size_t at = 0; at < given_.points.size() && terms.is_counting(); ++at)
+      terms.read_atol(needed, given_.points[at], at % width, &weights[at / width]);
+    tanor::begin(lanes, places_, coefficients.first<3>(), terms, weights);
+    const int order = static_cast<int>(coefficients.size()) - 1;
+    for (int k = 3; k <= order; ++k) {
+      const bool are_enough = tanor::advance(lanes, k - 2, passes, places_, coefficients[k], weights, &terms);
+      if (are_enough && k < order) return terms.found();
+    }
+    return {order};
+  }
+  /// Calls visit(begin, end) for the ranges of its points.
+  template <class Visit>
+  void for_each_range(const Visit& visit) const {
+    points_.for_each(visit);
   }
 
  private:
@@ -121,6 +178,7 @@ class Group {
 
   RodLanes given_;
   LanePoints<width> places_;
+  IndexRanges points_;                // that move
   std::vector<double> is_there_;      // [rod][lane] 1 or 0
   std::vector<double> inverse_mass_;  // [point][lane]
   std::vector<Vector> offsets_;       // [rod] part of a_0; empty if there are none
@@ -155,8 +213,8 @@ PathSeries::PathSeries(const RodRows& rods, const Numbering& numbering, std::spa
   }
 }
 
-void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                        int passes) {
+double PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                          int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
   const std::size_t stride =
       coefficients.size() | 1;  // with a power of 2, rods would meet in the same few lines of the caches
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
@@ -172,10 +230,16 @@ void PathSeries::expand(const Parallel& parallel, std::span<double* const> coeff
     for (const AnyGroup& any : groups_)
       with_room(&rooms, any, [&](const auto& group, auto* room) { room->hold(group.length(), stride); });
   }
+  longest_.assign(groups_.size(), 0.0);
   parallel.for_tasks(groups_.size(), [&](std::size_t g, std::size_t thread) {
-    with_room(&rooms_[thread], groups_[g],
-              [&](const auto& group, auto* room) { group.expand(coefficients, lambda, passes, stride, room); });
+    with_room(&rooms_[thread], groups_[g], [&](const auto& group, auto* room) {
+      const FoundTerms found = group.expand(coefficients, lambda, passes, stride, needed, room);
+      longest_[g] = found.longest;
+      group.for_each_range(
+          [&](std::size_t begin, std::size_t end) { end_series(found, begin, end, coefficients, last_term); });
+    });
   });
+  return std::ranges::min(longest_);
 }
 
 }  // namespace tanor

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
+#include "schur/needed_terms.hpp"
 #include "schur/rod_lanes.hpp"
 
 namespace tanor {
@@ -27,16 +29,18 @@ class PathSeries {
   ~PathSeries();
 
   bool is_empty() const { return groups_.empty(); }
-  /// Computes r_3 … r_P of the paths from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
-  /// `passes` is the number of solves at each order; more than one refine.
-  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
+  std::size_t num_groups() const { return groups_.size(); }
+  /// See LaneSeries::expand.
+  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
+                const NeededTerms& needed, std::span<std::uint8_t> last_term);
 
  private:
   struct AnyGroup;
   struct Rooms;
 
   std::vector<AnyGroup> groups_;
-  std::vector<Rooms> rooms_;  // [thread]
+  std::vector<Rooms> rooms_;     // [thread]
+  std::vector<double> longest_;  // [group] see FoundTerms
 };
 
 }  // namespace tanor

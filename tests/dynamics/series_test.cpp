@@ -37,13 +37,13 @@ struct Expanded {
     outcome = form.linearise(t, r.data());
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
-    double smooth_until = 0.0;
+    SeriesExtent extent;
     const Kinematics at{t, r.data(), v.data()};
     Reactions found;
     if (outcome.ok())
       outcome = form.accelerations(at, {Gradients::Keep, true}, {pointers[2], nullptr, nullptr, &found});
     if (outcome.ok() && form.series(nullptr) != nullptr)
-      outcome = form.series(nullptr)->expand(at, pointers[2], found, pointers, &smooth_until);
+      outcome = form.series(nullptr)->expand(at, pointers[2], found, {}, pointers, &extent);
   }
 
   /// Returns the reason why there is no series, or an empty string if there is one.

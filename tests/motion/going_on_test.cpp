@@ -1,3 +1,4 @@
+#include <cmath>
 #include <functional>
 #include <string>
 
@@ -47,6 +48,24 @@ System make_bead_on_hoop() {
   System system = scenes::make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
   const auto& hoop = std::get<Circles>(system.constraints[0]);
   system.coordinates = {CircleCoordinates{"", hoop.points, hoop.center, hoop.normal, hoop.radius}};
+  return system;
+}
+
+/// Makes chains that move at speeds from 0.01 to 1 m/s, so that their power series have different numbers of terms.
+System make_chains_of_all_speeds() {
+  System system;
+  Rods rods{.length = 0.1};
+  for (int chain = 0; chain < 12; ++chain) {
+    for (int i = 0; i < 20; ++i) {
+      const auto point = scenes::add_point({0.1 * i, 1.0 * chain, 0}, &system);
+      if (i > 0) rods.pairs.push_back({point - 1, point});
+      const double speed = std::pow(10.0, -chain / 6.0);
+      system.velocities[system.velocities.size() - 2] = speed * std::sin(0.4 * i);
+      system.velocities.back() = speed * std::cos(0.9 * i);
+    }
+  }
+  system.constraints = {rods};
+  system.forces = {scenes::gravity};
   return system;
 }
 
@@ -156,6 +175,8 @@ std::vector<Case> list_cases() {
     cases.push_back({"four_bar", [] { return scenes::make_four_bar(-0.7, 1.0); }, options, {}, 0.69, 1.0});
     cases.push_back({"redundant_cranks", make_redundant_cranks, options});
     cases.push_back({"net", [] { return scenes::make_net(6, 7); }, options, {}, 0.1, 0.2});
+    cases.push_back({"chains", make_chains_of_all_speeds, options, {}, 0.05, 0.1});
+    cases.back().options.start = StartMode::Project;
     if (traits.serves_friction) {
       cases.push_back({"rough_beads", [] { return scenes::make_rough_beads(2); }, options});
       cases.push_back({"rough_wire", make_rough_wire, options});

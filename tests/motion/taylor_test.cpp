@@ -84,7 +84,7 @@ TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
 }
 
 /// A toy with x'' = 2 x^3 from x = x' = 1, so that x = 1/(1 - t). Its series says nothing from t = 1 on.
-class Blowup final : public toys::Toy, private SeriesExpansion {
+class Blowup : public toys::Toy, private SeriesExpansion {
  public:
   Blowup() : Toy(1) {}
 
@@ -101,12 +101,13 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
   SeriesExpansion* series(std::string*) override { return this; }
   Power power_along(const Kinematics&, int) override { return {}; }
   bool has_cheap_terms() const override { return false; }
+  bool leaves_out_terms() const override { return false; }
   std::span<const Index> neighbourhoods() const override { return {}; }
   void find_largest(std::span<double>) override {}
-  Outcome expand(const Kinematics&, const double*, const Reactions&, std::span<double* const> coefficients,
-                 double* smooth_until) override {
+  Outcome expand(const Kinematics&, const double*, const Reactions&, const SeriesDemand&,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override {
     for (double* const coefficient : coefficients) *coefficient = 1.0;
-    *smooth_until = std::numeric_limits<double>::infinity();
+    extent->smooth_until = std::numeric_limits<double>::infinity();
     return {};
   }
 };
@@ -154,6 +155,69 @@ TEST_F(BlowupTest, EachTermIsMeasuredOnce) {
   for (const double h : {3.0, 2.0, 1.5}) step(&taylor, h);
 
   EXPECT_LE(blowup.num_error_ratios, 20U + 3U) << "and the ends of three steps";
+}
+
+/// The same, where some terms are left out of a series that is wanted for a step.
+struct ShortenedBlowup : Blowup {
+  std::vector<double> wanted;
+
+  Outcome expand(const Kinematics& at, const double* a, const Reactions& found, const SeriesDemand& demand,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override {
+    wanted.push_back(demand.h);
+    extent->longest = demand.h;
+    return Blowup::expand(at, a, found, demand, coefficients, extent);
+  }
+};
+
+struct ShortenedBlowupTest : testing::Test {
+  ShortenedBlowupTest() {
+    from.x = from.v = from.a = {1.0};
+    first = taylor.propose_step(from);
+    from.t = first;
+  }
+
+  ShortenedBlowup blowup;
+  State from;
+  double first = 0.0;
+  Taylor taylor{MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup};
+};
+
+TEST_F(ShortenedBlowupTest, ASeriesIsWantedForALittleMoreThanTheLastOne) {
+  taylor.propose_step(from);
+
+  ASSERT_EQ(blowup.wanted.size(), 2U);
+  EXPECT_EQ(blowup.wanted[0], any_length);
+  EXPECT_GT(blowup.wanted[1], first);
+  EXPECT_LT(blowup.wanted[1], 1.5 * first);
+}
+
+TEST_F(ShortenedBlowupTest, ALongStepBringsAllTermsBack) {
+  const double proposed = taylor.propose_step(from);
+  State to = from;
+  to.t = from.t + proposed;
+  (void)taylor.step(from, proposed, &to);
+  EXPECT_EQ(blowup.wanted.size(), 2U);
+  to.t = from.t + 1.2 * proposed;
+  (void)taylor.step(from, 1.2 * proposed, &to);
+
+  ASSERT_EQ(blowup.wanted.size(), 3U);
+  EXPECT_EQ(blowup.wanted[2], any_length);
+}
+
+TEST_F(ShortenedBlowupTest, ASnapshotAsksForTheSameSeriesAgain) {
+  std::vector<double> before, after;
+  Memory appended(&before);
+  taylor.exchange_memory(appended);
+  taylor.propose_step(from);
+  Memory appended_after(&after);
+  taylor.exchange_memory(appended_after);
+  for (const std::vector<double>& numbers : {before, after}) {
+    Taylor other(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup);
+    Memory read(numbers);
+    other.exchange_memory(read);
+    other.propose_step(from);
+    EXPECT_EQ(blowup.wanted.back(), blowup.wanted[1]);
+  }
 }
 
 TEST(Taylor, HigherOrdersTakeLongerSteps) {

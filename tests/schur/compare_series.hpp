@@ -19,14 +19,17 @@ struct Expanded {
   const Model& model{work.model()};
   MultiplierForm form;
   std::vector<std::vector<double>> coefficients;
+  std::vector<double> r, v;  // [3n]
+  SeriesExtent extent;
   Outcome outcome;
 
   /// Solves each order so many times more than the accelerations were.
-  explicit Expanded(const System& system, int extra_passes = 0)
+  explicit Expanded(const System& system, int extra_passes = 0, const SeriesDemand& wanted = {})
       : work(system, {.threads = 1}, 0.0), form(work, {.threads = 1}) {
     const std::size_t n = form.size();
     coefficients.assign(order + 1, std::vector<double>(n, std::nan("")));
-    std::vector<double> r(n), v(n);
+    r.resize(n);
+    v.resize(n);
     model.numbering.gather_points(system.positions, r);
     model.numbering.gather_points(system.velocities, v);
     form.prescribe(0.0, r.data(), v.data());
@@ -35,12 +38,11 @@ struct Expanded {
     if (outcome.ok()) outcome = form.project_velocities(0.0, r.data(), v.data()).outcome;
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
-    double smooth_until = 0.0;
     const Kinematics at{0.0, r.data(), v.data()};
     Reactions found;
     if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep}, {pointers[2], nullptr, nullptr, &found});
     found.refinements += extra_passes;
-    if (outcome.ok()) outcome = form.series(nullptr)->expand(at, pointers[2], found, pointers, &smooth_until);
+    if (outcome.ok()) outcome = form.series(nullptr)->expand(at, pointers[2], found, wanted, pointers, &extent);
   }
 };
 
