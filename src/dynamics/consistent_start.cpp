@@ -1,6 +1,7 @@
 #include "dynamics/consistent_start.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "base/text.hpp"
 #include "dynamics/nearest_point.hpp"
@@ -54,7 +55,10 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   report.outcome = positions.outcome;
   if (!report.outcome.ok()) return report;
   report.position_correction = model_.largest_move(r, r_given.data());
-  if (report.outcome = linearization_.update(t, r); !report.outcome.ok()) return report;
+  // Where nothing has moved, S is that of the given positions, from which the projection began.
+  const bool has_moved = !std::ranges::equal(r_given, std::span(r, r_given.size()));
+  if (has_moved) report.outcome = linearization_.update(t, r);
+  if (!report.outcome.ok()) return report;
   const std::vector<double> v_given(v, v + 3 * model_.num_points());
   report.outcome = projector_.project_velocities(t, r, v).outcome;
   report.velocity_correction = model_.largest_move(v, v_given.data());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "base/numbers.hpp"
@@ -67,7 +68,7 @@ ProjectionReport NearestPoint::find(double t, double* r) {
   if (model_.num_rows() == 0) return {};
   const std::vector<double> wanted(r, r + 3 * model_.num_points());
   ProjectionReport report = reach_constraints(t, r);
-  if (!report.outcome.ok()) return report;
+  if (!report.outcome.ok() || std::ranges::equal(wanted, std::span(r, wanted.size()))) return report;
 
   // Descend along xi = 0. Full steps serve where r* is near. Where the curvature of the constraints matters, the step
   // length is that of Barzilai & Borwein (1988), s's/s'y with the last move s and the change y of the gradient.

@@ -3,6 +3,7 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <optional>
 #include <string>
@@ -90,25 +91,38 @@ SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering wanted, con
   return analyze_with(lower, wanted, along_axes ? dissect_along_axes(points).order : dissect_graph(points).order);
 }
 
-/// Returns the ordering of fewest flops among those that are worth their time, for a pattern that has fill.
-SymbolicAnalysis find_best(const TrianglePattern& lower, const FindPoints& find_points) {
-  SymbolicAnalysis best = analyze_with(lower, Ordering::Amd);
+/// Returns the ordering of fewest flops among those that are worth their time, for a pattern that has fill in the order
+/// of `natural`.
+SymbolicAnalysis find_best(const TrianglePattern& lower, const SymbolicAnalysis& natural,
+                           const FindPoints& find_points) {
+  SymbolicAnalysis best;
+  best.flops = std::numeric_limits<double>::infinity();
   const auto keep_better = [&](SymbolicAnalysis other) {
     if (other.flops < best.flops) best = std::move(other);
   };
-  if (best.flops <= plan::flops_for_dissection * best.factor_nonzeros) return best;
-  const RowsInSpace points = find_points ? find_points() : RowsInSpace{};
+  const auto is_worth_dissection = [](const SymbolicAnalysis& result) {
+    return result.flops > plan::flops_for_dissection * result.factor_nonzeros;
+  };
   const auto is_worth = [&](double flops_a_nonzero) {
     return best.flops > flops_a_nonzero * static_cast<double>(lower.rows.size());
   };
+  const auto try_amd = [&] { keep_better(analyze_with(lower, Ordering::Amd)); };
+  // On many rows AMD takes as long as cuts along axes do, and does better only where these are bad.
+  const bool begins_with_amd = lower.size() < plan::rows_worth_axes_first || !is_worth_dissection(natural);
+  if (begins_with_amd) try_amd();
+  if (begins_with_amd && !is_worth_dissection(best)) return best;
+  const RowsInSpace points = find_points ? find_points() : RowsInSpace{};
   if (points.num_rows() != lower.size()) {
-    keep_better(analyze_with(lower, Ordering::Metis));
+    if (!begins_with_amd) try_amd();
+    if (is_worth_dissection(best)) keep_better(analyze_with(lower, Ordering::Metis));
     return best;
   }
   const Dissection along_axes = dissect_along_axes(points);
   keep_better(analyze_with(lower, Ordering::Axes, along_axes.order));
-  if (!is_worth(plan::flops_worth_metis)) return best;
+  if (begins_with_amd && !is_worth(plan::flops_worth_metis)) return best;
   if (first_cut_of_graph(points) >= plan::clearly_better_cut * along_axes.first_cut) return best;
+  if (!begins_with_amd) try_amd();
+  if (!is_worth(plan::flops_worth_metis)) return best;
   keep_better(analyze_with(lower, Ordering::Points, points));
   if (is_worth(plan::flops_worth_metis_on_rows)) keep_better(analyze_with(lower, Ordering::Metis));
   return best;
@@ -121,7 +135,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
   SymbolicAnalysis result = is_free ? analyze_with(lower, Ordering::Natural)
                                     : analyze_with(lower, wanted, find_points ? find_points() : RowsInSpace{});
   if (is_free && result.factor_nonzeros > static_cast<double>(lower.rows.size())) {
-    SymbolicAnalysis best = find_best(lower, find_points);
+    SymbolicAnalysis best = find_best(lower, result, find_points);
     if (best.flops < result.flops) result = std::move(best);
   }
   result.supernodal = result.flops > plan::flops_for_fronts * result.factor_nonzeros;

@@ -33,11 +33,12 @@ struct SymbolicAnalysis {
 using FindPoints = std::function<RowsInSpace()>;
 
 /// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill.
-/// Otherwise it takes the one of fewest flops among those that it tries. It always tries AMD. It tries cuts along axes
-/// if AMD predicts more than 50 flops a nonzero of L. It tries METIS on the points, and then on the rows, if one cut of
-/// METIS parts clearly fewer rows than those cuts do and a factorization costs much compared with METIS
-/// (`plan::flops_worth_metis`). Without points, orderings that need them are replaced by METIS on the rows. Throws
-/// std::bad_alloc, and std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
+/// Otherwise it takes the one of fewest flops among those that it tries. It tries AMD, then cuts along axes if AMD
+/// predicts more than 50 flops a nonzero of L. It tries METIS on the points, and then on the rows, if one cut of METIS
+/// parts clearly fewer rows than those cuts do and a factorization costs much compared with METIS
+/// (`plan::flops_worth_metis`). Of many rows (`plan::rows_worth_axes_first`) it tries AMD only where METIS cuts so.
+/// Without points, orderings that need them are replaced by METIS on the rows. Throws std::bad_alloc, and
+/// std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
 
 /// Factorizes L L' = S. The rows of S already stand in the order of elimination. The symbolic analysis is made once,

@@ -24,23 +24,13 @@ class AxisCuts {
         node_of_row_(rows.num_rows(), -1) {
     for (std::size_t row = 0; row < open_.size(); ++row)
       open_[row].points = static_cast<int>(rows.points_of_row[row].size());
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sorted_[axis].resize(rows.num_points());
-      std::iota(sorted_[axis].begin(), sorted_[axis].end(), 0);
-      // Points of equal coordinate are sorted by the other coordinates, so that grids are cut straight.
-      std::ranges::sort(sorted_[axis], [&](int a, int b) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double x = coordinate(a, (axis + k) % 3), y = coordinate(b, (axis + k) % 3);
-          if (x != y) return x < y;
-        }
-        return a < b;
-      });
-    }
+    find_axes();
+    for (const std::size_t axis : axes_) sort_along(axis);
   }
 
   Dissection dissect() {
     dissect(0, rows_.num_points());
-    return {order_by_nodes(rows_, sorted_[0], node_of_row_, num_nodes_), first_cut_};
+    return {order_by_nodes(rows_, sorted_[axes_.front()], node_of_row_, num_nodes_), first_cut_};
   }
 
  private:
@@ -53,11 +43,46 @@ class AxisCuts {
     int met = 0, points = 0;
   };
 
+  /// Leaves out the axes along which the points reach less far than neighbours lie apart, as across a flat net.
+  void find_axes() {
+    std::array<double, 3> extent{};
+    for (std::size_t axis = 0; axis < 3 && rows_.num_points() > 0; ++axis) {
+      double low = rows_.positions[axis], high = low;
+      for (std::size_t k = axis; k < rows_.positions.size(); k += 3) {
+        low = std::min(low, rows_.positions[k]);
+        high = std::max(high, rows_.positions[k]);
+      }
+      extent[axis] = high - low;
+    }
+    const double longest = std::ranges::max(extent), least = longest / (1.0 + static_cast<double>(rows_.num_points()));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (extent[axis] >= least) axes_.push_back(axis);
+  }
+
+  /// Sorts the points. Those of equal coordinate are sorted by the other coordinates, so that grids are cut straight.
+  void sort_along(std::size_t axis) {
+    struct Key {
+      std::array<double, 3> place;  // beginning with this axis
+      int point;
+    };
+    std::vector<Key> keys(rows_.num_points());
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      keys[k].point = static_cast<int>(k);
+      for (std::size_t c = 0; c < 3; ++c) keys[k].place[c] = rows_.positions[3 * k + (axis + c) % 3];
+    }
+    std::ranges::sort(keys, [](const Key& a, const Key& b) {
+      for (std::size_t c = 0; c < 3; ++c)
+        if (a.place[c] != b.place[c]) return a.place[c] < b.place[c];
+      return a.point < b.point;
+    });
+    for (const Key& key : keys) sorted_[axis].push_back(key.point);
+  }
+
   double coordinate(int point, std::size_t axis) const {
     return rows_.positions[3 * static_cast<std::size_t>(point) + axis];
   }
   std::span<const int> rows_of(std::size_t place) const {
-    return rows_of_point_[static_cast<std::size_t>(sorted_[0][place])];
+    return rows_of_point_[static_cast<std::size_t>(sorted_[axes_.front()][place])];
   }
 
   /// Orders the points [begin, end) and the rows that no cut has parted so far.
@@ -82,11 +107,11 @@ class AxisCuts {
 
   Cut find_cut(std::size_t begin, std::size_t end) {
     std::array<double, 3> extent{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const std::size_t axis : axes_)
       extent[axis] = coordinate(sorted_[axis][end - 1], axis) - coordinate(sorted_[axis][begin], axis);
     const double longest = std::ranges::max(extent);
     Cut best;
-    for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const std::size_t axis : axes_)
       if (extent[axis] >= plan::least_extent * longest) sweep(begin, end, axis, &best);
     return best;
   }
@@ -115,7 +140,7 @@ class AxisCuts {
   void move_apart(std::size_t begin, std::size_t end, const Cut& cut) {
     for (std::size_t k = begin; k < end; ++k)
       is_first_[static_cast<std::size_t>(sorted_[cut.axis][k])] = k < cut.place ? 1 : 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::size_t axis : axes_) {
       if (axis == cut.axis) continue;
       std::size_t first = begin, second = 0;
       for (std::size_t k = begin; k < end; ++k) {
@@ -144,6 +169,7 @@ class AxisCuts {
 
   const RowsInSpace& rows_;
   const Groups<int> rows_of_point_;
+  std::vector<std::size_t> axes_;           // that are tried
   std::array<std::vector<int>, 3> sorted_;  // [axis] points along it, half by half
   std::vector<Open> open_;                  // [row]
   std::vector<char> is_first_;              // [point] true in the first half of the last cut

@@ -62,6 +62,10 @@ inline constexpr double least_extent = 0.75;
 /// tenth lets METIS find cuts with fewer rows, and the halves stay comparable.
 inline constexpr int imbalance_of_halves = 100;
 
+/// Rows from which cuts along axes are tried before AMD (bench/orderings: on nets of 1000 AMD takes a quarter of the
+/// whole ordering, and its order more flops).
+inline constexpr std::size_t rows_worth_axes_first = 200'000;
+
 /// Flops per nonzero of S from which METIS may repay its time, on the points and on the rows. METIS takes as long as
 /// 1e4 and 4e4 flops per nonzero; a hundred factorizations are expected, and a gain of half and of a tenth
 /// (bench/orderings).

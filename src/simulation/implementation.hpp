@@ -182,7 +182,9 @@ struct Simulation::Implementation {
     } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
-      if (found.ok()) found = form.linearise(state.t, state.x.data());
+      // A start in points leaves the equations linearised there.
+      const bool is_linearised = begins && shared == nullptr && !forms.is_tangent();
+      if (found.ok() && !is_linearised) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
     }
     return found;
