@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include "base/check.hpp"
 #include "base/counts.hpp"
@@ -12,13 +12,14 @@
 namespace tanor {
 
 std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights) {
-  std::vector<Incidence> result;
-  result.reserve(incidences.size());
-  std::copy_if(incidences.begin(), incidences.end(), std::back_inserter(result),
-               [&](const Incidence& incidence) { return weights[static_cast<std::size_t>(incidence.point)] != 0.0; });
-  std::stable_sort(result.begin(), result.end(),
-                   [](const Incidence& a, const Incidence& b) { return a.point < b.point; });
-  return result;
+  return Groups<Incidence>(weights.size(),
+                           [&](const auto& add) {
+                             for (const Incidence& incidence : incidences) {
+                               if (weights[static_cast<std::size_t>(incidence.point)] != 0.0)
+                                 add(incidence.point, incidence);
+                             }
+                           })
+      .entries;
 }
 
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
@@ -32,6 +33,7 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
   check_count(count, "S of " + std::to_string(incidences.size()) + " gradients",
               "products of gradients at the same points");
   std::vector<Product> products;
+  products.reserve(static_cast<std::size_t>(count));
   for (std::size_t begin = 0, end = 0; begin < incidences.size(); begin = end) {
     const Index point = incidences[begin].point;
     while (end < incidences.size() && incidences[end].point == point) ++end;
@@ -52,8 +54,8 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
     : start_(1, 0), scale_(num_rows, 1.0) {
   check_count(static_cast<double>(products.size()), "X'WX of " + std::to_string(num_rows) + " rows",
               "products of blocks");
-  // The products are grouped by column of the wanted triangle, then sorted by row. Both are stable, which fixes the
-  // order of the sums.
+  // The products are grouped by column of the wanted triangle, then sorted by row, and by their numbers, which fixes
+  // the order of the sums.
   const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
   const auto entry = [&](const Product& product) {
     const int a = placed(product.row), b = placed(product.column);
@@ -72,8 +74,6 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
   terms_.reserve(products.size());
   diagonal_.reserve(num_rows);
   for (std::size_t column = 0; column < num_rows; ++column) append_column(products, columns[column]);
-  rows_.shrink_to_fit();
-  terms_.shrink_to_fit();
 
   if (squared_norms.empty()) return;
   std::vector<double> diagonal(num_rows, 0.0);
@@ -89,7 +89,7 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
 /// Appends the slots and terms of the next column; products of equal blocks become one term.
 void GatherPlan::append_column(std::span<const Product> products, std::span<Placed> column) {
   const auto number = static_cast<int>(start_.size()) - 1;
-  std::stable_sort(column.begin(), column.end(), [](const Placed& a, const Placed& b) { return a.row < b.row; });
+  std::ranges::sort(column, {}, [](const Placed& placed) { return std::pair(placed.row, placed.product); });
   for (std::size_t k = 0; k < column.size(); ++k) {
     const Product& product = products[static_cast<std::size_t>(column[k].product)];
     const Term term{product.block_a, product.block_b, product.weight};
