@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/rod_series.hpp"
 #include "schur/tree_branches.hpp"
@@ -38,9 +37,9 @@ class TreeSeries {
   };
   /// The arrays of a grove. A slot has eight rods: one of each branch of a batch, or eight of a trunk.
   struct Room {
-    LargeArray<Series::Rod> rods;            // [slot]
-    LargeArray<Series::Coefficient> series;  // [batch, then trunk][order][slot]
-    LargeArray<Pack3<>> points;              // [place] r of the current order
+    std::vector<Series::Rod> rods;            // [slot]
+    std::vector<Series::Coefficient> series;  // [batch, then trunk][order][slot]
+    std::vector<Pack3<>> points;              // [place] r of the current order
 
     void hold(const Extent& extent, std::size_t orders);
   };
