@@ -12,7 +12,7 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
-      lanes_(model_.system, work.constraints, model_.numbering, model_.inverse_mass) {
+      lanes_(model_.system, work.constraints, model_.numbering, model_.inverse_mass, model_.parallel.threads()) {
   // The lanes know nothing of rows that depend on time, which may join supports alone.
   if (lanes_.serves_all() && !model_.is_rheonomic()) return;
   others_ = std::make_unique<MotionSeries>(work, lanes_.left_rows(), lanes_.left_points());

@@ -23,7 +23,7 @@ struct BatchSeries::Lanes {
   const Pack3<>* offsets;          // part of a_0; null if there are none
   const Pack<>* inverse_mass;      // [place]
   std::size_t num_points, num_rods, num_places, stride;
-  Rod* rods;
+  Series::Rod* rods;
   Pack3<>* u;
   Series::Coefficient* series;
   Pack3<>* points;

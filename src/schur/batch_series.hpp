@@ -28,13 +28,9 @@ class BatchSeries {
  private:
   using Series = RodSeries<num_lanes>;
   using Terms = TermCounter<num_lanes>;
-  struct Rod {
-    Pack<> inverse_length, half_square;  // 1/|a_0|; half of a.a of the current order
-    Series::Known next;                  // that of the next order
-  };
   /// The arrays of a thread, [rod] or [place]. The caches keep them from one batch to the next.
   struct Room {
-    std::vector<Rod> rods;
+    std::vector<Series::Rod> rods;
     std::vector<Pack3<>> u;                   // a_0/|a_0|
     std::vector<Series::Coefficient> series;  // [rod][order]
     std::vector<Pack3<>> points;              // r of the current order

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "plan/thresholds.hpp"
 
@@ -158,6 +159,31 @@ std::size_t EqualBranches::num_rods() const {
 double EqualBranches::share_in_lanes(std::size_t tree) const {
   const std::vector<char>& inside = is_inside[tree];
   return static_cast<double>(std::ranges::count(inside, 1)) / static_cast<double>(inside.size());
+}
+
+TreesInLanes::TreesInLanes(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands)
+    : branches(std::span<const RodTree>()) {
+  std::vector<Index> numbers;
+  for (const Index island : *islands) {
+    std::optional<RodTree> tree = RodTree::read(rods, numbering, island);
+    if (!tree.has_value()) continue;
+    trees.push_back(std::move(*tree));
+    numbers.push_back(island);
+  }
+  branches = EqualBranches(trees);
+  if (!eagerly) {
+    std::size_t kept = 0;
+    for (std::size_t tree = 0; tree < trees.size(); ++tree) {
+      if (branches.share_in_lanes(tree) < plan::share_of_tree_in_lanes) continue;
+      std::swap(trees[kept], trees[tree]);
+      numbers[kept++] = numbers[tree];
+    }
+    const bool keeps_all = kept == trees.size();
+    trees.resize(kept);
+    numbers.resize(kept);
+    if (!keeps_all) branches = EqualBranches(trees);
+  }
+  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(numbers, island); });
 }
 
 }  // namespace tanor

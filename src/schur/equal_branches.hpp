@@ -49,4 +49,13 @@ struct EqualBranches {
   double share_in_lanes(std::size_t tree) const;
 };
 
+/// The trees among some islands, and their branches.
+struct TreesInLanes {
+  std::vector<RodTree> trees;
+  EqualBranches branches;
+
+  /// Takes trees out of `islands`: those that consist of equal branches for the most part, or all if `eagerly` is true.
+  TreesInLanes(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
+};
+
 }  // namespace tanor

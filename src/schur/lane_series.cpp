@@ -8,6 +8,7 @@
 #include "schur/batch_series.hpp"
 #include "schur/path_series.hpp"
 #include "schur/rod_rows.hpp"
+#include "schur/tree_series.hpp"
 
 namespace tanor {
 
@@ -37,7 +38,7 @@ std::vector<Index> find_fixed_rods(const RodRows& rods, const Numbering& numberi
 LaneSeries::~LaneSeries() = default;
 
 LaneSeries::LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
-                       std::span<const double> inverse_mass)
+                       std::span<const double> inverse_mass, int threads)
     : left_rows_(numbering.num_rows(), 1), left_points_(numbering.num_moving) {
   if (!has_uniform_free_motion(system)) return;
   const RodRows rods(constraints, numbering.num_rows());
@@ -48,6 +49,7 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
   if (auto batches = std::make_unique<BatchSeries>(constraints, numbering, inverse_mass, &islands);
       !batches->is_empty())
     batches_ = std::move(batches);
+  trees_ = TreeSeries::make(rods, numbering, inverse_mass, threads, &islands);
   std::vector<Index> served;
   std::ranges::set_difference(suited, islands, std::back_inserter(served));
   serves_all_ = served.size() == numbering.num_islands();
@@ -70,7 +72,7 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
 }
 
 bool LaneSeries::serves_some() const {
-  return paths_ != nullptr || batches_ != nullptr;
+  return paths_ != nullptr || batches_ != nullptr || trees_ != nullptr;
 }
 
 std::size_t LaneSeries::num_groups() const {
@@ -86,6 +88,7 @@ double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coe
   };
   expand_those(paths_);
   expand_those(batches_);
+  if (trees_ != nullptr) trees_->expand(parallel, coefficients, lambda, passes);
   return longest;
 }
 

@@ -17,15 +17,17 @@ namespace tanor {
 
 class PathSeries;
 class BatchSeries;
+class TreeSeries;
 
 /// The motion as a power series of the islands of rods that share SIMD lanes, if all forces are gravity, supports rest
-/// and lengths are fixed: paths (PathSeries) and equal islands of other shapes (BatchSeries). It does what MotionSeries
-/// and a solve an order do in general, but fused and with everything kept in lanes between the orders.
+/// and lengths are fixed: paths (PathSeries), equal islands of other shapes (BatchSeries) and trees that consist of
+/// equal branches for the most part (TreeSeries). It does what MotionSeries and a solve an order do in general, but
+/// fused and with everything kept in lanes between the orders.
 class LaneSeries {
  public:
-  /// `inverse_mass` is [point].
+  /// Keeps a reference to `inverse_mass` [point].
   LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
-             std::span<const double> inverse_mass);
+             std::span<const double> inverse_mass, int threads);
   ~LaneSeries();
 
   bool serves_some() const;
@@ -39,7 +41,8 @@ class LaneSeries {
   const IndexRanges& left_points() const { return left_points_; }
 
   /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
-  /// Those of other points stay as they are. `passes` is the number of solves at each order; more than one refine.
+  /// Those of other points stay as they are; of supports, they are 0 from the third on. `passes` is the number of
+  /// solves at each order; more than one refine.
   /// Terms that are not needed are 0; last_term [n] gets the number of each point's last one that is not. Returns the
   /// longest step that the islands serve whose terms end earlier than others', s.
   double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
@@ -48,6 +51,7 @@ class LaneSeries {
  private:
   std::unique_ptr<PathSeries> paths_;  // null if there are none
   std::unique_ptr<BatchSeries> batches_;
+  std::unique_ptr<TreeSeries> trees_;
   bool serves_all_ = false;
   double share_left_ = 1.0;
   std::vector<char> left_rows_;

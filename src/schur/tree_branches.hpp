@@ -6,7 +6,7 @@
 
 #include "base/pack.hpp"
 #include "base/parallel.hpp"
-#include "schur/tree_groves.hpp"
+#include "schur/equal_branches.hpp"
 #include "schur/tree_kernels.hpp"
 #include "schur/tree_points.hpp"
 
@@ -24,11 +24,6 @@ class TreeBranches {
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
 
   class Lanes;
-  /// Calls work(lanes) for the batches of a grove. Each thread takes some, with a workspace of its own; a thread that
-  /// is alone uses the given one.
-  template <class Work>
-  void for_each_batch(const Parallel& parallel, std::size_t workspace, const Grove& grove, TreePoints* points,
-                      const Work& work);
   /// Returns how many of the threads have a workspace.
   std::size_t num_workspaces(const Parallel& parallel) const {
     return std::min(workspaces_.size(), static_cast<std::size_t>(parallel.threads()));

@@ -36,4 +36,9 @@ std::vector<Grove> list_groves(std::span<const RodTree> trees, const EqualBranch
   return result;
 }
 
+TreeGroves::TreeGroves(std::span<const RodTree> trees, const EqualBranches& branches)
+    : groves_(list_groves(trees, branches)), rods_before_{0} {
+  for (const Grove& grove : groves_) rods_before_.push_back(rods_before_.back() + grove.num_rods);
+}
+
 }  // namespace tanor

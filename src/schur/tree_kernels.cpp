@@ -13,12 +13,6 @@ namespace tanor::trees {
 
 namespace {
 
-template <class Vector>
-[[gnu::always_inline]] inline Vector times(const Mobility<Vector>& W, const Vector& u) {
-  return {W.xx * u.x + W.xy * u.y + W.xz * u.z, W.xy * u.x + W.yy * u.y + W.yz * u.z,
-          W.xz * u.x + W.yz * u.y + W.zz * u.z};
-}
-
 /// Computes W -= scaled h', which is symmetric.
 template <class Vector>
 [[gnu::always_inline]] inline void subtract(Mobility<Vector>* W, const Vector& h, const Vector& scaled) {
@@ -72,8 +66,8 @@ namespace {
 [[gnu::always_inline]] inline void eliminate_rod(const Shape& shape, std::size_t k, const BranchPoints& points,
                                                  BranchRod* rod, Pack<>* largest) {
   const auto parent = static_cast<std::size_t>(shape.parent[k]);
-  const Pack3<> u = rod->u, h = times(points.mobility[parent], u);
-  const Pack<> pivot = dot(u, h) + dot(u, times(points.mobility[k], u));
+  const Pack3<> u = rod->u, h = points.mobility[parent] * u;
+  const Pack<> pivot = dot(u, h) + dot(u, points.mobility[k] * u);
   const Pack<> diagonal = dot(u, u) * (points.inverse_mass[parent] + points.inverse_mass[k]);
   const Pack<> inverse = 1.0 / pivot, ratio = diagonal * inverse;
   const Pack<> checked = ratio > 0.0 ? ratio : Pack<>{} + HUGE_VAL;
@@ -136,7 +130,6 @@ void eliminate(const Shape& shape, const BranchPoints& points, BranchRod* rods, 
 
 void substitute_up(const Shape& shape, const BranchPoints& points, const BranchRod* rods, BranchRow* rows) {
   dispatch([=, &shape, &points] {
-    clear(shape, points.s);
     for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(shape, k, points, rods[k], &rows[k]);
   });
 }
@@ -240,7 +233,7 @@ namespace {
   if (motion.offset != nullptr) apart = apart + motion.offset[a];
   const double inverse = 1.0 / std::sqrt(dot(apart, apart));
   tree.u[a] = inverse * apart;
-  store(motion.blocks, motion.block[a], static_cast<double>(motion.sign[a]) * tree.u[a]);
+  if (motion.blocks != nullptr) store(motion.blocks, motion.block[a], static_cast<double>(motion.sign[a]) * tree.u[a]);
   return inverse;
 }
 
@@ -261,10 +254,10 @@ namespace {
 [[gnu::always_inline]] inline void eliminate_rod(const Tree& tree, std::size_t a, Mobility<Vec3>* mobility,
                                                  LargestInverse* largest) {
   const auto& [row, child, parent] = tree.rods[a];
-  const Vec3 u = tree.u[a], h = times(mobility[parent], u);
+  const Vec3 u = tree.u[a], h = mobility[parent] * u;
   double pivot = dot(u, h), diagonal = tree.inverse_mass[parent];
   if (child < tree.num_moving) {
-    pivot += dot(u, times(mobility[child], u));
+    pivot += dot(u, mobility[child] * u);
     diagonal += tree.inverse_mass[child];
   }
   const double inverse = 1.0 / pivot;

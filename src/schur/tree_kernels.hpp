@@ -8,7 +8,7 @@
 #include "base/pack.hpp"
 #include "base/vec3.hpp"
 
-/// \file Arithmetic of TreeSolver from the leaves to the root and back: of branches of one shape, eight side by side in
+/// \file Arithmetic of trees from the leaves to the root and back: of branches of one shape, eight side by side in
 /// the lanes of a vector, and rod by rod of the trunks that they hang on. See instruction_sets.hpp.
 ///
 /// A point whose branches are eliminated answers a force F of the rods that are left by dw = s + W F. Its mobility W is
@@ -24,6 +24,10 @@ struct Mobility {
   static Mobility of_free_point(const Number& inverse_mass) {
     const Number nothing{};
     return {inverse_mass, nothing, nothing, inverse_mass, nothing, inverse_mass};
+  }
+  [[gnu::always_inline]] friend Vector operator*(const Mobility& W, const Vector& F) {
+    return {W.xx * F.x + W.xy * F.y + W.xz * F.z, W.xy * F.x + W.yy * F.y + W.yz * F.z,
+            W.xz * F.x + W.yz * F.y + W.zz * F.z};
   }
 };
 
@@ -74,7 +78,7 @@ void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset
 void evaluate(const Shape& shape, const BranchMotion& motion, BranchRod* rods, BranchRow* rows, Largest* right_side);
 /// Computes h/d and pivots d = u'(W_c + W_p) u, and W_p -= h h'/d.
 void eliminate(const Shape& shape, const BranchPoints& points, BranchRod* rods, LargestInverse* largest);
-/// Computes z of rows with b, and s_p -= z h/d.
+/// Computes z of rows with b, and s_p -= z h/d. On entry, s is what other forces make.
 void substitute_up(const Shape& shape, const BranchPoints& points, const BranchRod* rods, BranchRow* rows);
 /// Does all three in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
 void evaluate_and_eliminate(const Shape& shape, const BranchMotion& motion, const BranchPoints& points, BranchRod* rods,
@@ -122,7 +126,7 @@ struct Motion {
   const double* length_second;  ///< [rod] l''; null if 0
   const signed char* sign;      ///< [rod] sign of the block
   const std::size_t* block;     ///< [rod]
-  double *blocks, *b;
+  double *blocks, *b;           ///< the blocks may be null
 };
 
 /// Evaluates u and the blocks of rods at r; of `motion` the rest is not read.

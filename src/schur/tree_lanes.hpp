@@ -2,19 +2,22 @@
 
 #include <algorithm>
 
-#include "plan/thresholds.hpp"
 #include "schur/batch_kernels.hpp"
 #include "schur/schur_solver.hpp"
 #include "schur/tree_branches.hpp"
 
-/// \file The operations of TreeSolver on branches, batch by batch.
+/// \file The operations of TreeSolver and TreeSeries on branches, batch by batch.
 namespace tanor {
 
 /// One batch in the lanes of a workspace.
 class TreeBranches::Lanes {
  public:
-  Lanes(TreeBranches* all, std::size_t batch, TreePoints* joints, Workspace* work)
-      : all_(*all), number_(batch), batch_(all->plan_.batches[batch]), joints_(*joints), work_(*work) {}
+  Lanes(TreeBranches* all, std::size_t batch, TreePoints* joints, std::size_t workspace)
+      : all_(*all),
+        number_(batch),
+        batch_(all->plan_.batches[batch]),
+        joints_(*joints),
+        work_(all->workspaces_[workspace]) {}
 
   /// Reads r, v and w0 of the points and l'' of the rods.
   trees::BranchMotion read_motion(const FreeMotion& motion) {
@@ -38,7 +41,10 @@ class TreeBranches::Lanes {
     trees::evaluate_and_eliminate(shape_, motion, points(), rods(), rows(), &right_side, &work_.largest_inverse);
     note_right_side(right_side);
   }
-  void substitute_up() { trees::substitute_up(shape_, points(), rods(), rows()); }
+  void substitute_up() {
+    std::fill_n(work_.s.begin(), shape_.num_points(), Pack3<>{});
+    trees::substitute_up(shape_, points(), rods(), rows());
+  }
   /// Substitutes down. The forces on the roots stand in the place of their dw and are replaced by it.
   void substitute_down() {
     std::fill_n(work_.dw.begin(), shape_.num_points(), Pack3<>{});
@@ -124,14 +130,25 @@ class TreeBranches::Lanes {
     add(work_.w.data(), shape_.num_points(), work_.dw.data());
     write_points(w);
   }
+  void write(const Pack3<>* points, double* to) const {
+    scatter_sequences(&points->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
+  }
+  /// Prefetches the points of an array while something else is computed.
+  void call_for(const double* points) const {
+    call_for_sequences(points, batch_.first_point.data(), 3, 3 * shape_.num_points());
+  }
 
- private:
+  // The arrays of the batch:
+  const trees::Shape& shape() const { return shape_; }
   trees::BranchRod* rods() { return &all_.rods_[batch_.first_rod]; }
   trees::BranchRow* rows() { return &all_.rows_[batch_.first_rod]; }
   const Pack3<>* offsets() const { return all_.offsets_.empty() ? nullptr : &all_.offsets_[batch_.first_rod]; }
   const Pack<>* masses() { return all_.inverse_mass_.data() + batch_.first_place; }
-  const Index* block_numbers() const { return &all_.blocks_[batch_.first_rod * num_lanes]; }
+  const Pack3<>* dw() const { return work_.dw.data(); }
   trees::BranchPoints points() { return {masses(), work_.mobility.data(), work_.s.data()}; }
+
+ private:
+  const Index* block_numbers() const { return &all_.blocks_[batch_.first_rod * num_lanes]; }
   std::size_t root(std::size_t lane) const {
     return static_cast<std::size_t>(batch_.first_point[lane]) + shape_.num_rods;
   }
@@ -142,9 +159,7 @@ class TreeBranches::Lanes {
   void read_points(const double* from, std::vector<Pack3<>>* to) const {
     gather_sequences(from, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, &to->data()->x);
   }
-  void write_points(double* to) const {
-    scatter_sequences(&work_.dw.data()->x, batch_.first_point.data(), 3, 3 * shape_.num_points(), 1.0, to);
-  }
+  void write_points(double* to) const { write(work_.dw.data(), to); }
   const Pack<>* read_length_seconds() {
     if (all_.moving_lengths_.empty()) return nullptr;
     for (std::size_t k = 0; k < shape_.num_rods; ++k) {
@@ -163,17 +178,5 @@ class TreeBranches::Lanes {
   Workspace& work_;
   trees::Shape shape_ = all_.plan_.shape(batch_);
 };
-
-template <class Work>
-void TreeBranches::for_each_batch(const Parallel& parallel, std::size_t workspace, const Grove& grove,
-                                  TreePoints* points, const Work& work) {
-  const std::size_t worthwhile = grove.num_rods / plan::rows_of_batches_worth_a_thread, count = grove.batches.size();
-  const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, num_workspaces(parallel));
-  parallel.for_tasks(shares, [&](std::size_t share) {
-    Workspace& own = workspaces_[shares == 1 ? workspace : share];
-    for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k)
-      work(Lanes(this, grove.batches[k], points, &own));
-  });
-}
 
 }  // namespace tanor

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "plan/thresholds.hpp"
 #include "schur/tree_lanes.hpp"
 
 namespace tanor {
@@ -15,30 +14,9 @@ std::unique_ptr<TreeSolver> TreeSolver::make(const SchurProblem& problem, int th
   if (islands->empty()) return nullptr;
   const std::vector<Index> before = *islands;
   const RodRows rods(problem.constraints, problem.numbering.num_rows());
-  std::vector<RodTree> trees;
-  std::vector<Index> numbers;
-  for (const Index island : before) {
-    std::optional<RodTree> tree = RodTree::read(rods, problem.numbering, island);
-    if (!tree.has_value()) continue;
-    trees.push_back(std::move(*tree));
-    numbers.push_back(island);
-  }
-  EqualBranches branches(trees);
-  if (!eagerly) {
-    std::size_t kept = 0;
-    for (std::size_t tree = 0; tree < trees.size(); ++tree) {
-      if (branches.share_in_lanes(tree) < plan::share_of_tree_in_lanes) continue;
-      std::swap(trees[kept], trees[tree]);
-      numbers[kept++] = numbers[tree];
-    }
-    const bool keeps_all = kept == trees.size();
-    trees.resize(kept);
-    numbers.resize(kept);
-    if (!keeps_all) branches = EqualBranches(trees);
-  }
-  if (trees.empty()) return nullptr;
-  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, trees, std::move(branches), threads));
-  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(numbers, island); });
+  TreesInLanes chosen(rods, problem.numbering, eagerly, islands);
+  if (chosen.trees.empty()) return nullptr;
+  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, chosen.trees, std::move(chosen.branches), threads));
   result->serve(problem, before, *islands);
   return result;
 }
@@ -48,11 +26,9 @@ TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::sp
     : branches_(std::move(branches), rods, problem.inverse_mass, threads),
       trunks_(trees, branches_.plan(), rods, problem.inverse_mass, problem.numbering.num_moving),
       points_(problem.inverse_mass.size()),
-      groves_(list_groves(trees, branches_.plan())),
-      rods_before_{0},
+      groves_(trees, branches_.plan()),
       found_(trees.size()),
       reached_(groves_.size()) {
-  for (const Grove& grove : groves_) rods_before_.push_back(rods_before_.back() + grove.num_rods);
   summarize();
 }
 
@@ -70,79 +46,50 @@ void TreeSolver::summarize() {
 
 // ---- grove by grove ----
 
-/// One grove, and the threads that work on it. A thread that is alone has a workspace of its own.
+/// One grove of the solver.
 class TreeSolver::Visit {
  public:
-  Visit(TreeSolver* all, std::size_t number, const Parallel& parallel, std::size_t workspace)
-      : all_(*all), number_(number), grove_(all->groves_[number]), parallel_(parallel), workspace_(workspace) {}
+  Visit(TreeSolver* all, const GroveVisit& visit) : all_(*all), visit_(visit) {}
 
-  std::size_t number() const { return number_; }
+  std::size_t number() const { return visit_.number(); }
 
   void bring(const PointSource* source) const {
     if (source == nullptr) return;
-    if (grove_.trees.size() == 1) return all_.trunks_.bring(parallel_, grove_.trees[0], source);
+    const std::vector<std::size_t>& trees = visit_.grove().trees;
+    if (trees.size() == 1) return all_.trunks_.bring(visit_.parallel(), trees[0], source);
     const Parallel alone(1);
-    for_each_tree([&](std::size_t tree) { all_.trunks_.bring(alone, tree, source); });
+    visit_.for_each_tree([&](std::size_t tree) { all_.trunks_.bring(alone, tree, source); });
   }
   /// Calls work(lanes) for each batch.
   template <class Work>
   void for_each_batch(const Work& work) const {
-    all_.branches_.for_each_batch(parallel_, workspace_, grove_, &all_.points_, work);
+    visit_.for_each_batch([&](std::size_t batch, std::size_t workspace) {
+      work(TreeBranches::Lanes(&all_.branches_, batch, &all_.points_, workspace));
+    });
   }
   /// Calls work(trunk, found) for each trunk.
   template <class Work>
   void for_each_trunk(const Work& work) const {
-    for_each_tree([&](std::size_t tree) { work(tree, &all_.found_[tree]); });
+    visit_.for_each_tree([&](std::size_t tree) { work(tree, &all_.found_[tree]); });
   }
   void forget_right_sides() const {
-    for (const std::size_t tree : grove_.trees) all_.found_[tree].right_side = 0.0;
+    for (const std::size_t tree : visit_.grove().trees) all_.found_[tree].right_side = 0.0;
   }
   double largest_right_side() const {
     double largest = 0.0;
-    for (const std::size_t tree : grove_.trees) largest = larger(largest, all_.found_[tree].right_side);
+    for (const std::size_t tree : visit_.grove().trees) largest = larger(largest, all_.found_[tree].right_side);
     return largest;
   }
 
  private:
-  template <class Work>
-  void for_each_tree(const Work& work) const {
-    const std::size_t rods_a_tree = grove_.num_rods / grove_.trees.size() + 1;
-    parallel_.for_ranges(
-        grove_.trees.size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k]);
-        },
-        plan::rows_worth_a_thread / rods_a_tree + 1);
-  }
-
   TreeSolver& all_;
-  std::size_t number_;
-  const Grove& grove_;
-  const Parallel& parallel_;
-  std::size_t workspace_;
+  const GroveVisit& visit_;
 };
 
-/// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
-/// other; each of the others belongs to one thread.
 template <class Work>
 void TreeSolver::for_each_grove(const Parallel& parallel, const Work& work) {
-  const std::size_t total = rods_before_.back();
-  const std::size_t shares =
-      std::clamp<std::size_t>(total / plan::rows_of_batches_worth_a_thread, 1, branches_.num_workspaces(parallel));
-  const auto is_shared = [&](std::size_t grove) { return shares > 1 && groves_[grove].num_rods * shares > total; };
-  for (std::size_t grove = 0; grove < groves_.size(); ++grove) {
-    if (is_shared(grove)) work(Visit(this, grove, parallel, 0));
-  }
-  const Parallel alone(1);
-  const auto first_of = [&](std::size_t share) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(rods_before_, total * share / shares) -
-                                    rods_before_.begin());
-  };
-  parallel.for_tasks(shares, [&](std::size_t share) {
-    for (std::size_t grove = first_of(share); grove < first_of(share + 1); ++grove) {
-      if (!is_shared(grove)) work(Visit(this, grove, alone, share));
-    }
-  });
+  groves_.visit(parallel, branches_.num_workspaces(parallel),
+                [&](const GroveVisit& visit) { work(Visit(this, visit)); });
 }
 
 void TreeSolver::forget_findings() {

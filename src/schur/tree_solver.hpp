@@ -6,6 +6,7 @@
 
 #include "schur/island_solver.hpp"
 #include "schur/tree_branches.hpp"
+#include "schur/tree_groves.hpp"
 #include "schur/tree_trunks.hpp"
 
 namespace tanor {
@@ -62,10 +63,9 @@ class TreeSolver final : public IslandSolver {
   TreeBranches branches_;
   TreeTrunks trunks_;
   TreePoints points_;
-  std::vector<Grove> groves_;
-  std::vector<std::size_t> rods_before_;  // [grove] rods of all before it, then of all
-  std::vector<TreeFindings> found_;       // [tree]
-  std::vector<Projection> reached_;       // [grove]
+  TreeGroves groves_;
+  std::vector<TreeFindings> found_;  // [tree]
+  std::vector<Projection> reached_;  // [grove]
 };
 
 }  // namespace tanor

@@ -28,6 +28,7 @@ class TreeTrunks {
 
   std::size_t size() const { return trunks_.size(); }
   std::size_t num_rods() const { return rods_.size(); }
+  Index num_moving() const { return num_moving_; }
   bool has_moving_lengths() const { return !moving_lengths_.empty(); }
   /// Brings the moving points of the whole tree.
   void bring(const Parallel& parallel, std::size_t trunk, const PointSource* source) const {
@@ -35,6 +36,31 @@ class TreeTrunks {
     tanor::bring(parallel, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
   }
   void read_offsets(std::span<const Vec3> by_row);
+
+  // ---- the parts of a trunk ----
+
+  /// The rods, from the leaves to the root.
+  std::span<const trees::Rod> rods(std::size_t trunk) const { return of_rods(trunk, rods_); }
+  /// Their directions [rod].
+  std::span<const Vec3> directions(std::size_t trunk) const { return of_rods(trunk, u_); }
+  /// Their parts of the distance from the child to the parent [rod]; empty if there are none.
+  std::span<const Vec3> offsets(std::size_t trunk) const {
+    return offset_.empty() ? std::span<const Vec3>() : of_rods(trunk, offset_);
+  }
+  /// The points but for the roots of branches.
+  std::span<const Index> points(std::size_t trunk) const {
+    return std::span(points_).subspan(trunks_[trunk].first_point,
+                                      trunks_[trunk].end_point - trunks_[trunk].first_point);
+  }
+  struct Branch {
+    std::size_t batch, lane;
+    Index root;
+  };
+  /// The branches that hang on the trunk.
+  std::span<const Branch> branches(std::size_t trunk) const {
+    return std::span(roots_).subspan(trunks_[trunk].first_root, trunks_[trunk].end_root - trunks_[trunk].first_root);
+  }
+
   /// Takes l'' of the lengths that move.
   void take_lengths() {
     for (const auto& [rod, length] : moving_lengths_) length_second_[rod] = length->second;
@@ -43,7 +69,7 @@ class TreeTrunks {
   // ---- the factor: each of these goes from the leaves of a trunk to its root ----
 
   void read_directions(std::size_t trunk, const double* blocks);
-  /// Evaluates the directions at r, and writes them as blocks.
+  /// Evaluates the directions at r, and writes them as blocks unless `blocks` is null.
   void find_directions(std::size_t trunk, const double* r, double* blocks);
   void eliminate(std::size_t trunk, TreePoints* points, TreeFindings* found);
   /// Computes z [row] from b [row]; z may be b.
@@ -81,10 +107,10 @@ class TreeTrunks {
     std::size_t first_rod, end_rod, first_point, end_point, first_root, end_root;
     std::array<Index, 2> points_of_tree;  // first and end
   };
-  struct Branch {
-    std::size_t batch, lane;
-    Index root;
-  };
+  template <class Number>
+  std::span<const Number> of_rods(std::size_t trunk, const std::vector<Number>& numbers) const {
+    return std::span(numbers).subspan(trunks_[trunk].first_rod, trunks_[trunk].end_rod - trunks_[trunk].first_rod);
+  }
 
   void list_trunks(std::span<const RodTree> trees, const EqualBranches& branches);
   void read_rods(const RodRows& given);

@@ -24,8 +24,8 @@ struct Expanded {
   Outcome outcome;
 
   /// Solves each order so many times more than the accelerations were.
-  explicit Expanded(const System& system, int extra_passes = 0, const SeriesDemand& wanted = {})
-      : work(system, {.threads = 1}, 0.0), form(work, {.threads = 1}) {
+  explicit Expanded(const System& system, int extra_passes = 0, const SeriesDemand& wanted = {}, int threads = 1)
+      : work(system, {.threads = threads}, 0.0), form(work, {.threads = threads}) {
     const std::size_t n = form.size();
     coefficients.assign(order + 1, std::vector<double>(n, std::nan("")));
     r.resize(n);

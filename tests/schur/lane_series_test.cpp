@@ -1,6 +1,7 @@
-/// The motion of equal islands, of paths beside others and of what is left is expanded in time. The series are compared
-/// order by order with those of the general solver.
+/// The motion of equal islands, of paths beside others, of trees and of what is left is expanded in time. The series
+/// are compared order by order with those of the general solver.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -78,7 +79,7 @@ const Pairs pairs_of_star{{0, 1}, {0, 2}, {0, 3}, {1, 4}, {1, 5}};
 LaneSeries make_lanes(const System& system) {
   const Workspace work(system, {.threads = 1}, 0.0);
   const Model& model = work.model();
-  return {model.system, work.constraints, model.numbering, model.inverse_mass};
+  return {model.system, work.constraints, model.numbering, model.inverse_mass, 1};
 }
 
 TEST(LaneSeries, EqualIslandsAgreeWithTheGeneralSolver) {
@@ -126,6 +127,171 @@ TEST(LaneSeries, MorePassesAgreeToo) {
     EXPECT_LE(compare(islands.finish(), 2), agreement) << seed;
   }
 }
+
+// ---- trees ----
+
+/// Makes arms from one point, each rod of which ends where two others begin, `depth` rods long.
+Pairs pairs_of_dendrimer(int arms, int depth) {
+  Pairs result;
+  Index first = 0, end = 1;
+  for (int level = 0; level < depth; ++level) {
+    const Index next = end;
+    for (Index from = first; from < next; ++from) {
+      for (int branch = 0; branch < (level == 0 ? arms : 2); ++branch) result.push_back({from, end++});
+    }
+    first = next;
+  }
+  return result;
+}
+/// Makes a backbone on each point of which a tree hangs, which a list of parents describes; -1 is the backbone.
+Pairs pairs_of_comb(Index teeth, const std::vector<Index>& parents) {
+  Pairs result;
+  const auto size = static_cast<Index>(parents.size()) + 1;
+  for (Index tooth = 0; tooth < teeth; ++tooth) {
+    if (tooth > 0) result.push_back({(tooth - 1) * size, tooth * size});
+    for (Index k = 1; k < size; ++k)
+      result.push_back({tooth * size + parents[static_cast<std::size_t>(k - 1)] + 1, tooth * size + k});
+  }
+  return result;
+}
+const std::vector<Index> fork{-1, 0, 0, 2}, lopsided{-1, 0, 1, 0, 3, 3, 5, 5, 5};
+
+void add_tree(const Pairs& pairs, SetOfIslands* islands) {
+  islands->add(pairs.size() + 1, pairs);
+}
+/// Adds a comb that supports hold at every third point of the backbone and at the first point of the next tooth.
+void add_held_comb(Index teeth, const std::vector<Index>& parents, SetOfIslands* islands) {
+  Pairs pairs = pairs_of_comb(teeth, parents);
+  const auto size = static_cast<Index>(parents.size()) + 1;
+  std::vector<Index> held;
+  const auto hold = [&](Index point) {
+    held.push_back(static_cast<Index>(pairs.size()) + 1);
+    pairs.push_back({point, held.back()});
+  };
+  for (Index tooth = 0; tooth + 1 < teeth; tooth += 3) {
+    hold(tooth * size);
+    hold((tooth + 1) * size + 1);
+  }
+  islands->add(pairs.size() + 1, pairs, held);
+}
+
+TEST(LaneSeries, TreesOfEqualBranchesAgreeWithTheGeneralSolver) {
+  for (std::uint32_t seed = 0; seed < 3; ++seed) {
+    for (const Pairs& tree : {pairs_of_dendrimer(3, 6), pairs_of_dendrimer(2, 9), pairs_of_comb(16, fork),
+                              pairs_of_comb(19, lopsided), pairs_of_comb(40, {-1, 0, 1})}) {
+      SetOfIslands islands(seed);
+      add_tree(tree, &islands);
+      const System system = islands.finish();
+      ASSERT_TRUE(make_lanes(system).serves_all());
+      EXPECT_LE(compare(system), agreement) << tree.size() << ", " << seed;
+    }
+  }
+}
+
+/// Some of the supports are joined to the roots of branches.
+TEST(LaneSeries, TreesMayHangFromSupports) {
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    SetOfIslands islands(seed);
+    add_held_comb(20, lopsided, &islands);
+    const System system = islands.finish();
+    ASSERT_TRUE(make_lanes(system).serves_all());
+    EXPECT_LE(compare(system), agreement) << seed;
+  }
+}
+
+/// Trees of several sizes share batches, and some stand alone.
+TEST(LaneSeries, TreesSideBySideAgreeWithTheGeneralSolver) {
+  SetOfIslands islands(1);
+  for (const Index teeth : {12, 9, 14, 12, 11, 19, 12}) add_tree(pairs_of_comb(teeth, fork), &islands);
+  add_tree(pairs_of_dendrimer(3, 7), &islands);
+  add_held_comb(11, lopsided, &islands);
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  EXPECT_LE(compare(system), agreement);
+}
+
+TEST(LaneSeries, TreesKnowTheImagesOfPeriodicPoints) {
+  SetOfIslands islands(2);
+  add_held_comb(24, fork, &islands);
+  islands.shift_images();
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  EXPECT_LE(compare(system), agreement);
+}
+
+/// A further solve finds what a solve in lanes leaves, next to nothing, and the series do not change but for rounding.
+TEST(LaneSeries, MorePassesAgreeOnTreesToo) {
+  SetOfIslands islands(3);
+  add_tree(pairs_of_dendrimer(3, 7), &islands);
+  add_held_comb(20, lopsided, &islands);
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  const series::Expanded once(system);
+  for (const int extra_passes : {1, 2}) {
+    EXPECT_LE(compare(system, extra_passes), agreement);
+    const series::Expanded more(system, extra_passes);
+    for (std::size_t k = 0; k < once.coefficients.size(); ++k) {
+      double largest = 0.0, difference = 0.0;
+      for (std::size_t i = 0; i < once.coefficients[k].size(); ++i) {
+        largest = larger(largest, std::abs(once.coefficients[k][i]));
+        difference = larger(difference, std::abs(once.coefficients[k][i] - more.coefficients[k][i]));
+      }
+      EXPECT_LE(difference, 1e-9 * largest) << k;
+    }
+  }
+}
+
+/// All threads work on the large tree together, and each takes some of the others.
+TEST(LaneSeries, TreesGiveTheSameBitsOnAnyThreads) {
+  SetOfIslands islands(5);
+  for (Index k = 0; k < 90; ++k) add_tree(pairs_of_comb(16 + k % 4, lopsided), &islands);
+  add_tree(pairs_of_dendrimer(3, 12), &islands);
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  for (const int extra_passes : {0, 1}) {
+    const series::Expanded one(system, extra_passes, {}, 1);
+    ASSERT_TRUE(one.outcome.ok()) << one.outcome.what;
+    for (const int threads : {2, 3})
+      EXPECT_EQ(series::Expanded(system, extra_passes, {}, threads).coefficients, one.coefficients);
+  }
+}
+
+TEST(LaneSeries, TreesOfFewEqualBranchesAreLeftToTheGeneralSolver) {
+  SetOfIslands islands(6);
+  add_tree(pairs_of_comb(9, {-1}), &islands);
+  EXPECT_FALSE(make_lanes(islands.finish()).serves_some());
+}
+
+RC_GTEST_PROP(LaneSeries, RandomTreesAgreeWithTheGeneralSolver, ()) {
+  SetOfIslands islands(*rc::gen::arbitrary<std::uint32_t>());
+  for (int tree = *rc::gen::inRange(1, 4); tree > 0; --tree) {
+    std::vector<Index> parents{-1};
+    for (int k = *rc::gen::inRange(2, 20); k > 0; --k)
+      parents.push_back(*rc::gen::inRange(0, static_cast<int>(parents.size())));
+    const auto teeth = static_cast<Index>(*rc::gen::inRange(8, 30));
+    *rc::gen::arbitrary<bool>() ? add_held_comb(teeth, parents, &islands)
+                                : add_tree(pairs_of_comb(teeth, parents), &islands);
+  }
+  const System system = islands.finish();
+  RC_ASSERT(compare(system, *rc::gen::inRange(0, 2)) <= agreement);
+}
+
+TEST(LaneSeries, TreesMoveAsByStages) {
+  SetOfIslands islands(7);
+  add_held_comb(19, lopsided, &islands);
+  const System system = islands.finish();
+  ASSERT_TRUE(make_lanes(system).serves_all());
+  Simulation by_series(system, {.method = Method::Taylor, .rtol = 1e-9, .start = StartMode::Project}, {.threads = 1});
+  Simulation by_stages(system, {.method = Method::Dop853, .rtol = 1e-9, .start = StartMode::Project}, {.threads = 1});
+  for (Simulation* const each : {&by_series, &by_stages}) {
+    const Outcome outcome = each->advance_to(0.1);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  for (std::size_t k = 0; k < system.positions.size(); ++k)
+    EXPECT_NEAR(by_series.positions()[k], by_stages.positions()[k], 1e-7);
+}
+
+// ---- mixtures ----
 
 /// Makes paths, rings, bodies, islands of a kind of their own, rods whose lengths move, beads on spheres and free
 /// points.
