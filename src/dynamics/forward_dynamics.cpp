@@ -44,7 +44,7 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
                               double* w) {
   work_.set_time(at.t);
   ++work_.counters.evaluations;
-  exact_ = request.exact && model_.is_exact;
+  exact_ = model_.is_exact_for(request);
   FactorReuse* const reuse = linearization_.factor().reuse();
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();

@@ -8,6 +8,7 @@
 
 #include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
+#include "dynamics/instant.hpp"
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
 #include "evaluate/parametrisation.hpp"
@@ -67,6 +68,8 @@ class Model : public NumberedSystem {
   /// The initial positions, from which an order of elimination may follow.
   PointPlaces places() const { return {system.positions, numbering.user_point}; }
   bool has_friction() const { return num_contacts_ > 0; }
+  /// Returns true if accelerations are to be refined to rounding.
+  bool is_exact_for(const Request& request) const { return request.exact && is_exact; }
   bool has_moving_supports() const { return !moving_supports_.empty(); }
   /// Returns true if reactions may do work.
   bool is_rheonomic() const { return has_moving_supports() || depends_on_time_; }

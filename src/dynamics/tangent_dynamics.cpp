@@ -41,7 +41,7 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, con
 Outcome TangentDynamics::find(const Kinematics& at, const Request& request, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   ++work_.counters.evaluations;
-  const bool is_exact = request.exact && model_.is_exact;
+  const bool is_exact = model_.is_exact_for(request);
   const bool has_closed_form = !is_exact && friction_ == nullptr && has_closed_form_;
   if (has_closed_form && solve_in_closed_form(at, q_ddot)) {
     remember(at);

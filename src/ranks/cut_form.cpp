@@ -66,7 +66,7 @@ Outcome CutForm::solve(const Kinematics& at, const Request& request, double scal
   const Stopwatch watch(&work_.times.solve);
   const auto find_multipliers = [&] {
     linearization_.solve(b_.data(), lambda_.data(), dw_.data());
-    report->refinements = refine(b_.data(), scale, request.exact && model_.is_exact, &report->residual);
+    report->refinements = refine(b_.data(), scale, model_.is_exact_for(request), &report->residual);
     return report->residual <= contradiction;
   };
   const bool is_fine = find_multipliers();

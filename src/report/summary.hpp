@@ -34,6 +34,7 @@ struct RunFacts {
 };
 
 inline constexpr const char* summary_name = "summary.json";
+
 /// All points and equations at the end of a run, in the order of the scene.
 struct EndArrays {
   std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;

@@ -124,8 +124,7 @@ void GramSolver::set_active(std::span<const char> active) {
     for (std::vector<int>* list : {&part.zero_slots, &part.unit_slots, &part.inactive_places}) list->clear();
     if (active.empty()) continue;
     const auto is_inactive = [&](std::size_t place) {
-      const std::size_t row = part.permutation.empty() ? place : static_cast<std::size_t>(part.permutation[place]);
-      return active[static_cast<std::size_t>(part.first_row) + row] == 0;
+      return active[static_cast<std::size_t>(part.first_row) + part.row_at(place)] == 0;
     };
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
     for (std::size_t column = 0; column < part.x.size(); ++column) {
@@ -143,8 +142,7 @@ void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t fi
   for (Part& part : parts_) {
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
     for (std::size_t column = 0; column < part.x.size(); ++column) {
-      const std::size_t place = part.permutation.empty() ? column : static_cast<std::size_t>(part.permutation[column]);
-      const Index row = user_row[static_cast<std::size_t>(part.first_row) + place];
+      const Index row = user_row[static_cast<std::size_t>(part.first_row) + part.row_at(column)];
       if (static_cast<std::size_t>(row) < first) continue;
       for (int slot = start[column]; slot < start[column + 1]; ++slot) {
         if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) {
@@ -182,10 +180,8 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   for_parts(parallel, std::mem_fn(&Part::factorizes_by_threads), [](Part& part, int threads) {
     const Cholesky::Quality quality = part.factorize(threads);
-    const std::size_t column = quality.weakest_column;
-    const bool ordered = !part.permutation.empty() && column < part.permutation.size();
-    const std::size_t row = ordered ? static_cast<std::size_t>(part.permutation[column]) : column;
-    part.quality = {quality.positive_definite, static_cast<std::size_t>(part.first_row) + row,
+    part.quality = {quality.positive_definite,
+                    static_cast<std::size_t>(part.first_row) + part.row_at(quality.weakest_column),
                     quality.reciprocal_condition};
   });
   // A failed part counts before a weak one, the weakest part before the others.

@@ -94,6 +94,10 @@ class GramSolver {
     std::variant<ClosedForm, Cholesky> factor;
     std::vector<double> x;  // right-hand side in the order of elimination
     Quality quality;
+    /// Returns the row at a place in the order of elimination.
+    std::size_t row_at(std::size_t place) const {
+      return place < permutation.size() ? static_cast<std::size_t>(permutation[place]) : place;
+    }
     double* values() {
       return std::visit([](auto& any) { return any.values(); }, factor);
     }
