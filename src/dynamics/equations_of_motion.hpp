@@ -30,6 +30,9 @@ class EquationsOfMotion : public Mechanics {
   /// Continues a motion from elsewhere. Its earlier steps are unknown, and the work counters go on from those given.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
+  /// True if other processes take part in the calls of this form, and `prescribe` may throw here alone. All of them
+  /// must know of it before the next call.
+  virtual bool is_prescribed_together() const { return false; }
   /// Fetches the states of points on other processes that equations of this process need. A null `v` is not fetched.
   virtual void fetch_guests(double* r, double* v) = 0;
 

@@ -35,6 +35,9 @@ class Forces {
   bool depends_on_velocity() const {
     return !drags_.empty() || springs_.has_damping() || formulas_.depends_on_velocity();
   }
+  /// True if forces are given as functions of time, which may end (tables). `set_time` throws InputError there.
+  bool depend_on_time() const { return given_.depend_on_time(); }
+  void set_time(double t) { given_.set_time(t); }
   bool has_pairs() const { return !pairs_.empty() || !pairs_beyond_.empty(); }
   /// Adds pair forces that reach to other processes. Calls that need them are collective from here on.
   void add_pairs_beyond(std::unique_ptr<PairsBeyond> pairs) { pairs_beyond_.push_back(std::move(pairs)); }

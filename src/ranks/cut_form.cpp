@@ -15,6 +15,7 @@ CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part
       part_(part),
       linearization_(work, part, options.ordering),
       agreement_(linearization_.agreement()),
+      depends_on_time_(agreement_.any(model_.is_rheonomic() || work.forces.depend_on_time())),
       projector_(work, linearization_),
       energies_(work, part, agreement_),
       neighbourhoods_(work, part),
@@ -39,6 +40,13 @@ SeriesExpansion* CutForm::series(std::string* why_not) {
   if (series_ == nullptr) series_ = std::make_unique<CutSeries>(work_, linearization_, energies_, neighbourhoods_);
   if (why_not != nullptr) *why_not = series_->obstacle();
   return series_->obstacle().empty() ? series_.get() : nullptr;
+}
+
+/// Goes to t with all that may end there, since other calls are collective.
+void CutForm::prescribe(double t, double* r, double* v) {
+  PointForm::prescribe(t, r, v);
+  work_.set_time(t);
+  work_.forces.set_time(t);
 }
 
 // ---- accelerations ----

@@ -28,6 +28,8 @@ class CutForm final : public PointForm {
   CutForm(Workspace& work, const SolverOptions& options, const Part& part);
 
   bool has_work() const override { return energies_.has_work(); }
+  void prescribe(double t, double* r, double* v) override;
+  bool is_prescribed_together() const override { return depends_on_time_; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override;
@@ -77,6 +79,7 @@ class CutForm final : public PointForm {
   Part part_;
   CutLinearization linearization_;
   Agreement& agreement_;
+  bool depends_on_time_;  // on some rank
   CutProjector projector_;
   CutEnergies energies_;
   SharedNeighbourhoods neighbourhoods_;

@@ -18,6 +18,7 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
     : own_(own),
       ranks_(ranks),
       agreement_(ranks),
+      prescription_(own, agreement_),
       keeps_variables_(agreement_.all(own.keeps_variables())),
       has_work_(agreement_.any(own.has_work())),
       own_rank_(own.rank()),
@@ -71,7 +72,7 @@ SeriesExpansion* SharedMechanics::series(std::string* why_not) {
 template <class Work>
 Outcome SharedMechanics::conclude_with(const Work& work, std::span<double> numbers) {
   std::vector<double> all(numbers.size() + 2);
-  Outcome outcome = agreement_.together(
+  Outcome outcome = prescription_.together(
       [&] {
         Outcome own = work();
         std::copy(numbers.begin(), numbers.end(), all.begin());
@@ -151,12 +152,12 @@ ErrorRatios SharedMechanics::error_ratios(double t, const StepErrors& errors, do
 
 // ---- EquationsOfMotion ----
 
-StartReport SharedMechanics::start(double t, double* r, double* v, StartMode mode) {
+StartReport SharedMechanics::conclude_start(const std::function<StartReport()>& start) {
   StartReport report;
   std::array<double, 3> numbers{};
   report.outcome = conclude_with(
       [&] {
-        StartReport own = own_.start(t, r, v, mode);
+        StartReport own = start();
         numbers = {own.position_correction, own.velocity_correction, own.relative};
         return own.outcome;
       },

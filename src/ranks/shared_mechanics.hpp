@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "ranks/agreement.hpp"
+#include "ranks/shared_prescription.hpp"
 
 namespace tanor {
 
@@ -31,7 +33,8 @@ class SharedMechanics final : public EquationsOfMotion {
   double largest(double own) override { return agreement_.largest(own); }
   double sum(double own) override { return agreement_.sum(own); }
 
-  void prescribe(double t, double* x, double* v) override { own_.prescribe(t, x, v); }
+  /// Not collective. What it throws is thrown on all ranks by the next call that finds accelerations or projects.
+  void prescribe(double t, double* x, double* v) override { prescription_.prescribe(t, x, v); }
   Outcome linearise(double t, const double* x) override;
   double reciprocal_condition() const override { return reciprocal_condition_; }
   std::size_t rank() const override { return rank_; }
@@ -45,7 +48,11 @@ class SharedMechanics final : public EquationsOfMotion {
   Roles roles() override;
   SeriesExpansion* series(std::string* why_not) override;
 
-  StartReport start(double t, double* r, double* v, StartMode mode) override;
+  StartReport start(double t, double* r, double* v, StartMode mode) override {
+    return conclude_start([&] { return own_.start(t, r, v, mode); });
+  }
+  /// Returns what all ranks say together of a start that each of them makes on its own.
+  StartReport conclude_start(const std::function<StartReport()>& start);
   ProjectionReport project_point_positions(double t, double* r) override;
   ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
   Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) override;
@@ -91,6 +98,7 @@ class SharedMechanics final : public EquationsOfMotion {
   EquationsOfMotion& own_;
   Ranks& ranks_;
   Agreement agreement_;
+  SharedPrescription prescription_;
   bool keeps_variables_, has_work_;
   double reciprocal_condition_ = 1.0;  // state after the last linearisation
   std::size_t own_rank_ = 0, rank_ = 0;

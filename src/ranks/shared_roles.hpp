@@ -30,7 +30,7 @@ class SharedMechanics::Projector final : public StepProjector {
   const Vec3* uniform_acceleration() const override { return is_uniform_ ? own_.uniform_acceleration() : nullptr; }
   std::size_t num_moving() const override { return own_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) override {
-    return mechanics_.agreement_.together([&] { return own_.free_accelerations(at, request, a); });
+    return mechanics_.prescription_.together([&] { return own_.free_accelerations(at, request, a); });
   }
   ProjectionReport project_step(double t, double h, const PointSource& source, double* x,
                                 double* step_velocity) override {
@@ -134,7 +134,12 @@ class SharedMechanics::Series final : public SeriesExpansion {
   bool has_cheap_terms() const override { return has_cheap_terms_; }
   bool leaves_out_terms() const override { return leaves_out_terms_; }
   Power power_along(const Kinematics& at, int terms) override {
-    return sum_powers(mechanics_.ranks_, own_.power_along(at, terms));
+    Power own;
+    (void)mechanics_.prescription_.together([&] {
+      own = own_.power_along(at, terms);
+      return Outcome{};
+    });
+    return sum_powers(mechanics_.ranks_, own);
   }
   std::span<const Index> neighbourhoods() const override { return own_.neighbourhoods(); }
   void find_largest(std::span<double> of_neighbourhoods) override { own_.find_largest(of_neighbourhoods); }

@@ -182,11 +182,49 @@ TEST(CutIslands, ForcesThatOneRankAloneCanComputeAreRefused) {
     ThreadWorld(2).run([&](Ranks& ranks) { (void)take_part(system, cut_along(system, 0, 2), ranks); });
   };
   EXPECT_THROW(take(held), InputError);
-  System charged = make_chain(6), walled = make_chain(6);
+  System charged = make_chain(6), walled = make_chain(6);  // here the support is a charge as well
   charged.forces.push_back(PairForces{.name = "charges", .law = PairLaw::Coulomb, .charges = {1e-6}});
   walled.forces.push_back(PairForces{.name = "beads", .sigma = 0.05});  // the support is a bead as well
   EXPECT_THROW(take(charged), InputError);
   EXPECT_THROW(take(walled), InputError);
+}
+
+/// A table that ends at 0.05 s on one rank alone, of a support's motion, a length or a force, throws on all of them.
+TEST(CutIslands, TableThatEndsOnOneRankEndsAllWithItsMessage) {
+  const ScalarFunction ends = ScalarFunction::table({0.0, 0.02, 0.05}, {0.0, 0.0, 0.0}),
+                       stays = ScalarFunction::table({0.0, 0.02, 0.05}, std::vector<double>(3, scenes::spacing));
+  System shaken = make_chain(8), breathing = shaken, pushed = shaken;
+  shaken.supports[0].displacement = {ends, 0.0, 0.0};
+  std::get<Rods>(breathing.constraints[0]).length.functions.assign(8, scenes::spacing);
+  std::get<Rods>(breathing.constraints[0]).length.constants.clear();
+  std::get<Rods>(breathing.constraints[0]).length.functions.back() = stays;
+  pushed.forces.push_back(ConstantForce{.name = "push", .points = {8}, .force = {ends, 0.0, 0.0}});
+  const auto complain = [](const System& system, const MotionOptions& options, const std::vector<int>& owner,
+                           int num_ranks) {
+    std::vector<std::string> complaints(static_cast<std::size_t>(num_ranks));
+    ThreadWorld(num_ranks).run([&](Ranks& ranks) {
+      const RankSystem own = take_part(system, owner, ranks);
+      Simulation simulation(own.system, own.part, options, one_thread());
+      try {
+        (void)simulation.advance_to(0.2);
+      } catch (const InputError& error) {
+        complaints[static_cast<std::size_t>(ranks.rank())] = error.where() + ": " + error.what();
+      }
+    });
+    return complaints;
+  };
+  for (const System& system : {shaken, breathing, pushed}) {
+    for (const MotionOptions& options : {options_of(Method::Dop853), options_of(Method::Rattle, 4e-3),
+                                         options_of(Method::Taylor), options_of(Method::Rk4, 4e-3)}) {
+      SCOPED_TRACE(name_of(options.method));
+      const std::vector<int> whole(system.num_points(), 0);
+      const std::string wanted = complain(system, options, whole, 1).front();
+      const std::string what = wanted.substr(wanted.find(" is outside"));  // behind the time
+      EXPECT_NE(what.find("0.05"), std::string::npos) << wanted;
+      for (const std::string& found : complain(system, options, cut_along(system, 0, 3), 3))
+        EXPECT_NE(found.find(what), std::string::npos) << found;
+    }
+  }
 }
 
 /// A run that two ranks saved continues on one and on four.

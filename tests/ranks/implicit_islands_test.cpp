@@ -203,6 +203,30 @@ TEST(ImplicitIslands, TableThatEndsOnOneRankEndsAllWithItsMessage) {
   });
 }
 
+/// The support of the first rank ends its motion. The second one has none that moves.
+TEST(ImplicitIslands, SupportWhoseTableEndsOnOneRankEndsAllWithItsMessage) {
+  System system = make_pendulums(2);
+  system.supports = {{"shaken", {0}, {}}, {"still", {3}, {}}};
+  system.supports[0].displacement = {ScalarFunction::table({0.0, 0.02, 0.05}, {0.0, 0.0, 0.0}), 0.0, 0.0};
+  for (MotionOptions options :
+       {implicit_options(Method::GeneralizedAlpha), implicit_options(Method::Radau5), options_of(Method::Dop853),
+        options_of(Method::Rattle, 1e-4), options_of(Method::Auto)}) {
+    SCOPED_TRACE(name_of(options.method));
+    int num_told = 0;
+    ThreadWorld(2).run([&](Ranks& ranks) {
+      const RankSystem own = take_part(system, give_whole(system, 2), ranks);
+      Simulation simulation(own.system, own.part, options, one_thread());
+      try {
+        (void)simulation.advance_to(0.1);
+      } catch (const InputError& error) {
+        if (ranks.rank() == 1) ++num_told;
+        EXPECT_NE(std::string(error.what()).find("0.05"), std::string::npos) << error.what();
+      }
+    });
+    EXPECT_EQ(num_told, 1) << "the rank without a support that moves";
+  }
+}
+
 /// With this unstable force a M - df/dx is exactly 0 in a step of 1/2 s, so that the factorization of the first rank
 /// fails. Halves of the step are made on both.
 TEST(ImplicitIslands, SingularMatrixOfOneRankRejectsTheStepOfAll) {
