@@ -79,6 +79,10 @@ struct ChosenMethod {
 /// given, else taylor if everything has a series in time, else dop853. A simulation switches from taylor or dop853 to
 /// radau5 if stability alone holds their steps short (MotionReport::method and method_reason then say so).
 TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics);
+/// Returns true if the motion asks for an implicit method, or if `auto` chooses one by the system's description. Such a
+/// motion needs whole islands on every rank (see ranks.hpp), since each rank factorizes its own part of Newton's
+/// matrix.
+TANOR_API bool wants_whole_islands(const MotionOptions& options, const System& system);
 
 /// Kinetic and potential energy, J, and the work done since the start.
 struct TANOR_API EnergyReport {

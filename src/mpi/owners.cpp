@@ -67,15 +67,17 @@ void for_each_pair_group(const System& system, std::span<const Index> all, const
 
 /// Calls visit(points) for what joins points that one rank must have; `all` [n] are the points.
 template <class Visit>
-void for_each_bundle(const System& system, std::span<const Index> all, const Visit& visit) {
+void for_each_bundle(const System& system, std::span<const Index> all, Islands islands, const Visit& visit) {
   const std::vector<char> is_support = mark_supports(system);
   for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
-    if (!may_be_shared(pairs, points, is_support)) visit(points);
+    if (islands == Islands::AreWhole || !may_be_shared(pairs, points, is_support)) visit(points);
   });
   const auto visit_group = [&]<class Group>(const Group& group) {
     if constexpr (requires { KindOf<Group>::tied_points(group); }) {
       const std::vector<Index> points = KindOf<Group>::tied_points(group);
       visit(std::span<const Index>(points));
+    } else if constexpr (!has_single_points<Group>) {
+      for (const auto& points : list_of(group)) visit(std::span<const Index>(points));
     }
   };
   for (const Coordinates& coordinates : system.coordinates) std::visit(visit_group, coordinates);
@@ -83,28 +85,30 @@ void for_each_bundle(const System& system, std::span<const Index> all, const Vis
 
 class Clusters {
  public:
-  explicit Clusters(const System& system) : system_(system), root_(system.num_points()) {
+  Clusters(const System& system, Islands islands) : system_(system), root_(system.num_points()) {
     std::iota(root_.begin(), root_.end(), 0);
     for (const Support& support : system.supports)
       for (const Index point : support.points) root_[static_cast<std::size_t>(point)] = nobody;
     std::vector<Index> all(system.num_points());
     std::iota(all.begin(), all.end(), 0);
     for_each_link(system, [&](std::span<const Index> points, int) { join(points); });
-    for_each_bundle(system, all, [&](std::span<const Index> points) { join(points); });
+    for_each_bundle(system, all, islands, [&](std::span<const Index> points) { join(points); });
     number();
     for_each_link(system, [&](std::span<const Index> points, int rows) {
       if (Cluster* const cluster = find_cluster(points)) cluster->rows += rows;
     });
-    for_each_bundle(system, all, [&](std::span<const Index> points) {
+    for_each_bundle(system, all, islands, [&](std::span<const Index> points) {
       if (Cluster* const cluster = find_cluster(points); cluster != nullptr && points.size() > 1)
         cluster->may_be_cut = false;
     });
+    if (islands == Islands::AreWhole) {
+      for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
+      return;
+    }
     const std::vector<char> is_support = mark_supports(system);
     for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
       has_shared_pairs_ = has_shared_pairs_ || may_be_shared(pairs, points, is_support);
     });
-    if (!system.friction.empty())
-      for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
   }
 
   const std::vector<Cluster>& all() const { return clusters_; }
@@ -309,10 +313,11 @@ void require_all(std::span<const int> owner, int num_ranks) {
 
 }  // namespace
 
-std::vector<int> assign_owners(const System& system, int num_ranks) {
+std::vector<int> assign_owners(const System& system, int num_ranks, Islands islands) {
   std::vector<int> owner(system.num_points(), 0);
   if (num_ranks == 1) return owner;
-  Clusters clusters(system);
+  if (has_contacts(system) || !system.coordinates.empty()) islands = Islands::AreWhole;
+  Clusters clusters(system, islands);
   std::vector<Piece> pieces = make_pieces(system, &clusters, num_ranks);
   clusters.has_shared_pairs() ? bisect(pieces, 0, num_ranks) : balance(pieces, num_ranks);
   for (const Piece& piece : pieces)

@@ -51,13 +51,16 @@ class TANOR_API MpiRanks final : public Ranks {
   std::vector<MPI_Request> requests_;
 };
 
+/// Tells if points that constraints or forces join may lie on several ranks.
+enum class Islands { MayBeCut, AreWhole };
+
 /// Returns [point] the rank that owns each point that moves, and 0 for supports. The result is the same on every rank.
 ///
 /// Points that constraints and forces join stay together, and go where they balance the predicted cost of the ranks. A
 /// group that costs more than a rank's share is cut into pieces with METIS, its points being the graph's vertices,
-/// unless forces of several points, friction or coordinates hold it together. Throws InputError if a rank would own
-/// nothing.
-TANOR_API std::vector<int> assign_owners(const System& system, int num_ranks);
+/// unless `islands` are whole, as implicit methods want them (`wants_whole_islands`). Friction and coordinates also
+/// keep them whole. Throws InputError if a rank would own nothing.
+TANOR_API std::vector<int> assign_owners(const System& system, int num_ranks, Islands islands = Islands::MayBeCut);
 
 /// An array of the numbers of points, of which every rank has some, in a file that all ranks write together. Numbers
 /// stand in the order of all points. All functions are collective and throw std::runtime_error if a file fails.

@@ -13,6 +13,7 @@
 #include "ranks/agreement.hpp"
 #include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
+#include "system/members.hpp"
 
 namespace tanor {
 
@@ -109,24 +110,31 @@ ChosenMethod choose_method(const MotionOptions& options, const Part& part, const
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
   const System& system = dynamics.system();
   return choose(
-      options, dynamics.plan().form == Form::Tangent, system.friction.empty(),
-      [&] { return measure_stiffness(system); }, [&] { return dynamics.series_obstacle(); });
+      options, dynamics.plan().form == Form::Tangent, !has_contacts(system), [&] { return measure_stiffness(system); },
+      [&] { return dynamics.series_obstacle(); });
+}
+
+bool wants_whole_islands(const MotionOptions& options, const System& system) {
+  if (options.method != Method::Auto) return traits_of(options.method).is_implicit;
+  return !has_contacts(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
 }
 
 namespace {
 
-/// Chooses the normal form for rattle and the implicit methods, which need it.
-SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
+/// Chooses the normal form for rattle and the implicit methods, which need it. `has_equations` is true if some rank has
+/// constraints.
+SolverOptions resolve(SolverOptions solver, const System& system, bool has_equations, Method method) {
   // The mechanics itself tells whether there are series in time, with the reason.
   if (method == Method::Taylor) return solver;
   const MethodTraits& traits = traits_of(method);
-  if (!traits.serves_friction && !system.friction.empty()) {
+  for (std::size_t k = 0; k < system.friction.size() && !traits.serves_friction; ++k) {
+    if (num_contacts(system, k) == 0) continue;
     throw InputError("/motion/method", std::string(traits.name) + " does not know friction (" +
-                                           friction_name(system, 0) + "); " +
+                                           friction_name(system, k) + "); " +
                                            list_methods(std::mem_fn(&MethodTraits::serves_friction)) + " do");
   }
   if (traits.steps_in_coordinates || system.coordinates.empty()) return solver;
-  if (solver.form == Form::Tangent || num_equations(system) == 0) {
+  if (solver.form == Form::Tangent || !has_equations) {
     throw InputError("/motion/method",
                      std::string(traits.name) + " projects onto constraints, the tangent form has none; " +
                          list_methods(std::mem_fn(&MethodTraits::steps_in_coordinates)) + " step in coordinates");
@@ -151,12 +159,14 @@ void check_reach(const Part& part, Method method) {
 SolverOptions check_together(const Part& part, const System& system, const MotionOptions& motion,
                              const SolverOptions& solver, double t_start) {
   SolverOptions resolved;
+  bool has_equations = num_equations(system) > 0;
+  if (!part.is_whole()) has_equations = Agreement(*part.ranks).any(has_equations);
   const auto check = [&]() -> Outcome {
     check_options(motion);
     check_start_time(t_start);
     validate(system, t_start);
     check_reach(part, motion.method);
-    resolved = resolve(solver, system, motion.method);
+    resolved = resolve(solver, system, has_equations, motion.method);
     return {};
   };
   if (part.is_whole())

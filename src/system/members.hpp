@@ -105,6 +105,13 @@ void for_each_tuple(const System& system, const Visit& visit) {
   }
 }
 
+/// True if friction acts somewhere. An entry without contacts has no effect.
+inline bool has_contacts(const System& system) {
+  for (std::size_t k = 0; k < system.friction.size(); ++k)
+    if (num_contacts(system, k) > 0) return true;
+  return false;
+}
+
 /// True if points that are far enough from each other are no pair.
 inline bool has_cutoff(const PairForces& pairs) {
   return pairs.law == PairLaw::Wca || pairs.law == PairLaw::Lj || pairs.cutoff.has_value();

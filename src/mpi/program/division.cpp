@@ -84,7 +84,8 @@ Division Division::divide(MpiRanks& ranks, scene::Scene scene) {
   const System& whole = division.scene_.system;
   division.mark_ = mark_of(division.scene_);
   division.counts_ = count(whole);
-  division.part_ = take_part(whole, assign_owners(whole, ranks.size()), ranks);
+  const Islands islands = wants_whole_islands(division.scene_.motion, whole) ? Islands::AreWhole : Islands::MayBeCut;
+  division.part_ = take_part(whole, assign_owners(whole, ranks.size(), islands), ranks);
   return division;
 }
 
