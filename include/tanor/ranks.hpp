@@ -129,7 +129,7 @@ TANOR_API RankSystem take_part(const System& system, std::span<const int> owner,
 /// Joins parts that the ranks bring, so that none of them ever holds the whole system: whole islands, with all forces
 /// and supports that act on them. Nothing reaches from rank to rank. All points of a rank are its own, in the order
 /// given; points and equations of the whole system are numbered rank after rank. Collective. Throws InputError on all
-/// ranks if several have coordinates, or if there are more points than an Index counts.
+/// ranks if some have coordinates and others none, or if there are more points than an Index counts.
 TANOR_API RankSystem join_parts(System own, Ranks& ranks);
 
 }  // namespace tanor

@@ -1,6 +1,7 @@
 #include "dynamics/forms.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <tanor/warnings.hpp>
@@ -10,16 +11,18 @@
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make)
-    : work(std::move(system), options, t), start_time_(t) {
+Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make, Ranks* ranks)
+    : work(std::move(system), options, t), ranks_(ranks), start_time_(t) {
   if (make) {
     given = make(work);
     main = given.get();
     make_plan();
     return;
   }
-  const bool has_coordinates = !work.coordinates.empty(), has_constraints = model.num_rows() > 0;
+  const bool has_coordinates = some_rank_has(!work.coordinates.empty()),
+             has_constraints = some_rank_has(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
+  if (has_coordinates && !all_ranks_want(options.form)) refuse("some ranks ask for another form than others");
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
   if (!has_coordinates && options.form == Form::Both) refuse("both forms need coordinates too; none are given");
   if (has_coordinates && !has_constraints && options.form == Form::Normal)
@@ -33,12 +36,27 @@ Forms::Forms(System system, const SolverOptions& options, double t, const MakeFo
   make_plan();
 }
 
+double Forms::sum_of_ranks(double own) const {
+  std::array<double, 1> sum{own};
+  if (ranks_ != nullptr) ranks_->sum(sum);
+  return sum[0];
+}
+
+bool Forms::all_ranks_want(Form form) const {
+  const auto number = static_cast<double>(form);
+  std::array<double, 2> ends{number, -number};
+  if (ranks_ != nullptr) ranks_->find_largest(ends);
+  return ends[0] == -ends[1];
+}
+
 /// Chooses the cheaper one of the available forms. A mechanism with few coordinates gets the tangent form, a chain the
 /// normal form.
 void Forms::choose(Form wanted) {
+  const auto is_cheaper = [&] {
+    return sum_of_ranks(normal->predicted_flops() - tangent->dynamics().completed().predicted_flops()) >= 0.0;
+  };
   const bool prefers_tangent =
-      normal == nullptr || (tangent != nullptr && !model.has_friction() &&
-                            tangent->dynamics().completed().predicted_flops() <= normal->predicted_flops());
+      normal == nullptr || (tangent != nullptr && !some_rank_has(model.has_friction()) && is_cheaper());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include <tanor/ranks.hpp>
+
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/tangent_form.hpp"
 #include "dynamics/workspace.hpp"
@@ -17,10 +19,12 @@ class Forms {
  public:
   /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
   /// have the requested form.
-  Forms(System system, const SolverOptions& options, double t = 0.0) : Forms(std::move(system), options, t, nullptr) {}
-  /// `make`(work) makes the only form. If it is empty, the forms of this library are used.
+  Forms(System system, const SolverOptions& options, double t = 0.0)
+      : Forms(std::move(system), options, t, nullptr, nullptr) {}
+  /// `make`(work) makes the only form. If it is empty, the forms of this library are used. `ranks` have parts of one
+  /// system, and choose the same form for all of them; null if the whole system is here. Collective.
   using MakeForm = std::function<std::unique_ptr<EquationsOfMotion>(Workspace& work)>;
-  Forms(System system, const SolverOptions& options, double t, const MakeForm& make);
+  Forms(System system, const SolverOptions& options, double t, const MakeForm& make, Ranks* ranks);
 
   Workspace work;
   const Model& model{work.model()};
@@ -56,10 +60,14 @@ class Forms {
   RankReport rank(const double* r, bool thoroughly);
 
  private:
+  double sum_of_ranks(double own) const;
+  bool some_rank_has(bool own) const { return sum_of_ranks(own ? 1.0 : 0.0) > 0.0; }
+  bool all_ranks_want(Form form) const;
   void choose(Form wanted);
   void check_completeness(double t, const double* r);
   void make_plan();
 
+  Ranks* ranks_;
   double start_time_;
   std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]

@@ -11,8 +11,10 @@
 namespace tanor {
 
 RankSystem join_parts(System own, Ranks& ranks) {
-  if (Agreement(ranks).any(!own.coordinates.empty()) && ranks.size() > 1)
-    throw InputError("/coordinates", "a system in coordinates has one rank");
+  Agreement agreement(ranks);
+  const bool has_coordinates = agreement.any(!own.coordinates.empty());
+  if (has_coordinates && !agreement.all(!own.coordinates.empty()))
+    throw InputError("/coordinates", "are given on some ranks alone; every point that moves is covered, or none is");
   const Share points(ranks, own.num_points()), equations(ranks, num_equations(own));
   constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   if (points.all() > most)

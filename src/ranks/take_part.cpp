@@ -37,6 +37,17 @@ void select(const std::vector<std::size_t>& members, std::size_t count, Paramete
   select(members, count, &parameter->functions);
 }
 
+/// Keeps the numbers of chosen tuples, `width` for each.
+void select_rows(const std::vector<std::size_t>& tuples, std::size_t width, std::vector<double>* numbers) {
+  if (numbers->empty()) return;
+  std::vector<double> chosen;
+  for (const std::size_t k : tuples) {
+    const auto first = numbers->begin() + static_cast<std::ptrdiff_t>(k * width);
+    chosen.insert(chosen.end(), first, first + static_cast<std::ptrdiff_t>(width));
+  }
+  *numbers = std::move(chosen);
+}
+
 /// Returns a group with some of its members and all that belongs to these.
 template <class Group>
 Group with_members(const Group& group, const std::vector<std::size_t>& members) {
@@ -52,6 +63,10 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
   if constexpr (requires { result.offsets; }) select(members, count, &result.offsets);
   if constexpr (std::is_same_v<Group, Potential>) {
     for (std::vector<double>& constant : result.constants) select(members, count, &constant);
+  }
+  if constexpr (std::is_same_v<Group, UserCoordinates>) {
+    for (std::vector<double>* const numbers : {&result.q, &result.q_dot})
+      select_rows(members, static_cast<std::size_t>(group.kernel.num_coordinates), numbers);
   }
   return result;
 }
@@ -94,12 +109,11 @@ class PartTaker {
   }
 
   RankSystem take() {
-    if (!whole_.coordinates.empty() && ranks_.size() > 1)
-      throw InputError("/coordinates", "are taken apart by nobody: a system in coordinates has one rank");
     list_points();
     take_constraints();
     take_forces();
     take_friction();
+    take_coordinates();
     take_points();
     list_shared_neighbourhoods();
     return std::move(result_);
@@ -160,6 +174,9 @@ class PartTaker {
       }
     };
     for (const Force& force : whole_.forces) std::visit(visit_single_points, force);
+    for (const Coordinates& coordinates : whole_.coordinates)
+      if (const auto* const chain = std::get_if<ChainAngles>(&coordinates))
+        visit_member(KindOf<ChainAngles>::tied_points(*chain));
     if (rank() == 0) {  // supports that no member needs
       for (std::size_t i = 0; i < num_points; ++i)
         if (owner_[i] == nobody) needed_supports_.insert(static_cast<Index>(i));
@@ -182,7 +199,7 @@ class PartTaker {
   template <class Group>
   Group with_local_points(Group group) const {
     const auto rename = [&](Index& point) { point = local(point); };
-    if constexpr (requires { group.tuples; }) {
+    if constexpr (has_single_points<Group> && requires { group.tuples; }) {
       for (std::vector<Index>& points : group.tuples) std::ranges::for_each(points, rename);
     }
     for (auto& member : group.*KindOf<Group>::members) {
@@ -357,10 +374,43 @@ class PartTaker {
           },
           whole_.friction[f]);
     }
-    if (result_.part.is_cut() && !whole_.friction.empty())
-      throw InputError("/friction/0",
-                       "where there is friction, all islands lie whole on their ranks; here constraints or forces join "
-                       "points of several");
+    if (has_contacts(whole_)) require_whole_islands("/friction/0", "there is friction");
+  }
+
+  /// Takes coordinates of own points. Those that tie points to one another are whole.
+  void take_coordinates() {
+    for (std::size_t k = 0; k < whole_.coordinates.size(); ++k) {
+      std::visit(
+          [&]<class Group>(const Group& group) {
+            std::vector<std::size_t> members;
+            for (std::size_t m = 0; m < num_members(group); ++m)
+              if (has_whole(member_points(group, m), k)) members.push_back(m);
+            if constexpr (requires { KindOf<Group>::tied_points(group); }) (void)has_whole(group.points, k);
+            if (members.empty()) return;
+            Group own = with_local_points(with_members(group, members));
+            own.name = coordinates_name(whole_, k);
+            if constexpr (requires { own.anchor; }) own.anchor = local(own.anchor);
+            result_.system.coordinates.emplace_back(std::move(own));
+          },
+          whole_.coordinates[k]);
+    }
+    if (!whole_.coordinates.empty()) require_whole_islands("/coordinates", "there are coordinates");
+  }
+
+  /// Returns true if this rank owns the points. Throws if several do.
+  bool has_whole(std::span<const Index> points, std::size_t coordinates) const {
+    const std::vector<int> owners = owners_of(points);
+    if (owners.size() > 1)
+      throw InputError("/coordinates/" + text(coordinates),
+                       coordinates_name(whole_, coordinates) + " tie points of several ranks to one another");
+    return has(owners);
+  }
+
+  void require_whole_islands(const std::string& where, const std::string& why) const {
+    if (result_.part.is_cut())
+      throw InputError(where, "where " + why +
+                                  ", all islands lie whole on their ranks; here constraints or forces join points of "
+                                  "several");
   }
 
   void take_points() {

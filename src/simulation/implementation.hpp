@@ -56,7 +56,8 @@ struct Simulation::Implementation {
       : part(of_all),
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
-        forms(std::move(system), solver_options, t_start, form_of(part, solver_options)),
+        forms(std::move(system), solver_options, t_start, form_of(part, solver_options),
+              part.is_whole() ? nullptr : part.ranks),
         shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
         chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
@@ -73,8 +74,8 @@ struct Simulation::Implementation {
     model.numbering.gather_points(model.system.positions, points.r);
     model.numbering.gather_points(model.system.velocities, points.v);
     report.time = t_start;
-    report.start = shared != nullptr ? shared->start(t_start, points.r.data(), points.v.data(), options.start)
-                                     : forms.start(t_start, points.r.data(), points.v.data(), options.start);
+    const auto start = [&] { return forms.start(t_start, points.r.data(), points.v.data(), options.start); };
+    report.start = shared != nullptr ? shared->conclude_start(start) : start();
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state(nullptr);
     integration.begin();

@@ -140,6 +140,33 @@ TEST(JoinedParts, MorePointsThanNumbersAreRefused) {
   }
 }
 
+/// One rank brings mechanisms of every kind, the other one a body that spins; the steps are the same.
+TEST(JoinedParts, MoveInCoordinates) {
+  System body = scenes::make_coordinates();
+  body.positions.resize(12);
+  body.positions = {0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1};
+  body.masses = {0.1, 0.2, 0.3, 0.4};
+  body.velocities.clear();
+  body.supports.clear();
+  body.forces = {scenes::gravity};
+  body.coordinates = {RigidBody{"body", {0, 1, 2, 3}}};
+  scenes::set_rigid_motion({0, 0, 0}, {1, 2, 3}, &body);
+  MotionOptions options = options_of(Method::Auto);
+  options.start = StartMode::Project;
+  std::array<std::size_t, 2> steps{};
+  ThreadWorld(2).run([&](Ranks& ranks) {
+    const System own = ranks.rank() == 0 ? scenes::make_coordinates() : body;
+    const Ending alone = run_whole(own, options, 0.2);
+    const RankSystem part = join_parts(own, ranks);
+    Simulation simulation(part.system, part.part, options, one_thread());
+    ASSERT_TRUE(simulation.advance_to(0.2).ok()) << simulation.outcome().what;
+    EXPECT_EQ(simulation.plan().form, Form::Tangent);
+    EXPECT_LE(difference({simulation.positions().begin(), simulation.positions().end()}, alone.positions), 1e-8);
+    steps[static_cast<std::size_t>(ranks.rank())] = simulation.report().steps;
+  });
+  EXPECT_EQ(steps[0], steps[1]);
+}
+
 TEST(JoinedParts, CoordinatesOfOneRankAreRefusedOnAll) {
   ThreadWorld(2).run([](Ranks& ranks) {
     const System own = ranks.rank() == 0 ? make_chains(0, 1) : scenes::make_coordinates();

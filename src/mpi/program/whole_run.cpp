@@ -22,6 +22,10 @@ double sum_of(const MpiRanks& ranks, double own) {
   return all;
 }
 
+std::size_t sum_of(const MpiRanks& ranks, std::size_t own) {
+  return static_cast<std::size_t>(sum_of(ranks, static_cast<double>(own)));
+}
+
 /// Adds the numbers of all ranks at their places, on the first rank, which takes them rank by rank.
 void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const std::size_t> places,
             std::vector<double>* all) {
@@ -128,12 +132,14 @@ void WholeRun::merge_plan(const PlanSummary& own) {
   plan_.points = division_.counts().points;
   plan_.supports = division_.counts().supports;
   plan_.equations = division_.counts().equations;
-  plan_.islands = division_.counts().islands;
+  const std::size_t own_islands = sum_of(ranks_, own.islands);
+  plan_.islands = own.form == Form::Tangent ? own_islands : division_.counts().islands;
+  plan_.coordinates = sum_of(ranks_, own.coordinates);
   const auto lists = gather_lines(ranks_, own.left_out);
   std::erase_if(plan_.left_out, [&](const std::string& each) {  // what one rank needs was not left out
     return std::ranges::any_of(lists, [&](const auto& list) { return std::ranges::find(list, each) == list.end(); });
   });
-  plan_.factor_nonzeros = static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(own.factor_nonzeros)));
+  plan_.factor_nonzeros = sum_of(ranks_, own.factor_nonzeros);
   plan_.factor_flops = sum_of(ranks_, own.factor_flops);
 }
 
@@ -142,12 +148,18 @@ void WholeRun::merge_report(const MotionReport& own) {
   report_.friction = merge_friction(ranks_, own.friction);
 }
 
-/// Sets the rank of K. The ranks of K of islands that lie on one process each add up. If constraints or forces reach
-/// from process to process, the motion's report has it.
+/// Sets the rank of K and the degrees of freedom. Those of islands that lie on one process each add up. If constraints
+/// or forces reach from process to process, the motion's report has the rank.
 void WholeRun::merge_rank(Simulation& simulation) {
-  rank_of_K_ = part_.part.is_cut()
-                   ? report_.rank_changes.now
-                   : static_cast<std::size_t>(sum_of(ranks_, static_cast<double>(simulation.rank().rank)));
+  if (part_.part.is_cut()) {
+    rank_.rank = report_.rank_changes.now;
+    rank_.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank_.rank;
+    return;
+  }
+  const RankReport own = simulation.rank();
+  rank_.is_known = own.is_known;
+  rank_.rank = sum_of(ranks_, own.rank);
+  rank_.degrees_of_freedom = sum_of(ranks_, own.degrees_of_freedom);
 }
 
 Certificate WholeRun::prove() const {
@@ -168,13 +180,10 @@ Certificate WholeRun::prove() const {
 }
 
 report::RunEnd WholeRun::end() const {
-  RankReport rank;
-  rank.rank = rank_of_K_;
-  rank.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank.rank;
   std::optional<report::EndArrays> arrays;
   if (division_.whole() != nullptr)
     arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
-  return {division_.counts().contacts, plan_, report_, rank, report_.time, arrays};
+  return {division_.counts().contacts, plan_, report_, rank_, report_.time, arrays};
 }
 
 }  // namespace tanor::mpi

@@ -36,7 +36,7 @@ class WholeRun {
   const RankSystem& part_;
   PlanSummary plan_;
   MotionReport report_;
-  std::size_t rank_of_K_ = 0;
+  RankReport rank_;
   std::vector<double> positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_;
 };
 
