@@ -85,9 +85,11 @@ struct Part {
   bool may_lose_rank = true;
 
   /// Forces of this System that join own points and guests and whose energies another rank counts. Every rank that owns
-  /// one of their points has them, for their effect on its own points.
+  /// one of their points has them, for their effect on its own points. Of pair forces without a cutoff, each of two
+  /// ranks counts half of the energy of a pair.
   std::vector<std::size_t> energies_counted_elsewhere{};
-  std::size_t num_shared_tuples = 0;  ///< over all ranks: springs, bonds, formulas … between points of several ranks
+  /// Number over all ranks of springs, bonds, formulas … and pairs without a cutoff between points of several ranks.
+  std::size_t num_shared_tuples = 0;
 
   /// A group of pair forces with a cutoff between points of several ranks. Those between own points are in this System
   /// as well.

@@ -94,6 +94,10 @@ class Forces {
   /// and of pairs between a support and a moving point is included. Pair forces between two supports are loads on these
   /// (f), and have no energy here.
   double potential(const Parallel& parallel, double t, const double* r);
+  /// Returns the part of it that belongs to one entry of pair forces, by its number among these.
+  double potential_of_pairs(const Parallel& parallel, std::size_t entry, const double* r) {
+    return pairs_[entry].potential(parallel, r);
+  }
   /// Returns the power of the forces without potential on the moving points, W, at the (t, r, v) of the last
   /// `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;

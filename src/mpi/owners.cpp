@@ -50,27 +50,26 @@ std::vector<char> mark_supports(const System& system) {
   return result;
 }
 
-/// True if ranks may share the pairs. They need a cutoff. What supports carry is counted by one rank, which has all of
-/// the group.
-bool may_be_shared(const PairForces& pairs, std::span<const Index> points, std::span<const char> is_support) {
-  return has_cutoff(pairs) &&
-         std::ranges::none_of(points, [&](Index point) { return is_support[static_cast<std::size_t>(point)] != 0; });
+/// True if ranks may share pairs of these points. What supports carry is counted by one rank, which has all of the
+/// group.
+bool may_be_shared(std::span<const Index> points, std::span<const char> is_support) {
+  return std::ranges::none_of(points, [&](Index point) { return is_support[static_cast<std::size_t>(point)] != 0; });
 }
 
-/// Calls visit(pairs, points) for pair forces; `all` [n] are the points.
+/// Calls visit(points) for the points of pair forces; `all` [n] are the points.
 template <class Visit>
 void for_each_pair_group(const System& system, std::span<const Index> all, const Visit& visit) {
   for (const Force& force : system.forces)
     if (const auto* const pairs = std::get_if<PairForces>(&force))
-      visit(*pairs, pairs->points.empty() ? all : std::span<const Index>(pairs->points));
+      visit(pairs->points.empty() ? all : std::span<const Index>(pairs->points));
 }
 
 /// Calls visit(points) for what joins points that one rank must have; `all` [n] are the points.
 template <class Visit>
 void for_each_bundle(const System& system, std::span<const Index> all, Islands islands, const Visit& visit) {
   const std::vector<char> is_support = mark_supports(system);
-  for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
-    if (islands == Islands::AreWhole || !may_be_shared(pairs, points, is_support)) visit(points);
+  for_each_pair_group(system, all, [&](std::span<const Index> points) {
+    if (islands == Islands::AreWhole || !may_be_shared(points, is_support)) visit(points);
   });
   const auto visit_group = [&]<class Group>(const Group& group) {
     if constexpr (requires { KindOf<Group>::tied_points(group); }) {
@@ -106,8 +105,8 @@ class Clusters {
       return;
     }
     const std::vector<char> is_support = mark_supports(system);
-    for_each_pair_group(system, all, [&](const PairForces& pairs, std::span<const Index> points) {
-      has_shared_pairs_ = has_shared_pairs_ || may_be_shared(pairs, points, is_support);
+    for_each_pair_group(system, all, [&](std::span<const Index> points) {
+      has_shared_pairs_ = has_shared_pairs_ || may_be_shared(points, is_support);
     });
   }
 

@@ -13,11 +13,43 @@ CutEnergies::CutEnergies(Workspace& work, const Part& part, Agreement& agreement
   for (std::size_t a = 0; a < model_.num_rows(); ++a) {
     if (is_elsewhere[static_cast<std::size_t>(model_.numbering.user_row[a])] != 0) rows_counted_elsewhere_.push_back(a);
   }
-  if (part.energies_counted_elsewhere.empty()) return;
   System others = model_.system;
   others.forces.clear();
-  for (const std::size_t f : part.energies_counted_elsewhere) others.forces.push_back(model_.system.forces[f]);
-  counted_elsewhere_ = std::make_unique<Forces>(others, model_.numbering);
+  std::size_t num_pairs = 0;  // entries of pair forces so far
+  for (std::size_t f = 0; f < model_.system.forces.size(); ++f) {
+    const Force& force = model_.system.forces[f];
+    const auto* const pairs = std::get_if<PairForces>(&force);
+    const std::size_t entry = pairs != nullptr ? num_pairs++ : 0;
+    if (std::ranges::find(part.energies_counted_elsewhere, f) == part.energies_counted_elsewhere.end()) continue;
+    if (pairs != nullptr)
+      add_pairs(entry, *pairs);
+    else
+      others.forces.push_back(force);
+  }
+  if (!others.forces.empty()) counted_elsewhere_ = std::make_unique<Forces>(others, model_.numbering);
+}
+
+void CutEnergies::add_pairs(std::size_t entry, const PairForces& pairs) {
+  PairForces own = pairs;
+  own.points.clear();
+  const bool has_charges = pairs.charges.size() == pairs.points.size();
+  if (has_charges) own.charges.clear();
+  for (std::size_t k = 0; k < pairs.points.size(); ++k) {
+    const Index inner = model_.numbering.inner_point[static_cast<std::size_t>(pairs.points[k])];
+    if (static_cast<std::size_t>(inner) >= model_.num_moving()) continue;  // a guest
+    own.points.push_back(pairs.points[k]);
+    if (has_charges) own.charges.push_back(pairs.charges[k]);
+  }
+  pairs_with_guests_.push_back({entry, PairField(model_.system, own, model_.numbering)});
+}
+
+/// Two ranks have each pair of a point and a guest, of whose energy each counts half.
+double CutEnergies::potential_counted_elsewhere(double t, const double* r) {
+  double result = counted_elsewhere_ ? counted_elsewhere_->potential(model_.parallel, t, r) : 0.0;
+  for (auto& [entry, among_own] : pairs_with_guests_)
+    result +=
+        0.5 * (work_.forces.potential_of_pairs(model_.parallel, entry, r) - among_own.potential(model_.parallel, r));
+  return result;
 }
 
 void CutEnergies::clear_guests(double* points) const {
@@ -26,13 +58,12 @@ void CutEnergies::clear_guests(double* points) const {
 
 Energy CutEnergies::energy(double t, const double* r, const double* v) {
   Energy result = work_.energy(t, r, v);
-  if (counted_elsewhere_) result.potential -= counted_elsewhere_->potential(model_.parallel, t, r);
+  result.potential -= potential_counted_elsewhere(t, r);
   return result;
 }
 
 double CutEnergies::potential(double t, const double* r) {
-  const double own = work_.forces.potential(model_.parallel, t, r);
-  return counted_elsewhere_ ? own - counted_elsewhere_->potential(model_.parallel, t, r) : own;
+  return work_.forces.potential(model_.parallel, t, r) - potential_counted_elsewhere(t, r);
 }
 
 double CutEnergies::power_of_reactions(const double* accelerations, const double* v) const {

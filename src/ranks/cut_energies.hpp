@@ -31,10 +31,19 @@ class CutEnergies {
   void clear_guests(double* points) const;
 
  private:
+  /// Pair forces without a cutoff between own points and guests.
+  struct PairsWithGuests {
+    std::size_t entry;    // among the pair forces of the system
+    PairField among_own;  // those between own points, which no other rank has
+  };
+  void add_pairs(std::size_t entry, const PairForces& pairs);
+  double potential_counted_elsewhere(double t, const double* r);
+
   Workspace& work_;
   const Model& model_;
-  std::vector<std::size_t> guests_;                  // inner
-  std::unique_ptr<Forces> counted_elsewhere_;        // forces whose energies other ranks count; null if there are none
+  std::vector<std::size_t> guests_;            // inner
+  std::unique_ptr<Forces> counted_elsewhere_;  // forces whose energies other ranks count; null if there are none
+  std::vector<PairsWithGuests> pairs_with_guests_;
   bool is_rheonomic_;                                // on some rank
   std::vector<std::size_t> rows_counted_elsewhere_;  // inner
   std::vector<double> own_v_, points_;               // [3n] scratch

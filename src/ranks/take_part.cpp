@@ -167,7 +167,8 @@ class PartTaker {
     for_each_tuple(whole_, visit_member);
     const auto visit_single_points = [&]<class Group>(const Group& group) {
       if constexpr (std::is_same_v<Group, PairForces>) {
-        if (const std::vector<Index> points = points_of(group); owners_of(points).size() <= 1) visit_member(points);
+        const std::vector<Index> points = points_of(group);
+        if (!has_cutoff(group) || owners_of(points).size() <= 1) visit_member(points);
       } else if constexpr (requires { KindOf<Group>::members; }) {
         if (!has_single_points<Group>) return;  // these are tuples, see above
         for (std::size_t k = 0; k < num_members(group); ++k) visit_member(member_points(group, k));
@@ -317,28 +318,39 @@ class PartTaker {
   }
 
   /// Takes all pairs of one rank's points. If several ranks have points, takes the pairs of own points, and shares the
-  /// others.
+  /// others. Without a cutoff these are pairs with guests.
   void take_pairs(const PairForces& group, const std::string& name, const std::string& where) {
     PairForces own = group;
     own.name = name;
     own.points = points_of(group);
     const std::vector<int> owners = owners_of(own.points);
-    if (owners.size() > 1) {
-      require_cut(own, name, where);
+    if (owners.size() > 1) require_moving(own, name, where);
+    if (owners.size() > 1 && has_cutoff(own)) {
       std::erase_if(own.points, [&](Index point) { return owner(point) != rank(); });
       share_pairs(own);
-    } else if (!has(owners)) {
-      return;
+    } else {
+      result_.part.num_shared_tuples += count_shared(own.points);
+      if (!has(owners)) return;
+      if (owners.size() > 1) result_.part.energies_counted_elsewhere.push_back(result_.system.forces.size());
     }
     if (own.points.empty()) return;
     result_.system.forces.emplace_back(with_local_points(std::move(own)));
   }
 
-  /// Throws unless the pairs may be shared: a halo has only points within a cutoff, and what a support carries is
-  /// counted once, by a rank that has all of it.
-  void require_cut(const PairForces& pairs, const std::string& name, const std::string& where) const {
-    if (!has_cutoff(pairs))
-      throw InputError(where, name + " act at any distance between points of several ranks; take one rank");
+  /// Returns the number of pairs of these points that are on different ranks.
+  std::size_t count_shared(std::span<const Index> points) const {
+    std::vector<std::size_t> counts(static_cast<std::size_t>(ranks_.size()), 0);
+    std::size_t before = 0, pairs = 0;
+    for (const Index point : points) {
+      if (owner(point) == nobody) continue;
+      std::size_t& here = counts[static_cast<std::size_t>(owner(point))];
+      pairs += before++ - here++;
+    }
+    return pairs;
+  }
+
+  /// Throws if a support takes part. What it carries is counted once, by a rank that has all of it.
+  void require_moving(const PairForces& pairs, const std::string& name, const std::string& where) const {
     if (std::ranges::any_of(pairs.points, [&](Index point) { return owner(point) == nobody; }))
       throw InputError(where, name + " join supports to points of several ranks; take one rank");
   }

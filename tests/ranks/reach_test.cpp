@@ -73,6 +73,92 @@ TEST(Reach, PairForcesReachFromRankToRank) {
   }
 }
 
+/// Makes chains whose points attract and repel each other at any distance, with a charge for each point.
+System make_charged_chains() {
+  System system = scenes::make_chain_along(5, {0.1, 0.02, 0.0});
+  PairForces charges{.name = "charges", .law = PairLaw::Coulomb, .strength = 2e-3, .exclude_rods = true};
+  Rods second{"second", {}, {}, {}};
+  for (int i = 0; i < 5; ++i) {
+    const Index point = scenes::add_point({0.11 * i, 0.15, 0.03 * (i % 2)}, &system);
+    if (i > 0) second.pairs.push_back({point - 1, point});
+  }
+  system.constraints.push_back(second);
+  for (std::size_t i = 0; i < system.num_points(); ++i)
+    charges.charges.push_back((i % 3 == 0 ? -1.0 : 1.0) + 0.1 * static_cast<double>(i));
+  system.supports.clear();
+  system.forces = {charges};
+  return system;
+}
+
+/// Returns the sum of m v over all points.
+Vec3 momentum_of(const System& system, const std::vector<double>& velocities) {
+  Vec3 sum{};
+  for (std::size_t i = 0; i < system.num_points(); ++i) sum = sum + system.masses[i] * load(velocities.data(), i);
+  return sum;
+}
+
+/// Without a cutoff every point feels all others, whose places all ranks are told.
+TEST(Reach, PairForcesWithoutACutoffReachFromRankToRank) {
+  const System charged = make_charged_chains();
+  System swarm = charged, few = charged;
+  auto& log = std::get<PairForces>(swarm.forces[0]);
+  log.law = PairLaw::Log;
+  log.charges.clear();
+  auto& yukawa = std::get<PairForces>(few.forces[0]);
+  yukawa.law = PairLaw::Yukawa;
+  yukawa.length = 0.2;
+  yukawa.charges.clear();
+  yukawa.points = {0, 4, 6, 9};
+  for (const System& system : {charged, swarm, few}) {
+    const MotionOptions at_start = options_of(Method::Dop853);
+    const Ending one = run_whole(system, at_start, 0.0), many = run_on_ranks(system, deal(system, 3), 3, at_start, 0.0);
+    EXPECT_LE(difference(many.accelerations, one.accelerations), 1e-13);
+    EXPECT_LE(difference(many.multipliers, one.multipliers), 1e-13);
+    EXPECT_NEAR(many.report.energy.potential, one.report.energy.potential,
+                1e-14 * std::abs(one.report.energy.potential));
+    for (const MotionOptions& options :
+         {options_of(Method::Auto), options_of(Method::Dop853), options_of(Method::Rattle, 1e-3)}) {
+      SCOPED_TRACE(name_of(options.method));
+      expect_same_motion(system, options, 0.1, 1e-10);
+      const Ending two = run_on_ranks(system, deal(system, 2), 2, options, 0.1);
+      EXPECT_LE(norm(momentum_of(system, two.velocities) - momentum_of(system, system.velocities)), 1e-13);
+    }
+  }
+  EXPECT_EQ(run_whole(charged, options_of(Method::Auto), 0.0).report.method, Method::Taylor);
+}
+
+/// A rank without a point of the group, and one with a single point.
+TEST(Reach, PairForcesWithoutACutoffMayBelongToSomeRanks) {
+  System system = make_charged_chains();
+  auto& charges = std::get<PairForces>(system.forces[0]);
+  charges.points = {0, 1, 2};
+  charges.charges = {-1.0, 0.5, 2.0};
+  std::vector<int> owner(system.num_points(), 2);
+  owner[0] = owner[1] = 0;
+  owner[2] = 1;
+  const MotionOptions options = options_of(Method::Dop853);
+  const Ending one = run_whole(system, options, 0.1), many = run_on_ranks(system, owner, 3, options, 0.1);
+  ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
+  EXPECT_EQ(many.report.steps, one.report.steps);
+  EXPECT_LE(difference(many.positions, one.positions), 1e-11);
+  const double rounding = 1e-14 * std::abs(one.report.energy.potential);
+  EXPECT_NEAR(many.report.energy.now, one.report.energy.now, rounding);
+  EXPECT_NEAR(many.report.energy.potential, one.report.energy.potential, rounding);
+}
+
+/// Two charges that attract each other fall together: the message names them, on all ranks.
+TEST(Reach, CollisionWithAPointOfAnotherRankIsNamed) {
+  System system;
+  for (const double x : {0.0, 0.1}) scenes::add_point({x, 0, 0}, &system);
+  system.forces = {PairForces{.name = "charges", .law = PairLaw::Coulomb, .strength = -1e-3, .charges = {1.0}}};
+  const MotionOptions options = options_of(Method::Dop853);
+  const Ending one = run_whole(system, options, 10.0), two = run_on_ranks(system, {0, 1}, 2, options, 10.0);
+  EXPECT_EQ(one.outcome.status, two.outcome.status);
+  for (const Ending* ending : {&one, &two})
+    EXPECT_NE(ending->outcome.what.find("charges: points 0 and 1"), std::string::npos) << ending->outcome.what;
+  EXPECT_NEAR(two.report.time, one.report.time, 1e-6);
+}
+
 /// Rods in a row that fly towards each other meet within what would otherwise be one step.
 TEST(Reach, MeetingsWithPointsOfOtherRanksAreNotPassedUnseen) {
   System system;
