@@ -264,6 +264,39 @@ void check_pieces(Checks* checks) {
   checks->expect(is_whole, "arrays sent in pieces");
 }
 
+/// Makes a long chain beside free points that repel each other, whose pairs may reach from rank to rank.
+System make_chain_and_beads() {
+  System system = scenes::make_chain(200);
+  PairForces beads{.name = "beads", .epsilon = 1e-3, .sigma = 0.01};
+  for (int k = 0; k < 8; ++k) beads.points.push_back(scenes::add_point({0.1 * k, 5.0, 0.0}, &system));
+  for (const double y : {6.0, 7.0, 8.0}) scenes::add_point({0.0, y, 0.0}, &system);
+  system.forces.push_back(beads);
+  return system;
+}
+
+/// Points that constraints or pair forces join are on one rank where islands are to be whole, and are cut elsewhere.
+void check_whole_islands(Checks* checks) {
+  System system = make_chain_and_beads();
+  const int size = checks->ranks.size();
+  const auto count_owners = [&](Islands islands, std::size_t first, std::size_t last) {
+    const std::vector<int> owner = assign_owners(system, size, islands);
+    std::vector<int> some(owner.begin() + static_cast<std::ptrdiff_t>(first),
+                          owner.begin() + static_cast<std::ptrdiff_t>(last));
+    std::ranges::sort(some);
+    return std::unique(some.begin(), some.end()) - some.begin();
+  };
+  checks->expect(count_owners(Islands::MayBeCut, 1, 201) > 1, "a long chain is cut");
+  checks->expect(count_owners(Islands::AreWhole, 1, 201) == 1, "a long chain is whole");
+  checks->expect(count_owners(Islands::AreWhole, 201, 209) == 1, "beads that repel each other are whole");
+  // Friction wants the same, unless it has no contact.
+  Planes floor{.name = "floor", .points = {}, .normal = {0, 0, 1}, .offset = 0.0};
+  system.constraints.push_back(floor);
+  system.friction = {Coulomb{.name = "rust", .at = {"floor"}, .coefficient = 0.2}};
+  checks->expect(count_owners(Islands::MayBeCut, 1, 201) > 1, "friction without contacts lets a chain be cut");
+  std::get<Planes>(system.constraints.back()).points = {201};
+  checks->expect(count_owners(Islands::MayBeCut, 1, 201) == 1, "where there is friction a chain is whole");
+}
+
 /// Graphs that METIS cannot count are refused by name.
 void check_metis_counts(Checks* checks) {
   require_metis_counts(std::numeric_limits<std::int32_t>::max());
@@ -297,6 +330,7 @@ int main(int argc, char** argv) {
     check_checkpoints(&checks);
     check_joined_parts(&checks);
     check_pieces(&checks);
+    check_whole_islands(&checks);
     check_metis_counts(&checks);
     failures = checks.failures;
   }
