@@ -44,13 +44,16 @@ void Verifier::verify_coordinates() {
 }
 
 /// Verifies w = d2 r(q(t), t)/dt2 by differences of positions alone, which share no derivative with A and psi. The
-/// stencil has order 8 and steps of a fiftieth of the time in which points cross a length of the scene, or a drive
+/// stencil has order 8 and steps of a fiftieth of the time in which points cross the smallest neighbourhood, or a drive
 /// turns their velocity. All points move together, so that errors are relative to the largest acceleration of the
 /// scene.
 void Verifier::verify_curve() {
   const double acceleration = *std::max_element(acceleration_.begin(), acceleration_.end());
   const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * work_.velocity_scale);
-  const double length = model_.smallest_length, crossing = length / std::max(speed, std::sqrt(length * acceleration));
+  double length = model_.smallest_length;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    length = std::min(length, work_.scales.length(work_.scales.of_point(i)));
+  const double crossing = length / std::max(speed, std::sqrt(length * acceleration));
   const bool is_driven = work_.coordinates.depends_on_time();
   const double h = 0.02 * (is_driven ? std::min(speed / acceleration, crossing) : crossing);
   constexpr double weights[] = {-205.0 / 72.0, 8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};

@@ -114,9 +114,11 @@ struct BatchSeries::Lanes {
   }
 };
 
-/// Computes the terms that are needed.
-FoundTerms BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients,
-                               const double* lambda, int passes, const NeededTerms& needed, Room* room) const {
+/// Computes the terms that are needed, and sets the others to 0. Returns the longest step for which islands with fewer
+/// terms serve.
+double BatchSeries::expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients,
+                           const double* lambda, int passes, const NeededTerms& needed,
+                           std::span<std::uint8_t> last_term, Room* room) const {
   const auto& [topology, schedule] = batch.structure();
   const std::size_t stride = coefficients.size() | 1;
   const Lanes lanes{topology.rods.data(),
@@ -148,18 +150,26 @@ FoundTerms BatchSeries::expand(const EqualIslands::Batch& batch, std::span<doubl
   lanes.begin();
   Pack<> smallest = Pack<>{} + 1.0;
   eliminate(topology, schedule, batch.inverse_mass, lanes.u, batch.factor, &smallest);
-  for (std::size_t order = 3; order < coefficients.size(); ++order) {
-    const int k = static_cast<int>(order) - 2;
+  const int order = static_cast<int>(coefficients.size()) - 1;
+  int reached = 2;
+  for (bool are_enough = false; !are_enough && reached < order;) {
+    const int k = reached++ - 1;
     lanes.begin_order(k);
     for (int pass = 0; pass < passes; ++pass) {
       solve_negative(schedule, batch.factor, lanes.rows, lanes.rows);
       lanes.add(k, pass == 0, pass + 1 == passes);
     }
-    batches::write_points(batch, lanes.points, coefficients[order]);
-    if (terms.is_counting() && terms.note(static_cast<int>(order), lanes.largest()) && order + 1 < coefficients.size())
-      return terms.found();
+    batches::write_points(batch, lanes.points, coefficients[reached]);
+    are_enough = terms.is_counting() && terms.note(reached, lanes.largest());
   }
-  return {static_cast<int>(coefficients.size()) - 1};
+  double longest = any_length;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const FoundTerms found = terms.found(lane, order);
+    longest = std::min(longest, found.longest);
+    const auto first = static_cast<std::size_t>(batch.first_point[lane]);
+    end_series(found, reached, first, first + batch.num_points, coefficients, last_term);
+  }
+  return longest;
 }
 
 double BatchSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
@@ -185,12 +195,7 @@ double BatchSeries::expand(const Parallel& parallel, std::span<double* const> co
   parallel.for_tasks((batches_.size() + of_task - 1) / of_task, [&](std::size_t task, std::size_t thread) {
     for (std::size_t b = of_task * task; b < std::min(of_task * (task + 1), batches_.size()); ++b) {
       const EqualIslands::Batch batch = equal_islands_[batches_[b].islands].batch(batches_[b].number);
-      const FoundTerms found = expand(batch, coefficients, lambda, passes, needed, &rooms_[thread]);
-      longest_[b] = found.longest;
-      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        const auto first = static_cast<std::size_t>(batch.first_point[lane]);
-        end_series(found, first, first + batch.num_points, coefficients, last_term);
-      }
+      longest_[b] = expand(batch, coefficients, lambda, passes, needed, last_term, &rooms_[thread]);
     }
   });
   return std::ranges::min(longest_);

@@ -38,8 +38,8 @@ class BatchSeries {
     Packs rows;
   };
   struct Lanes;
-  FoundTerms expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda,
-                    int passes, const NeededTerms& needed, Room* room) const;
+  double expand(const EqualIslands::Batch& batch, std::span<double* const> coefficients, const double* lambda,
+                int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term, Room* room) const;
 
   std::vector<EqualIslands> equal_islands_;
   struct BatchNumber {

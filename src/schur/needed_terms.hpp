@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,32 +34,37 @@ struct NeededTerms {
   }
 };
 
-/// Terms that an island, or several in lanes, had before they fell below what is needed.
+/// Terms that an island had before they fell below what is needed.
 struct FoundTerms {
-  int last;                     ///< order of the last one
+  int last = 0;                 ///< order of the last one
   double longest = any_length;  ///< step that they serve, s; any_length if these are all
 };
 
-/// Sets the terms of the points [begin, end) behind the last one to 0, of which those up to last_term[begin] may be
-/// others, and notes which the last one is.
-inline void end_series(const FoundTerms& found, std::size_t begin, std::size_t end,
+/// Sets the terms of the points [begin, end) behind the last one to 0, of which those up to `reached` and to
+/// last_term[begin] may be others, and notes which the last one is.
+inline void end_series(const FoundTerms& found, int reached, std::size_t begin, std::size_t end,
                        std::span<double* const> coefficients, std::span<std::uint8_t> last_term) {
-  for (int k = found.last + 1; k <= last_term[begin]; ++k)
+  for (int k = found.last + 1; k <= std::max<int>(reached, last_term[begin]); ++k)
     std::fill(coefficients[k] + 3 * begin, coefficients[k] + 3 * end, 0.0);
   std::fill(last_term.begin() + begin, last_term.begin() + end, static_cast<std::uint8_t>(found.last));
 }
 
+/// The inverse squares of the errors that the points in lanes may have.
+template <std::size_t lanes>
+struct TermWeights {
+  Pack<lanes> position, velocity;
+};
+
 /// Decides how many terms islands in lanes need: order k is the last one if it and the one before it stay within the
 /// allowed errors in a step of the length that is needed. This is how the step follows from the last terms elsewhere.
-template <std::size_t lanes>
+/// Each island decides by itself, whatever the others are, so that any division into lanes gives the same bits. If
+/// `is_cut` is true, the lanes are pieces of one island.
+template <std::size_t lanes, bool is_cut = false>
 class TermCounter {
  public:
   using Lane = Pack<lanes>;
   using Vector = Pack3<lanes>;
-  /// The inverse squares of the errors that the points of the lanes may have.
-  struct Weights {
-    Lane position, velocity;
-  };
+  using Weights = TermWeights<lanes>;
 
   explicit TermCounter(const NeededTerms& needed) : step_(needed.step), is_counting_(!needed.are_all()) {}
 
@@ -90,41 +96,52 @@ class TermCounter {
     }
   };
 
-  /// Notes order k, of which no point is left out. Returns true if no more are needed. Orders follow one another.
-  bool note(int k, const Largest& largest) {
-    before_ = here_;
-    here_ = {k, 0.0, 0.0};
-    double sum = 0.0;
-    for (std::size_t s = 0; s < lanes; ++s) {
-      sum += largest.sum[s];
-      here_.position = std::max(here_.position, largest.position[s]);
-      here_.velocity = std::max(here_.velocity, largest.velocity[s]);
-    }
-    const bool was_small = is_small_;
+  /// Notes order k. Returns true if no island needs more. Orders follow one another.
+  bool note(int k, Largest largest) {
+    if (is_cut) largest = of_all_lanes(largest);
     power_ = power_ > 0.0 ? power_ * step_.h * step_.h : std::pow(step_.h, 2 * (k - 1));
-    is_small_ = here_.is_small(step_.h, power_) && !std::isnan(sum);
-    return k >= least_order && was_small && is_small_;
+    const auto is_small = (largest.position * (power_ * step_.h * step_.h) <= 1.0) &
+                          (largest.velocity * (power_ * k * k) <= 1.0) & (largest.sum == largest.sum);
+    bool are_enough = true;
+    for (std::size_t s = 0; s < lanes; ++s) {
+      const bool ends = k >= least_order && is_small[s] != 0 && was_small_[s] != 0;
+      if (ends && found_[s].last == 0)
+        found_[s] = {k, std::min(longest_step(k, largest, s), longest_step(k - 1, before_, s))};
+      are_enough = are_enough && found_[s].last > 0;
+    }
+    was_small_ = is_small;
+    before_ = largest;
+    return are_enough;
   }
-  FoundTerms found() const { return {here_.k, std::min(here_.longest_step(), before_.longest_step())}; }
+  /// Returns what the island of a lane has if its series ends at the given order at the latest.
+  FoundTerms found(std::size_t lane, int order) const {
+    return found_[lane].last > 0 && found_[lane].last < order ? found_[lane] : FoundTerms{order};
+  }
 
  private:
   static constexpr int least_order = 6;
 
-  struct Term {
-    int k = 0;
-    double position = 0.0, velocity = 0.0;  // largest squares
-
-    /// Given h and h^(2k-2).
-    bool is_small(double h, double power) const {
-      return position * h * h * power <= 1.0 && k * k * velocity * power <= 1.0;
+  static Largest of_all_lanes(const Largest& largest) {
+    double position = 0.0, velocity = 0.0, sum = 0.0;
+    for (std::size_t s = 0; s < lanes; ++s) {
+      position = std::max(position, largest.position[s]);
+      velocity = std::max(velocity, largest.velocity[s]);
+      sum += largest.sum[s];
     }
-    double longest_step() const { return std::exp(log_of_longest_step(k, std::sqrt(position), std::sqrt(velocity))); }
-  };
+    return {Lane{} + position, Lane{} + velocity, Lane{} + sum};
+  }
+  static double longest_step(int k, const Largest& largest, std::size_t lane) {
+    return std::exp(log_of_longest_step(k, std::sqrt(largest.position[lane]), std::sqrt(largest.velocity[lane])));
+  }
+
+  using Mask = decltype(Lane{} <= Lane{});
 
   SeriesDemand step_;
-  bool is_counting_, is_small_ = false;
-  double power_ = 0.0;  // h^(2k-2) of the last order
-  Term here_, before_;
+  bool is_counting_;
+  double power_ = 0.0;                     // h^(2k-2) of the last order
+  Mask was_small_{};                       // of the last order
+  Largest before_;                         // that of the last order
+  std::array<FoundTerms, lanes> found_{};  // [lane]; `last` is 0 where more are needed
 };
 
 }  // namespace tanor

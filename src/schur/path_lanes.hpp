@@ -37,6 +37,7 @@ struct PathNumbers {
 template <std::size_t lanes, bool is_cut>
 struct PathLanes {
   static constexpr std::size_t width = lanes;
+  static constexpr bool are_one_path = is_cut;
   using Numbers = PathNumbers<width>;
   using Lane = typename Numbers::Lane;
   using Vector = typename Numbers::Vector;

@@ -23,9 +23,9 @@ template <class Lanes>
 using Places = LanePoints<Lanes::width>;
 
 template <class Lanes>
-using Terms = TermCounter<Lanes::width>;
+using Terms = TermCounter<Lanes::width, Lanes::are_one_path>;
 template <class Lanes>
-using Weights = typename Terms<Lanes>::Weights;
+using Weights = TermWeights<Lanes::width>;
 
 /// Reads r_0, r_1 and r_2. If terms are counted, `weights` [point] has the squares' tolerances of positions and
 /// velocities, and gets the weights.
@@ -85,21 +85,26 @@ struct Room {
     series.resize(std::max(series.size(), length * stride));
   }
 
-  std::vector<typename Numbers::Rod> rods;                    // [rod]
-  std::vector<typename Numbers::Point> points;                // [point]
-  std::vector<typename Numbers::Coefficient> series;          // [rod][order]
-  std::vector<typename TermCounter<width>::Weights> weights;  // [point]
+  std::vector<typename Numbers::Rod> rods;            // [rod]
+  std::vector<typename Numbers::Point> points;        // [point]
+  std::vector<typename Numbers::Coefficient> series;  // [rod][order]
+  std::vector<TermWeights<width>> weights;            // [point]
   std::array<double, width> separator_l{}, separator_inverse_pivot{};
 };
 
-/// Returns the points that move.
-IndexRanges moving_points(std::vector<Index> points, std::span<const double> inverse_mass) {
-  std::ranges::sort(points);
-  points.erase(std::ranges::unique(points).begin(), points.end());
-  IndexRanges result;
-  for (const Index point : points) {
+/// Returns the points of each path that move.
+std::vector<IndexRanges> moving_points(const RodLanes& given, std::span<const double> inverse_mass) {
+  std::vector<std::vector<Index>> points(given.is_cut ? 1 : given.width);
+  for (std::size_t at = 0; at < given.points.size(); ++at) {
+    const Index point = given.points[at];
     if (point >= 0 && inverse_mass[static_cast<std::size_t>(point)] > 0.0)
-      result.append(static_cast<std::size_t>(point));
+      points[at % given.width % points.size()].push_back(point);
+  }
+  std::vector<IndexRanges> result(points.size());
+  for (std::size_t path = 0; path < points.size(); ++path) {
+    std::ranges::sort(points[path]);
+    points[path].erase(std::ranges::unique(points[path]).begin(), points[path].end());
+    for (const Index point : points[path]) result[path].append(static_cast<std::size_t>(point));
   }
   return result;
 }
@@ -116,7 +121,7 @@ class Group {
   Group(RodLanes given, std::span<const Vec3> offsets, std::span<const double> inverse_mass)
       : given_(std::move(given)),
         places_(given_.points),
-        points_(moving_points(given_.points, inverse_mass)),
+        points_(moving_points(given_, inverse_mass)),
         is_there_(given_.rows.size()),
         inverse_mass_(given_.points.size()) {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
@@ -135,9 +140,10 @@ class Group {
 
   std::size_t length() const { return given_.length; }
 
-  /// Computes the terms that are needed, and sets the others to 0.
-  FoundTerms expand(std::span<double* const> coefficients, const double* lambda, int passes, std::size_t stride,
-                    const NeededTerms& needed, Room<width>* room) const {
+  /// Computes the terms that are needed, and sets the others to 0. Returns the longest step for which paths with fewer
+  /// terms serve.
+  double expand(std::span<double* const> coefficients, const double* lambda, int passes, std::size_t stride,
+                const NeededTerms& needed, std::span<std::uint8_t> last_term, Room<width>* room) const {
     const auto take = [](const std::vector<double>& from, std::size_t i, Lane* to) {
       std::memcpy(to, from.data() + i * width, sizeof(Lane));
     };
@@ -151,22 +157,25 @@ class Group {
                       room->rods.data(),   room->points.data(),
                       room->series.data(), offsets_.empty() ? nullptr : offsets_.data(),
                       &room->separator_l,  &room->separator_inverse_pivot};
-    TermCounter<width> terms(needed);
-    typename TermCounter<width>::Weights* const weights = room->weights.data();
+    tanor::Terms<Lanes> terms(needed);
+    TermWeights<width>* const weights = room->weights.data();
     for (std::size_t at = 0; at < given_.points.size() && terms.is_counting(); ++at)
       terms.read_atol(needed, given_.points[at], at % width, &weights[at / width]);
     tanor::begin(lanes, places_, coefficients.first<3>(), terms, weights);
     const int order = static_cast<int>(coefficients.size()) - 1;
-    for (int k = 3; k <= order; ++k) {
-      const bool are_enough = tanor::advance(lanes, k - 2, passes, places_, coefficients[k], weights, &terms);
-      if (are_enough && k < order) return terms.found();
+    int reached = 2;
+    for (bool are_enough = false; !are_enough && reached < order;) {
+      const int k = reached++ - 1;
+      are_enough = tanor::advance(lanes, k, passes, places_, coefficients[reached], weights, &terms);
     }
-    return {order};
-  }
-  /// Calls visit(begin, end) for the ranges of its points.
-  template <class Visit>
-  void for_each_range(const Visit& visit) const {
-    points_.for_each(visit);
+    double longest = any_length;
+    for (std::size_t path = 0; path < points_.size(); ++path) {
+      const FoundTerms found = terms.found(path, order);
+      longest = std::min(longest, found.longest);
+      points_[path].for_each(
+          [&](std::size_t begin, std::size_t end) { end_series(found, reached, begin, end, coefficients, last_term); });
+    }
+    return longest;
   }
 
  private:
@@ -178,7 +187,7 @@ class Group {
 
   RodLanes given_;
   LanePoints<width> places_;
-  IndexRanges points_;                // that move
+  std::vector<IndexRanges> points_;   // [path] those that move
   std::vector<double> is_there_;      // [rod][lane] 1 or 0
   std::vector<double> inverse_mass_;  // [point][lane]
   std::vector<Vector> offsets_;       // [rod] part of a_0; empty if there are none
@@ -233,10 +242,7 @@ double PathSeries::expand(const Parallel& parallel, std::span<double* const> coe
   longest_.assign(groups_.size(), 0.0);
   parallel.for_tasks(groups_.size(), [&](std::size_t g, std::size_t thread) {
     with_room(&rooms_[thread], groups_[g], [&](const auto& group, auto* room) {
-      const FoundTerms found = group.expand(coefficients, lambda, passes, stride, needed, room);
-      longest_[g] = found.longest;
-      group.for_each_range(
-          [&](std::size_t begin, std::size_t end) { end_series(found, begin, end, coefficients, last_term); });
+      longest_[g] = group.expand(coefficients, lambda, passes, stride, needed, last_term, room);
     });
   });
   return std::ranges::min(longest_);

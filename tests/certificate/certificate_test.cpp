@@ -222,6 +222,30 @@ TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
   }
 }
 
+/// Makes two pendulums of rods of 0.1 m that fall from their sides, in angles alone.
+System make_pendulums_apart(double distance) {
+  System system;
+  for (const double x : {0.0, distance}) {
+    const auto first = static_cast<Index>(system.masses.size());
+    for (int k = 0; k < 3; ++k) {
+      system.positions.insert(system.positions.end(), {x + 0.1 * k, 0.0, 0.0});
+      system.masses.push_back(1.0);
+    }
+    system.velocities.insert(system.velocities.end(), {0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.3, 0.0});
+    system.supports.push_back({"", {first}, {}});
+    system.coordinates.push_back(ChainAngles{"", {first + 1, first + 2}, first, {}, {}});
+  }
+  system.forces = {Gravity{"", {0.0, -9.81, 0.0}}};
+  return system;
+}
+
+TEST(Certificate, PassesMechanismsInCoordinatesHoweverFarApart) {
+  for (const double distance : {1.0, 10.0, 1e3, 1e5}) {
+    const Certificate certificate = Case(make_pendulums_apart(distance)).certify();
+    EXPECT_TRUE(certificate.passed()) << distance << " m: " << certificate.line();
+  }
+}
+
 TEST(Certificate, PassesFreePointsAndPointsThatCannotMove) {
   System free_points;
   free_points.positions = {1.0, 0.0, 0.0, 2.0, 0.0, 0.0};

@@ -29,7 +29,8 @@ struct MovingIslands {
   System system;
   std::vector<Island> chains, rings;
 
-  explicit MovingIslands(std::uint32_t seed) {
+  /// Rings of 1 m/s are so many apart.
+  explicit MovingIslands(std::uint32_t seed, int apart = 3) {
     std::mt19937 random(seed);
     const auto draw = [&] { return std::uniform_real_distribution<double>(-1.0, 1.0)(random); };
     Rods rods;
@@ -45,7 +46,7 @@ struct MovingIslands {
       return Island{static_cast<std::size_t>(first), system.masses.size(), speed};
     };
     for (int k = 0; k < 6; ++k) chains.push_back(add(90, false, std::pow(10.0, -0.6 * k)));
-    for (int k = 0; k < 24; ++k) rings.push_back(add(6, true, k < 8 ? 1.0 : 1e-3));
+    for (int k = 0; k < 24; ++k) rings.push_back(add(6, true, k % apart == 0 ? 1.0 : 1e-3));
     system.constraints = {rods};
     system.forces = {Gravity{"g", {0.0, 0.0, -9.81}}};
   }
@@ -95,7 +96,9 @@ RC_GTEST_PROP(NeededTerms, AreThoseOfTheWholeSeriesUntilTwoAreSmall, ()) {
   RC_ASSERT(part.extent.longest >= h);
   // An allowed error is lessened by the square root of 2 at most, where both its parts are equal.
   const double lessened = 0.5 * std::log(2.0);
-  for (const Island& island : islands.chains) {
+  std::vector<Island> all_islands = islands.chains;
+  all_islands.insert(all_islands.end(), islands.rings.begin(), islands.rings.end());
+  for (const Island& island : all_islands) {
     const int last = some.last(island.begin);
     RC_ASSERT(last >= 6);
     if (last == order) continue;
@@ -114,24 +117,44 @@ TEST(NeededTerms, SlowIslandsHaveFewerThanFastOnes) {
   const Terms some{part};
   EXPECT_EQ(some.last(islands.chains.front().begin), order);
   EXPECT_LT(some.last(islands.chains.back().begin), order);
-  // The rings stand in lanes by eight.
-  EXPECT_LT(some.last(islands.rings.back().begin), some.last(islands.rings.front().begin));
+  // Each ring decides by itself, though eight of them share lanes.
+  EXPECT_LT(some.last(islands.rings[1].begin), some.last(islands.rings[0].begin));
+}
+
+/// The same islands in other company have the same terms to the last bit.
+TEST(NeededTerms, DoNotDependOnIslandsThatShareTheLanes) {
+  const SeriesDemand wanted{.h = 2e-2, .atol = 1e-9, .rtol = 1e-7};
+  const MovingIslands few(1, 24), many(1, 2);  // the first ring is fast in both
+  const Expanded with_slow(few.system, 0, wanted), with_fast(many.system, 0, wanted);
+  ASSERT_TRUE(with_slow.outcome.ok() && with_fast.outcome.ok());
+  const Terms one{with_slow}, other{with_fast};
+  for (const std::size_t ring : {0u, 1u, 3u, 5u}) {
+    const Island& island = few.rings[ring];
+    for (std::size_t point = island.begin; point < island.end; ++point) {
+      EXPECT_EQ(one.last(point), other.last(point)) << ring;
+      for (int k = 0; k <= order; ++k)
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(one.at(k, point)[c], other.at(k, point)[c]) << ring << ", " << k;
+    }
+  }
 }
 
 /// A term that is not a number is never small enough, whatever the others are.
-TEST(NeededTerms, TermsThatAreNoNumbersAreNotLeftOut) {
+TEST(NeededTerms, TermsThatAreNoNumbersAreNotTheLast) {
+  const Pack<> one = Pack<>{} + 1e-3;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     TermCounter<num_lanes> counter({SeriesDemand{.h = 1.0, .atol = 1.0, .rtol = 1.0}, {}, {}});
-    TermCounter<num_lanes>::Largest largest;
-    const Pack<> one = Pack<>{} + 1e-3;
-    Pack<> broken = one;
-    broken[lane] = std::nan("");
-    largest.include({one, one, one}, {one, one});
-    EXPECT_FALSE(counter.note(6, largest));
-    EXPECT_TRUE(counter.note(7, largest));
-    largest.include({one, broken, one}, {one, one});
-    largest.include({one, one, one}, {one, one});
-    EXPECT_FALSE(counter.note(8, largest));
+    TermCounter<num_lanes>::Largest fine, broken;
+    Pack<> number = one;
+    number[lane] = std::nan("");
+    broken.include({one, number, one}, {one, one});
+    for (auto* each : {&fine, &broken}) each->include({one, one, one}, {one, one});
+
+    EXPECT_FALSE(counter.note(6, fine));
+    EXPECT_FALSE(counter.note(7, broken));
+    EXPECT_FALSE(counter.note(8, fine));
+    EXPECT_TRUE(counter.note(9, fine));
+    for (std::size_t other = 0; other < num_lanes; ++other)
+      EXPECT_EQ(counter.found(other, 12).last, other == lane ? 9 : 7);
   }
 }
 
