@@ -46,6 +46,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
     extent->smooth_until = last_->expand(at.t, found.lambda, passes, *this, coefficients);
   } else {
     clear_other_points(coefficients, extent->last_term);
+    // Islands that leave out terms make fewer.
     work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   }
   if (was_in_lanes_) {

@@ -51,8 +51,8 @@ class Forces::Reader {
   }
   void add(const PairForces& pairs) {
     forces_.pairs_.emplace_back(system_, pairs, numbering_);
-    PairField of_supports(system_, pairs, numbering_, PairField::Which::OfSupports);
-    if (!of_supports.empty()) forces_.pairs_of_supports_.push_back(std::move(of_supports));
+    auto of_supports = std::make_unique<PairField>(system_, pairs, numbering_, PairField::Which::OfSupports);
+    forces_.pairs_of_supports_.push_back(of_supports->empty() ? nullptr : std::move(of_supports));
     if (EnergyGroup smooth = make_pair_energies(system_, pairs); !smooth.points.empty())
       energies_of_pairs_.push_back(std::move(smooth));
   }
@@ -171,7 +171,8 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
     }
   });
   for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
-  for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
+  for (const auto& pairs : pairs_of_supports_)
+    if (pairs != nullptr) pairs->add_forces(parallel, r, f);
   for (const auto& pairs : pairs_beyond_) pairs->add_forces(r, f);
 }
 
@@ -185,12 +186,11 @@ double Forces::largest_single(const Parallel& parallel, const double* r) {
     formulas_.on_points().for_each_on(i, look);
     energies_.on_points().for_each_on(i, look);
   }
-  for (std::vector<PairField>* fields : {&pairs_, &pairs_of_supports_}) {
-    for (PairField& pairs : *fields) {
-      std::vector<double> of_pairs(3 * num_points_, 0.0);
-      pairs.add_forces(parallel, r, of_pairs.data());
-      for (std::size_t i = 0; i < num_moving_; ++i) look(load(of_pairs.data(), i));
-    }
+  // Pairs of supports act on no moving point.
+  for (PairField& pairs : pairs_) {
+    std::vector<double> of_pairs(3 * num_points_, 0.0);
+    pairs.add_forces(parallel, r, of_pairs.data());
+    for (std::size_t i = 0; i < num_moving_; ++i) look(load(of_pairs.data(), i));
   }
   return largest;
 }

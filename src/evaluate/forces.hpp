@@ -105,6 +105,9 @@ class Forces {
   /// `evaluate`.
   double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
+  /// Leaves out what an entry of pair forces does between supports, where another process asks for it.
+  void leave_out_pairs_of_supports(std::size_t entry) { pairs_of_supports_[entry].reset(); }
+
  private:
   class Reader;
 
@@ -116,8 +119,9 @@ class Forces {
   SpringForces springs_;
   FormulaForces formulas_;
   EnergyForces energies_;
-  std::vector<PairField> pairs_;                            // each keeps what belongs to the positions it saw last
-  std::vector<PairField> pairs_of_supports_;                // between supports; found once if these stand
+  std::vector<PairField> pairs_;  // each keeps what belongs to the positions it saw last
+  /// [entry] between supports, found once if these stand; null if there are none
+  std::vector<std::unique_ptr<PairField>> pairs_of_supports_;
   std::vector<std::unique_ptr<PairsBeyond>> pairs_beyond_;  // between own points and other processes'
   std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
   AnglePassages angle_passages_;

@@ -36,7 +36,8 @@ using FindPoints = std::function<RowsInSpace()>;
 /// Otherwise it takes the one of fewest flops among those that it tries. It tries AMD, then cuts along axes if AMD
 /// predicts more than 50 flops a nonzero of L. It tries METIS on the points, and then on the rows, if one cut of METIS
 /// parts clearly fewer rows than those cuts do and a factorization costs much compared with METIS
-/// (`plan::flops_worth_metis`). Of many rows (`plan::rows_worth_axes_first`) it tries AMD only where METIS cuts so.
+/// (`plan::flops_worth_metis`). Of many rows (`plan::rows_worth_axes_first`) whose given order makes so many flops it
+/// tries AMD after the cuts along axes, and only if that one cut of METIS is clearly better.
 /// Without points, orderings that need them are replaced by METIS on the rows. Throws std::bad_alloc, and
 /// std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});

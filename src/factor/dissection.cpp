@@ -43,7 +43,8 @@ class AxisCuts {
     int met = 0, points = 0;
   };
 
-  /// Leaves out the axes along which the points reach less far than neighbours lie apart, as across a flat net.
+  /// Leaves out the axes along which all points lie nearer than those of a line as long as the longest axis would, as
+  /// across a flat net. A cut across them would not be tried.
   void find_axes() {
     std::array<double, 3> extent{};
     for (std::size_t axis = 0; axis < 3 && rows_.num_points() > 0; ++axis) {

@@ -190,7 +190,8 @@ double Taylor::propose_step(const State& from) {
   return rejected_.may_be_noise ? std::min(expansion_.longest, 0.5 * rejected_.h) : expansion_.longest;
 }
 
-/// Steps hardly grow from one to the next, so that a term that is too small for a little longer one is not needed.
+/// Steps hardly grow from one to the next, so that islands may leave out terms that a little longer step than the last
+/// would not need. Where they do, steps grow by little more than that each time.
 void Taylor::expand(const State& from) {
   constexpr double growth = 1.1;
   if (expansion_.time != from.t) expansion_.wanted = std::min(growth * expansion_.reach, any_length);
@@ -302,6 +303,18 @@ Power Taylor::integrate_power(const State& from, double h) {
   return sum;
 }
 
+/// Enlarges what is missing where the series ends before the others, at the order l: there it shows r_{l+1}, whose part
+/// of the error is (P+1) P/((l+1) l) times as large. Series of two terms are exact.
+void Taylor::weigh_missing(double* missing) const {
+  const std::vector<std::uint8_t>& last = expansion_.extent.last_term;
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    const int l = last[i];
+    if (l <= 2 || l >= terms_) continue;
+    const double factor = (terms_ + 1.0) * terms_ / ((l + 1.0) * l);
+    for (std::size_t c = 0; c < 3; ++c) missing[3 * i + c] *= factor;
+  }
+}
+
 /// Measures the first omitted term by what the series misses in the acceleration at the new state:
 ///
 ///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
@@ -324,6 +337,7 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   for_runs(own, to.a.size(), [&](std::size_t first, std::size_t count, std::size_t k) {
     subtract_from(a + first, noise * largest_[k], count, missing + first);
   });
+  weigh_missing(missing);
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);

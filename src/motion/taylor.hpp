@@ -45,6 +45,7 @@ class Taylor final : public Scheme {
   double log_of_longest_step(const State& from, int k);
   void evaluate(double h, double* x, double* v, double* a) const;
   Power integrate_power(const State& from, double h);
+  void weigh_missing(double* missing) const;
   double measure_error(const State& from, double h, const State& to);
 
   IntegrationOptions options_;

@@ -26,8 +26,8 @@ class Agreement {
   /// Returns the text of the first rank that has one.
   std::string first_text(std::string own);
 
-  /// Runs work() -> Outcome, which makes no collective call, and agrees on its outcome. What it throws on some rank is
-  /// thrown on all.
+  /// Runs work() -> Outcome and agrees on its outcome. What it throws on some rank is thrown on all. Work that makes
+  /// collective calls must not throw on some ranks alone.
   template <class Work>
   Outcome together(const Work& work, std::span<double> numbers = {}) {
     Report report;

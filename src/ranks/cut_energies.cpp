@@ -41,6 +41,7 @@ void CutEnergies::add_pairs(std::size_t entry, const PairForces& pairs) {
     if (has_charges) own.charges.push_back(pairs.charges[k]);
   }
   pairs_with_guests_.push_back({entry, PairField(model_.system, own, model_.numbering)});
+  work_.forces.leave_out_pairs_of_supports(entry);  // those of guests, which are their owners' business
 }
 
 /// Two ranks have each pair of a point and a guest, of whose energy each counts half.

@@ -7,6 +7,8 @@ Outcome CutSeries::expand(const Kinematics& at, const double* w, const Reactions
   const std::size_t size = 3 * model_.num_points();
   write_first_coefficients(at, w, size, coefficients);
   // Coefficients are refined as often as w was.
+  extent->longest = any_length;
+  extent->last_term.clear();
   extent->smooth_until = series_.expand(at.t, found.lambda, 1 + found.refinements, *this, coefficients);
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }

@@ -115,7 +115,7 @@ class SharedMechanics::Series final : public SeriesExpansion {
       : own_(own),
         mechanics_(mechanics),
         has_cheap_terms_(mechanics.agreement_.all(own.has_cheap_terms())),
-        leaves_out_terms_(mechanics.agreement_.any(own.leaves_out_terms())) {}
+        leaves_out_terms_(mechanics.agreement_.any(own.leaves_out_terms()) && has_cheap_terms_) {}
 
   Outcome expand(const Kinematics& at, const double* a, const Reactions& found, const SeriesDemand& wanted,
                  std::span<double* const> coefficients, SeriesExtent* extent) override {

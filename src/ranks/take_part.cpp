@@ -386,7 +386,7 @@ class PartTaker {
           },
           whole_.friction[f]);
     }
-    if (has_contacts(whole_)) require_whole_islands("/friction/0", "there is friction");
+    if (has_contacts(whole_)) require_whole_islands("/friction", "there is friction");
   }
 
   /// Takes coordinates of own points. Those that tie points to one another are whole.
@@ -414,7 +414,7 @@ class PartTaker {
     const std::vector<int> owners = owners_of(points);
     if (owners.size() > 1)
       throw InputError("/coordinates/" + text(coordinates),
-                       coordinates_name(whole_, coordinates) + " tie points of several ranks to one another");
+                       coordinates_name(whole_, coordinates) + ": its points lie on several ranks");
     return has(owners);
   }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 
 #include <tanor/system.hpp>
@@ -34,14 +33,14 @@ struct NeededTerms {
   }
 };
 
-/// Terms that an island had before they fell below what is needed.
+/// The terms that an island has, up to the second of two that are small enough.
 struct FoundTerms {
   int last = 0;                 ///< order of the last one
   double longest = any_length;  ///< step that they serve, s; any_length if these are all
 };
 
-/// Sets the terms of the points [begin, end) behind the last one to 0, of which those up to `reached` and to
-/// last_term[begin] may be others, and notes which the last one is.
+/// Sets the terms of the points [begin, end) behind the last one to 0, and notes which that is. This series has written
+/// orders up to `reached`, and the one before it those up to last_term[begin].
 inline void end_series(const FoundTerms& found, int reached, std::size_t begin, std::size_t end,
                        std::span<double* const> coefficients, std::span<std::uint8_t> last_term) {
   for (int k = found.last + 1; k <= std::max<int>(reached, last_term[begin]); ++k)

@@ -27,8 +27,8 @@ using Terms = TermCounter<Lanes::width, Lanes::are_one_path>;
 template <class Lanes>
 using Weights = TermWeights<Lanes::width>;
 
-/// Reads r_0, r_1 and r_2. If terms are counted, `weights` [point] has the squares' tolerances of positions and
-/// velocities, and gets the weights.
+/// Reads r_0, r_1 and r_2. If terms are counted, `weights` [point] has the absolute errors that are allowed, and gets
+/// the weights.
 template <class Lanes>
 void begin(const Lanes& lanes, const Places<Lanes>& places, std::span<double* const, 3> coefficients,
            const Terms<Lanes>& terms, Weights<Lanes>* weights) {
@@ -56,18 +56,11 @@ bool advance(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
     const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
       return lanes.points[i].r;
     };
-    typename Terms<Lanes>::Largest result;
-    const auto look = [&](std::size_t i) __attribute__((always_inline)) {
-      if (is_counting) result.include(at(i), weights[i]);
-    };
     lanes.advance(
-        k, passes, [&](std::size_t i) __attribute__((always_inline)) {
-          look(i);
-          places.store_inner(i, to, at);
-        });
-    look(0);
-    look(lanes.length);
+        k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
     places.store_ends(to, at);
+    typename Terms<Lanes>::Largest result;
+    for (std::size_t i = 0; i <= lanes.length && is_counting; ++i) result.include(at(i), weights[i]);
     return result;
   });
   return is_counting && terms->note(k + 2, largest);

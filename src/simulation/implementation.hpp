@@ -183,8 +183,8 @@ struct Simulation::Implementation {
     } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
-      // A start in points leaves the equations linearised there.
-      const bool is_linearised = begins && shared == nullptr && !forms.is_tangent();
+      // A start in points leaves the equations linearised there, unless coordinates are compared with constraints.
+      const bool is_linearised = begins && shared == nullptr && forms.tangent == nullptr;
       if (found.ok() && !is_linearised) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
     }

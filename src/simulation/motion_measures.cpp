@@ -157,7 +157,7 @@ void MotionMeasures::warn_of_tolerance() {
 bool MotionMeasures::is_beyond_tolerances(double drift) {
   constexpr double tolerances = 1e4;
   if (!integration_.scheme().is_adaptive()) return drift > 0.0;
-  // The part rtol v of dv alone makes so much, without a look at the points.
+  // The sum below is at least this, from the part rtol v of dv alone.
   if (drift <= tolerances * options_.rtol * 2.0 * report_.energy.kinetic) return false;
   write_points();
   double sum = 0.0;

@@ -22,7 +22,7 @@ inline constexpr bool is_plain_bytes<SingularPassage> = true;
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 5, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 6, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 

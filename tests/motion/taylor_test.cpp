@@ -220,6 +220,45 @@ TEST_F(ShortenedBlowupTest, ASnapshotAsksForTheSameSeriesAgain) {
   }
 }
 
+/// Its series ends at an order below that of others.
+struct EndedBlowup : Blowup {
+  std::uint8_t last;
+  explicit EndedBlowup(int order) : last(static_cast<std::uint8_t>(order)) {}
+
+  Outcome expand(const Kinematics& at, const double* a, const Reactions& found, const SeriesDemand& demand,
+                 std::span<double* const> coefficients, SeriesExtent* extent) override {
+    Outcome outcome = Blowup::expand(at, a, found, demand, coefficients, extent);
+    for (double* const coefficient : coefficients.subspan(last + 1u)) *coefficient = 0.0;
+    extent->last_term = {last};
+    return outcome;
+  }
+};
+
+/// A series that ends early misses no less than one that has no more terms, and little more.
+TEST(Taylor, MeasuresTheErrorOfSeriesThatEndEarly) {
+  constexpr double h = 0.2;
+  constexpr int order = 20;
+  for (const int last : {10, 13, 19}) {
+    Blowup whole;
+    EndedBlowup ended(last);
+    const MotionOptions options{.rtol = 1e-8, .atol = 1e-8};
+    MotionOptions of_few = options, of_many = options;
+    of_few.order = last;
+    of_many.order = order;
+    Taylor few(of_few, whole), many(of_many, ended);
+    State from, to;
+    from.x = from.v = from.a = {1.0};
+    from.a = {2.0};
+    to = from;
+    to.t = h;
+    const double error = few.step(from, h, &to).error, x = to.x[0];
+    const double measured = many.step(from, h, &to).error;
+    ASSERT_EQ(to.x[0], x);
+    EXPECT_GE(measured, (1.0 - 1e-12) * error) << last;
+    EXPECT_LE(measured, (order + 1.0) / (last + 1.0) * (1.0 + 1e-12) * error) << last;
+  }
+}
+
 TEST(Taylor, HigherOrdersTakeLongerSteps) {
   std::size_t last = 1000000;
   for (const int order : {6, 10, 16, 24}) {

@@ -152,10 +152,10 @@ TEST(CoordinatesOnRanks, WhatTheyTieTogetherStaysWhole) {
   };
   std::vector<int> owner = give_mechanisms(2);
   owner[2] = 1;
-  EXPECT_EQ(refusal(system, owner), "/coordinates/0: chain tie points of several ranks to one another");
+  EXPECT_EQ(refusal(system, owner), "/coordinates/0: chain: its points lie on several ranks");
   owner = give_mechanisms(2);
   owner[5] = 0;
-  EXPECT_EQ(refusal(system, owner), "/coordinates/1: body tie points of several ranks to one another");
+  EXPECT_EQ(refusal(system, owner), "/coordinates/1: body: its points lie on several ranks");
   owner = give_mechanisms(2);
   owner[9] = 1;  // at one end of a spring
   EXPECT_EQ(refusal(system, owner).substr(0, 13), "/coordinates:");
@@ -170,7 +170,7 @@ TEST(CoordinatesOnRanks, WhatTheyTieTogetherStaysWhole) {
                 [](const Coordinates& each) { return std::holds_alternative<CircleCoordinates>(each); });
   owner = give_mechanisms(2);
   owner[13] = 0;
-  EXPECT_EQ(refusal(pairs, owner), "/coordinates/6: formula tie points of several ranks to one another");
+  EXPECT_EQ(refusal(pairs, owner), "/coordinates/6: formula: its points lie on several ranks");
 }
 
 /// A motion that two ranks saved goes on on one and on three.
