@@ -321,5 +321,28 @@ TEST(CoordinatesOfAUser, KeepTheTurnOfTheStart) {
   }
 }
 
+/// A bead swings on two rods. The circle of its coordinate lies a little aside, which counts as rounding of the input.
+/// The normal form starts where the rods have their lengths, and so do its first accelerations.
+TEST(MotionInCoordinates, TheNormalFormStartsWhereConstraintsAreMet) {
+  System system;
+  system.positions = {-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0};
+  system.masses = {1.0, 1.0, 1.0};
+  system.supports = {{"", {0, 1}, {}}};
+  system.constraints = {Rods{"rods", {{0, 2}, {1, 2}}, std::sqrt(2.0), {}}};
+  system.coordinates = {CircleCoordinates{"angle", {2}, Vector3{3e-10, 0.0, 0.0}, Vector3{1.0, 0.0, 0.0}, 1.0}};
+  system.forces = {Gravity{"", {3.0, -9.81, 1.0}}};
+  const SolverOptions normal{.form = Form::Normal, .linear_solver = LinearSolver::General};
+  const Simulation simulation(system, {}, normal);
+  Dynamics dynamics(system, normal);
+  std::vector<double> w(9);
+
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = simulation.positions(), .velocities = simulation.velocities()}, {.accelerations = w});
+
+  ASSERT_TRUE(report.outcome.ok() && simulation.outcome().ok());
+  for (std::size_t c = 0; c < w.size(); ++c) EXPECT_NEAR(simulation.accelerations()[c], w[c], 1e-12) << c;
+}
+
 }  // namespace
 }  // namespace tanor
