@@ -96,8 +96,8 @@ class TermCounter {
   };
 
   /// Notes order k. Returns true if no island needs more. Orders follow one another.
-  bool note(int k, Largest largest) {
-    if (is_cut) largest = of_all_lanes(largest);
+  bool note(int k, const Largest& own) {
+    const Largest largest = is_cut ? of_all_lanes(own) : own;
     power_ = power_ > 0.0 ? power_ * step_.h * step_.h : std::pow(step_.h, 2 * (k - 1));
     const auto is_small = (largest.position * (power_ * step_.h * step_.h) <= 1.0) &
                           (largest.velocity * (power_ * k * k) <= 1.0) & (largest.sum == largest.sum);
