@@ -26,15 +26,8 @@ MotionOptions projecting(Method method, double step = 0.0) {
 }
 
 void expect_same(const Ending& many, const Ending& one, double allowed) {
-  ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
-  EXPECT_EQ(many.report.method, one.report.method);
-  EXPECT_EQ(many.report.steps, one.report.steps);
-  EXPECT_EQ(many.report.rejected, one.report.rejected);
-  EXPECT_LE(difference(many.positions, one.positions), allowed);
-  EXPECT_LE(difference(many.velocities, one.velocities), allowed);
-  EXPECT_LE(difference(many.accelerations, one.accelerations), 10.0 * allowed);
+  expect_same_ending(many, one, allowed);
   EXPECT_LE(difference(many.reactions, one.reactions), 10.0 * allowed);
-  EXPECT_NEAR(many.report.energy.now, one.report.energy.now, allowed * one.report.energy.scale);
 }
 
 TEST(CoordinatesOnRanks, MoveAsOnOneRank) {
@@ -66,22 +59,15 @@ System make_twofold() {
   return system;
 }
 
-/// Gives the free point, which has no constraint, and the pendulum or the body to a rank.
-std::vector<int> give_free_point_alone(const System& system) {
-  std::vector<int> owner(system.num_points(), 0);
-  owner.back() = 1;
-  return owner;
-}
-
 /// On one rank the flops of the whole decide on the form; those of a part alone might ask for the other one.
 TEST(CoordinatesOnRanks, AllRanksStepInTheFormOfOneRank) {
   const System system = make_twofold();
   std::vector<int> owner(system.num_points(), 1);
   owner[1] = owner[2] = 0;
   for (const auto& [owners, form] :
-       {std::pair(owner, Form::Auto), std::pair(give_free_point_alone(system), Form::Auto),
-        std::pair(give_free_point_alone(system), Form::Normal), std::pair(owner, Form::Normal),
-        std::pair(owner, Form::Tangent), std::pair(give_free_point_alone(system), Form::Both)}) {
+       {std::pair(owner, Form::Auto), std::pair(part_the_last(system, 1), Form::Auto),
+        std::pair(part_the_last(system, 1), Form::Normal), std::pair(owner, Form::Normal),
+        std::pair(owner, Form::Tangent), std::pair(part_the_last(system, 1), Form::Both)}) {
     SolverOptions solver = one_thread();
     solver.form = form;
     const MotionOptions options = projecting(Method::Dop853);
@@ -107,7 +93,7 @@ TEST(CoordinatesOnRanks, MethodsThatProjectStepByConstraints) {
   for (MotionOptions options : {projecting(Method::Rattle, 1e-3), projecting(Method::Radau5)}) {
     options.rtol = 1e-7;
     const Ending one = run_whole(system, options, 0.05);
-    const Ending two = run_on_ranks(system, give_free_point_alone(system), 2, options, 0.05);
+    const Ending two = run_on_ranks(system, part_the_last(system, 1), 2, options, 0.05);
     expect_same(two, one, 1e-9);
   }
 }
@@ -115,7 +101,7 @@ TEST(CoordinatesOnRanks, MethodsThatProjectStepByConstraints) {
 TEST(CoordinatesOnRanks, RanksThatAskForDifferentFormsAreRefused) {
   const System system = make_twofold();
   ThreadWorld(2).run([&](Ranks& ranks) {
-    const RankSystem own = take_part(system, give_free_point_alone(system), ranks);
+    const RankSystem own = take_part(system, part_the_last(system, 1), ranks);
     SolverOptions solver = one_thread();
     solver.form = ranks.rank() == 0 ? Form::Normal : Form::Tangent;
     EXPECT_THROW(Simulation(own.system, own.part, projecting(Method::Dop853), solver), InputError);

@@ -118,27 +118,38 @@ inline std::vector<int> deal(const System& system, int num_ranks) {
   return owner;
 }
 
+/// Gives the last point to one of two ranks, all others to the other one.
+inline std::vector<int> part_the_last(const System& system, int rank) {
+  std::vector<int> owner(system.num_points(), 1 - rank);
+  owner.back() = rank;
+  return owner;
+}
+
 /// Expects the same steps, and the same state and energies at the end.
+inline void expect_same_ending(const Ending& many, const Ending& one, double allowed) {
+  ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
+  EXPECT_EQ(many.report.method, one.report.method);
+  EXPECT_EQ(many.report.steps, one.report.steps);
+  EXPECT_EQ(many.report.rejected, one.report.rejected);
+  EXPECT_LE(difference(many.positions, one.positions), allowed);
+  EXPECT_LE(difference(many.velocities, one.velocities), allowed);
+  EXPECT_LE(difference(many.accelerations, one.accelerations), 10.0 * allowed);
+  const EnergyReport &a = one.report.energy, &b = many.report.energy;
+  EXPECT_NEAR(b.scale, a.scale, allowed * a.scale);
+  EXPECT_NEAR(b.now, a.now, allowed * a.scale);
+  EXPECT_NEAR(b.work_of_supports, a.work_of_supports, allowed * a.scale);
+  EXPECT_NEAR(b.work_of_forces, a.work_of_forces, allowed * a.scale);
+  EXPECT_NEAR(b.work_of_potentials, a.work_of_potentials, allowed * a.scale);
+}
+
+/// Expects the same motion, however the points are given to ranks.
 inline void expect_same_motion(const System& system, const MotionOptions& options, double t_end, double allowed) {
   const Ending one = run_whole(system, options, t_end);
   ASSERT_TRUE(one.outcome.ok()) << one.outcome.what;
   for (const auto& [owner, num_ranks] :
        {std::pair(cut_along(system, 0, 2), 2), std::pair(cut_along(system, 0, 4), 4), std::pair(deal(system, 3), 3)}) {
     SCOPED_TRACE(num_ranks);
-    const Ending many = run_on_ranks(system, owner, num_ranks, options, t_end);
-    ASSERT_TRUE(many.outcome.ok()) << many.outcome.what;
-    EXPECT_EQ(many.report.method, one.report.method);
-    EXPECT_EQ(many.report.steps, one.report.steps);
-    EXPECT_EQ(many.report.rejected, one.report.rejected);
-    EXPECT_LE(difference(many.positions, one.positions), allowed);
-    EXPECT_LE(difference(many.velocities, one.velocities), allowed);
-    EXPECT_LE(difference(many.accelerations, one.accelerations), 10.0 * allowed);
-    const EnergyReport &a = one.report.energy, &b = many.report.energy;
-    EXPECT_NEAR(b.scale, a.scale, allowed * a.scale);
-    EXPECT_NEAR(b.now, a.now, allowed * a.scale);
-    EXPECT_NEAR(b.work_of_supports, a.work_of_supports, allowed * a.scale);
-    EXPECT_NEAR(b.work_of_forces, a.work_of_forces, allowed * a.scale);
-    EXPECT_NEAR(b.work_of_potentials, a.work_of_potentials, allowed * a.scale);
+    expect_same_ending(run_on_ranks(system, owner, num_ranks, options, t_end), one, allowed);
   }
 }
 
