@@ -7,6 +7,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/check.hpp"
 #include "base/counts.hpp"
@@ -106,22 +107,28 @@ SymbolicAnalysis find_best(const TrianglePattern& lower, const SymbolicAnalysis&
   const auto is_worth = [&](double flops_a_nonzero) {
     return best.flops > flops_a_nonzero * static_cast<double>(lower.rows.size());
   };
-  const auto try_amd = [&] { keep_better(analyze_with(lower, Ordering::Amd)); };
-  // On many rows AMD takes as long as cuts along axes do, and does better only where these are bad.
-  const bool begins_with_amd = lower.size() < plan::rows_worth_axes_first || !is_worth_dissection(natural);
-  if (begins_with_amd) try_amd();
-  if (begins_with_amd && !is_worth_dissection(best)) return best;
+  bool has_amd = false;
+  const auto try_amd = [&] {
+    if (!std::exchange(has_amd, true)) keep_better(analyze_with(lower, Ordering::Amd));
+  };
+  // On many rows AMD takes as long as cuts along axes do, and does better only where these are bad or there is little
+  // to cut.
+  if (lower.size() < plan::rows_worth_axes_first || !is_worth_dissection(natural)) {
+    try_amd();
+    if (!is_worth_dissection(best)) return best;
+  }
   const RowsInSpace points = find_points ? find_points() : RowsInSpace{};
   if (points.num_rows() != lower.size()) {
-    if (!begins_with_amd) try_amd();
+    try_amd();
     if (is_worth_dissection(best)) keep_better(analyze_with(lower, Ordering::Metis));
     return best;
   }
   const Dissection along_axes = dissect_along_axes(points);
   keep_better(analyze_with(lower, Ordering::Axes, along_axes.order));
-  if (begins_with_amd && !is_worth(plan::flops_worth_metis)) return best;
+  if (!is_worth_dissection(best)) try_amd();
+  if (has_amd && !is_worth(plan::flops_worth_metis)) return best;
   if (first_cut_of_graph(points) >= plan::clearly_better_cut * along_axes.first_cut) return best;
-  if (!begins_with_amd) try_amd();
+  try_amd();
   if (!is_worth(plan::flops_worth_metis)) return best;
   keep_better(analyze_with(lower, Ordering::Points, points));
   if (is_worth(plan::flops_worth_metis_on_rows)) keep_better(analyze_with(lower, Ordering::Metis));

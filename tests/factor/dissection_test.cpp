@@ -10,6 +10,7 @@
 
 #include "factor/supernodes.hpp"
 #include "patterns.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 namespace {
@@ -127,6 +128,16 @@ TEST(Dissection, OrderIsChosenByFlopsAsFarAsLookingForItRepays) {
   const SymbolicAnalysis of_cloud = analysis_of(cloud, Ordering::Auto, 0.0);
   EXPECT_TRUE(of_cloud.ordering == Ordering::Points || of_cloud.ordering == Ordering::Metis);
   EXPECT_LE(of_cloud.flops, 0.8 * analysis_of(cloud, Ordering::Axes, 0.0).flops);
+}
+
+TEST(Dissection, OnManyRowsAmdIsTriedWhereCutsAlongAxesAreBad) {
+  const Rods net = make_net(320, 320), crumpled = make_crumpled_net(320), ladder = make_net(2, 80000);
+  for (const Rods* const rods : {&net, &crumpled, &ladder})
+    ASSERT_GE(pattern_of(*rods).size(), plan::rows_worth_axes_first);
+
+  EXPECT_EQ(analysis_of(net, Ordering::Auto).ordering, Ordering::Axes);
+  EXPECT_LE(analysis_of(crumpled, Ordering::Auto, 0.0).flops, analysis_of(crumpled, Ordering::Amd, 0.0).flops);
+  EXPECT_LE(analysis_of(ladder, Ordering::Auto).flops, analysis_of(ladder, Ordering::Amd).flops);
 }
 
 TEST(Dissection, OrdersAreTheSameEveryTimeAndMetisServesWherePointsAreUnknown) {
