@@ -23,8 +23,8 @@ Forms::Forms(System system, const SolverOptions& options, double t, const MakeFo
              has_constraints = some_rank_has(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   const bool is_asked_for = some_rank_has(options.form == Form::Tangent || options.form == Form::Both);
-  const bool is_agreed = all_ranks_want(options.form);
-  if ((has_coordinates || is_asked_for) && !is_agreed) refuse("some ranks ask for another form than others");
+  if ((has_coordinates || is_asked_for) && !all_ranks_want(options.form))
+    refuse("some ranks ask for another form than others");
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
   if (!has_coordinates && options.form == Form::Both) refuse("both forms need coordinates too; none are given");
   if (has_coordinates && !has_constraints && options.form == Form::Normal)

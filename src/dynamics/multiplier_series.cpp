@@ -39,8 +39,8 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
   }
   extent->smooth_until = std::numeric_limits<double>::infinity();
   extent->longest = any_length;
-  if (!was_in_lanes_) extent->last_term.clear();
-  if (was_in_lanes_) extent->last_term.resize(model_.num_points(), static_cast<std::uint8_t>(coefficients.size() - 1));
+  const std::size_t num_told = was_in_lanes_ ? model_.num_points() : 0;
+  extent->last_term.resize(num_told, static_cast<std::uint8_t>(coefficients.size() - 1));
   if (last_ != nullptr) {
     // Rows of the lanes are 0 in each of its solves.
     extent->smooth_until = last_->expand(at.t, found.lambda, passes, *this, coefficients);

@@ -363,9 +363,8 @@ void Taylor::interpolate(const Parallel& parallel, const State& from, const Stat
 
 StepResult Taylor::step(const State& from, double h, State* to) {
   if (!expansion_.is_known || expansion_.time != from.t) expand(from);
-  if (!expansion_.exists) return other_->step(from, h, to);
   constexpr double much = 1.05;  // the last step to an end may be longer by less
-  const bool lacks_terms = expansion_.extent.longest < any_length;
+  const bool lacks_terms = expansion_.exists && expansion_.extent.longest < any_length;
   if (lacks_terms && h > much * expansion_.longest) expand_for(any_length, from);
   if (!expansion_.exists) return other_->step(from, h, to);
   terms_ = terms_for(from, h);

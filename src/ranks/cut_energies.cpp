@@ -13,6 +13,7 @@ CutEnergies::CutEnergies(Workspace& work, const Part& part, Agreement& agreement
   for (std::size_t a = 0; a < model_.num_rows(); ++a) {
     if (is_elsewhere[static_cast<std::size_t>(model_.numbering.user_row[a])] != 0) rows_counted_elsewhere_.push_back(a);
   }
+  if (part.energies_counted_elsewhere.empty()) return;
   System others = model_.system;
   others.forces.clear();
   std::size_t num_pairs = 0;  // entries of pair forces so far
