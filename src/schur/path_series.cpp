@@ -202,6 +202,10 @@ struct PathSeries::Rooms {
 
 PathSeries::~PathSeries() = default;
 
+std::size_t PathSeries::num_groups() const {
+  return groups_.size();
+}
+
 PathSeries::PathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
                        std::vector<Index>* islands) {
   for (RodLanes& given : lay_rods(rods, numbering, islands)) {

@@ -28,8 +28,8 @@ class PathSeries {
              std::vector<Index>* islands);
   ~PathSeries();
 
-  bool is_empty() const { return groups_.empty(); }
-  std::size_t num_groups() const { return groups_.size(); }
+  bool is_empty() const { return num_groups() == 0; }
+  std::size_t num_groups() const;
   /// See LaneSeries::expand.
   double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
                 const NeededTerms& needed, std::span<std::uint8_t> last_term);
