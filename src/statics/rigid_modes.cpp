@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "base/dense.hpp"
 
@@ -186,90 +187,145 @@ class Screw {
 class FiniteMotions {
  public:
   FiniteMotions(const EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<int>& island,
-                const RigidFields& fields, std::vector<RigidMotions>* motions)
+                const RigidFields& fields, std::vector<RigidMotions> motions)
       : equations_(equations),
         r_(r),
         island_(island),
         fields_(fields),
-        motions_(*motions),
-        before_(forces_at(r)),
-        stiffness_(find_island_stiffness(equations, island)) {}
+        motions_(std::move(motions)),
+        before_(evaluate(r)),
+        stiffness_(find_island_stiffness(equations, island)),
+        gradients_(equations.model().num_rows(), 0.0),
+        of_row_(equations.model().num_rows(), -1) {
+    for (const Incidence& incidence : equations.model().incidences) {
+      if (static_cast<std::size_t>(incidence.point) >= island.size()) continue;
+      const auto row = static_cast<std::size_t>(incidence.row);
+      gradients_[row] = std::hypot(gradients_[row], norm(load(equations.gradients().data(), incidence.block)));
+      of_row_[row] = island[static_cast<std::size_t>(incidence.point)];
+    }
+  }
 
-  /// Counts the unanswered motions that leave the forces of their island unchanged, turned with it, also over a finite
-  /// distance. An infinitesimal motion is not enough: at the top of -x^4 nothing answers to it.
+  /// Counts the unanswered motions of the islands that leave their constraints as they are and their forces too, turned
+  /// with them, over a finite distance. An infinitesimal motion is not enough: nothing answers to it at the top of
+  /// -x^4, or where cranks turn. So that the count does not depend on the basis, sums of two motions are tried as well,
+  /// and an island that does not follow all of them counts none.
   std::size_t count_free() {
+    std::vector<char> is_free(island_.size(), 1);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      for (Eigen::Index l = k; l < 6; ++l) find_held(k, l, &is_free);
+    }
+    (void)evaluate(r_);  // restores the forces that others may read
     std::size_t result = 0;
-    for (Eigen::Index k = 0; k < 6; ++k) result += count_free(k);
-    (void)forces_at(r_);  // restores the forces that others may read
+    for (std::size_t each = 0; each < motions_.size(); ++each)
+      result += is_free[each] != 0 ? static_cast<std::size_t>(motions_[each].unanswered.cols()) : 0;
     return result;
   }
 
  private:
-  bool moves(std::size_t own, Eigen::Index k) const { return k < motions_[own].unanswered.cols(); }
+  using Twist = Eigen::Vector<double, 6>;
+  /// One motion of each island, and its size, m; 0 for islands that stay.
+  struct Motion {
+    std::vector<Twist> twists;
+    std::vector<double> sizes;
+  };
+  struct Values {
+    std::vector<double> forces, rows;  // [3 points], N; [row]
+  };
+
   std::size_t own(std::size_t i) const { return static_cast<std::size_t>(island_[i]); }
 
-  std::vector<double> forces_at(const std::vector<double>& at) const {
-    std::vector<double> f(at.size(), 0.0);
+  Values evaluate(const std::vector<double>& at) const {
+    const Model& model = equations_.model();
+    Values result{std::vector<double>(at.size(), 0.0), std::vector<double>(model.num_rows())};
     const std::vector<double> at_rest(at.size(), 0.0);
-    equations_.work().forces.evaluate(equations_.model().parallel, equations_.time(), at.data(), at_rest.data(),
-                                      f.data());
-    return f;
+    equations_.work().forces.evaluate(model.parallel, equations_.time(), at.data(), at_rest.data(),
+                                      result.forces.data());
+    equations_.work().constraints.evaluate_values(model.parallel, at.data(), result.rows.data());
+    return result;
   }
 
-  /// Returns the size of motion k of an island: a tenth of its radius, or of a radian.
-  double find_size(std::size_t each, Eigen::Index k) const {
+  /// Returns motion k, or the sum of motions k and l, of each island that has them, by a tenth of its radius or of a
+  /// radian.
+  Motion choose(Eigen::Index k, Eigen::Index l) const {
     constexpr double part = 0.1;
-    const double radius = std::max(fields_.radius[each], equations_.model().smallest_length);
-    return part * radius / std::max(1.0, motions_[each].unanswered.col(k).tail<3>().norm());
+    Motion result{std::vector<Twist>(island_.size(), Twist::Zero()), std::vector<double>(island_.size(), 0.0)};
+    for (std::size_t each = 0; each < island_.size(); ++each) {
+      const Eigen::MatrixXd& columns = motions_[each].unanswered;
+      if (l >= columns.cols()) continue;
+      result.twists[each] = columns.col(k);
+      if (k != l) result.twists[each] += columns.col(l);
+      const double radius = std::max(fields_.radius[each], equations_.model().smallest_length);
+      result.sizes[each] = part * radius / std::max(1.0, result.twists[each].tail<3>().norm());
+    }
+    return result;
   }
 
-  /// Returns the forces after motion k of all islands by `sizes`, less the earlier ones turned with them [3 points], N.
-  std::vector<double> change_of_forces(Eigen::Index k, const std::vector<double>& sizes) const {
+  /// Returns what a motion changes: forces, less the earlier ones turned with their island, over the largest force of
+  /// the island and what its stiffness makes of the motion; and distances from constraints over the size of the motion.
+  Values find_change(const Motion& motion) const {
     std::vector<std::optional<Screw>> screws(island_.size());
     for (std::size_t each = 0; each < island_.size(); ++each) {
-      if (!moves(each, k)) continue;
-      const auto c = motions_[each].unanswered.col(k);
-      const double radius = fields_.radius[each], turn = radius > 0.0 ? sizes[each] / radius : 0.0;
-      screws[each].emplace(sizes[each] * Vec3{c[0], c[1], c[2]}, turn * Vec3{c[3], c[4], c[5]});
+      if (motion.sizes[each] == 0.0) continue;
+      const Twist& c = motion.twists[each];
+      const double size = motion.sizes[each], radius = fields_.radius[each], turn = radius > 0.0 ? size / radius : 0.0;
+      screws[each].emplace(size * Vec3{c[0], c[1], c[2]}, turn * Vec3{c[3], c[4], c[5]});
     }
-    std::vector<double> moved = r_;
+    std::vector<double> moved = r_, largest(island_.size(), 0.0);
     for (std::size_t i = 0; i < island_.size(); ++i) {
       const Vec3 centre = fields_.centre[own(i)];
       if (const auto& screw = screws[own(i)])
         store(moved.data(), i, centre + screw->carry(load(r_.data(), i) - centre));
+      largest[own(i)] = larger(largest[own(i)], norm(load(before_.forces.data(), i)));
     }
-    std::vector<double> change = forces_at(moved);
+    Values change = evaluate(moved);
     for (std::size_t i = 0; i < island_.size(); ++i) {
-      if (const auto& screw = screws[own(i)])
-        store(change.data(), i, load(change.data(), i) - screw->rotate(load(before_.data(), i)));
+      const auto& screw = screws[own(i)];
+      const double scale = largest[own(i)] + stiffness_[i] * motion.sizes[own(i)];
+      const Vec3 changed =
+          screw ? load(change.forces.data(), i) - screw->rotate(load(before_.forces.data(), i)) : Vec3{};
+      store(change.forces.data(), i, (1.0 / scale) * changed);
+    }
+    for (std::size_t row = 0; row < of_row_.size(); ++row) {
+      const double size = of_row_[row] < 0 ? 0.0 : motion.sizes[static_cast<std::size_t>(of_row_[row])];
+      const bool is_known = size > 0.0 && gradients_[row] > 0.0;
+      change.rows[row] = is_known ? (change.rows[row] - before_.rows[row]) / (gradients_[row] * size) : 0.0;
     }
     return change;
   }
 
+  /// Calls visit(island, number) for all numbers of a change.
+  template <class Visit>
+  void for_each(const Values& change, const Visit& visit) const {
+    for (std::size_t i = 0; i < 3 * island_.size(); ++i) visit(own(i / 3), change.forces[i]);
+    for (std::size_t row = 0; row < of_row_.size(); ++row) {
+      if (of_row_[row] >= 0) visit(static_cast<std::size_t>(of_row_[row]), change.rows[row]);
+    }
+  }
+
   /// Adds a turn about the line of all points of an island. It moves no point at first order, but it decides about
-  /// which axis they go on and where forces turn to. The Gauss-Newton method chooses the amount that changes forces
-  /// least.
-  void choose_idle_turns(Eigen::Index k, const std::vector<double>& sizes) {
+  /// which axis they go on and where forces turn to. The Gauss-Newton method chooses the amount that changes least.
+  void choose_idle_turns(Motion* motion) const {
     constexpr int steps = 8;
     constexpr double small = 1e-4;
-    const auto turns = [&](std::size_t each) { return moves(each, k) && motions_[each].idle.cols() == 1; };
+    const auto turns = [&](std::size_t each) { return motion->sizes[each] > 0.0 && motions_[each].idle.cols() == 1; };
     const auto turn = [&](const std::vector<double>& by) {
       for (std::size_t each = 0; each < by.size(); ++each) {
-        if (turns(each)) motions_[each].unanswered.col(k) += by[each] * motions_[each].idle.col(0);
+        if (turns(each)) motion->twists[each] += by[each] * motions_[each].idle.col(0);
       }
     };
     bool any = false;
     for (std::size_t each = 0; each < island_.size(); ++each) any = any || turns(each);
     for (int step = 0; any && step < steps; ++step) {
-      const std::vector<double> here = change_of_forces(k, sizes);
+      std::vector<double> here;
+      for_each(find_change(*motion), [&](std::size_t, double value) { here.push_back(value); });
       turn(std::vector<double>(island_.size(), small));
-      const std::vector<double> there = change_of_forces(k, sizes);
       std::vector<double> slope2(island_.size(), 0.0), along(island_.size(), 0.0), by(island_.size(), -small);
-      for (std::size_t i = 0; i < island_.size(); ++i) {
-        const Vec3 slope = (1.0 / small) * (load(there.data(), i) - load(here.data(), i));
-        slope2[own(i)] += dot(slope, slope);
-        along[own(i)] += dot(slope, load(here.data(), i));
-      }
+      std::size_t next = 0;
+      for_each(find_change(*motion), [&](std::size_t each, double value) {
+        const double slope = (value - here[next]) / small;
+        slope2[each] += slope * slope;
+        along[each] += slope * here[next++];
+      });
       for (std::size_t each = 0; each < by.size(); ++each) {
         if (slope2[each] > 0.0) by[each] -= along[each] / slope2[each];
       }
@@ -277,32 +333,26 @@ class FiniteMotions {
     }
   }
 
-  std::size_t count_free(Eigen::Index k) {
+  /// Marks the islands whose forces or constraints answer to motion k, or to the sum of motions k and l.
+  void find_held(Eigen::Index k, Eigen::Index l, std::vector<char>* is_free) const {
     constexpr double digits = 1e-7;
-    std::vector<double> sizes(island_.size(), 0.0), largest(island_.size(), 0.0), most(island_.size(), 0.0);
-    for (std::size_t each = 0; each < sizes.size(); ++each) {
-      if (moves(each, k)) sizes[each] = find_size(each, k);
-    }
-    choose_idle_turns(k, sizes);
-    const std::vector<double> change = change_of_forces(k, sizes);
-    for (std::size_t i = 0; i < island_.size(); ++i) {
-      most[own(i)] = larger(most[own(i)], norm(load(change.data(), i)));
-      largest[own(i)] = larger(largest[own(i)], norm(load(before_.data(), i)));
-    }
-    std::size_t result = 0;
-    for (std::size_t each = 0; each < sizes.size(); ++each) {
-      if (moves(each, k) && most[each] <= digits * (largest[each] + stiffness_[each] * sizes[each])) ++result;
-    }
-    return result;
+    Motion motion = choose(k, l);
+    if (std::ranges::all_of(motion.sizes, [](double size) { return size == 0.0; })) return;
+    choose_idle_turns(&motion);
+    for_each(find_change(motion), [&](std::size_t each, double value) {
+      if (!(std::abs(value) <= digits)) (*is_free)[each] = 0;
+    });
   }
 
   const EquilibriumEquations& equations_;
   const std::vector<double>& r_;
   const std::vector<int>& island_;
   const RigidFields& fields_;
-  std::vector<RigidMotions>& motions_;  // [island]
-  std::vector<double> before_;          // forces [3 points], N
-  std::vector<double> stiffness_;       // [point] of its island, N/m
+  std::vector<RigidMotions> motions_;  // [island]
+  Values before_;
+  std::vector<double> stiffness_;  // [point] of its island, N/m
+  std::vector<double> gradients_;  // [row]
+  std::vector<int> of_row_;        // [row] its island, -1: it joins no moving points
 };
 
 }  // namespace
@@ -347,8 +397,8 @@ std::vector<double> find_island_stiffness(const EquilibriumEquations& equations,
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
   const std::vector<int> island = find_statics_islands(equations);
   const RigidFields fields(island, r.data());
-  std::vector<RigidMotions> motions = AnswersToMotions(equations, island, fields).find_unanswered();
-  return FiniteMotions(equations, r, island, fields, &motions).count_free();
+  return FiniteMotions(equations, r, island, fields, AnswersToMotions(equations, island, fields).find_unanswered())
+      .count_free();
 }
 
 }  // namespace tanor

@@ -16,7 +16,8 @@ std::vector<int> find_statics_islands(const EquilibriumEquations& equations);
 std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island);
 
 /// Returns the dimension of the motions of whole islands, free or about a fixed point or axis, that no constraint and
-/// no force answers to. The equations must have been linearised last at r [3 points].
+/// no force answers to, over a finite distance too. Islands that could move likewise to first order alone, as a crank
+/// with its coupler could, count none. The equations must have been linearised last at r [3 points].
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r);
 
 }  // namespace tanor

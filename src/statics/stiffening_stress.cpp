@@ -45,12 +45,13 @@ void StiffeningStress::seek(const std::vector<double>& r, std::vector<double>* l
 }
 
 /// Moves the multipliers, as long as some motion gains energy, to where it does not, by the relaxation of Agmon and
-/// Motzkin (1954).
+/// Motzkin (1954). W must be that of `lambda`.
 void StiffeningStress::relax(const std::vector<double>& r, std::vector<double>* lambda, ReducedInertia* inertia) {
   constexpr int most_times = 100;
-  constexpr double beyond = 1.5;
+  constexpr double beyond = 1.5, nothing = 1e-9;
   std::vector<double> moved = *lambda;
   ReducedInertia here = *inertia;
+  const double before = equations_.stiffness().largest();
   for (int time = 0; time < most_times && here.is_known && here.negative > 0; ++time) {
     if (here.shape.empty() || !(here.lowest < 0.0)) break;
     const std::vector<double> adds = stiffening(r, moved, here.shape), stress = multipliers_.keep_self_stress(adds);
@@ -59,7 +60,9 @@ void StiffeningStress::relax(const std::vector<double>& r, std::vector<double>* 
     for (std::size_t a = 0; a < stress.size(); ++a) moved[a] += wanted / gained * stress[a];
     here = find_(moved);
   }
-  if (!here.is_known || here.negative > 0) return;
+  // Where a self-stress has relaxed to nothing, the signs of W are those of rounding.
+  const bool is_left = equations_.stiffness().largest() > nothing * before;
+  if (!here.is_known || here.negative > 0 || !is_left) return;
   *lambda = std::move(moved);
   *inertia = std::move(here);
 }
