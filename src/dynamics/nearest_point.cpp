@@ -35,6 +35,58 @@ ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
   return projector_.project_positions(t, r);
 }
 
+/// Reaches xi = 0, from a bent configuration if none is reached from r itself.
+ProjectionReport NearestPoint::reach_from_bent(double t, double* r) {
+  const std::vector<double> given(r, r + 3 * model_.num_points());
+  ProjectionReport report = reach_constraints(t, r);
+  constexpr int most_trials = 3;
+  for (int trial = 0; trial < most_trials; ++trial) {
+    const Status status = report.outcome.status;
+    if (status != Status::Contradictory && status != Status::NotConverged && status != Status::Singular) break;
+    std::ranges::copy(given, r);
+    if (!bend(t, trial, r).ok()) break;
+    if (ProjectionReport bent = reach_constraints(t, r); bent.outcome.ok()) return bent;
+  }
+  return report;
+}
+
+/// Moves the points the way they would fall, and irregularly by a tenth of that, along directions to which no row
+/// answers to first order. The largest move of a neighbourhood is that by which its shortest row finds room for what
+/// the worst one lacks, xi = (move/length)^2 length/2, and four times as much in each further trial.
+Outcome NearestPoint::bend(double t, int trial, double* r) {
+  constexpr double unevenness = 0.1;
+  const double irregular_step = 2.3 + 0.4 * trial, factor = std::pow(4.0, trial);
+  const std::size_t size = 3 * model_.num_points();
+  const std::vector<double> at_rest(size, 0.0);
+  std::vector<double> d(size, 0.0), lengths(model_.num_rows()), lacking(model_.num_rows()), rates(model_.num_rows());
+  const double largest = work_.evaluate_free(t, r, at_rest.data(), d.data());
+  const bool falls = largest > 0.0 && std::isfinite(largest);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double fall = falls ? d[i] / largest : 0.0,
+                 uneven = (falls ? unevenness : 1.0) * irregular(i, irregular_step);
+    d[i] = i < 3 * model_.num_moving() ? fall + uneven : 0.0;
+  }
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
+  linearization_.apply_transposed(d.data(), nullptr, rows_.data());
+  linearization_.correct(rows_.data(), d.data());
+
+  work_.constraints.measure(r, at_rest.data(), lacking.data(), rates.data());
+  work_.constraints.write_lengths(lengths.data());
+  std::vector<double> worst(work_.scales.size(), 0.0), shortest(work_.scales.size(), model_.scene_size);
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    const std::size_t k = work_.scales.of_row(a);
+    worst[k] = larger(worst[k], lacking[a]);
+    shortest[k] = std::min(shortest[k], lengths[a]);
+  }
+  const std::vector<double> moves = work_.largest_norms(d.data());
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const std::size_t k = work_.scales.of_point(i);
+    if (moves[k] > 0.0)
+      add_to(r, i, std::min(1.0, factor * std::sqrt(2.0 * worst[k])) * shortest[k] / moves[k] * load(d.data(), i));
+  }
+  return {};
+}
+
 /// Computes d = (I - M^-1 K S^-1 K')(r* - r), minus the gradient of |r - r*|^2/2 on xi = 0, all in the M-norm.
 Outcome NearestPoint::find_slope(const std::vector<double>& wanted, double t, const double* r, double* d) {
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
@@ -67,7 +119,7 @@ double NearestPoint::product(const double* a, const double* b) const {
 ProjectionReport NearestPoint::find(double t, double* r) {
   if (model_.num_rows() == 0) return {};
   const std::vector<double> wanted(r, r + 3 * model_.num_points());
-  ProjectionReport report = reach_constraints(t, r);
+  ProjectionReport report = reach_from_bent(t, r);
   if (!report.outcome.ok() || std::ranges::equal(wanted, std::span(r, wanted.size()))) return report;
 
   // Descend along xi = 0. Full steps serve where r* is near. Where the curvature of the constraints matters, the step

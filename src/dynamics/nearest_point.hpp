@@ -7,7 +7,8 @@
 namespace tanor {
 
 /// Moves r [3n], however far, to the nearest configuration on xi = 0 in the M-norm. Newton's method reaches some
-/// configuration there, and descent along xi = 0 then shortens the distance.
+/// configuration there, and descent along xi = 0 then shortens the distance. If rows contradict each other to first
+/// order alone, as those of a straight chain that is longer than its gap, it begins from a configuration bent a little.
 class NearestPoint {
  public:
   NearestPoint(Workspace& work, Linearization& linearization, Projector& projector)
@@ -20,7 +21,9 @@ class NearestPoint {
   ProjectionReport find(double t, double* r);
 
  private:
+  ProjectionReport reach_from_bent(double t, double* r);
   ProjectionReport reach_constraints(double t, double* r);
+  Outcome bend(double t, int trial, double* r);
   Outcome find_slope(const std::vector<double>& wanted, double t, const double* r, double* d);
   bool is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const;
   double product(const double* a, const double* b) const;
