@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/numbers.hpp"
 
@@ -18,8 +17,10 @@ EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
     : work_(work),
       model_(work.model()),
       t_(t),
+      extent_(model_.scene_size),
       stiffness_(work),
-      stiffest_(model_.num_moving(), 0.0),
+      rounding_(model_.num_moving(), 0.0),
+      blur_(model_.num_moving(), 0.0),
       blocks_(3 * work.constraints.num_blocks()),
       f_(3 * model_.num_points()),
       reactions_(3 * model_.num_points()),
@@ -31,6 +32,7 @@ double EquilibriumEquations::evaluate(const double* r, const double* lambda, dou
   ++work_.counters.evaluations;
   work_.forces.evaluate(parallel, t_, r, at_rest_.data(), f_.data());
   violation_ = work_.constraints.evaluate_values(parallel, r, xi);
+  extent_ = std::max(model_.scene_size, model_.largest_norm(r));
   work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
   // g = f + K lambda
   model_.gather.reactions(parallel, blocks_.data(), lambda, reactions_.data());
@@ -52,15 +54,24 @@ void EquilibriumEquations::linearise(const double* r, const double* lambda, Stif
   work_.set_time(t_);
   work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   stiffness_.evaluate(t_, r, lambda, curvature);
-  for (std::size_t i = 0; i < stiffest_.size(); ++i) stiffest_[i] = stiffness_.largest_of(i);
+  for (std::size_t i = 0; i < rounding_.size(); ++i)
+    rounding_[i] = 64.0 * eps * stiffness_.largest_of(i) * std::max(model_.scene_size, norm(load(r, i)));
+  std::ranges::fill(blur_, 0.0);
+}
+
+void EquilibriumEquations::linearise_near(const double* r, const double* lambda, double error) {
+  if (error == 0.0) return linearise(r, lambda);
+  std::vector<double> near(r, r + 3 * model_.num_points());
+  disturb(error, near.data());
+  linearise(near.data(), lambda);
+  const std::vector<double> there = stiffness_.sum_rows();
+  linearise(r, lambda);
+  const std::vector<double> here = stiffness_.sum_rows();
+  for (std::size_t i = 0; i < blur_.size(); ++i) blur_[i] = std::abs(there[i] - here[i]);
 }
 
 void EquilibriumEquations::disturb(double by, double* r) const {
   for (std::size_t i = 0; i < size(); ++i) r[i] += by * irregular(i, step_of_irregular);
-}
-
-double EquilibriumEquations::rounding_of_forces(std::size_t point) const {
-  return 64.0 * std::numeric_limits<double>::epsilon() * stiffest_[point] * model_.scene_size;
 }
 
 void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {

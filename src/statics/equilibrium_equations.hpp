@@ -32,6 +32,11 @@ class EquilibriumEquations {
   double evaluate(const double* r, const double* lambda, double* g, double* xi);
   /// Evaluates K and W at r and lambda.
   void linearise(const double* r, const double* lambda, StiffnessMatrix::Curvature curvature = {});
+  /// Does so where r is known to `error` only, m, and finds how much W changes over that distance (see `blur`).
+  void linearise_near(const double* r, const double* lambda, double error);
+  /// Returns the change of the sum of |W_ij| over a row of a moving point that an error of the positions may cause,
+  /// N/m.
+  double blur(std::size_t point) const { return blur_[point]; }
 
   /// Moves each coordinate of the moving points in r [3 points] by at most `by`, m, without any symmetry and always in
   /// the same way.
@@ -40,7 +45,9 @@ class EquilibriumEquations {
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
   /// Returns the rounding error, N, of forces that cancel at a moving point. Rounding of the positions causes it,
   /// multiplied by the point's rows of W of the last `linearise`.
-  double rounding_of_forces(std::size_t point) const;
+  double rounding_of_forces(std::size_t point) const { return rounding_[point]; }
+  /// The scene's size or the largest |r| at the last `evaluate`, m, to which positions are rounded.
+  double extent() const { return extent_; }
 
   /// The blocks of K, as `Model::incidences` reads them, and W at the last configuration.
   const std::vector<double>& gradients() const { return blocks_; }
@@ -58,9 +65,10 @@ class EquilibriumEquations {
  private:
   Workspace& work_;
   const Model& model_;
-  double t_, violation_ = 0.0;
+  double t_, violation_ = 0.0, extent_;
   StiffnessMatrix stiffness_;
-  std::vector<double> stiffest_;  // [moving point] largest |W_ij| of its rows
+  std::vector<double> rounding_;  // [moving point] N
+  std::vector<double> blur_;      // [moving point] N/m
   std::vector<double> blocks_, f_, reactions_, at_rest_;
 };
 

@@ -76,6 +76,7 @@ class Search {
   std::vector<double> smallest_;    // multipliers there [rows]; empty if there are none
   ReducedInertia inertia_;
   std::string without_potential_;  // forces by name
+  double position_error_ = 0.0;    // m, a step of Newton's method at the end
 };
 
 Search::Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
@@ -139,6 +140,7 @@ Outcome Search::search() {
       result_.left_out.push_back("descent: forces by formulas may have no potential, Newton's method goes without it");
     UnsymmetricNewton newton(equations_, newton_);
     Outcome outcome = newton.run(limits, &state_, &report.residuals);
+    position_error_ = newton.next_move();
     report.iterations += newton.iterations();
     report.factorizations += newton.factorizations();
     return outcome;
@@ -163,6 +165,7 @@ Outcome Search::search_by_newton(const NewtonLimits& limits) {
   Outcome outcome = newton_.run(limits, &state_, &result_.search.residuals);
   result_.search.iterations += newton_.iterations();
   result_.search.factorizations += newton_.factorizations();
+  if (outcome.ok() && std::isfinite(newton_.last_move())) position_error_ = newton_.last_move();
   return outcome;
 }
 
@@ -225,7 +228,9 @@ void Search::take_smallest() {
 }
 
 ReducedInertia Search::find_inertia_with(const std::vector<double>& lambda) {
-  equations_.linearise(state_.r.data(), lambda.data());
+  const StaticResidual here = newton_.measure(state_);
+  const bool is_known_by_force = here.relative_force() <= options_.force_tolerance;
+  equations_.linearise_near(state_.r.data(), lambda.data(), is_known_by_force ? 0.0 : position_error_);
   return find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
                       &newton_.solver());
 }

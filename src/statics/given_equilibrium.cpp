@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/dot.hpp"
 #include "statics/kkt_solver.hpp"
+#include "statics/newton_descent.hpp"
+#include "statics/unsymmetric_kkt.hpp"
 
 namespace tanor {
 
@@ -154,11 +157,30 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   if (is_rounding(worst)) return {};
   residual_ = left(worst);
   if (residual_ <= force_tolerance * scale) return {};
+  // If all forces are small beside those that a move of the scene's size makes, the largest one is no scale: the
+  // residual is small where rest is near.
+  const double step = find_next_step(g, xi, scale), size = model().scene_size;
+  if (residual_ <= force_tolerance * size * equations_.stiffness().largest_of(worst) && step <= force_tolerance * size)
+    return {};
   const Vec3 at = load(r_.data(), worst);
   return "the positions are no equilibrium: nothing balances " + text(residual_) + " N at point " +
          std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
          text(at.z) + "), " + text(residual_ / scale) + " of the largest force, where at most " +
-         text(force_tolerance) + " is allowed" + advice;
+         text(force_tolerance) + " is allowed" +
+         (std::isfinite(step) ? "; Newton's method would move points by " + text(step) + " m" : "") + advice;
+}
+
+/// Returns the length of Newton's step to the equilibrium, m, with each coordinate held by a small spring; infinite if
+/// there is none.
+double GivenEquilibrium::find_next_step(std::vector<double> g, std::vector<double> xi, double scale) {
+  linearise(lambda_);
+  equations_.stiffness().hold_rows(held_rows, held_rows * scale / model().scene_size);
+  UnsymmetricKkt kkt(equations_);
+  for (double& each : xi) each = -each;
+  if (!kkt.factorize(0.0)) return std::numeric_limits<double>::infinity();
+  kkt.solve(&g, &xi);
+  const double step = longest(g);
+  return std::isfinite(step) ? step : std::numeric_limits<double>::infinity();
 }
 
 /// Returns nu with K nu = 0. A dependence refers to gradients of unit length in the norm of M^-1.

@@ -51,6 +51,7 @@ class GivenEquilibrium {
   std::string name_worst_row();
   /// Returns why the claim is no equilibrium; empty if it is one.
   std::string find_complaint(double force_tolerance);
+  double find_next_step(std::vector<double> g, std::vector<double> xi, double scale);
   std::vector<double> self_stress(const RowDependence& dependence) const;
   std::vector<std::vector<double>> random_moves(std::size_t count);
 

@@ -48,9 +48,9 @@ StaticResidual NewtonDescent::measure(const StaticState& state) {
   return result;
 }
 
-/// Returns the tolerance of the violation: positions are accurate to eps of the scene's size.
+/// Returns the tolerance of the violation: positions are accurate to eps of the scene's size or of their own.
 double NewtonDescent::violation_tolerance() const {
-  return std::max(1e-12, 16.0 * eps * model_.scene_size / model_.smallest_length);
+  return std::max(1e-12, 16.0 * eps * equations_.extent() / model_.smallest_length);
 }
 
 /// Returns the first tension, large beside the weight of a few points and small beside that of all.
@@ -64,6 +64,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   penalties_.assign(model_.num_rows(), 0.0);
   residual_ = measure(*state);
   tension_ = find_tension();
+  const double farthest = equations_.extent() + 1e6 * model_.scene_size;
   mass_shift_ = 0.0;
   iterations_ = factorizations_ = disturbances_ = slow_steps_ = 0;
   last_move_ = std::numeric_limits<double>::infinity();
@@ -89,6 +90,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
       }
       if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
     }
+    if (is_near(limits)) return {};
     if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_)
       return explain_fading(model_, residual_, iterations_);
     if (done == limits.max_iterations) return explain("does not converge");
@@ -101,13 +103,21 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
       disturb(state);
     }
     slow_steps_ = combined(residual_) > slow * before ? slow_steps_ + 1 : 0;
-    if (model_.largest_norm(state->r.data()) > 1e6 * model_.scene_size) return explain("moves away without end");
+    if (model_.largest_norm(state->r.data()) > farthest) return explain("moves away without end");
   }
 }
 
 bool NewtonDescent::is_small(const NewtonLimits& limits) const {
   const double force = iterations_ > 0 ? residual_.known : residual_.force;
   return force <= limits.force_tolerance * residual_.scale && residual_.violation <= violation_tolerance();
+}
+
+/// Returns true if all forces have become small beside those met on the way, and Newton's steps are as short as the
+/// tolerance of forces asks for beside the scene's size. Where all forces vanish at rest, as at the minimum of x^4, the
+/// largest one is no scale for what is left of them.
+bool NewtonDescent::is_near(const NewtonLimits& limits) const {
+  return residual_.scale <= limits.force_tolerance * largest_scale_ &&
+         last_move_ <= limits.force_tolerance * model_.scene_size && residual_.violation <= violation_tolerance();
 }
 
 /// Returns true if the residual is small, with rounding measured at this configuration. Rounding of one that the search

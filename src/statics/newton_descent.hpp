@@ -58,7 +58,8 @@ class NewtonDescent {
   /// `residuals`, N.
   Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
   const StaticResidual& residual() const { return residual_; }
-  int iterations() const { return iterations_; }  ///< of the last run
+  double last_move() const { return last_move_; }  ///< m, of the last step; infinite if that was not Newton's own
+  int iterations() const { return iterations_; }   ///< of the last run
   int factorizations() const { return factorizations_; }
   KktSolver& solver() { return solver_; }
   StaticResidual measure(const StaticState& state);
@@ -70,6 +71,7 @@ class NewtonDescent {
   bool is_small(const NewtonLimits& limits) const;
   bool is_small_here(const NewtonLimits& limits, const StaticState& state);
   bool is_linear_near(const StaticState& state);
+  bool is_near(const NewtonLimits& limits) const;
   bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   StiffnessMatrix::Curvature choose_curvature(const StaticState& state);
@@ -102,7 +104,7 @@ class NewtonDescent {
   std::vector<double> penalties_;  // nu [row]
   double tension_ = 0.0;           // sigma, N
   double mass_shift_ = 0.0;        // 1/s^2
-  double last_move_ = 0.0;         // m, of the last step; infinite if that was not Newton's own
+  double last_move_ = 0.0;         // m
   double largest_scale_ = 0.0;     // N, over all states on the way
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
   int slow_steps_ = 0;  // consecutive ones

@@ -213,6 +213,19 @@ double StiffnessMatrix::sum_terms(const double* x) const {
   return sum;
 }
 
+std::vector<double> StiffnessMatrix::sum_rows() const {
+  std::vector<double> result(num_points());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    std::array<double, 3> sums{};
+    for (int k = start_[i]; k < start_[i + 1]; ++k) {
+      const Block3& block = blocks_[static_cast<std::size_t>(k)];
+      for (std::size_t entry = 0; entry < 9; ++entry) sums[entry / 3] += std::abs(block.entries[entry]);
+    }
+    result[i] = std::ranges::max(sums);
+  }
+  return result;
+}
+
 double StiffnessMatrix::asymmetry() const {
   double worst = 0.0;
   for (int i = 0; i < static_cast<int>(num_points()); ++i) {

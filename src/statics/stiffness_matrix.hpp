@@ -46,6 +46,9 @@ class StiffnessMatrix {
   void multiply(const double* x, double* y) const;
   /// Returns the sum of the absolute terms of x'Wx, to which its rounding error is proportional.
   double sum_terms(const double* x) const;
+  /// Returns for each point the largest sum of |W_ij| over one of its rows, N/m. |q_i'Wq| is at most this sum times
+  /// |q_i| if all |q_j| are equal.
+  std::vector<double> sum_rows() const;
   /// Returns the largest |W - W'| over the largest |W|. Some force has no potential if it exceeds rounding.
   double asymmetry() const;
   /// Return the largest |W_ij|, N/m, of all rows, and of those of one point.

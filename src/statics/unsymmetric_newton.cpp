@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 
 namespace tanor {
@@ -30,11 +30,12 @@ bool UnsymmetricNewton::find_step(double shift, std::vector<double>* dr, std::ve
   return std::ranges::all_of(*dr, is_finite) && std::ranges::all_of(*minus_dlambda, is_finite);
 }
 
-bool UnsymmetricNewton::rests(const StaticState& state) {
+/// Returns the length of Newton's next step, m, or 0 if there is none.
+double UnsymmetricNewton::find_next_step(const StaticState& state) {
   const double scale = linearise(state);
   equations_.stiffness().hold_rows(held_rows, held_rows * scale / model_.scene_size);
   std::vector<double> dr, minus_dlambda;
-  return !find_step(0.0, &dr, &minus_dlambda) || longest(dr) <= short_step * model_.scene_size;
+  return find_step(0.0, &dr, &minus_dlambda) ? longest(dr) : 0.0;
 }
 
 Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals) {
@@ -60,12 +61,15 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
     residuals->push_back(now.force);
     if (!std::isfinite(now.force + now.scale + now.violation))
       return {Status::NotFinite, "forces or constraints are not finite where it starts"};
-    // A single force that vanishes at equilibrium has no scale there; it is compared with the scale at the start.
-    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * first_scale;
+    // A single force that vanishes at equilibrium has no scale there. It is compared with the scale at the start, and
+    // must be known to act near the equilibrium.
     const double force = iterations_ > 0 ? now.known : now.force;  // rounding is known after W was evaluated
-    if (force <= std::max(limits.force_tolerance * now.scale, rounding) && now.violation < 1e-10) {
-      if (now.force == 0.0 || rests(*state)) return {};
-      if (++long_steps == most_long_steps) return explain_fading(model_, now, iterations_);
+    const bool is_small = force <= limits.force_tolerance * now.scale, is_faint = force <= 64.0 * eps * first_scale;
+    if ((is_small || is_faint) && now.violation < 1e-10) {
+      next_move_ = now.force == 0.0 ? 0.0 : find_next_step(*state);
+      if (next_move_ <= (is_small ? short_step : limits.force_tolerance) * model_.scene_size) return {};
+      if (next_move_ > short_step * model_.scene_size && ++long_steps == most_long_steps)
+        return explain_fading(model_, now, iterations_);
     }
     if (iterations_++ == limits.max_iterations) return fail("no convergence");
     std::vector<double> dr, minus_dlambda;

@@ -14,11 +14,12 @@ class UnsymmetricNewton {
   UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure);
 
   Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
+  double next_move() const { return next_move_; }  ///< m, of the step that would follow the last run
   int iterations() const { return iterations_; }
   int factorizations() const { return factorizations_; }
 
  private:
-  bool rests(const StaticState& state);
+  double find_next_step(const StaticState& state);
   double linearise(const StaticState& state);
   bool find_step(double shift, std::vector<double>* dr, std::vector<double>* minus_dlambda);
 
@@ -27,6 +28,7 @@ class UnsymmetricNewton {
   NewtonDescent& measure_;
   UnsymmetricKkt kkt_;
   std::vector<double> g_, xi_;
+  double next_move_ = 0.0;
   int iterations_ = 0, factorizations_ = 0;
 };
 

@@ -1,7 +1,6 @@
 #include "statics/zero_modes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "statics/rigid_modes.hpp"
@@ -11,21 +10,6 @@ namespace tanor {
 namespace {
 
 using Rows = Eigen::Index;
-
-/// Returns for each moving point the largest sum of |W_ij| over one of its rows, N/m. |q_i'Wq| is at most this sum
-/// times |q_i| if all |q_j| are equal.
-std::vector<double> sum_rows(const StiffnessMatrix& W) {
-  std::vector<double> result(W.num_points());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    std::array<double, 3> sums{};
-    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k) {
-      const Block3& block = W.blocks()[static_cast<std::size_t>(k)];
-      for (std::size_t entry = 0; entry < 9; ++entry) sums[entry / 3] += std::abs(block.entries[entry]);
-    }
-    result[i] = std::ranges::max(sums);
-  }
-  return result;
-}
 
 /// Size and stiffness of an island, and whether constraints act on it.
 struct Island {
@@ -58,14 +42,16 @@ double find_rounding(const Island& island, ZeroModes::Found found) {
 
 ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found) : model_(equations.model()) {
   constexpr double soft = 1e-3;  // relative to the stiffest row of the island, whose moves the point shares
+  constexpr double beyond_blur = 100.0;
   const std::vector<int> island = find_statics_islands(equations);
-  const std::vector<double> stiffness = sum_rows(equations.stiffness());
+  const std::vector<double> stiffness = equations.stiffness().sum_rows();
   const std::vector<Island> islands = describe(equations, island, stiffness);
   for (std::size_t i = 0; i < island.size(); ++i) {
     const Island& own = islands[static_cast<std::size_t>(island[i])];
     // If nothing is stiff, all modes are zero modes whatever the bound is.
     const double of_row = own.stiffness > 0.0 ? std::max(stiffness[i], soft * own.stiffness) / model_.mass[i] : 1.0;
-    of_points_.push_back(find_rounding(own, found) * of_row);
+    of_points_.push_back(
+        std::max(find_rounding(own, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i]));
   }
 }
 

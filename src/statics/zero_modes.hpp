@@ -11,7 +11,8 @@ namespace tanor {
 ///
 /// In islands of up to 100 points multipliers, and factors with penalties in the place of constraints, are accurate to
 /// 1e-9. In larger islands the part is 1e-9 (100/points)^2, at least 1e-13, because the lowest omega^2 of a long chain
-/// is as small by nature. Without constraints the part is 1e-12 for dense matrices and 1e-13 for a factor.
+/// is as small by nature. Without constraints the part is 1e-12 for dense matrices and 1e-13 for a factor. Where
+/// positions are known to an error only, as at the minimum of x^4, a hundred times the change of W over it counts.
 class ZeroModes {
  public:
   enum class Found { ByDenseMatrices, ByFactor };
